@@ -36,7 +36,7 @@ from sweep.explorer.about import about, base_of
 from sweep.explorer.explorer import Subject
 from sweep.explorer.lines import lines
 from sweep.explorer.motion import stored_motions
-from sweep.explorer.pages import INDEX, PageFile, page_files
+from sweep.explorer.pages import INDEX, PageFile, modules, page_files, with_imports
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import View
 from sweep.files.paths import check_target
@@ -51,7 +51,6 @@ _POLICY = (
     "base-uri 'none'; form-action 'none'"
 )
 
-_IMPORT_MAP = re.compile(r'<script type="importmap">(.*?)</script>', re.DOTALL)
 _STYLE = re.compile(r'<link rel="stylesheet" href="\./page/([^"]+)" ?/?>')
 _MAIN = re.compile(r'<script type="module" src="\./page/([^"]+)"></script>')
 
@@ -218,12 +217,6 @@ def page_of(held: Mapping[str, Any], pages: Mapping[str, PageFile]) -> str:
     def text(path: str) -> str:
         return pages[path].content.decode()
 
-    def import_map(found: re.Match[str]) -> str:
-        names = json.loads(found[1])["imports"]
-        # modules import one another by these names, never by a path
-        inside = {name: _address(pages[path.removeprefix("./page/")]) for name, path in names.items()}
-        return f'<script type="importmap">{json.dumps({"imports": inside})}</script>'
-
     def main(found: re.Match[str]) -> str:
         content = json.dumps(held, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
         name = f"eulerdisk/{Path(found[1]).stem}"
@@ -232,11 +225,12 @@ def page_of(held: Mapping[str, Any], pages: Mapping[str, PageFile]) -> str:
             f'    <script type="module">import "{name}";</script>'
         )
 
-    page = text(INDEX).replace(
+    # modules import one another by their names, never by a path
+    index = with_imports(pages[INDEX], {name: _address(pages[path]) for name, path in modules(pages).items()})
+    page = index.content.decode().replace(
         "<head>", f'<head>\n    <meta http-equiv="Content-Security-Policy" content="{_POLICY}" />', 1
     )
     page = _STYLE.sub(lambda found: f"<style>\n{text(found[1])}</style>", page)
-    page = _IMPORT_MAP.sub(import_map, page)
     return _MAIN.sub(main, page)
 
 

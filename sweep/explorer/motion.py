@@ -1,4 +1,4 @@
-"""What the page draws of one motion: its samples in time, its potential, its ledger, and the words beside them.
+"""What the page draws of one motion: its samples in time, its ledger, and the words beside them.
 
 The answer is a head, which JSON can hold, and float64 arrays. Those with one value for each sample:
 
@@ -8,13 +8,10 @@ The answer is a head, which JSON can hold, and float64 arrays. Those with one va
 ``rolling_loss``, ``pivoting_loss``, ``contour_loss``, ``damping_loss``, ``air_loss``: what each has taken since the
 start, over m g R.
 
-The curve of the potential, of a motion without losses alone: ``potential_tilt`` [rad], and ``potential`` less the
-energy over m g R.
-
 The head: ``title``, ``ending`` and ``note`` in words; ``start``, ``radius``, ``gravity``, ``alpha``; ``ended`` (whether
-the disk fell or stopped), ``lossy``; ``turns`` (pairs of a turning point and its words), ``period`` [s], ``wells`` and
-``barriers`` (pairs of tilt and potential); ``losses`` (the controls, `sweep.explorer.losses`); ``ledger``
-(words of each loss); ``quantities`` (label, unit and factor of each array).
+the disk fell or stopped), ``lossy``; of a motion without losses ``turns`` (pairs of a turning point and its words),
+``period`` [s] and ``fall_tilt``, to which the page draws the potential; ``losses`` (the controls,
+`sweep.explorer.losses`); ``ledger`` (words of each loss); ``quantities`` (label, unit and factor of each array).
 """
 
 import math
@@ -26,7 +23,6 @@ import numpy.typing as npt
 
 from sweep.errors import NoMotionError, RequestError
 from sweep.explorer.losses import controls, loss_words
-from sweep.explorer.potential import potential_of
 from sweep.explorer.waiting import KERNELS
 from sweep.model.disk.exact import EXTREMES
 from sweep.model.disk.model import DISK
@@ -126,7 +122,7 @@ def motion(
     arrays = _arrays(request, times, values)
     head = _head(spec, request, start, values, float(times[-1]))
     head |= {"losses": controls(spec, start, losses or {}), "ledger": LAWS if lossy else None}
-    return head | _potential(request, start, exact, arrays), arrays
+    return head | _turns(request, exact), arrays
 
 
 def make_ready(spec: SweepSpec, losses: Mapping[str, Any]) -> None:
@@ -178,7 +174,6 @@ def quantities() -> dict[str, dict[str, Any]]:
     """Return the label, the unit as people read it, and the factor from SI of every array of a motion."""
     found: dict[str, dict[str, Any]] = {
         "time": {"label": "time", "unit": "s", "factor": 1.0},
-        "potential_tilt": {"label": "tilt", "unit": "deg", "factor": math.degrees(1.0)},
         "friction_needed": {"label": "friction needed", "unit": "", "factor": 1.0},
     }
     found |= {name: {"label": label, "unit": unit, "factor": 1.0} for name, (label, unit) in _SCALED.items()}
@@ -305,22 +300,16 @@ def _limit_words(values: Mapping[str, Any], normal: Array) -> str:
     return f"{_NEEDS} {float(np.nanmax(needed)):.3g}."
 
 
-def _potential(
-    request: MotionRequest, start: Mapping[str, float], exact: Mapping[str, float], arrays: dict[str, Array]
-) -> dict[str, Any]:
-    """Add the curve of the potential to the arrays; return what the head says of it."""
+def _turns(request: MotionRequest, exact: Mapping[str, float]) -> dict[str, Any]:
+    """Return what the head says of the swing of a motion without losses, of which the reduction knows all."""
     if request.kind is LOSSY_MOTION:
-        return {"turns": [], "period": None, "wells": [], "barriers": []}
-    found = potential_of(start, request.fall_tilt)
-    arrays |= {"potential_tilt": found.tilt, "potential": found.excess}
+        return {"turns": [], "period": None, "fall_tilt": None}
     bounded = exact["ending"] == DISK.endings.code("bounded")
     turns = [exact[name] for name in ("tilt_min", "tilt_max")] if bounded else []
     period = exact["nutation_period"]
-    spell = TRAJECTORY["tilt"].spell
     return {
         # as the numbers of the point beside it
-        "turns": [[turn, spell(turn, 10)] for turn in turns],
+        "turns": [[turn, TRAJECTORY["tilt"].spell(turn, 10)] for turn in turns],
         "period": period if math.isfinite(period) else None,
-        "wells": found.wells,
-        "barriers": found.barriers,
+        "fall_tilt": request.fall_tilt,
     }

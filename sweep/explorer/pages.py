@@ -2,7 +2,9 @@
 
 import base64
 import hashlib
+import json
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -33,7 +35,31 @@ class PageFile:
 
 def page_files() -> dict[str, PageFile]:
     """Return the files of the page by their paths in its folder, with ``/`` between parts."""
-    return dict(_found(files("sweep.explorer") / "page", ""))
+    found = dict(_found(files("sweep.explorer") / "page", ""))
+    return found | {
+        INDEX: with_imports(found[INDEX], {name: f"./page/{path}" for name, path in modules(found).items()})
+    }
+
+
+def modules(pages: Iterable[str]) -> dict[str, str]:
+    """Return the paths of the modules by the names with which they import each other.
+
+    ``motion/clock.js`` is ``eulerdisk/motion/clock``, and ``vendor/three.core.js`` is ``three/core``.
+    """
+    return {
+        path.removeprefix("vendor/").removesuffix(".js").replace(".", "/")
+        if path.startswith("vendor/")
+        else f"eulerdisk/{path.removesuffix('.js')}": path
+        for path in pages
+        if path.endswith(".js")
+    }
+
+
+def with_imports(index: PageFile, addresses: Mapping[str, str]) -> PageFile:
+    """Return the page with the addresses of its modules by their names."""
+    text = json.dumps({"imports": dict(addresses)}, separators=(",", ":"))
+    written = f'<script type="importmap">{text}</script>'.encode()
+    return PageFile(index.kind, _IMPORT_MAP.sub(lambda _: written, index.content))
 
 
 def _found(folder: Traversable, path: str) -> list[tuple[str, PageFile]]:

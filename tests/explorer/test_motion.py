@@ -7,14 +7,12 @@ from cases import case
 from explorer_client import ROLLING, post, refused
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.interpolate import CubicSpline
 
 import sweep
 from sweep.errors import RequestError
 from sweep.explorer.explorer import explore
 from sweep.explorer.losses import controls
 from sweep.explorer.motion import motion, quantities, stored_motions, words_of
-from sweep.explorer.potential import potential_of
 from sweep.motion.disk_path import _TRAJECTORY
 from sweep.motion.request import LossyTrajectorySpec
 from sweep.motion.request import start_of as start_of_request
@@ -62,57 +60,6 @@ def test_samples_are_those_of_the_motion():
             for name in ("normal_force", "friction_across", "friction_along"):
                 np.testing.assert_allclose(arrays[name][::every], other[name].values / weight, atol=2e-6)
             np.testing.assert_allclose(arrays["energy"], arrays["energy"][0], rtol=1e-9)
-
-
-def test_the_disk_runs_along_its_potential():
-    """Along a motion by SciPy the energy of the tilt is what the potential lacks, as well as a spline can tell."""
-    for start in STARTS:
-        with case(start):
-            _, arrays = motion(SPEC, start)
-            other = by_scipy(start, np.linspace(0.0, float(arrays["time"][-1]), 400))
-            unit = math.sqrt(start["radius"] / start["gravity"])
-            energy = 0.5 * (1.0 + 0.5 * start["alpha"]) * (unit * other["tilt_rate"].values) ** 2
-            drawn = CubicSpline(arrays["potential_tilt"], arrays["potential"])(other["tilt"].values)
-            np.testing.assert_allclose(-drawn, energy, atol=5e-4 * energy.max())
-
-
-def test_turning_points_lie_on_the_line_of_the_energy():
-    """The tilts of the exact reduction are where the potential is as high as the energy, within the picture."""
-    for start in STARTS:
-        with case(start):
-            head, arrays = motion(SPEC, start)
-            curve = CubicSpline(arrays["potential_tilt"], arrays["potential"])
-            depth = -arrays["potential"].min()
-            low, high = (turn for turn, _ in head["turns"])
-            assert arrays["potential_tilt"][0] < low < high < arrays["potential_tilt"][-1]
-            np.testing.assert_allclose(curve([low, high]), 0.0, atol=2e-3 * depth)
-
-
-def test_wells_and_barriers_are_extremes_of_the_curve():
-    """Every minimum and maximum of the curve is marked, and nothing else."""
-    for start in STARTS:
-        with case(start):
-            head, arrays = motion(SPEC, start)
-            slope = CubicSpline(arrays["potential_tilt"], arrays["potential"]).derivative()
-            zeros = list(slope.roots(extrapolate=False))
-            bends = slope.derivative()(zeros)
-            apart = 2e-3 * (arrays["potential_tilt"][-1] - arrays["potential_tilt"][0])
-            for name, sign in (("wells", 1.0), ("barriers", -1.0)):
-                expected = [x for x, bend in zip(zeros, bends, strict=True) if bend * sign > 0.0]
-                np.testing.assert_allclose([tilt for tilt, _ in head[name]], expected, atol=apart)
-
-
-def test_the_potential_of_a_narrow_swing_is_no_rounding():
-    """The curve about a swing of 1e-12 rad has the shape of the parabola of linear theory."""
-    for tilt in [1e-3, 1e-6, 1e-9, 1e-12]:
-        with case(tilt):
-            found = potential_of(start_of(tilt=tilt, precession_rate=0.0, roll_rate=3.0), SPEC.fall_tilt)
-            scaled = (found.tilt - found.tilt.mean()) / np.ptp(found.tilt)
-            parabola = np.polynomial.Polynomial.fit(scaled, found.excess, 2)
-            assert np.abs(parabola(scaled) - found.excess).max() <= max(1e-3, 30.0 * tilt) * np.ptp(
-                found.excess
-            )
-            assert len(found.wells) == 1
 
 
 def test_a_swing_is_followed_for_three_periods_and_a_fall_to_its_end():
@@ -174,7 +121,6 @@ def test_the_ledger_adds_up():
             np.testing.assert_allclose(arrays["energy"] + sum(taken), arrays["energy"][0], atol=1e-7)
             assert all((np.diff(each) >= -1e-12).all() for each in taken)
             assert sum(each[-1] for each in taken) > 1e-9
-            assert "potential" not in arrays
 
 
 def test_a_disk_with_losses_stops():
@@ -319,24 +265,3 @@ def test_a_loss_beside_those_of_an_atlas_leaves_them_as_they_are():
             words = words_of(spec, start, losses)
             assert words == words_of(spec, start, {}) | changed
             assert motion(spec, start, 0.1, losses)[0]["lossy"]
-
-
-def test_every_well_and_barrier_of_the_curve_is_told():
-    """What turns within the curve that is drawn is among the wells and barriers, at its place and height."""
-    counted = 0
-    for start in STARTS:
-        found = potential_of(start, math.radians(89.0))
-        rising = np.diff(found.excess) > 0.0
-        for told, turns in (
-            (found.wells, ~rising[:-1] & rising[1:]),
-            (found.barriers, rising[:-1] & ~rising[1:]),
-        ):
-            at = np.flatnonzero(turns) + 1
-            assert len(told) == at.size, start
-            width = found.tilt[1] - found.tilt[0]
-            height = np.ptp(found.excess)
-            for (tilt, excess), i in zip(sorted(told), at, strict=True):
-                assert tilt == pytest.approx(found.tilt[i], abs=width)
-                assert excess == pytest.approx(found.excess[i], abs=1e-2 * height)
-            counted += at.size
-    assert counted > 8

@@ -4,10 +4,8 @@ import { motionEntries, numberOf, readMotion } from "eulerdisk/address_motion";
 import { SPEEDS } from "eulerdisk/motion/clock";
 import { firstState, quantitiesOf } from "eulerdisk/state";
 
-/** @typedef {import("eulerdisk/types").About} About */
-/** @typedef {import("eulerdisk/types").Axis} Axis */
-/** @typedef {import("eulerdisk/state").State} State */
-/** @typedef {import("eulerdisk/state").Point} Point */
+/** @import { Point, State } from "eulerdisk/state" */
+/** @import { About, Axis } from "eulerdisk/types" */
 
 /** Characters of an address at most: one that a page writes has some hundred. */
 const MOST = 16_384;

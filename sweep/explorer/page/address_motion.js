@@ -1,7 +1,7 @@
 /** What is set of a motion, as entries of the address: "a.loss.friction=0.3", "a.camera=0.2,0.4,6", "a.open=laws". */
 
-/** @typedef {import("eulerdisk/types").About} About */
-/** @typedef {import("eulerdisk/motion/types").MotionSettings} MotionSettings */
+/** @import { MotionSettings } from "eulerdisk/motion/types" */
+/** @import { About } from "eulerdisk/types" */
 
 /** Names of losses have this before them. */
 const LOSS = "loss.";

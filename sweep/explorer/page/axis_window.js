@@ -6,7 +6,7 @@
  * that places stay exact in windows of 1e-10 of the value.
  */
 
-/** @typedef {import("eulerdisk/types").Axis} Axis */
+/** @import { Axis } from "eulerdisk/types" */
 
 /** A pixel may not be narrower than this many units in the last place of the value. */
 const LEAST_ULPS = 8;

@@ -3,9 +3,9 @@
 import { html } from "eulerdisk/elements";
 import { firstState, quantitiesOf } from "eulerdisk/state";
 
-/** @typedef {import("eulerdisk/types").About} About */
-/** @typedef {import("eulerdisk/state").State} State */
-/** @typedef {import("eulerdisk/controls").Change} Change */
+/** @import { Change } from "eulerdisk/controls" */
+/** @import { State } from "eulerdisk/state" */
+/** @import { About } from "eulerdisk/types" */
 
 /**
  * Choice of the base. Another one begins anew, but keeps the light and, where it can be shown, the quantity.

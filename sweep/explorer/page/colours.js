@@ -1,6 +1,6 @@
 /** How values become colours: those of the figures for numbers and regimes, blue and orange for verdicts. */
 
-/** @typedef {import("eulerdisk/types").Quantity} Quantity */
+/** @import { Quantity } from "eulerdisk/types" */
 
 /**
  * Colours of numbers at equal distances, light for small ones: those of the figures (COLOURS of sweep/figures/shade.py, the

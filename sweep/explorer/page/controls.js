@@ -14,10 +14,8 @@ import {
 } from "eulerdisk/state";
 import { printedUnits, readable } from "eulerdisk/ticks";
 
-/** @typedef {import("eulerdisk/types").About} About */
-/** @typedef {import("eulerdisk/types").Line} Line */
-/** @typedef {import("eulerdisk/state").State} State */
-/** @typedef {import("eulerdisk/types").Parameter} Parameter */
+/** @import { State } from "eulerdisk/state" */
+/** @import { About, Line, Parameter, View } from "eulerdisk/types" */
 
 /** @typedef {(change: (state: State) => State) => void} Change */
 
@@ -144,7 +142,7 @@ export class Controls {
   /**
    * @param {"x"|"y"} which
    * @param {string} words
-   * @param {import("eulerdisk/types").Parameter[]} parameters
+   * @param {Parameter[]} parameters
    */
   #axis(which, words, parameters) {
     const about = this.#about;
@@ -202,7 +200,7 @@ export class Controls {
 }
 
 /**
- * @param {import("eulerdisk/types").View} view
+ * @param {View} view
  * @param {string} name
  */
 function middleOf(view, name) {

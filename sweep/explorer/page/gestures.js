@@ -1,6 +1,6 @@
 /** What hands do on a map: wheel, drag, pinch, click, double click and keys, told in places from -1 to 1. */
 
-/** @typedef {import("eulerdisk/overlay").Plot} Plot */
+/** @import { Plot } from "eulerdisk/overlay" */
 /** @typedef {[number, number]} Place */
 
 /**

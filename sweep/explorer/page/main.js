@@ -7,18 +7,16 @@ import { Controls } from "eulerdisk/controls";
 import { AtlasMap } from "eulerdisk/map";
 import { addMenus } from "eulerdisk/menus";
 import { clock } from "eulerdisk/motion/clock";
-import { loadMotions, Motions } from "eulerdisk/motions";
+import { Motions } from "eulerdisk/motions";
 import { mayPass, tell, wordsOfProblem } from "eulerdisk/notice";
 import { Readout } from "eulerdisk/readout";
 import { ServerSource } from "eulerdisk/server_source";
 import { baseOf, quantityOf, wordsOf, withinDomain } from "eulerdisk/state";
 import { StoredSource } from "eulerdisk/stored_source";
 
-/** @typedef {import("eulerdisk/types").Source} Source */
-/** @typedef {import("eulerdisk/types").About} About */
-/** @typedef {import("eulerdisk/types").View} View */
-/** @typedef {import("eulerdisk/state").State} State */
-/** @typedef {import("eulerdisk/state").Point} Point */
+/** @import { Aim } from "eulerdisk/map" */
+/** @import { Point, State } from "eulerdisk/state" */
+/** @import { About, Source } from "eulerdisk/types" */
 
 /** Milliseconds without a change after which the address is written. */
 const REST = 250;
@@ -152,7 +150,7 @@ class Page {
     this.#timer = window.setTimeout(() => this.#keep(), REST);
   }
 
-  /** @param {import("eulerdisk/map").Aim|null} aim */
+  /** @param {Aim|null} aim */
   #aim(aim) {
     const { view, quantity } = this.#state;
     if (aim) this.#readout.show(aim, view, quantityOf(this.#about, quantity));
@@ -181,7 +179,7 @@ class Page {
   }
 
   /**
-   * @param {import("eulerdisk/map").Aim} aim
+   * @param {Aim} aim
    * @param {boolean} second
    */
   #choose(aim, second) {
@@ -271,8 +269,6 @@ async function begin(source) {
   const about = await source.about();
   document.title = `${about.atlas?.label ?? "eulerdisk explorer"}`;
   new Page(about, source);
-  // where that fails it is loaded anew for the first motion, which tells it
-  await loadMotions().catch(reportError);
 }
 
 /**

@@ -9,18 +9,11 @@ import { legendHeight, drawOverlay } from "eulerdisk/overlay";
 import { mayPass } from "eulerdisk/notice";
 import { halfOfRange, parameterOf, quantityOf, wordsOf } from "eulerdisk/state";
 
-/** @typedef {import("eulerdisk/types").About} About */
-/** @typedef {import("eulerdisk/types").Axis} Axis */
-/** @typedef {import("eulerdisk/types").Line} Line */
-/** @typedef {import("eulerdisk/types").Source} Source */
-/** @typedef {import("eulerdisk/types").View} View */
-/** @typedef {import("eulerdisk/state").State} State */
-/** @typedef {import("eulerdisk/state").Point} Point */
-/** @typedef {import("eulerdisk/overlay").Plot} Plot */
-/** @typedef {import("eulerdisk/gestures").Place} Place */
-/** @typedef {import("eulerdisk/types").Quantity} Quantity */
-/** @typedef {import("eulerdisk/types").WindowAnswer} WindowAnswer */
-/** @typedef {import("eulerdisk/colours").Range} Range */
+/** @import { Range } from "eulerdisk/colours" */
+/** @import { Deeds, Place } from "eulerdisk/gestures" */
+/** @import { Wanted } from "eulerdisk/refresh" */
+/** @import { Point, State } from "eulerdisk/state" */
+/** @import { About, Line, Quantity, Source, View, WindowAnswer } from "eulerdisk/types" */
 
 /**
  * A start that is pointed at, and what the picture shows there.
@@ -186,8 +179,8 @@ export class AtlasMap {
   }
 
   /**
-   * @param {import("eulerdisk/refresh").Wanted} wanted
-   * @param {import("eulerdisk/types").WindowAnswer} answer
+   * @param {Wanted} wanted
+   * @param {WindowAnswer} answer
    * @param {"coarse"|"fine"} lane
    */
   #take(wanted, answer, lane) {
@@ -253,7 +246,7 @@ export class AtlasMap {
   }
 
   #listen() {
-    /** @type {import("eulerdisk/gestures").Deeds} */
+    /** @type {Deeds} */
     const deeds = {
       zoom: (factor, across, up) => this.#zoom(factor, across, up),
       move: (across, up) => this.#move(across, up),

@@ -5,11 +5,10 @@ import { wordsOfProblem } from "eulerdisk/notice";
 import { FINE, pixels } from "eulerdisk/refresh";
 import { isFixed } from "eulerdisk/state";
 
-/** @typedef {import("eulerdisk/types").About} About */
-/** @typedef {import("eulerdisk/types").Source} Source */
-/** @typedef {import("eulerdisk/map").AtlasMap} AtlasMap */
-/** @typedef {import("eulerdisk/motions").Motions} Motions */
-/** @typedef {import("eulerdisk/state").State} State */
+/** @import { AtlasMap } from "eulerdisk/map" */
+/** @import { Motions } from "eulerdisk/motions" */
+/** @import { State } from "eulerdisk/state" */
+/** @import { About, Source } from "eulerdisk/types" */
 
 /** Cells that are saved at most. */
 const MOST_CELLS = 1e6;
@@ -67,16 +66,8 @@ export function addMenus(element, about, place) {
       const offered = (/** @type {State} */ { points, compare }) =>
         points[slot] !== null && (slot === 0 || compare);
       copies.push(
-        item(
-          `motion ${letter} as command`,
-          async () => copyAs(await motions.request(slot), "command"),
-          offered,
-        ),
-        item(
-          `motion ${letter} as Python`,
-          async () => copyAs(await motions.request(slot), "python"),
-          offered,
-        ),
+        item(`motion ${letter} as command`, () => copyAs(motions.request(slot), "command"), offered),
+        item(`motion ${letter} as Python`, () => copyAs(motions.request(slot), "python"), offered),
       );
     }
   }

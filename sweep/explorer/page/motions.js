@@ -1,17 +1,13 @@
 /** The motions beside the map: that of the first chosen start, and for comparison that of the second one. */
 
 import { html } from "eulerdisk/elements";
-import { tell, wordsOfProblem } from "eulerdisk/notice";
+import { MotionPanel } from "eulerdisk/motion/panel";
 import { parameterOf, wordsOf } from "eulerdisk/state";
 import { printedUnits, readable } from "eulerdisk/ticks";
 
-/** @typedef {import("eulerdisk/types").About} About */
-/** @typedef {import("eulerdisk/types").Place} Place */
-/** @typedef {import("eulerdisk/types").Source} Source */
-/** @typedef {import("eulerdisk/types").View} View */
-/** @typedef {import("eulerdisk/state").State} State */
-/** @typedef {import("eulerdisk/state").Point} Point */
-/** @typedef {import("eulerdisk/motion/types").MotionSettings} MotionSettings */
+/** @import { MotionSettings } from "eulerdisk/motion/types" */
+/** @import { Point, State } from "eulerdisk/state" */
+/** @import { About, Place, Source, View } from "eulerdisk/types" */
 
 /**
  * What a slot tells: that it is closed; what a person has set of its motion.
@@ -20,36 +16,16 @@ import { printedUnits, readable } from "eulerdisk/ticks";
  * @property {(slot: number, settings: MotionSettings) => void} set
  */
 
-/**
- * What shows one motion (`MotionPanel` of eulerdisk/motion/panel).
- * @typedef {object} Panel
- * @property {(request: Place) => Promise<void>} show
- * @property {() => void} clear
- * @property {MotionSettings} settings  what a person has set
- */
-
-/** The module that shows motions did not come. */
-class NotLoaded extends Error {
-  /** @param {unknown} cause */
-  constructor(cause) {
-    super("The part of this page that shows motions could not be loaded.", { cause });
-  }
-}
-
 /** One place for a motion: its heading and its panel. */
 class Slot {
   #about;
   #source;
   #letter;
-  #set;
   #caption = html("p", { class: "quiet" });
-  #problem = html("p", { class: "fault", role: "status" });
-  #body = html("div", { class: "motion" });
-  /** @type {Promise<Panel>|null} */
-  #panel = null;
+  #panel;
   /** @type {string|null} what is shown; null before anything is */
   #shown = null;
-  /** @type {Place|null} what is wanted; what comes for another one is too late */
+  /** @type {Place|null} what is wanted */
   #wanted = null;
   /** What is set, as text: what the panel has else is changed to this. */
   #settings = "";
@@ -66,7 +42,13 @@ class Slot {
     this.#about = about;
     this.#source = source;
     this.#letter = letter;
-    this.#set = set;
+    const body = html("div", {});
+    this.#panel = new MotionPanel(body, source, () => {
+      const settings = JSON.stringify(this.#panel.settings);
+      if (settings === this.#settings) return;
+      this.#settings = settings;
+      set(this.#panel.settings);
+    });
     const button = html(
       "button",
       { type: "button", class: "plain", "aria-label": `Close ${letter}`, click: close },
@@ -74,13 +56,7 @@ class Slot {
     );
     const heading = html("h2", {}, html("span", { class: "letter" }, letter));
     const head = html("header", {}, heading, this.#caption, button);
-    this.element = html(
-      "section",
-      { class: "slot", "aria-label": `Motion ${letter}` },
-      head,
-      this.#problem,
-      this.#body,
-    );
+    this.element = html("section", { class: "slot", "aria-label": `Motion ${letter}` }, head, body);
   }
 
   /**
@@ -98,8 +74,11 @@ class Slot {
     this.#settings = wanted;
     this.#caption.textContent = point ? this.#words(view, point) : invitation(this.#letter);
     this.#wanted = point && { view, ...point };
-    if (this.#wanted) void this.#move(this.#wanted);
-    else this.#clear();
+    if (JSON.stringify(this.#panel.settings) !== wanted) this.#panel.settings = settings;
+    if (!this.#wanted) {
+      delete this.element.dataset.shown;
+      this.#panel.clear();
+    } else void this.#move(this.#wanted);
   }
 
   /** Ask for the motion once more. */
@@ -108,79 +87,15 @@ class Slot {
   }
 
   /** What makes the motion of this slot again, with the losses that are set in its panel; null without one. */
-  async request() {
-    if (!this.#wanted) return null;
-    const panel = await this.#panel;
-    return { ...this.#wanted, losses: panel?.settings.losses ?? {} };
+  request() {
+    return this.#wanted && { ...this.#wanted, losses: this.#panel.settings.losses };
   }
 
   /** @param {Place} request */
   async #move(request) {
-    tell(this.#problem, "");
-    try {
-      this.#panel ??= this.#make().catch((problem) => {
-        // what could not be loaded is loaded anew next time
-        this.#panel = null;
-        throw problem;
-      });
-      const panel = await this.#panel;
-      if (this.#wanted !== request) return;
-      this.#setPanel(panel);
-      // the panel drops the motion that it waits for where another one is wanted
-      await panel.show(request);
-      if (this.#wanted === request) this.element.dataset.shown = JSON.stringify(request);
-    } catch (problem) {
-      if (this.#wanted === request) this.#tell(/** @type {Error} */ (problem));
-    }
-  }
-
-  /** @param {Error} problem */
-  #tell(problem) {
-    const again = problem instanceof NotLoaded ? () => void this.#reload() : null;
-    tell(this.#problem, wordsOfProblem(problem), again);
-  }
-
-  /** Load the page anew if its server answers: some browsers ask only once for a module. The address keeps all. */
-  async #reload() {
-    await this.#source.about().then(
-      () => location.reload(),
-      (problem) => this.#tell(new NotLoaded(problem)),
-    );
-  }
-
-  #clear() {
-    delete this.element.dataset.shown;
-    tell(this.#problem, "");
-    void this.#panel?.then(
-      (panel) => {
-        if (this.#wanted) return;
-        panel.clear();
-        this.#setPanel(panel);
-      },
-      () => {},
-    );
-  }
-
-  /** @param {Panel} panel */
-  #setPanel(panel) {
-    if (JSON.stringify(panel.settings) !== this.#settings) panel.settings = JSON.parse(this.#settings);
-  }
-
-  /** @returns {Promise<Panel>} */
-  async #make() {
-    const { MotionPanel } = await import("eulerdisk/motion/panel").catch((problem) => {
-      // it may have come and have a fault, which the console tells
-      reportError(problem);
-      throw new NotLoaded(problem);
-    });
-    /** @type {Panel} */
-    const panel = new MotionPanel(this.#body, this.#source, () => {
-      const settings = JSON.stringify(panel.settings);
-      if (settings === this.#settings) return;
-      this.#settings = settings;
-      this.#set(panel.settings);
-    });
-    return panel;
+    // the panel drops the motion that it waits for where another one is wanted
+    await this.#panel.show(request);
+    if (this.#wanted === request) this.element.dataset.shown = JSON.stringify(request);
   }
 
   /**
@@ -236,11 +151,6 @@ export class Motions {
     this.#slots[1].show(view, compare ? points[1] : null, motions[1]);
     this.#slots[1].element.hidden = !compare;
   }
-}
-
-/** Load what shows motions, before the first start is chosen. */
-export async function loadMotions() {
-  await import("eulerdisk/motion/panel");
 }
 
 /** @param {string} letter */

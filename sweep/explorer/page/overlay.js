@@ -5,13 +5,9 @@ import { flagColour, shade } from "eulerdisk/colours";
 import { svg, textWidth } from "eulerdisk/elements";
 import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
 
-/** @typedef {import("eulerdisk/types").Axis} Axis */
-/** @typedef {import("eulerdisk/types").Line} Line */
-/** @typedef {import("eulerdisk/types").Parameter} Parameter */
-/** @typedef {import("eulerdisk/types").Quantity} Quantity */
-/** @typedef {import("eulerdisk/types").View} View */
-/** @typedef {import("eulerdisk/state").Point} Point */
-/** @typedef {import("eulerdisk/colours").Range} Range */
+/** @import { Range } from "eulerdisk/colours" */
+/** @import { Point } from "eulerdisk/state" */
+/** @import { Axis, Line, Parameter, Quantity, View } from "eulerdisk/types" */
 
 /**
  * The place of the picture, in CSS pixels; `right` is the room beside it.
@@ -298,7 +294,7 @@ function drawLegend(scene) {
 
 /**
  * Height of the legend of a quantity above a plot of some width, in CSS pixels.
- * @param {import("eulerdisk/types").Quantity} quantity
+ * @param {Quantity} quantity
  * @param {number} width
  */
 export function legendHeight({ flags }, width) {

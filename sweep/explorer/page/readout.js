@@ -5,12 +5,8 @@ import { Latest } from "eulerdisk/refresh";
 import { isFixed, parameterOf, verdictWords } from "eulerdisk/state";
 import { printedUnits, readable } from "eulerdisk/ticks";
 
-/** @typedef {import("eulerdisk/types").About} About */
-/** @typedef {import("eulerdisk/types").PointAnswer} PointAnswer */
-/** @typedef {import("eulerdisk/types").Quantity} Quantity */
-/** @typedef {import("eulerdisk/types").Source} Source */
-/** @typedef {import("eulerdisk/types").View} View */
-/** @typedef {import("eulerdisk/map").Aim} Aim */
+/** @import { Aim } from "eulerdisk/map" */
+/** @import { About, Quantity, Source, View } from "eulerdisk/types" */
 
 /** Milliseconds that the pointer rests before its numbers are asked for. */
 const REST = 60;

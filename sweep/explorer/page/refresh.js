@@ -1,8 +1,6 @@
 /** When windows are asked for: a coarse one at once and while one moves, the fine one as soon as one rests. */
 
-/** @typedef {import("eulerdisk/types").Source} Source */
-/** @typedef {import("eulerdisk/types").View} View */
-/** @typedef {import("eulerdisk/types").WindowAnswer} WindowAnswer */
+/** @import { Source, View, WindowAnswer } from "eulerdisk/types" */
 
 /**
  * What is wanted: a view at the pixels of the screen.

@@ -1,7 +1,6 @@
 /** Where the page gets its numbers from while a server of this machine answers. */
 
-/** @typedef {import("eulerdisk/types").Source} Source */
-/** @typedef {import("eulerdisk/types").WindowAnswer} WindowAnswer */
+/** @import { DataRequest, Place, Source, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
 /** A request that the server refused, in its words. */
 class Refused extends Error {
@@ -67,7 +66,7 @@ export class ServerSource {
   }
 
   /**
-   * @param {import("eulerdisk/types").WindowRequest} request
+   * @param {WindowRequest} request
    * @param {AbortSignal} [signal]
    * @returns {Promise<WindowAnswer>}
    */
@@ -87,7 +86,7 @@ export class ServerSource {
   }
 
   /**
-   * @param {import("eulerdisk/types").View} view
+   * @param {View} view
    * @param {AbortSignal} [signal]
    */
   async lines(view, signal) {
@@ -95,7 +94,7 @@ export class ServerSource {
   }
 
   /**
-   * @param {import("eulerdisk/types").Place} place
+   * @param {Place} place
    * @param {AbortSignal} [signal]
    */
   async point(place, signal) {
@@ -115,7 +114,7 @@ export class ServerSource {
     return unpacked(await this.reach.of(answer.arrayBuffer(), signal));
   }
 
-  /** @param {import("eulerdisk/types").Place} place */
+  /** @param {Place} place */
   async explain(place) {
     return (await this.#json("explain", place)).text;
   }
@@ -125,7 +124,7 @@ export class ServerSource {
     return this.#json("command", request);
   }
 
-  /** @param {import("eulerdisk/types").DataRequest} request */
+  /** @param {DataRequest} request */
   async data(request) {
     const answer = await this.#ask("data", request);
     const named = /filename="([^"]+)"/.exec(answer.headers.get("Content-Disposition") ?? "");

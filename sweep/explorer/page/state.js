@@ -3,13 +3,8 @@
 import { UNSET } from "eulerdisk/address_motion";
 import { axisBetween, valueAt, within } from "eulerdisk/axis_window";
 
-/** @typedef {import("eulerdisk/types").About} About */
-/** @typedef {import("eulerdisk/types").Axis} Axis */
-/** @typedef {import("eulerdisk/types").Base} Base */
-/** @typedef {import("eulerdisk/types").Parameter} Parameter */
-/** @typedef {import("eulerdisk/types").Quantity} Quantity */
-/** @typedef {import("eulerdisk/types").View} View */
-/** @typedef {import("eulerdisk/motion/types").MotionSettings} MotionSettings */
+/** @import { MotionSettings } from "eulerdisk/motion/types" */
+/** @import { About, Base, Parameter, Quantity, View } from "eulerdisk/types" */
 
 /**
  * A chosen point: the values along both axes.

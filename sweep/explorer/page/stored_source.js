@@ -5,17 +5,8 @@ import { storedMotion } from "eulerdisk/motion/stored_motion";
 import { baseOf, parameterOf, verdictWords } from "eulerdisk/state";
 import { readable, printedUnits } from "eulerdisk/ticks";
 
-/** @typedef {import("eulerdisk/types").About} About */
-/** @typedef {import("eulerdisk/types").Place} Place */
-/** @typedef {import("eulerdisk/types").PointAnswer} PointAnswer */
-/** @typedef {import("eulerdisk/types").Quantity} Quantity */
-/** @typedef {import("eulerdisk/types").Source} Source */
-/** @typedef {import("eulerdisk/types").StoredPage} StoredPage */
-/** @typedef {import("eulerdisk/types").WindowAnswer} WindowAnswer */
-/** @typedef {import("eulerdisk/types").Axis} Axis */
-/** @typedef {import("eulerdisk/types").PackedArray} PackedArray */
-/** @typedef {import("eulerdisk/types").Line} Line */
-/** @typedef {import("eulerdisk/types").Parameter} Parameter */
+/** @import { MotionAnswer } from "eulerdisk/motion/types" */
+/** @import { About, Axis, Line, PackedArray, Parameter, Place, PointAnswer, Quantity, Source, StoredPage, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
 /** @typedef {Float32Array|Float64Array|Uint8Array} Values */
 
@@ -92,7 +83,7 @@ export class StoredSource {
   }
 
   /**
-   * @param {import("eulerdisk/types").WindowRequest} request
+   * @param {WindowRequest} request
    * @returns {Promise<WindowAnswer>}
    */
   async window({ view, width, height, quantity }) {
@@ -122,7 +113,7 @@ export class StoredSource {
     return { head, width, height, value, verdict, stored };
   }
 
-  /** @returns {Promise<import("eulerdisk/types").Line[]>} */
+  /** @returns {Promise<Line[]>} */
   async lines() {
     return this.#page.lines;
   }
@@ -174,7 +165,7 @@ export class StoredSource {
   /**
    * The motion of the cell nearest to a place.
    * @param {Place} place
-   * @returns {Promise<import("eulerdisk/motion/types").MotionAnswer>}
+   * @returns {Promise<MotionAnswer>}
    */
   async motion(place) {
     const { motions } = this.#page;
@@ -207,7 +198,7 @@ export class StoredSource {
   }
 
   /**
-   * @param {import("eulerdisk/types").View} view
+   * @param {View} view
    * @param {number} width
    * @param {number} height
    */

@@ -7,6 +7,9 @@
  * @module types
  */
 
+/** @import { MotionAnswer, MotionRequest, StoredMotions } from "eulerdisk/motion/types" */
+/** @import { Reach } from "eulerdisk/server_source" */
+
 /**
  * One axis of a window: the range from centre - half to centre + half; of "log", that of the natural logarithm.
  * @typedef {{name: string, centre: number, half: number, scale: "linear"|"log"}} Axis
@@ -162,16 +165,13 @@
  * @property {Record<string, PackedArray>} cells
  * @property {Record<string, number>} starts
  * @property {Line[]} lines
- * @property {import("eulerdisk/motion/types").StoredMotions|null} motions  null: of a model that the page cannot integrate
+ * @property {StoredMotions|null} motions  null: of a model that the page cannot integrate
  */
 
 /**
  * The cells at the pixels of a window, to be saved.
  * @typedef {{view: View, width: number, height: number, format: "csv"|"netcdf"}} DataRequest
  */
-
-/** @typedef {import("eulerdisk/motion/types").MotionRequest} MotionRequest */
-/** @typedef {import("eulerdisk/motion/types").MotionAnswer} MotionAnswer */
 
 /**
  * Where the page gets its numbers from: a server, or what an exported page holds.
@@ -186,7 +186,7 @@
  * @property {((point: {x: number, y: number}) => {x: number, y: number}|null)|null} cellAt  the cell that stands for a
  *   point, where nothing is known but cells; null where there is none
  * @property {((request: object) => Promise<{command: string, python: string}>)|null} command
- * @property {import("eulerdisk/server_source").Reach|null} reach  whether a server answers; null without one
+ * @property {Reach|null} reach  whether a server answers; null without one
  * @property {((request: DataRequest) => Promise<{blob: Blob, name: string}>)|null} data
  */
 

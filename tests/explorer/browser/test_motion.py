@@ -166,7 +166,7 @@ def test_a_curve_is_dragged_through_time(opened):
     """Pressed and dragged, the cursor of the tilt is where the pointer is, and the slider says the same."""
     page = opened()
     choose(page)
-    box = page.locator(".plot.tilt > svg").bounding_box()
+    box = page.locator(".plot.tilt > svg").first.bounding_box()
     page.mouse.move(box["x"] + 100, box["y"] + 40)
     page.mouse.down()
     first = clock(page)

@@ -138,11 +138,13 @@ def test_wells_and_barriers_are_told_to_five_digits(quiet):
             const { potentialFigure } = await import("eulerdisk/motion/figures");
             const quantity = { label: "tilt", unit: "deg", factor: 180 / Math.PI };
             const head = {
-                quantities: { potential_tilt: quantity, potential: { label: "", unit: "", factor: 1 } },
-                turns: [], wells: [[0.0123456789, -0.1]], barriers: [[-0.7654321, 0.2]],
+                quantities: { tilt: quantity, potential: { label: "", unit: "", factor: 1 } }, turns: [],
             };
-            const arrays = { potential_tilt: Float64Array.of(-1, 0, 1), potential: Float64Array.of(1, 0, 1) };
-            return potentialFigure({ head, arrays }).dots.map(({ label }) => label);
+            const potential = {
+                tilt: Float64Array.of(-1, 0, 1), excess: Float64Array.of(1, 0, 1),
+                wells: [[0.0123456789, -0.1]], barriers: [[-0.7654321, 0.2]],
+            };
+            return potentialFigure({ head, potential }).dots.map(({ label }) => label);
         }"""
     )
     assert labels == ["well at 0.70736 deg", "barrier at \u221243.856 deg"]

@@ -33,7 +33,6 @@ def unwatched(browser):
             return page
         page.goto(f"{url}#{BOTH}")
         page.wait_for_selector(COMPLETE)
-        page.evaluate("import('eulerdisk/motion/panel').then(() => null)")
         return page
 
     yield open_page
@@ -120,7 +119,7 @@ def test_a_page_that_is_refused_at_first_can_try_again(unwatched, explorer):
     assert page.locator("#base").count() == 1
 
 
-@pytest.mark.parametrize("part", ["map.js", "main.js"])
+@pytest.mark.parametrize("part", ["main.js", "motion/panel.js"])
 def test_a_page_with_a_part_missing_says_so(unwatched, explorer, part):
     """Where a file of the page does not come nothing can run: words that stand in the page say what to do."""
     page = unwatched(explorer.url, load=False)
@@ -140,26 +139,6 @@ def test_a_page_with_a_part_missing_says_so(unwatched, explorer, part):
     page.reload()
     page.wait_for_selector(COMPLETE)
     assert page.locator("#notice").text_content() == ""
-
-
-def test_a_motion_whose_parts_do_not_come_is_shown_once_they_do(unwatched, explorer):
-    """What shows motions is loaded apart: that it did not come is told in the motion's place, and can be mended."""
-    page = unwatched(explorer.url, load=False)
-    page.route("**/page/motion/panel.js", lambda route: route.abort("connectionrefused"))
-    page.goto(f"{explorer.url}#{BOTH}&a=2.4,0.02")
-    fault = page.locator(".slot > .fault").first
-    fault.filter(has_text="could not be loaded").wait_for()
-    page.wait_for_selector(COMPLETE)
-    page.route("**/about", lambda route: route.abort("connectionrefused"))
-    fault.get_by_role("button", name="Try again").click()
-    wait_for_text(page, "#notice", GONE)
-    assert "could not be loaded" in fault.inner_text()
-    page.unroute_all()
-    fault.get_by_role("button", name="Try again").click()
-    page.locator("#motions .motion.shown:not(.waiting)").wait_for()
-    words = page.locator("#motions").inner_text()
-    assert "could not be loaded" not in words
-    assert "roll rate 2.4 rad" in words
 
 
 @pytest.mark.parametrize("what", ["window", "lines", "motion"])
@@ -229,23 +208,6 @@ def test_a_button_that_tries_again_keeps_the_focus(unwatched, explorer):
     assert page.evaluate("document.activeElement.id") == "map"
 
 
-def test_a_fault_of_what_shows_motions_is_in_the_console(unwatched, explorer):
-    """A part that came, and has a fault, is told as one that did not come; the console tells the fault."""
-    page = unwatched(explorer.url, load=False)
-    thrown = []
-    page.on("pageerror", lambda problem: thrown.append(problem.message))
-
-    def answer(route):
-        come = route.fetch()
-        route.fulfill(response=come, body=f"{come.text()}\nthrow new RangeError('A FAULT OF THE PAGE');")
-
-    page.route("**/page/motion/plot.js", answer)
-    page.goto(f"{explorer.url}#{BOTH}&a=2.4,0.02")
-    page.locator(".slot > .fault").first.filter(has_text="could not be loaded").wait_for()
-    page.wait_for_selector(COMPLETE)
-    assert "A FAULT OF THE PAGE" in thrown
-
-
 @pytest.mark.parametrize("fault", ["damaged", "old browser"])
 def test_an_exported_page_that_cannot_be_read_says_so(unwatched, tmp_path, fault):
     """What is wrong with the cells that a page holds, or with the browser, is told in its notice and in the console."""
@@ -289,7 +251,7 @@ def test_words_that_were_refused_are_asked_for_again(unwatched, explorer):
     wait_for_text(page, ".explanation", "no room")
     page.unroute("**/explain")
     for _ in range(2):
-        page.locator("details.words summary").click()
+        page.locator("details.words summary").first.click()
     wait_for_text(page, ".explanation", "because")
 
 

@@ -24,7 +24,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/orbit_controls";
 
-/** @typedef {import("eulerdisk/motion/panel").Samples} Samples */
+/** @import { Samples } from "eulerdisk/motion/panel" */
 
 /**
  * Colours of the scene, as CSS writes them.

@@ -3,8 +3,8 @@
 import { rangeOf } from "eulerdisk/motion/plot";
 import { MINUS, readable } from "eulerdisk/ticks";
 
-/** @typedef {import("eulerdisk/motion/panel").Samples} Samples */
-/** @typedef {import("eulerdisk/motion/plot").Figure} Figure */
+/** @import { Samples } from "eulerdisk/motion/panel" */
+/** @import { Figure } from "eulerdisk/motion/plot" */
 
 /** Forces stay in view up to this many weights, or this many times what they are for all but a twentieth of the time. */
 const IN_VIEW = 2.5;
@@ -98,10 +98,10 @@ export function forcesFigure(samples, length) {
  * @returns {Figure}
  */
 export function potentialFigure(samples) {
-  const { head, arrays } = samples;
-  const tilt = shown(samples, "potential_tilt");
-  const { factor } = head.quantities.potential_tilt;
-  const { unit } = head.quantities.potential_tilt;
+  const { head, potential } = samples;
+  const { factor, unit } = head.quantities.tilt;
+  if (!potential) throw new Error("A motion with losses has no potential.");
+  const tilt = potential.tilt.map((value) => factor * value);
   const dot =
     (/** @type {string} */ kind, /** @type {string} */ words) =>
     (/** @type {[number, number]} */ [x, y]) => ({
@@ -118,13 +118,17 @@ export function potentialFigure(samples) {
   }));
   return {
     title: "potential less energy against tilt",
-    xLabel: labelled(samples, "potential_tilt"),
+    xLabel: labelled(samples, "tilt"),
     yLabel: labelled(samples, "potential"),
     x: { low: tilt[0], high: tilt[tilt.length - 1] },
-    y: rangeOf(arrays.potential),
-    curves: [{ x: tilt, y: arrays.potential, kind: "potential" }],
+    y: rangeOf(potential.excess),
+    curves: [{ x: tilt, y: potential.excess, kind: "potential" }],
     lines: [{ y: 0, kind: "energy" }],
-    dots: [...head.wells.map(dot("well", "well")), ...head.barriers.map(dot("barrier", "barrier")), ...turns],
+    dots: [
+      ...potential.wells.map(dot("well", "well")),
+      ...potential.barriers.map(dot("barrier", "barrier")),
+      ...turns,
+    ],
   };
 }
 
@@ -134,8 +138,7 @@ export function potentialFigure(samples) {
  * @param {number} tilt  in SI units
  */
 export function potentialAt(samples, tilt) {
-  const { potential_tilt: tilts, potential } = samples.arrays;
-  if (!tilts) return NaN;
+  const { tilt: tilts, excess } = samples.potential ?? { tilt: [], excess: [] };
   const place = Math.min(Math.max(tilt, tilts[0]), tilts[tilts.length - 1]);
   if (!(Math.abs(place - tilt) < SAME)) return NaN;
   const after = Math.max(
@@ -143,7 +146,7 @@ export function potentialAt(samples, tilt) {
     1,
   );
   const share = (place - tilts[after - 1]) / (tilts[after] - tilts[after - 1]);
-  return potential[after - 1] + share * (potential[after] - potential[after - 1]);
+  return excess[after - 1] + share * (excess[after] - excess[after - 1]);
 }
 
 /**

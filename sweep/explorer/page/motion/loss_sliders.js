@@ -2,7 +2,7 @@
 
 import { html } from "eulerdisk/elements";
 
-/** @typedef {import("eulerdisk/motion/types").LossControl} LossControl */
+/** @import { LossControl } from "eulerdisk/motion/types" */
 
 /** Steps of a slider; one end of it says that there is no such loss. */
 const STEPS = 240;

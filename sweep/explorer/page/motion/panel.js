@@ -12,14 +12,14 @@ import {
 } from "eulerdisk/motion/figures";
 import { LossSliders } from "eulerdisk/motion/loss_sliders";
 import { Plot } from "eulerdisk/motion/plot";
+import { potentialOf } from "eulerdisk/motion/potential";
 import { mayPass, tell, wordsOfProblem } from "eulerdisk/notice";
 import { wordsOf } from "eulerdisk/state";
 
-/** @typedef {import("eulerdisk/types").Source} Source */
-/** @typedef {import("eulerdisk/motion/types").MotionRequest} MotionRequest */
-/** @typedef {import("eulerdisk/motion/types").MotionSettings} MotionSettings */
-/** @typedef {import("eulerdisk/motion/types").MotionAnswer} MotionAnswer */
-/** @typedef {import("eulerdisk/motion/clock").Clock} Clock */
+/** @import { Clock } from "eulerdisk/motion/clock" */
+/** @import { Standpoint } from "eulerdisk/motion/disk_scene" */
+/** @import { MotionAnswer, MotionRequest, MotionSettings } from "eulerdisk/motion/types" */
+/** @import { Source } from "eulerdisk/types" */
 
 /** Milliseconds that a slider has to rest before its motion is asked for. */
 const REST = 60;
@@ -36,7 +36,7 @@ export class MotionPanel {
     this.element = element;
     this.source = source;
     this.told = told;
-    /** @type {import("eulerdisk/motion/disk_scene").Standpoint|null} where the camera was put */
+    /** @type {Standpoint|null} where the camera was put */
     this.standpoint = null;
     /** @type {Samples|null} */
     this.samples = null;
@@ -334,6 +334,10 @@ export class Samples {
     this.head = head;
     this.arrays = arrays;
     this.times = arrays.time;
+    /** The potential, of a motion without losses. */
+    this.potential = head.lossy
+      ? null
+      : potentialOf(/** @type {any} */ ({ ...head, ...head.start }), head.fall_tilt);
   }
 
   /** Length of the motion in seconds. */

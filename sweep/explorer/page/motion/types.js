@@ -59,15 +59,14 @@
  * @property {number} gravity
  * @property {[number, string][]} turns
  * @property {number|null} period
- * @property {[number, number][]} wells
- * @property {[number, number][]} barriers
+ * @property {number} fall_tilt
  * @property {LossControl[]} losses
  * @property {Record<string, string>|null} ledger
  * @property {Record<string, Described>} quantities
  */
 
 /**
- * Arrays have one value for each sample, but those of the potential.
+ * Arrays have one value for each sample.
  * @typedef {{head: MotionHead, arrays: Record<string, Float64Array>}} MotionAnswer
  */
 

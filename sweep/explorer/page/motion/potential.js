@@ -1,0 +1,163 @@
+/**
+ * The potential of one motion without losses, as a curve to draw: how far it lies over the energy, its wells and its
+ * barriers. The disk swings where its potential is below its energy. Everything is over m g R.
+ *
+ * (1 + alpha/2) w^2/2 + V = E with V = (1+alpha)/2 s^2 + alpha/4 o^2 + cos(tilt), where s and o are functions of the tilt
+ * alone (docs/theory.md; Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201).
+ */
+
+/** @import { Start } from "eulerdisk/motion/integrator" */
+/** @typedef {[number, number]} Point  a tilt, or a stretched one, and the excess of the potential there */
+/** @typedef {(y: number) => {excess: number, slope: number}} Curve  of stretched tilts */
+
+/** Longest step of the integration, and the fewest steps: the curve is right to 1e-7 of its height up to 89 deg. */
+const STEP = 0.06;
+const FEWEST = 6;
+
+/** Places among which extremes are sought, points of the curve, halvings that lead to an extreme. */
+const PLACES = 513;
+const POINTS = 241;
+const HALVINGS = 50;
+
+/** What is drawn beside the swing: this share of the height that is seen, above the energy and above the barrier. */
+const MARGIN = 0.45;
+
+/** A barrier that is more often as high over the energy as the well is deep below it is left out of the picture. */
+const FAR = 12;
+
+/** The tilt that is stretched without end at 90 deg is drawn up to here, about 89.9 deg. */
+const STEEPEST = 7;
+
+/**
+ * @param {Start} start
+ * @param {number} fallTilt  nothing is drawn beyond it
+ * @returns {{tilt: Float64Array, excess: Float64Array, wells: Point[], barriers: Point[]}}
+ */
+export function potentialOf(start, fallTilt) {
+  const curve = curveOf(start);
+  const far = Math.min(stretched(fallTilt), STEEPEST);
+  const here = stretched(Math.min(Math.max(start.tilt, -fallTilt), fallTilt));
+  const places = [...evenly(-far, far, PLACES), here].sort((a, b) => a - b);
+  const slopes = places.map((y) => curve(y).slope);
+  const [wells, barriers] = [-1, 1].map((sense) => extremes(curve, places, slopes, sense));
+  // a disk at rest at the bottom of its well has no depth: what is near is drawn
+  const depth =
+    Math.max(0, ...[...wells.map(([, excess]) => excess), curve(here).excess].map((v) => -v)) || 1e-3;
+  const height = Math.max(0, ...barriers.map(([, excess]) => excess).filter((value) => value <= FAR * depth));
+  const limit = height + MARGIN * (height + depth);
+  const [low, high] = [-far, far].map((end) => crossing(curve, here, end, limit));
+  const seen = (/** @type {Point[]} */ found) =>
+    found
+      .filter(([y]) => y >= low && y <= high)
+      .map(([y, excess]) => /** @type {Point} */ ([tiltAt(y), excess]));
+  const tilt = Float64Array.from(evenly(tiltAt(low), tiltAt(high), POINTS));
+  const excess = tilt.map((each) => curve(stretched(each)).excess);
+  return { tilt, excess, wells: seen(wells), barriers: seen(barriers) };
+}
+
+/** @param {number} tilt */
+function stretched(tilt) {
+  return Math.atanh(Math.sin(tilt));
+}
+
+/** @param {number} y  a stretched tilt */
+function tiltAt(y) {
+  return Math.asin(Math.tanh(y));
+}
+
+/**
+ * @param {number} low
+ * @param {number} high
+ * @param {number} count
+ */
+function evenly(low, high, count) {
+  return Array.from({ length: count }, (_, i) => low + (i / (count - 1)) * (high - low));
+}
+
+/**
+ * The potential less the energy, and its slope. With p = o cos(tilt), ds/dy = -p/(1+alpha) and dp/dy = -2 s cos(tilt)^2.
+ * The changes of s and p since the start are integrated, so that the excess of a narrow swing is no difference of large
+ * numbers.
+ * @param {Start} start
+ * @returns {Curve}
+ */
+function curveOf({ tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, gravity }) {
+  const unit = Math.sqrt(radius / gravity);
+  const cos0 = Math.cos(tilt);
+  const s0 = unit * (roll_rate + precession_rate * Math.sin(tilt));
+  const p0 = unit * precession_rate * cos0 * cos0;
+  const y0 = stretched(tilt);
+  const kinetic = 0.5 * (1 + 0.5 * alpha) * (unit * tilt_rate) ** 2;
+  const slopes = (/** @type {number} */ y, /** @type {number} */ s, /** @type {number} */ p) =>
+    /** @type {[number, number]} */ ([-(p0 + p) / (1 + alpha), (-2 * (s0 + s)) / Math.cosh(y) ** 2]);
+  return (place) => {
+    const steps = Math.max(FEWEST, Math.ceil(Math.abs(place - y0) / STEP));
+    const h = (place - y0) / steps;
+    let [s, p] = [0, 0];
+    for (let i = 0; i < steps; i += 1) {
+      const y = y0 + i * h;
+      const [s1, p1] = slopes(y, s, p);
+      const [s2, p2] = slopes(y + h / 2, s + (h / 2) * s1, p + (h / 2) * p1);
+      const [s3, p3] = slopes(y + h / 2, s + (h / 2) * s2, p + (h / 2) * p2);
+      const [s4, p4] = slopes(y + h, s + h * s3, p + h * p3);
+      s += (h / 6) * (s1 + 2 * s2 + 2 * s3 + s4);
+      p += (h / 6) * (p1 + 2 * p2 + 2 * p3 + p4);
+    }
+    const there = tiltAt(place);
+    const [sin, cos] = [Math.sin(there), Math.cos(there)];
+    const [o, o0] = [(p0 + p) / cos, p0 / cos0];
+    // o - o0, formed without the difference of two like numbers
+    const narrow = Math.sin((there + tilt) / 2) * Math.sin((there - tilt) / 2);
+    const change = p / cos + (2 * p0 * narrow) / (cos * cos0);
+    const rise = 0.5 * (1 + alpha) * s * (2 * s0 + s) + 0.25 * alpha * change * (o + o0) - 2 * narrow;
+    const pull = sin * cos + (1 + alpha) * (s0 + s) * (p0 + p) - 0.5 * alpha * o * o * sin;
+    return { excess: rise - kinetic, slope: -pull };
+  };
+}
+
+/**
+ * Maxima (sense 1) or minima (sense -1) among increasing places, by halving.
+ * @param {Curve} curve
+ * @param {number[]} places
+ * @param {number[]} slopes
+ * @param {number} sense
+ * @returns {Point[]}
+ */
+function extremes(curve, places, slopes, sense) {
+  /** @type {Point[]} */
+  const found = [];
+  for (let i = 1; i < places.length; i += 1) {
+    const rises = (/** @type {number} */ slope) => sense * slope >= 0;
+    if (!rises(slopes[i - 1]) || rises(slopes[i])) continue;
+    let [low, high] = [places[i - 1], places[i]];
+    for (let halving = 0; halving < HALVINGS; halving += 1) {
+      const middle = (low + high) / 2;
+      if (rises(curve(middle).slope)) low = middle;
+      else high = middle;
+    }
+    found.push([low, curve(low).excess]);
+  }
+  return found;
+}
+
+/**
+ * The first stretched tilt on the way from the start to an end at which the excess is over a limit; the end if none is.
+ * @param {Curve} curve
+ * @param {number} here
+ * @param {number} end
+ * @param {number} limit
+ */
+function crossing(curve, here, end, limit) {
+  let before = here;
+  // distances from the start over twelve decades: a swing may be as narrow
+  const shares = [...evenly(-12, -2, 80).map((power) => 10 ** power), ...evenly(0.01, 1, 240)];
+  for (const share of shares) {
+    const place = here + share * (end - here);
+    if (curve(place).excess > limit) {
+      const near = evenly(before, place, 33);
+      return near.find((y) => curve(y).excess > limit) ?? place;
+    }
+    before = place;
+  }
+  return end;
+}
