@@ -22,7 +22,10 @@ class Slot {
   #source;
   #letter;
   #caption = html("p", { class: "quiet" });
-  #panel;
+  #set;
+  #body = html("div", {});
+  /** @type {MotionPanel|null} made for the first motion */
+  #made = null;
   /** @type {string|null} what is shown; null before anything is */
   #shown = null;
   /** @type {Place|null} what is wanted */
@@ -42,13 +45,7 @@ class Slot {
     this.#about = about;
     this.#source = source;
     this.#letter = letter;
-    const body = html("div", {});
-    this.#panel = new MotionPanel(body, source, () => {
-      const settings = JSON.stringify(this.#panel.settings);
-      if (settings === this.#settings) return;
-      this.#settings = settings;
-      set(this.#panel.settings);
-    });
+    this.#set = set;
     const button = html(
       "button",
       { type: "button", class: "plain", "aria-label": `Close ${letter}`, click: close },
@@ -56,7 +53,7 @@ class Slot {
     );
     const heading = html("h2", {}, html("span", { class: "letter" }, letter));
     const head = html("header", {}, heading, this.#caption, button);
-    this.element = html("section", { class: "slot", "aria-label": `Motion ${letter}` }, head, body);
+    this.element = html("section", { class: "slot", "aria-label": `Motion ${letter}` }, head, this.#body);
   }
 
   /**
@@ -74,11 +71,13 @@ class Slot {
     this.#settings = wanted;
     this.#caption.textContent = point ? this.#words(view, point) : invitation(this.#letter);
     this.#wanted = point && { view, ...point };
-    if (JSON.stringify(this.#panel.settings) !== wanted) this.#panel.settings = settings;
     if (!this.#wanted) {
       delete this.element.dataset.shown;
-      this.#panel.clear();
-    } else void this.#move(this.#wanted);
+      this.#made?.clear();
+    }
+    const panel = this.#wanted ? this.#panel : this.#made;
+    if (panel && JSON.stringify(panel.settings) !== wanted) panel.settings = settings;
+    this.again();
   }
 
   /** Ask for the motion once more. */
@@ -89,6 +88,16 @@ class Slot {
   /** What makes the motion of this slot again, with the losses that are set in its panel; null without one. */
   request() {
     return this.#wanted && { ...this.#wanted, losses: this.#panel.settings.losses };
+  }
+
+  get #panel() {
+    this.#made ??= new MotionPanel(this.#body, this.#source, () => {
+      const settings = JSON.stringify(this.#panel.settings);
+      if (settings === this.#settings) return;
+      this.#settings = settings;
+      this.#set(this.#panel.settings);
+    });
+    return this.#made;
   }
 
   /** @param {Place} request */
