@@ -270,8 +270,9 @@ def _draw_edges(axes: "Axes", panel: Panel) -> None:
         # a point in the first column is whole
         _draw_points(axes, edge.name, edge.x, edge.measured, edge.error, label, clip_on=False)
         _draw_line(axes, panel, "predicted", edge.fine_x, edge.predicted, panel.predicted)
+    ends = f", from {panel.joined[0]} to {panel.joined[1]}" if panel.joined else ""
     for x, y in analytic_lines(panel):
-        _draw_line(axes, panel, "analytic", x, y, f"analytic: {panel.line}")
+        _draw_line(axes, panel, "analytic", x, y, f"analytic: {panel.line}{ends}")
     if panel.joined is not None and panel.y is not None:
         for height in (each for each in joined_heights(panel) if each is not None):
             axes.plot(0.0, height, "D", color=INK, markersize=4.5, clip_on=False, zorder=7)

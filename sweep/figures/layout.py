@@ -5,25 +5,25 @@ legend that is wider than its panel take the width of the panel.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from matplotlib import rc_context, rcParams
 from matplotlib.container import ErrorbarContainer
-from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from matplotlib.transforms import ScaledTranslation
 
 from sweep.errors import RequestError
-from sweep.figures.drawing import INK, OUTSIDE, analytic_lines, joined, joined_heights
+from sweep.figures.drawing import OUTSIDE, analytic_lines, joined, joined_heights
 from sweep.figures.look import Look
 from sweep.figures.panels import Panel
-from sweep.figures.room import Room, forget_names, name_end, name_line, name_regions, point_at
+from sweep.figures.room import Room, name_end, name_line, name_regions
 from sweep.figures.scales import name_ends, thin_ticks
 from sweep.figures.texts import broken, wrapped
-from sweep.model.quantity import Truths
+from sweep.model.quantity import Array, Truths
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,26 +48,12 @@ _LEAST, _COLUMN = 7.0, 32.0
 #: How often sizes and ticks, which depend on each other, are computed.
 _ROUNDS = 2
 
-#: Looks of the marker for a region that is too small for its name.
-_POINTERS: tuple[dict[str, Any], ...] = (
-    {"marker": "*", "markerfacecolor": "white"},
-    {"marker": "*", "markerfacecolor": INK},
-    {"marker": "X", "markerfacecolor": "white"},
-    {"marker": "P", "markerfacecolor": "white"},
-    {"marker": "P", "markerfacecolor": INK},
-)
-_POINTER: dict[str, Any] = {
-    "linestyle": "", "color": INK, "markersize": 8.0, "markeredgewidth": 0.8, "zorder": 8,
-}  # fmt: skip
-
 
 @dataclass
 class Block:
     """A panel in a figure: its map or profile, the strip below it if there is one, and their words.
 
-    `regions` are the names and cells that are written into a map; those that are `explained` have an entry in the
-    legend in any case, and `pointed` are those whose names have no room: the legend shows what `symbols` gives for
-    their names, or a marker that points at them. `unnamed` are ends of a curve whose names have no room.
+    `regions` are the names and cells that are written into a map where they have room.
     """
 
     axes: "Axes"
@@ -76,10 +62,6 @@ class Block:
     caption: tuple[str, ...] = ()
     strip: "Axes | None" = None
     regions: Sequence[tuple[str, Truths]] = ()
-    explained: Sequence[str] = ()
-    symbols: Callable[[str], Any] | None = None
-    pointed: list[str] = field(default_factory=list)
-    unnamed: list[str] = field(default_factory=list)
     is_mathematics: bool = False
 
     @property
@@ -123,21 +105,18 @@ def arrange(
         If there is no room.
     """
     layout = _Layout(drawn, blocks, columns, height, bar, title)
-    for _ in range(2):
-        for block in blocks:
-            forget_names(block.axes)
-        layout.write_legends(common)
-        for _ in range(_ROUNDS):
-            layout.place()
-            layout.break_labels()
-        for axes in layout.axes():
-            thin_ticks(axes)
-        if bar is not None:
-            name_ends(bar)
+    layout.write_titles()
+    layout.write_legends(common)
+    for _ in range(_ROUNDS):
         layout.place()
-        # all of them, for the legends are written again with what has no room
-        if not sum(name_block(block) for block in blocks):
-            break
+        layout.break_labels()
+    for axes in layout.axes:
+        thin_ticks(axes)
+    if bar is not None:
+        name_ends(bar)
+    layout.place()
+    for block in blocks:
+        _write_names(block)
 
 
 def lettered(look: Look) -> AbstractContextManager[None]:
@@ -157,14 +136,11 @@ def finish_in(block: Block, look: Look) -> "Figure":
         drawn.draw_without_rendering()
         room = axes.get_window_extent().width / axes.figure.dpi
         axes.set_title(wrapped(block.title, float(axes.title.get_fontsize()), room), parse_math=False)
-        for _ in range(2):
-            forget_names(axes)
-            _put_below(axes, block)
-            # the legend may have moved the axes, and names are placed in their size
-            drawn.draw_without_rendering()
-            thin_ticks(axes)
-            if not name_block(block):
-                break
+        _put_below(axes, block)
+        # the legend may have moved the axes, and names are placed in their size
+        drawn.draw_without_rendering()
+        thin_ticks(axes)
+        _write_names(block)
     return drawn
 
 
@@ -173,19 +149,19 @@ def _put_below(axes: "Axes", block: Block) -> None:
     drawn = axes.get_figure(root=True)
     assert drawn is not None
     drawn.draw_without_rendering()
-    legend = add_legend(
-        axes, *entries(block), block.caption, axes.get_window_extent().width / axes.figure.dpi
-    )
+    width = axes.get_window_extent().width / axes.figure.dpi
+    legend = _add_legend(axes, _entries(axes), block.caption, width)
     tight = axes.get_tightbbox(for_layout_only=True)
     assert tight is not None
-    below = (tight.y0 - axes.get_window_extent().y0) / axes.figure.dpi - 0.5 * _letter() / 72.0
+    below = (tight.y0 - axes.get_window_extent().y0) / axes.figure.dpi - 0.5 * _letter()
     shift = ScaledTranslation(0.0, below, axes.figure.dpi_scale_trans)
     legend.set_bbox_to_anchor((0.0, 0.0), transform=axes.transAxes + shift)
     legend.set_in_layout(True)
 
 
 def _letter() -> float:
-    return float(rcParams["font.size"])
+    """Return the size of a letter [in]."""
+    return float(rcParams["font.size"]) / 72.0
 
 
 class _Layout:
@@ -201,32 +177,62 @@ class _Layout:
         title: str,
     ) -> None:
         self.drawn, self.blocks, self.columns, self.height, self.bar = drawn, blocks, columns, height, bar
-        self.letter = _letter() / 72.0
-        self.width = drawn.get_size_inches()[0]
-        self.rows = -(-len(blocks) // columns)
+        self.letter, self.width, self.rows = _letter(), drawn.get_size_inches()[0], -(-len(blocks) // columns)
+        self.has_strip = any(block.strip is not None for block in blocks)
         self.common: Legend | None = None
+        self.legends: list[Legend] = []
         self.title: Text | None = None
         if title:
             size = float(rcParams["axes.titlesize"])
             text = wrapped(title, size, self.width - 2.0 * self.letter)
             self.title = drawn.text(0.0, 1.0, text, size=size, weight="bold", va="top", parse_math=False)
-        self.legends: list[Legend | None] = []
-        self.has_strip = any(block.strip is not None for block in blocks)
+        every = [*(each for block in blocks for each in (block.axes, block.strip)), bar]
+        self.axes = [each for each in every if each is not None]
         self.labels = [
             (axis, which, axis.get_label_text())
-            for axes in self.axes()
+            for axes in self.axes
             for each in (axes, *axes.child_axes)
             for which, axis in ((0, each.xaxis), (1, each.yaxis))
         ]
         for block in blocks:
             if block.strip is not None:
                 drawn.align_ylabels([block.axes, block.strip])
-        self._start()
+        # sizes near the final ones: the numbers on axes depend on them
+        for axes in self.axes:
+            axes.set_position((0.2, 0.2, 0.7 / columns, 0.7 / columns))
+        if bar is not None:
+            bar.set_position((0.9, 0.2, 0.02, 0.6))
 
-    def axes(self) -> "list[Axes]":
-        """Return all axes that have places."""
-        every = [each for block in self.blocks for each in (block.axes, block.strip)]
-        return [each for each in (*every, self.bar) if each is not None]
+    def write_titles(self) -> None:
+        """Write the titles of the panels, in lines as wide as their columns."""
+        column = self._column()
+        for block in self.blocks:
+            size, title = float(block.axes.title.get_fontsize()), block.title
+            if block.is_mathematics:
+                probe = self.drawn.text(0.0, 0.0, "", fontsize=size)
+                # beside the numbers of its axes
+                title = "\n".join(broken(probe, title, (column - 5.0 * self.letter) * self.drawn.dpi))
+                probe.remove()
+            else:
+                title = wrapped(title, size, column - 2.5 * self.letter)
+            weight = "normal" if block.is_mathematics else "bold"
+            block.axes.set_title(title, parse_math=block.is_mathematics, weight=weight)
+
+    def write_legends(self, common: Sequence[str] | None) -> None:
+        """Write the legends, as wide as the columns are, or one with a caption that is common to all panels."""
+        found = [_entries(block.axes) for block in self.blocks]
+        if common is None:
+            for block, named in zip(self.blocks, found, strict=True):
+                self.legends.append(_add_legend(block.lowest, named, block.caption, self._column()))
+            return
+        every = {label: handle for named in reversed(found) for label, handle in named.items()}
+        order = dict.fromkeys(label for named in found for label in named)
+        # a line that lies outside of one map and inside of another has one entry
+        once = [each for each in order if each.removesuffix(OUTSIDE) not in order.keys() - {each}]
+        named = joined({label: every[label] for label in once})
+        room = self.width - 2.0 * _MARGIN * self.letter
+        count = max(1, min(len(named), int(room / (_COLUMN * self.letter))))
+        self.common = _add_legend(self.blocks[0].axes, named, common, room, columns=count)
 
     def break_labels(self) -> None:
         """Break the labels that are longer than their axes."""
@@ -239,148 +245,77 @@ class _Layout:
             axis.set_label_text("\n".join(broken(probe, text, length)))
         probe.remove()
 
-    def _start(self) -> None:
-        """Give every axes a size near its final one: the numbers on it depend on it."""
-        for block in self.blocks:
-            for axes in filter(None, (block.axes, block.strip)):
-                axes.set_position((0.2, 0.2, 0.7 / self.columns, 0.7 / self.columns))
-        if self.bar is not None:
-            self.bar.set_position((0.9, 0.2, 0.02, 0.6))
-
-    def write_legends(self, common: Sequence[str] | None) -> None:
-        """Write the legends, as wide as the columns are."""
-        bar = self._bar_width()
-        room = self.width - bar - 2.0 * _MARGIN * self.letter
-        column = (room - (self.columns - 1) * _GAP * self.letter) / self.columns
-        for block in self.blocks:
-            size, title = float(block.axes.title.get_fontsize()), block.title
-            if block.is_mathematics:
-                probe = self.drawn.text(0.0, 0.0, "", fontsize=size)
-                # beside the numbers of its axes
-                title = "\n".join(broken(probe, title, (column - 5.0 * self.letter) * self.drawn.dpi))
-                probe.remove()
-            else:
-                title = wrapped(title, size, column - 2.5 * self.letter)
-            weight = "normal" if block.is_mathematics else "bold"
-            block.axes.set_title(title, parse_math=block.is_mathematics, weight=weight)
-        if common is None:
-            self.legends = [
-                add_legend(block.lowest, *entries(block), block.caption, column) for block in self.blocks
-            ]
-            return
-        named: dict[str, Any] = {}
-        for block in self.blocks:
-            for handle, label in zip(*entries(block), strict=True):
-                named.setdefault(label, handle)
-        # a line that lies outside of one map and inside of another has one entry
-        named = {
-            label: each
-            for label, each in named.items()
-            if label.removesuffix(OUTSIDE) not in named.keys() - {label}
-        }
-        named = joined(named)
-        room = self.width - 2.0 * _MARGIN * self.letter
-        count = max(1, min(len(named), int(room / (_COLUMN * self.letter))))
-        self.common = add_legend(
-            self.blocks[0].axes, list(named.values()), list(named), common, room, columns=count
-        )
-
     def place(self) -> None:
         """Measure the words around all axes, and give the axes what is left."""
-        letter, columns, rows = self.letter, self.columns, self.rows
-        margins = [
-            [self._margins(axes) for axes in (block.axes, block.strip) if axes is not None]
-            for block in self.blocks
-        ]
-        left = [
-            max(m[0] for i, each in enumerate(margins) if i % columns == c for m in each)
-            for c in range(columns)
-        ]
-        right = [
-            max(m[2] for i, each in enumerate(margins) if i % columns == c for m in each)
-            for c in range(columns)
-        ]
-        bar = self._bar_width()
-        across = (
-            self.width - bar - 2.0 * _MARGIN * letter - (columns - 1) * _GAP * letter - sum(left) - sum(right)
-        ) / columns
-        heights = self._heights(margins, across)
-        total, up = heights.total, heights.panel
-        high = up - (heights.strip + _CLOSE * letter if self.has_strip else 0.0)
-        if across < _LEAST * letter or high < _LEAST * letter:
-            self._refuse(across, high, total)
+        letter, grid = self.letter, (self.rows, self.columns)
+        around, legends = np.zeros((self.rows * self.columns, 4)), np.zeros(self.rows * self.columns)
+        for i, block in enumerate(self.blocks):
+            around[i] = self._around_block(block)
+            if self.legends:
+                legends[i] = self._size(self.legends[i])[1] + _ABOVE * letter
+        left, below, right, above = around.reshape(*grid, 4).transpose(2, 0, 1)
+        lefts, rights = left.max(axis=0), right.max(axis=0)
+        tops = above.max(axis=1) + _MARGIN * letter
+        feet = below.max(axis=1) + legends.reshape(grid).max(axis=1) + _BELOW * letter
+        across = self._column() - (lefts.sum() + rights.sum()) / self.columns
+        foot = self._size(self.common)[1] + _BELOW * letter if self.common else 0.0
+        panel, strip, total = self._heights(across, tops.sum() + feet.sum() + foot + self._title_height())
+        self._check_room(across, panel - (strip + _CLOSE * letter if self.has_strip else 0.0), total)
         if self.height is None:
             self.drawn.set_size_inches(self.width, total)
-        top, x_left = total, 0.0
-        if self.title is not None:
-            height = self.drawn.get_size_inches()[1]
-            self.title.set_position((_MARGIN * letter / self.width, 1.0 - _MARGIN * letter / height))
-            top -= self._title_height()
-        for row in range(rows):
-            x_left = _MARGIN * letter
-            for column in range(columns):
-                i = row * columns + column
-                x_left += left[column]
-                if i < len(self.blocks):
-                    self._place_block(i, x_left, top - heights.above[row], across, up, margins[i], heights)
-                x_left += across + right[column] + _GAP * letter
-            top -= heights.above[row] + up + heights.below[row]
+        top = total - self._title_height()
+        for row in range(self.rows):
+            top -= tops[row]
+            x = _MARGIN * letter
+            for i in range(row * self.columns, min((row + 1) * self.columns, len(self.blocks))):
+                column = i % self.columns
+                x += lefts[column]
+                self._place_block(i, around[i], (x, top, across, panel, strip))
+                x += across + rights[column] + _GAP * letter
+            top -= panel + feet[row]
         if self.common is not None:
             self._put_legend(self.common, _MARGIN * letter, top)
+        if self.title is not None:
+            self.title.set_position((_MARGIN * letter / self.width, 1.0 - _MARGIN * letter / total))
         if self.bar is not None:
-            low, high = self._span()
-            where = self.width - bar - _MARGIN * letter + _TO_BAR * letter
+            low = min(block.lowest.get_position().y0 for block in self.blocks) * total
+            high = max(block.axes.get_position().y1 for block in self.blocks) * total
+            where = self.width - self._bar_width() - _MARGIN * letter + _TO_BAR * letter
             self._set(self.bar, where, low, _BAR * letter, high - low)
 
-    def _heights(self, margins: Any, across: float) -> "_Heights":
-        letter, columns = self.letter, self.columns
-        above, below = [], []
-        for row in range(self.rows):
-            some = range(row * columns, min((row + 1) * columns, len(self.blocks)))
-            above.append(max(margins[i][0][3] for i in some) + _MARGIN * letter)
-            legend = max((self._legend_height(i) for i in some), default=0.0)
-            below.append(max(margins[i][-1][1] for i in some) + legend + _BELOW * letter)
-        common = self._size(self.common)[1] + _BELOW * letter if self.common else 0.0
-        fixed = sum(above) + sum(below) + common + self._title_height()
-        extra, least = (_CLOSE * letter, _LEAST_STRIP * letter) if self.has_strip else (0.0, 0.0)
+    def _column(self) -> float:
+        """Return the width of a column with its labels."""
+        gaps = 2.0 * _MARGIN + (self.columns - 1) * _GAP
+        return float(self.width - self._bar_width() - gaps * self.letter) / self.columns
+
+    def _heights(self, across: float, fixed: float) -> tuple[float, float, float]:
+        """Return the heights of a panel with its strip, of a strip and of the figure; `fixed` is that of all words."""
+        extra, least = (_CLOSE * self.letter, _LEAST_STRIP * self.letter) if self.has_strip else (0.0, 0.0)
         share = _STRIP if self.has_strip else 0.0
-        if self.height is None:
-            shape = _SHAPE if any(block.panel.y is not None for block in self.blocks) else _PROFILE
-            high = across * shape
-            strip = max(share * high, least)
-            panel = high + extra + strip
-            return _Heights(above, below, panel, strip, fixed + self.rows * panel)
-        panel = (self.height - fixed) / self.rows
-        strip = max((panel - extra) * share / (1.0 + share), least)
-        return _Heights(above, below, panel, strip, self.height)
+        if self.height is not None:
+            panel = (self.height - fixed) / self.rows
+            return panel, max((panel - extra) * share / (1.0 + share), least), self.height
+        high = across * (_SHAPE if any(block.panel.y is not None for block in self.blocks) else _PROFILE)
+        strip = max(share * high, least)
+        return high + extra + strip, strip, fixed + self.rows * (high + extra + strip)
 
     def _title_height(self) -> float:
         if self.title is None:
             return 0.0
-        further = self.title.get_text().count("\n")
-        return (_TITLE + _LINE * further) * self.letter
+        return (_TITLE + _LINE * self.title.get_text().count("\n")) * self.letter
 
-    def _legend_height(self, i: int) -> float:
-        if self.common is not None or not self.legends or self.legends[i] is None:
-            return 0.0
-        return self._size(self.legends[i])[1] + _ABOVE * self.letter
-
-    def _place_block(
-        self, i: int, left: float, top: float, across: float, up: float, margins: Any, heights: "_Heights"
-    ) -> None:
-        block = self.blocks[i]
-        high = up if block.strip is None else up - heights.strip - _CLOSE * self.letter
+    def _place_block(self, i: int, around: Array, place: tuple[float, float, float, float, float]) -> None:
+        """Place map, strip and legend of a block: left end, top, width, height with the strip, height of the strip."""
+        block, (left, top, across, panel, strip) = self.blocks[i], place
+        high = panel if block.strip is None else panel - strip - _CLOSE * self.letter
         self._set(block.axes, left, top - high, across, high)
         if block.strip is not None:
-            self._set(block.strip, left, top - up, across, heights.strip)
-        if self.common is None and self.legends:
-            legend = self.legends[i]
-            assert legend is not None
-            wide = self._size(legend)[0]
+            self._set(block.strip, left, top - panel, across, strip)
+        if self.legends:
             # under the axes, or further left if it is wider than they
-            outer = left + across + margins[-1][2]
-            start = max(min(left, outer - wide), left - margins[-1][0])
-            self._put_legend(legend, start, top - up - margins[-1][1] - _ABOVE * self.letter)
+            start = min(left, left + across + around[2] - self._size(self.legends[i])[0])
+            foot = top - panel - around[1] - _ABOVE * self.letter
+            self._put_legend(self.legends[i], max(start, left - around[0]), foot)
 
     def _set(self, axes: "Axes", left: float, low: float, wide: float, high: float) -> None:
         width, height = self.drawn.get_size_inches()
@@ -391,33 +326,28 @@ class _Layout:
         width, height = self.drawn.get_size_inches()
         legend.set_bbox_to_anchor((left / width, top / height), transform=self.drawn.transFigure)
 
-    def _size(self, legend: "Legend | None") -> tuple[float, float]:
-        if legend is None:
-            return 0.0, 0.0
+    def _size(self, legend: "Legend") -> tuple[float, float]:
         box = legend.get_window_extent()
         return box.width / self.drawn.dpi, box.height / self.drawn.dpi
 
-    def _span(self) -> tuple[float, float]:
-        """Return the bottom of the lowest and the top of the highest panel of the figure [in]."""
-        height = self.drawn.get_size_inches()[1]
-        low = min(block.lowest.get_position().y0 for block in self.blocks)
-        return low * height, max(block.axes.get_position().y1 for block in self.blocks) * height
-
     def _bar_width(self) -> float:
-        if self.bar is None:
-            return 0.0
-        return (_TO_BAR + _BAR) * self.letter + self._margins(self.bar)[2]
+        return 0.0 if self.bar is None else (_TO_BAR + _BAR) * self.letter + float(self._around(self.bar)[2])
 
-    def _margins(self, axes: "Axes") -> tuple[float, float, float, float]:
-        """Return the room [in] of numbers and labels: left, below, right, above the axes."""
+    def _around_block(self, block: Block) -> Array:
+        """Return the room [in] of numbers and labels around map and strip: left, below, right, above."""
+        upper, lower = self._around(block.axes), self._around(block.lowest)
+        return np.array([max(upper[0], lower[0]), lower[1], max(upper[2], lower[2]), upper[3]])
+
+    def _around(self, axes: "Axes") -> Array:
         tight, box = axes.get_tightbbox(for_layout_only=True), axes.get_window_extent()
         assert tight is not None
-        around = (box.x0 - tight.x0, box.y0 - tight.y0, tight.x1 - box.x1, tight.y1 - box.y1)
-        left, below, right, above = (max(each, 0.0) / self.drawn.dpi for each in around)
-        return left, below, right, above
+        found = np.array([box.x0 - tight.x0, box.y0 - tight.y0, tight.x1 - box.x1, tight.y1 - box.y1])
+        return np.asarray(np.maximum(found, 0.0) / self.drawn.dpi)
 
-    def _refuse(self, across: float, up: float, total: float) -> None:
+    def _check_room(self, across: float, up: float, total: float) -> None:
         least = _LEAST * self.letter
+        if min(across, up) >= least:
+            return
         needed = []
         # the height of panels follows their width where that of the figure is not given
         lacking = least - (across if self.height is not None else min(across, up))
@@ -425,12 +355,11 @@ class _Layout:
             needed.append(f"width={_generous(self.width + lacking * self.columns)}")
         if up < least and self.height is not None:
             needed.append(f"height={_generous(total + (least - up) * self.rows)}")
-        size = " and ".join(needed)
         raise RequestError(
             f"The figure has no room for its panels: beside labels, numbers and legends in letters of "
             f"{72.0 * self.letter:g} points they would be {25.4 * max(across, 0.0):.0f} mm wide and "
             f"{25.4 * max(up, 0.0):.0f} mm high; they need {25.4 * least:.0f} mm.",
-            f"Give at least {size}, smaller letters, or fewer panels.",
+            f"Give at least {' and '.join(needed)}, smaller letters, or fewer panels.",
         )
 
 
@@ -439,91 +368,45 @@ def _generous(inches: float) -> str:
     return f"{5 * math.ceil(1.1 * 25.4 * inches / 5.0)}mm"
 
 
-@dataclass(frozen=True)
-class _Heights:
-    """Heights [in]: above and below the panels of each row, of a panel with its strip, of a strip, of the figure."""
-
-    above: list[float]
-    below: list[float]
-    panel: float
-    strip: float
-    total: float
-
-
-def name_block(block: Block) -> bool:
-    """Write names into a map that has its final size; return whether the legend lacks regions that have no name now."""
-    panel, axes = block.panel, block.axes
+def _write_names(block: Block) -> None:
+    """Write names into a map that has its final size; a name without room is left out."""
+    panel = block.panel
     if panel.y is None:
-        return False
-    room = Room(axes)
+        return
+    room = Room(block.axes)
     if panel.joined is None and panel.edges:
         for _, line in analytic_lines(panel)[:1]:
-            if line.size and _is_level(line):
+            if line.size and bool((abs(line - line[0]) <= 1e-9 * abs(line[0])).all()):
                 name_line(room, panel.line_name, float(line[0]))
-    new = []
-    for name in name_regions(room, panel, [each for each in block.regions if each[0] not in block.pointed]):
-        if name not in block.explained:
-            new.append(name)
-            block.pointed.append(name)
-    for name, cells in block.regions:
-        if name in block.pointed and block.symbols is None:
-            point_at(room, panel, cells, pointer(block.regions, name))
+    name_regions(room, panel, block.regions)
     if panel.joined is not None:
-        for side, text, height in zip(("upper", "lower"), panel.joined, joined_heights(panel), strict=True):
-            label = f"{text} ({side} end)"
-            if height is None or label in block.unnamed:
-                continue
-            if not name_end(room, text, (0.0, height)):
-                new.append(label)
-                block.unnamed.append(label)
-    return bool(new)
+        for text, height in zip(panel.joined, joined_heights(panel), strict=True):
+            if height is not None:
+                name_end(room, text, (0.0, height))
 
 
-def pointer(regions: Sequence[tuple[str, Truths]], name: str) -> dict[str, Any]:
-    """Return the look of the marker of a region."""
-    place = [each for each, _ in regions].index(name)
-    return _POINTER | _POINTERS[place % len(_POINTERS)]
-
-
-def entries(block: Block) -> tuple[list[Any], list[str]]:
-    """Return handles and labels of a panel, the measurement first and regions without room last."""
-    handles, labels = block.axes.get_legend_handles_labels()
+def _entries(axes: "Axes") -> dict[str, Any]:
+    """Return labels and handles of a panel, the measurement first."""
+    handles, labels = axes.get_legend_handles_labels()
     named = dict(zip(labels, handles, strict=True))
     order = sorted(named, key=lambda label: not isinstance(named[label], ErrorbarContainer))
-    found = [named[label] for label in order]
-    for name in block.pointed:
-        has_symbol = block.symbols is not None
-        found.append(block.symbols(name) if block.symbols else Line2D([], [], **pointer(block.regions, name)))
-        order.append(name.replace("\n", ", ") if has_symbol else f"{name}, at the marker")
-    for label in block.unnamed:
-        found.append(Line2D([], [], linestyle="", marker="D", color=INK, markersize=4.5))
-        order.append(label)
-    return found, order
+    return {label: named[label] for label in order}
 
 
-def add_legend(
-    axes: "Axes",
-    handles: list[Any],
-    labels: list[str],
-    caption: Sequence[str],
-    width: float,
-    columns: int = 1,
+def _add_legend(
+    axes: "Axes", named: dict[str, Any], caption: Sequence[str], width: float, columns: int = 1
 ) -> "Legend":
     """Write a legend that is at most so wide [in], its lines broken where they have to be; it is not in any layout."""
     size = axes.figure.dpi * width
     probe = axes.figure.text(0.0, 0.0, "", fontsize=rcParams["legend.fontsize"])
     inside = size / columns - 4.5 * float(probe.get_fontsize()) * axes.figure.dpi / 72.0
-    labels = ["\n".join(broken(probe, label, inside)) for label in labels]
+    labels = ["\n".join(broken(probe, label, inside)) for label in named]
     probe.set_fontsize(rcParams["legend.title_fontsize"] or rcParams["legend.fontsize"])
     title = "\n".join(line for part in caption if part for line in broken(probe, part, size))
     probe.remove()
     legend = axes.legend(
-        handles, labels, title=title or None, loc="upper left", ncols=columns, alignment="left", frameon=False,
-        borderpad=0.0, borderaxespad=0.0, handlelength=2.4,
+        list(named.values()), labels, title=title or None, loc="upper left", ncols=columns, alignment="left",
+        frameon=False, borderpad=0.0, borderaxespad=0.0, handlelength=2.4,
     )  # fmt: skip
     legend.set_in_layout(False)
     return legend
-
-
-def _is_level(line: Any) -> bool:
-    return bool((abs(line - line[0]) <= 1e-9 * abs(line[0])).all())

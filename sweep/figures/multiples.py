@@ -149,12 +149,11 @@ def _maps(
                     each,
                     title,
                     regions=each.regions(),
-                    explained=each.explained,
                     is_mathematics=True,
                 )
             )
         bar = add_bar(drawn, panels, colouring)
-        caption = (panels[0].caption[0], fixed_parameters(spec))
+        caption = (panels[0].caption[0], fixed_parameters(spec), _sides(panels))
         arrange(
             drawn, blocks, columns, height=inches(look.height), bar=bar, common=caption, title=panels[0].title
         )

@@ -96,11 +96,6 @@ class Panel:
         compared = sum(int(np.isfinite(edge.ratio).sum()) for edge in self.edges)
         return self.y is not None and compared >= _LEAST_COMPARED
 
-    @property
-    def explained(self) -> list[str]:
-        """The regions that the legend of a map explains in any case."""
-        return [name for name, _ in self.shade.regions()] or ["undecided"]
-
     def regions(self) -> list[tuple[str, Truths]]:
         """Return names and cells of the regions of a map: of its verdicts, or of the flags that give it colours."""
         return self.shade.regions() or [*self.verdicts(), ("undecided", self.undecided)]

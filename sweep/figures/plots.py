@@ -142,7 +142,7 @@ def _check_own(look: Look) -> None:
 
 def _block(drawn: Figure, each: Panel, colouring: Colouring, second: bool) -> Block:
     axes = drawn.add_axes((0.2, 0.2, 0.6, 0.6))
-    block = Block(axes, each, each.title, each.caption, regions=each.regions(), explained=each.explained)
+    block = Block(axes, each, each.title, each.caption, regions=each.regions())
     if each.y is None:
         draw_profile(axes, each)
         return block
@@ -166,7 +166,7 @@ def _draw_into(axes: "Axes", panels: Sequence[Panel], look: Look) -> Figure:
     assert drawn is not None
     with lettered(look):
         colouring, bar = colours_of(panels, look), None
-        block = Block(axes, each, each.title, each.caption, regions=each.regions(), explained=each.explained)
+        block = Block(axes, each, each.title, each.caption, regions=each.regions())
         if each.y is None:
             draw_profile(axes, each)
         else:

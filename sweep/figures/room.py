@@ -1,6 +1,6 @@
 """Where words have room in a panel: found in its present size, clear of lines, markers and other words."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -183,42 +183,26 @@ def _width(line: Any) -> float:
     return float(max(marker, line.get_linewidth() / 2.0))
 
 
-def name_regions(room: Room, panel: Panel, regions: Iterable[tuple[str, Truths]]) -> list[str]:
-    """Write the name of each region where it has most room, so that a map can be read without colours.
-
-    Returns the names of those that had no room, and have cells.
-    """
-    left_out = []
+def name_regions(room: Room, panel: Panel, regions: Iterable[tuple[str, Truths]]) -> None:
+    """Write the name of each region where it has most room, so that a map can be read without colours."""
     for name, cells in regions:
         if not cells.any():
             continue
         word = room.axes.text(
             0.5, 0.5, name, transform=room.axes.transAxes, ha="center", va="center", weight="bold",
-            path_effects=HALO, zorder=6, gid=NAME,
+            path_effects=HALO, zorder=6,
         )  # fmt: skip
-        place = room.best(word, room.cells(panel, cells))
-        if place is None:
-            word.remove()
-            left_out.append(name)
-        else:
-            word.set_position(place)
-            room.take(word)
-    return left_out
+        _put(room, word, room.best(word, room.cells(panel, cells)))
 
 
-def point_at(room: Room, panel: Panel, cells: Truths, look: Mapping[str, Any]) -> None:
-    """Draw a marker where a region that is too small for its name has most room."""
-    middle = room.cells(panel, cells)
-    middle = np.pad(middle & ~room.covered if (middle & ~room.covered).any() else middle, 1)
-    if not middle.any():
-        # no point of the raster lies on it: any of its cells will do
-        row, column = np.argwhere(cells)[len(np.argwhere(cells)) // 2]
-        assert panel.y is not None
-        room.axes.plot(panel.x.values[column], panel.y.values[row], gid=NAME, clip_on=False, **look)
-        return
-    distance = distance_to_outside(middle, (1.0, 1.0))[1:-1, 1:-1]
-    x, y = room.point(int(np.argmax(distance)))
-    room.axes.plot(x, y, transform=room.axes.transAxes, gid=NAME, clip_on=False, **look)
+def _put(room: Room, word: Text, place: tuple[float, float] | None) -> bool:
+    """Put a word in its place, or remove one that has none; return whether it has one."""
+    if place is None:
+        word.remove()
+        return False
+    word.set_position(place)
+    room.take(word)
+    return True
 
 
 def name_line(room: Room, text: str, height: float) -> None:
@@ -227,44 +211,23 @@ def name_line(room: Room, text: str, height: float) -> None:
     if not text or not low < height < high:
         return
     word = room.axes.text(
-        0.5, 0.5, text, transform=room.axes.transAxes, ha="center", va="center", bbox=_BOX, zorder=6, gid=NAME
+        0.5, 0.5, text, transform=room.axes.transAxes, ha="center", va="center", bbox=_BOX, zorder=6
     )
     place = room.beside(word, room.axes.transData.transform((room.axes.get_xlim()[0], height))[1])
-    if place is None:
-        word.remove()
-        return
-    word.set_position(place)
-    room.take(word)
+    _put(room, word, place)
 
 
-def name_end(room: Room, text: str, at: tuple[float, float]) -> bool:
+def name_end(room: Room, text: str, at: tuple[float, float]) -> None:
     """Write what the end of a line, a point in the units of the axes, is called, if there is room."""
     word = room.axes.annotate(
         text, at, (0.5, 0.5), textcoords="axes fraction", ha="center", va="center",
         fontsize=0.875 * rcParams["font.size"],
-        arrowprops={"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 3.0}, bbox=_BOX, zorder=6, gid=NAME,
+        arrowprops={"arrowstyle": "-", "linewidth": 0.6, "shrinkB": 3.0}, bbox=_BOX, zorder=6,
     )  # fmt: skip
     assert word.arrow_patch is not None
     word.arrow_patch.set_visible(False)
-    place = room.nearest(word, tuple(room.axes.transData.transform(at)))
-    if place is None:
-        word.remove()
-        return False
-    word.set_position(place)
-    word.arrow_patch.set_visible(True)
-    room.take(word)
-    return True
-
-
-#: What marks the words and markers of this module: they are removed where a panel is laid out again.
-NAME = "name"
-
-
-def forget_names(axes: "Axes") -> None:
-    """Remove what this module has written into a panel."""
-    for each in (*axes.texts, *axes.get_lines()):
-        if each.get_gid() == NAME:
-            each.remove()
+    if _put(room, word, room.nearest(word, tuple(room.axes.transData.transform(at)))):
+        word.arrow_patch.set_visible(True)
 
 
 def distance_to_outside(region: Truths, spacing: tuple[float, float]) -> Array:

@@ -164,9 +164,7 @@ def _block(axes: "Axes", each: LossesMap, norm: Normalize) -> Block:
     add_second_axis(axes, "y", panel.y)
     # the lines of the verdict are not drawn, so none is named
     panel = replace(panel, edges=(), joined=None)
-    regions = each.regions()
-    explained = [name for name, _ in regions]
-    return Block(axes, panel, panel.title, each.caption, regions=regions, explained=explained)
+    return Block(axes, panel, panel.title, each.caption, regions=each.regions())
 
 
 def _colours(each: LossesMap, norm: Normalize) -> Array:

@@ -156,7 +156,13 @@ def _block(axes: "Axes", each: Regimes) -> Block:
     )  # fmt: skip
     set_scale(axes, "x", panel.x)
     set_scale(axes, "y", panel.y)
-    hatch(axes, panel, each.fell, "", **_FALLS)
+    for name, colour, code in zip(NAMES, _COLOURS, range(len(NAMES)), strict=True):
+        if (each.regime == code).any():
+            words = name.replace("\n", ", ")
+            axes.add_patch(
+                Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=colour, edgecolor=INK, linewidth=0.4, label=words)
+            )
+    hatch(axes, panel, each.fell, "falls", **_FALLS)
     hatch(axes, panel, each.unknown, each.lost, facecolor="0.7", hatch="xxxx")
     for x, y in each.folds:
         label = "fold: one well above, two below (theory)"
@@ -165,14 +171,7 @@ def _block(axes: "Axes", each: Regimes) -> Block:
     add_second_axis(axes, "y", panel.y)
     # the lines of the verdict are not drawn, so none is named
     panel = replace(panel, edges=(), joined=None)
-    return Block(axes, panel, panel.title, each.caption, regions=each.regions(), symbols=_symbol)
-
-
-def _symbol(name: str) -> Rectangle:
-    """Return what stands in the legend for a region that is too small for its name."""
-    known = name in NAMES
-    look = {"facecolor": _COLOURS[NAMES.index(name)]} if known else {"edgecolor": "0.25", **_FALLS}
-    return Rectangle((0.0, 0.0), 0.0, 0.0, linewidth=0.4 if known else 0.0, **{"edgecolor": "0.25", **look})
+    return Block(axes, panel, panel.title, each.caption, regions=each.regions())
 
 
 def _draw_separatrix(axes: "Axes", each: Regimes) -> None:
