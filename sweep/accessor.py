@@ -153,7 +153,7 @@ class Eulerdisk:
         RequestError
             If an axis has no value, or a value lies outside the atlas.
         """
-        from sweep.atlas.nearest import nearest_cell
+        from sweep.atlas.parts import nearest_cell
 
         place = nearest_cell(self.spec, given)
         rows = [str(name) for name in self.atlas.data_vars if set(self.atlas[name].dims) == place.keys()]
@@ -196,7 +196,7 @@ class Eulerdisk:
         RequestError
             If an axis has no value, a value lies outside the atlas, a word is not known, or there is no such motion.
         """
-        from sweep.atlas.nearest import nearest_cell
+        from sweep.atlas.parts import nearest_cell
         from sweep.motion.origin import cell_and_changes, request_of_cell
         from sweep.motion.trajectory import simulate
 

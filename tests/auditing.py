@@ -6,7 +6,7 @@ import numpy as np
 
 import sweep
 from sweep.checks.verify import findings, verify
-from sweep.model.disk.audit import AUDIT
+from sweep.model.disk.exact import AUDIT
 from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.tables import ENDINGS as TABLE
 from sweep.request.axes import Range

@@ -133,7 +133,7 @@ FORMAT = 1
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 
 #: zlib level: 4 and more cost several times the time for a few per cent of the size. So does netCDF write what is saved
-#: from memory; the chunks of a run are deflated by another library (`sweep.files.chunk_filter`) to about that size.
+#: from memory; the chunks of a run are deflated by another library (`sweep.files.raw_chunks`) to about that size.
 COMPRESSION = 1
 
 #: Packages whose versions an atlas states: those that compute it, and those that write it.

@@ -15,7 +15,7 @@ import numpy as np
 from sweep.atlas import row_edges
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
-from sweep.atlas.nearest import nearest_cell
+from sweep.atlas.parts import nearest_cell
 from sweep.checks.variables import Stated, allowed_of_cells
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
 from sweep.engine.grid import Span, starts_of

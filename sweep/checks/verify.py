@@ -37,7 +37,7 @@ from sweep.progress.display import following
 from sweep.progress.timetable import SEARCHING, Progress, Show, Stage, Timetable
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import no_op, prefetch
-from sweep.runs.progress import CHECKING, bisected_cells
+from sweep.runs.forecast import CHECKING, bisected_cells
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -60,7 +60,7 @@ def info(
         except MotionGivenError:
             if as_json:
                 raise
-            from sweep.commands.motion_report import describe_motion
+            from sweep.commands.report import describe_motion
 
             show(describe_motion(atlas))
 

@@ -33,9 +33,9 @@ def opened_part(path: Path, words: Sequence[str] | None) -> Iterator["xr.Dataset
         if not given:
             yield dataset
             return
-        from sweep.atlas.picking import picked
+        from sweep.atlas.parts import part_of
 
-        part, notes = picked(dataset, given)
+        part, notes = part_of(dataset, given)
         for note in notes:
             say(note)
         yield part

@@ -188,7 +188,7 @@ def _request_of_preset(preset: str, given: Mapping[str, str]) -> "MotionRequest"
 def _request_of_cell(atlas: "xr.Dataset", given: Mapping[str, str]) -> tuple["MotionRequest", str]:
     """Return the request for the motion of the nearest cell, and its values that are not those given."""
     from sweep.atlas.dataset import spec_of
-    from sweep.atlas.nearest import nearest_cell, other_values
+    from sweep.atlas.parts import nearest_cell, other_values
     from sweep.motion.origin import cell_and_changes, request_of_cell
 
     spec = spec_of(atlas)

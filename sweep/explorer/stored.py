@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.cf_metadata import EDGES, edge_names
-from sweep.atlas.nearest import is_inside, nearest
+from sweep.atlas.parts import is_inside, nearest
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
 from sweep.explorer.quantities import Shown, shown_of

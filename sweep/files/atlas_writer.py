@@ -1,7 +1,7 @@
 """The netCDF file of an atlas, written from blocks of cells: netCDF declares it, its chunks are filtered in threads.
 
 netCDF writes the small variables and declares those of the cells. Their chunks are filtered in several threads
-(`sweep.files.chunk_filter`), and h5py, which can store what is filtered already, puts them into the same file. The two
+(`sweep.files.raw_chunks`), and h5py, which can store what is filtered already, puts them into the same file. The two
 libraries bring an HDF5 each, so the file is never open in both.
 """
 
@@ -23,8 +23,7 @@ from sweep.atlas.cf_metadata import COMPRESSION, Declaration, cell_declarations
 from sweep.atlas.dataset import boundaries, coordinates
 from sweep.engine.compute import Block
 from sweep.engine.grid import Span, chunk_shape, chunks
-from sweep.files.chunk_filter import packed
-from sweep.files.raw_chunks import RawChunks
+from sweep.files.raw_chunks import RawChunks, packed
 from sweep.model.description import Columns
 from sweep.request.spec import SweepSpec
 

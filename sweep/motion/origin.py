@@ -152,7 +152,7 @@ def request_of_cell(
     atlas : xarray.Dataset
         A whole one.
     place : mapping of str to int
-        Axis -> index, in the order of the axes, as from `sweep.atlas.nearest.nearest_cell`.
+        Axis -> index, in the order of the axes, as from `sweep.atlas.parts.nearest_cell`.
     changes : mapping of str to anything
         Words that replace those of the cell, or that an atlas does not have: ``duration``, ``mass``, ``interval``.
 

@@ -11,10 +11,10 @@ from sweep.files.publish import refusals
 from sweep.progress.timetable import COMPUTING, Show
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import Say, Stopping, local, no_op
+from sweep.runs.forecast import READING, of_journal, of_part
 from sweep.runs.journal import Journal
 from sweep.runs.locks import locked
 from sweep.runs.names import SUFFIX, resolved
-from sweep.runs.progress import READING, of_journal, of_part
 from sweep.runs.run import Failures, publish_from_journal
 from sweep.runs.run_directory import begin_or_resume, check_same_run, claimed
 

@@ -13,9 +13,8 @@ from sweep.errors import StoppedError, are, counted
 from sweep.progress.display import following
 from sweep.progress.timetable import COMPUTING, SEARCHING, Progress, Show, Stage, Timetable
 from sweep.request.spec import SweepSpec
-from sweep.runs.executor import Stopping
-from sweep.runs.interruption import interruptible
-from sweep.runs.progress import bisected_cells
+from sweep.runs.executor import Stopping, interruptible
+from sweep.runs.forecast import bisected_cells
 
 if TYPE_CHECKING:
     import xarray as xr

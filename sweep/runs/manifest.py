@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -9,15 +10,50 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Self
 
+import numpy as np
+
 from sweep.atlas.cf_metadata import PACKAGES
 from sweep.atomic import publish_bytes
-from sweep.engine import machine
 from sweep.engine.compute import arithmetic_hash
-from sweep.engine.grid import Span, blocks
+from sweep.engine.grid import Span, blocks, starts_of
 from sweep.errors import RequestError
+from sweep.platforms import processor
 from sweep.request.as_given import both_written
+from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.runs.names import STARTS
+
+#: Cells at each end of the grid whose starts are compared.
+_CELLS = 256
+
+#: What makes processors of several kinds compute the same bits, set for every process that takes part. NumPy's
+#: logarithm has a variant of its own for AVX-512.
+SAME_BITS = (
+    "NUMBA_CPU_NAME=x86-64-v3 NUMBA_CPU_FEATURES= "
+    "NPY_DISABLE_CPU_FEATURES='AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL AVX512_SPR'"
+)
+
+
+def machine_facts(spec: SweepSpec) -> dict[str, str]:
+    """Return the kind of processor that kernels are compiled for, and the SHA-256 of the starts of a spec."""
+    name, features = (os.environ.get(f"NUMBA_CPU_{each}", "") for each in ("NAME", "FEATURES"))
+    return {"processor": f"{name or processor()} {features}".rstrip(), "starts": starts_hash(spec)}
+
+
+def starts_hash(spec: SweepSpec) -> str:
+    """Return the SHA-256 of the values of all axes, and of the completed starts of the first and last cells."""
+    digest = hashlib.sha256()
+    # the numbers of a list of starts are what they are everywhere
+    for name in () if spec.is_list else spec.axes:
+        axis = getattr(spec, name)
+        assert isinstance(axis, Range | Values)
+        for span in blocks(len(axis)):
+            digest.update(axis.at(np.arange(span.start, span.stop)).tobytes())
+    for span in (Span(0, min(spec.size, _CELLS)), Span(max(0, spec.size - _CELLS), spec.size)):
+        for values in starts_of(spec, span).values():
+            digest.update(np.asarray(values, np.float64).tobytes())
+    return digest.hexdigest()
+
 
 #: Version of the journal: names and contents of its files. 1 stored all columns whole, 2 stored them as ZIP archives.
 #: 3 did not say on which kind of machine it was begun; 4 held a probe of how the machine rounds.
@@ -44,13 +80,13 @@ class Manifest:
     recorded: Mapping[str, str]
     #: SHA-256 over the spec and `arithmetic`, made when the run was begun. It seeds the checksum of every block.
     fingerprint: str
-    #: What decides the bits on the machine that began the run (`sweep.engine.machine`).
+    #: What decides the bits on the machine that began the run (`sweep.runs.manifest`).
     machine: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
     def new(cls, spec: SweepSpec, block_cells: int, created: str, command: str) -> Self:
         """Return the manifest of a run that is begun by this program on this machine."""
-        deciding, here = arithmetic(spec), machine.facts(spec)
+        deciding, here = arithmetic(spec), machine_facts(spec)
         recorded = {name: version(name) for name in _RECORDED}
         fingerprint = _digest([spec.canonical(), deciding, here])
         return cls(spec, block_cells, created, command, deciding, recorded, fingerprint, here)
@@ -86,7 +122,7 @@ class Manifest:
         """Return why this machine would compute other bits than the one that began the run, as `differences` does."""
         return [
             f"{name}: {self.machine.get(name, '')[:16]} there, {value[:16]} here"
-            for name, value in machine.facts(self.spec).items()
+            for name, value in machine_facts(self.spec).items()
             if self.machine.get(name) != value
         ]
 

@@ -15,8 +15,8 @@ from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.paths import check_target
 from sweep.files.publish import published
 from sweep.runs.executor import no_op
+from sweep.runs.forecast import of_run
 from sweep.runs.journal import DamagedBlockError, Journal
-from sweep.runs.progress import of_run
 from sweep.runs.run import attributes_of, write_atlas
 from sweep.runs.run_directory import check_same_run
 

@@ -25,20 +25,19 @@ from sweep.progress.display import following
 from sweep.progress.timetable import COMPUTING, SEARCHING, Progress, Show, Timetable
 from sweep.request.spec import SweepSpec
 from sweep.runs import run_directory
-from sweep.runs.executor import Executor, FinishedBlock, Say, Stopping, local, no_op, prefetch
-from sweep.runs.forecast import check_room
-from sweep.runs.interruption import interruptible
-from sweep.runs.journal import Columns, DamagedBlockError, Journal
-from sweep.runs.manifest import Manifest
-from sweep.runs.names import resolved
-from sweep.runs.progress import (
+from sweep.runs.executor import Executor, FinishedBlock, Say, Stopping, interruptible, local, no_op, prefetch
+from sweep.runs.forecast import (
     CHECKING,
     READING,
     WRITING,
     bisected_cells,
+    check_room,
     of_part,
     of_run,
 )
+from sweep.runs.journal import Columns, DamagedBlockError, Journal
+from sweep.runs.manifest import Manifest
+from sweep.runs.names import resolved
 
 #: How many failed cells are listed.
 _LISTED = 10

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from sweep.atlas.cf_metadata import created
 from sweep.atomic import TEMPORARY, create, publish, publish_bytes, sync_folder
-from sweep.engine import estimate, machine
+from sweep.engine import estimate
 from sweep.engine.compute import check_block_cells
 from sweep.errors import RequestError
 from sweep.files.paths import check_name, check_target
@@ -18,7 +18,7 @@ from sweep.request.spec import SweepSpec
 from sweep.runs.forecast import check_room
 from sweep.runs.journal import BLOCK, BLOCK_NAME, BLOCKS, Journal
 from sweep.runs.locks import LOCK, locked
-from sweep.runs.manifest import Manifest, discard
+from sweep.runs.manifest import SAME_BITS, Manifest, discard
 from sweep.runs.names import MANIFEST, STARTS, SUFFIX, directory_of
 
 #: The file while it is written, and the record of the file that was published.
@@ -113,7 +113,7 @@ def check_same_run(journal: Journal, spec: SweepSpec) -> None:
             "This machine may compute other bits than the one that began the run; these differ: "
             f"{'; '.join(differences)}.",
             hint="Go on with it on machines of that kind, or begin it anew with the same environment on all of them: "
-            f"{machine.SAME_BITS}.",
+            f"{SAME_BITS}.",
             where=str(journal.folder),
         )
 

@@ -12,7 +12,7 @@ import sweep
 from sweep.checks.verify import verify
 from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas
-from sweep.model.disk.audit import AUDIT
+from sweep.model.disk.exact import AUDIT
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import FILL
 from sweep.request.spec import SweepSpec

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from sweep.engine.compute import Block, run_blocks
 from sweep.engine.grid import Span
-from sweep.files import chunk_filter
+from sweep.files import raw_chunks
 from sweep.files.atlas_writer import AtlasWriter, regroup
 from sweep.files.raw_chunks import RawChunks
 from sweep.request.spec import SweepSpec
@@ -45,7 +45,7 @@ def written(tmp_path, small_chunks):
 def test_a_chunk_is_stored_as_hdf5_stores_it(tmp_path, dtype, count):
     """HDF5's own filters make a chunk that inflates to the same bytes, and read back what these make."""
     values = np.random.default_rng(1).normal(scale=50.0, size=count).astype(dtype)
-    stored = chunk_filter.packed(values, 40)
+    stored = raw_chunks.packed(values, 40)
     with h5py.File(tmp_path / "a.h5", "w") as file:
         for name in ("theirs", "ours"):
             file.create_dataset(
@@ -68,9 +68,9 @@ def test_a_chunk_that_does_not_inflate_is_noticed(monkeypatch):
         return compress(changed, level)
 
     compress = isal_zlib.compress
-    monkeypatch.setattr(chunk_filter.isal_zlib, "compress", spoilt)
+    monkeypatch.setattr(raw_chunks.isal_zlib, "compress", spoilt)
     with pytest.raises(OSError, match="does not inflate") as caught:
-        chunk_filter.packed(np.arange(40.0), 40)
+        raw_chunks.packed(np.arange(40.0), 40)
     assert caught.value.errno == errno.EIO
 
 
@@ -212,7 +212,7 @@ def test_the_check_finds_a_chunk_that_was_never_stored(tmp_path, small_chunks, m
 
 def test_filters_that_netcdf_does_not_undo_are_noticed(written, monkeypatch):
     """The first and the last chunk are read by netCDF, through its filters: a file that only we can read is refused."""
-    monkeypatch.setattr(chunk_filter, "_shuffled", lambda values, cells: values.view(np.uint8))
+    monkeypatch.setattr(raw_chunks, "_shuffled", lambda values, cells: values.view(np.uint8))
     _, path = written
     writer = AtlasWriter(path, SPEC, {})
     for _ in writer.write_cells(run_blocks(SPEC)):

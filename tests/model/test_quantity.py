@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sweep.atlas.cf_metadata import curve_quantities, edge_quantities, point_quantities
-from sweep.model.disk.audit import AUDIT
+from sweep.model.disk.exact import AUDIT
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import CONTACT_VARIABLES, PARAMETERS, REDUCTION, SETTINGS, VARIABLES
 from sweep.model.quantity import DECISION, Quantity, positive, table

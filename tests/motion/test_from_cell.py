@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import sweep
-from sweep.atlas.nearest import nearest_cell, other_values
+from sweep.atlas.parts import nearest_cell, other_values
 from sweep.errors import RequestError
 from sweep.motion.origin import cell_and_changes, request_of_cell
 from sweep.motion.request import TrajectorySpec

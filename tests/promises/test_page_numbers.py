@@ -13,7 +13,7 @@ import sweep
 from sweep.explorer import export, motion, server, take_away, view, window
 from sweep.explorer import lines as explorer_lines
 from sweep.figures.disk import disk_3d as camera
-from sweep.figures.disk import film_options, film_timing
+from sweep.figures.disk import film_options
 from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.model import LOSSY_DISK
 
@@ -53,13 +53,13 @@ def test_films():
         "25 if not given, at most 50 in a gif and 120 in an mp4": film_options._RATES
         == {"mp4": (25, 120), "gif": (25, 50)},
         f"from {film_options._SMALLEST} to {film_options._LARGEST}, even numbers in an mp4": True,
-        f"may have {film_timing.MOST_FRAMES} frames": True,
-        "real time for 4 to 20 s": (film_timing._SHORTEST, film_timing._USUAL) == (4.0, 20.0),
+        f"may have {film_options.MOST_FRAMES} frames": True,
+        "real time for 4 to 20 s": (film_options._SHORTEST, film_options._USUAL) == (4.0, 20.0),
         f"farther than {camera._WHOLE:g} radii": True,
         **{f"`{name}`": True for name in film_options.CAMERAS},
     }
     assert missing("films", stated) == []
-    assert film_timing._LONGEST == 60.0
+    assert film_options._LONGEST == 60.0
 
 
 def test_words():

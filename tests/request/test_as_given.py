@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from sweep.atlas.nearest import nearest_cell
+from sweep.atlas.parts import nearest_cell
 from sweep.errors import RequestError
 from sweep.model import registry
 from sweep.model.disk.tables import PARAMETERS, SETTINGS

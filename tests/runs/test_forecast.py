@@ -9,8 +9,7 @@ from sweep.engine import estimate
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
 from sweep.runs import forecast, journal
-from sweep.runs.forecast import Forecast, check_room
-from sweep.runs.progress import CHECKING_PACE
+from sweep.runs.forecast import CHECKING_PACE, Forecast, check_room
 from sweep.runs.run import run_to_file
 
 MILLION = SweepSpec(roll_rate="1:4:1000", tilt="1deg:5deg:1000")
@@ -95,35 +94,3 @@ def test_what_is_computed_already_needs_no_room_in_the_journal(monkeypatch):
     check_room(Path("atlas.nc"), MILLION, 0)
     with pytest.raises(RequestError, match="does not fit"):
         check_room(Path("atlas.nc"), MILLION, MILLION.size)
-
-
-@pytest.mark.compiled
-def test_the_search_for_the_boundary_grows_with_its_rows(monkeypatch):
-    """Of a search that takes a tenth of a second and a microsecond for each cell, this is found from two samples."""
-    cells = forecast.bisected_cells
-    monkeypatch.setattr(forecast, "_seconds", lambda sample, clock: 0.1 + 1e-6 * cells(sample))
-    for words in (
-        ["roll_rate=2:4:3000", "tilt=0.001deg:5deg:50000:log"],
-        ["roll_rate=1:5:5", "tilt=1deg:20deg:400", "alpha=0.4:1:400"],
-    ):
-        spec = SweepSpec.from_words("rolling", [*words, "boundary=refined"])
-        assert forecast._search_seconds(spec, 1e6) == pytest.approx(0.1 + 1e-6 * cells(spec), rel=0.05)
-    assert forecast._search_seconds(spec.replace(boundary="grid"), 1e6) == 0.0
-
-
-def test_the_rows_in_which_the_boundary_is_searched_have_one():
-    """However few values the control has, or however many: several in each row, and no more than there is time for."""
-    for words in [
-        ["roll_rate=1:5:5", "tilt=1deg:20deg:400", "alpha=0.4:1:400"],
-        ["tilt=0.0001deg:2deg:100000:log", "roll_rate=0.5:6:6"],
-        ["roll_rate=1:5:100000"],
-        ["roll_rate=1:5:300", "precession_rate=1:5:300", "tilt=1deg:20deg:300"],
-    ]:
-        for rate in [1e8, 1e4, 10.0]:
-            spec = SweepSpec.from_words("rolling", [*words, "boundary=refined"])
-            sample = forecast._some_rows(spec, rate, max(1, min(2048, int(rate / 400))))
-            controls = spec.model.controls(spec.axes)
-            assert all(len(getattr(sample, axis)) >= 2 for axis in controls)
-            rows = sample.size / len(getattr(sample, controls[0]))
-            assert sample.size <= max(4 ** len(controls), 0.3 * rate)
-            assert rows <= 3000 or len(controls) > 1

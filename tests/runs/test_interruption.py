@@ -6,7 +6,7 @@ import signal
 import pytest
 
 from sweep.errors import StoppedError
-from sweep.runs.interruption import interruptible
+from sweep.runs.executor import interruptible
 
 
 def test_an_interrupt_is_a_request_to_stop():

@@ -7,8 +7,8 @@ import pytest
 from sweep.engine.compute import measure_block
 from sweep.progress.timetable import COMPUTING, SEARCHING
 from sweep.request.spec import SweepSpec
-from sweep.runs import array_jobs, executor, progress
-from sweep.runs.progress import CHECKING, READING, WRITING
+from sweep.runs import array_jobs, executor, forecast
+from sweep.runs.forecast import CHECKING, READING, WRITING
 from sweep.runs.run import run_to_file
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
@@ -73,5 +73,5 @@ def test_the_cells_of_the_bisection_are_about_those_that_are_expected(monkeypatc
 
     monkeypatch.setattr(compute, counting)
     sweep.run(spec)
-    assert 0.5 < progress.bisected_cells(spec) / sum(counted) < 2.0
-    assert progress.bisected_cells(spec.replace(boundary="grid")) == 0
+    assert 0.5 < forecast.bisected_cells(spec) / sum(counted) < 2.0
+    assert forecast.bisected_cells(spec.replace(boundary="grid")) == 0

@@ -23,7 +23,7 @@ from sweep.files.reading import open_atlas
 from sweep.progress.timetable import COMPUTING
 from sweep.request.spec import SweepSpec
 from sweep.runs import executor, run
-from sweep.runs.progress import of_run
+from sweep.runs.forecast import of_run
 from sweep.runs.run import run_to_file
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)

@@ -32,8 +32,7 @@ from sweep.figures.disk.disk_3d import (
     frame_picture,
     view,
 )
-from sweep.figures.disk.film_options import FilmOptions
-from sweep.figures.disk.film_timing import Timing, timing
+from sweep.figures.disk.film_options import FilmOptions, Timing, timing
 from sweep.figures.disk.motion_plots import SHADE, poses_at
 from sweep.figures.drawing import styled
 from sweep.figures.texts import fitted, wrapped

@@ -15,7 +15,6 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 from sweep.atlas.curves import without_curves
 from sweep.atlas.dataset import in_order, require
 from sweep.errors import RequestError
-from sweep.figures.disk.loss_colours import COLOURS
 from sweep.figures.drawing import INK, hatch, sheet
 from sweep.figures.layout import Block, arrange
 from sweep.figures.look import Look, columns_of, inches, size_of
@@ -28,6 +27,17 @@ from sweep.model.quantity import Array, Truths
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
+
+
+#: Measure of a loss -> colour, of Okabe and Ito's palette: the colour-blind can tell them apart.
+COLOURS: Mapping[str, str] = {
+    "rolling_loss": "#E69F00",
+    "pivoting_loss": "#CC79A7",
+    "contour_loss": "#0072B2",
+    "damping_loss": "#56B4E9",
+    "air_loss": "#009E73",
+}
+
 
 #: Width of a panel [in], and the least one; panels in a row.
 _WIDTH, _LEAST_WIDTH, _IN_ROW = 3.6, 2.2, 2

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from sweep.checks.explain import Explanation
 from sweep.errors import RequestError, plain_text
 from sweep.figures.disk.captions import caption, spell_length
-from sweep.figures.disk.loss_colours import COLOURS
+from sweep.figures.disk.losses_map import COLOURS
 from sweep.figures.disk.motion_plots import draw_picture, label_axes, legend_above, thin_panels, write_head
 from sweep.figures.drawing import sheet
 from sweep.figures.scales import set_log_ticks

@@ -227,7 +227,7 @@ def test_colours_are_those_of_the_figures(quiet):
     from matplotlib import colormaps
     from matplotlib.colors import to_hex, to_rgb
 
-    from sweep.figures.disk import loss_colours, losses_map, regimes
+    from sweep.figures.disk import losses_map, regimes
     from sweep.figures.shade import _PART, COLOURS
     from sweep.model.lossy_disk.tables import LOSSES
 
@@ -248,7 +248,7 @@ def test_colours_are_those_of_the_figures(quiet):
         }"""
     )
     assert painted["regime"][:4] == [to_hex(each) for each in regimes._COLOURS]
-    laws = [to_hex(loss_colours.COLOURS[measure]) for _, measure in LOSSES.values()]
+    laws = [to_hex(losses_map.COLOURS[measure]) for _, measure in LOSSES.values()]
     assert painted["losses"] == [to_hex(losses_map._NONE), *laws]
     others = np.array([to_rgb(each) for each in painted["other"]])
     assert np.abs(others - colormaps["viridis_r"](np.linspace(0.0, _PART, 6))[:, :3]).max() <= 4.0 / 255.0

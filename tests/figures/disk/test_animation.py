@@ -10,8 +10,7 @@ import sweep
 from sweep.figures.disk import animation
 from sweep.figures.disk.animation import FilmWords
 from sweep.figures.disk.disk_3d import dots_per_inch
-from sweep.figures.disk.film_options import FilmOptions
-from sweep.figures.disk.film_timing import timing
+from sweep.figures.disk.film_options import FilmOptions, timing
 from sweep.motion.contact import rolling_limit
 
 pytestmark = pytest.mark.compiled

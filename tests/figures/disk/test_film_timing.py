@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import sweep
-from sweep.figures.disk.film_options import FilmOptions
-from sweep.figures.disk.film_timing import MOST_FRAMES, timing
+from sweep.figures.disk.film_options import MOST_FRAMES, FilmOptions, timing
 
 pytestmark = pytest.mark.compiled
 

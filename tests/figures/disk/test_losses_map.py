@@ -7,8 +7,7 @@ import pytest
 import sweep
 from sweep.errors import RequestError
 from sweep.figures import plots
-from sweep.figures.disk.loss_colours import COLOURS
-from sweep.figures.disk.losses_map import figure, losses_map
+from sweep.figures.disk.losses_map import COLOURS, figure, losses_map
 from sweep.figures.look import Look
 from sweep.model.lossy_disk.tables import LOSSES
 

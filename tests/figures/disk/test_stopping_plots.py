@@ -11,7 +11,7 @@ from sweep.checks.explain import explain
 from sweep.errors import RequestError
 from sweep.figures import plots
 from sweep.figures.disk import stopping_plots
-from sweep.figures.disk.loss_colours import COLOURS
+from sweep.figures.disk.losses_map import COLOURS
 from sweep.motion.theory import flat_time
 
 pytestmark = pytest.mark.compiled

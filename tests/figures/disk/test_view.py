@@ -7,8 +7,7 @@ import pytest
 
 import sweep
 from sweep.figures.disk.disk_3d import view
-from sweep.figures.disk.film_options import CAMERAS, FilmOptions
-from sweep.figures.disk.film_timing import timing
+from sweep.figures.disk.film_options import CAMERAS, FilmOptions, timing
 from sweep.figures.disk.motion_plots import poses_at
 
 pytestmark = pytest.mark.compiled

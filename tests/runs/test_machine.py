@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sweep.engine import machine
 from sweep.errors import RequestError
 from sweep.platforms import processor
 from sweep.request.spec import SweepSpec
-from sweep.runs import array_jobs
+from sweep.runs import array_jobs, manifest
 from sweep.runs.manifest import Manifest
 from sweep.runs.names import MANIFEST
 
@@ -23,31 +22,31 @@ SPEC = SweepSpec.from_words("rolling", ["roll_rate=2:4:30:log", "tilt=1deg"])
 
 def test_the_starts_count_to_the_last_bit():
     """A value of an axis or a fixed parameter that differs in its last bit has another hash."""
-    before, values = machine.starts_hash(SPEC), SPEC.roll_rate.array()
-    assert machine.starts_hash(SPEC.replace(roll_rate=values.tolist())) == before
+    before, values = manifest.starts_hash(SPEC), SPEC.roll_rate.array()
+    assert manifest.starts_hash(SPEC.replace(roll_rate=values.tolist())) == before
     values[3] = np.nextafter(values[3], 9.0)
-    assert machine.starts_hash(SPEC.replace(roll_rate=values.tolist())) != before
-    assert machine.starts_hash(SPEC.replace(tilt=np.nextafter(SPEC.tilt, 9.0))) != before
+    assert manifest.starts_hash(SPEC.replace(roll_rate=values.tolist())) != before
+    assert manifest.starts_hash(SPEC.replace(tilt=np.nextafter(SPEC.tilt, 9.0))) != before
 
 
 def test_the_kind_of_processor_is_the_one_that_kernels_are_compiled_for(monkeypatch):
     """It is LLVM's name of this one, unless the environment names another one or other features."""
     monkeypatch.delenv("NUMBA_CPU_NAME", raising=False)
     monkeypatch.delenv("NUMBA_CPU_FEATURES", raising=False)
-    assert machine.facts(SPEC)["processor"] == processor()
+    assert manifest.machine_facts(SPEC)["processor"] == processor()
     monkeypatch.setenv("NUMBA_CPU_NAME", "generic")
     monkeypatch.setenv("NUMBA_CPU_FEATURES", "+sse4.2")
-    assert machine.facts(SPEC)["processor"] == "generic +sse4.2"
+    assert manifest.machine_facts(SPEC)["processor"] == "generic +sse4.2"
 
 
 def test_a_part_from_another_kind_of_machine_is_refused(tmp_path, monkeypatch):
     """A machine with another processor, or other starts, is refused with what differs and what to set."""
     path = tmp_path / "a.nc"
     array_jobs.prepare(SPEC, path, block_cells=10)
-    here = machine.facts
+    here = manifest.machine_facts
     for fact in ("processor", "starts"):
         with monkeypatch.context() as patch:
-            patch.setattr(machine, "facts", lambda spec, fact=fact: here(spec) | {fact: "another"})
+            patch.setattr(manifest, "machine_facts", lambda spec, fact=fact: here(spec) | {fact: "another"})
             with pytest.raises(RequestError) as caught:
                 array_jobs.compute_part(tmp_path / "a.nc.run", 1, 3)
             assert f"{fact}: {here(SPEC)[fact][:16]} there, another here" in str(caught.value)
@@ -61,7 +60,7 @@ def test_a_part_from_another_kind_of_machine_is_refused(tmp_path, monkeypatch):
 @pytest.mark.compiled
 def test_the_environment_of_the_hint_computes(tmp_path):
     """A run in the environment that the refusal gives is a run of that kind of processor."""
-    line = f"{machine.SAME_BITS} {sys.executable} -m sweep prepare rolling roll_rate=2:4:30:log -o a.nc"
+    line = f"{manifest.SAME_BITS} {sys.executable} -m sweep prepare rolling roll_rate=2:4:30:log -o a.nc"
     done = subprocess.run(
         line,
         shell=True,

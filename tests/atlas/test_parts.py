@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import sweep
-from sweep.atlas.nearest import is_inside, nearest_cell
-from sweep.atlas.picking import picked
+from sweep.atlas.parts import is_inside, nearest_cell, part_of
 from sweep.errors import RequestError
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
@@ -42,7 +41,7 @@ def test_words_pick_values(atlas):
         ({"speed": "50cm/s,1m/s"}, {"roll_rate": [0, 5]}, []),
         ({"scaled_roll_rate": "0.5", "alpha": "1"}, {"roll_rate": 6, "alpha": 2}, ["roll_rate 2.2 rad s-1"]),
     ]:
-        part, notes = picked(atlas, words)
+        part, notes = part_of(atlas, words)
         expected = atlas.isel(places)
         np.testing.assert_array_equal(part["peak_tilt"], expected["peak_tilt"])
         assert part["ending"].dims == expected["ending"].dims
@@ -81,7 +80,7 @@ def test_bad_words_are_refused(atlas):
         ({"alpha": ":"}, "is no value"),
     ]:
         with pytest.raises(RequestError, match=message):
-            picked(atlas, words)
+            part_of(atlas, words)
 
 
 def test_a_start_has_no_nearest_one():
@@ -95,11 +94,11 @@ def test_a_start_has_no_nearest_one():
         (part, "6", "There is no start 6: this list has 3, numbered from 2 to 7"),
     ):
         with pytest.raises(RequestError, match=f"start={words.rpartition(',')[2]}: {says}"):
-            picked(atlas, {"start": words})
+            part_of(atlas, {"start": words})
     with pytest.raises(RequestError, match="start=6: There is no start 6"):
         nearest_cell(part.eulerdisk.spec, {"start": "6"})
     assert nearest_cell(part.eulerdisk.spec, {"start": "5"}) == {"start": 1}
-    assert picked(part, {"start": "3:7"})[0].start.values.tolist() == [5, 7]
+    assert part_of(part, {"start": "3:7"})[0].start.values.tolist() == [5, 7]
 
 
 def test_an_axis_reaches_half_a_step_beyond_its_ends():
