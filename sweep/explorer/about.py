@@ -15,7 +15,6 @@ from sweep.explorer.view import base_names, exact, middle, other_names, preset
 from sweep.model.quantity import Array, Input, Quantity
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
-from sweep.version import __version__
 
 #: Parameter or setting -> the ends of its slider in SI, and how it is spread.
 _SLIDERS: Mapping[str, tuple[float, float, str]] = {
@@ -55,7 +54,7 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
     Returns
     -------
     dict
-        ``program``; ``bases``, of which the first is shown; ``others``, the presets that have no map; ``parameters``,
+        ``bases``, of which the first is shown; ``others``, the presets that have no map; ``parameters``,
         ``quantities``, ``criteria``, ``losses``, ``atlas``. The page's types.js says what each of them holds.
     """
     bases = {} if given is None else {"": given}
@@ -69,7 +68,6 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
         if name in spec.model.parameters or name in _SLIDERS
     }
     return {
-        "program": f"eulerdisk {__version__}",
         "bases": [{**base_of(name, spec), "quantities": list(by_base[name])} for name, spec in bases.items()],
         "others": list(other_names()),
         "parameters": [_input(row) for row in rows.values()],
@@ -111,13 +109,11 @@ def _atlas(stored: Stored) -> dict[str, Any]:
         "live": is_live,
         "note": f"{shape[0]} x {shape[1]} cells are stored, method={spec.method}; {beyond}.",
         **view,
-        "shape": shape,
-        "quantities": list(stored.quantities()),
     }
 
 
 def base_of(name: str, spec: SweepSpec) -> dict[str, Any]:
-    """Return a base: its name, its words, the parameters that have a slider, and the view that shows all of it."""
+    """Return a base: its name, its words, and the view that shows all of it."""
     view = sides(spec)
     axes = [side["name"] for side in view.values()]
     held = {each: getattr(spec, each) for each in spec.model.parameters if each not in axes}
@@ -130,7 +126,6 @@ def base_of(name: str, spec: SweepSpec) -> dict[str, Any]:
         "label": name or str(spec.title) or "as given",
         "description": spec.headline,
         "words": words,
-        "sliders": [each for each in _SLIDERS if each in words and not isinstance(words[each], str)],
         "view": {"base": name, "words": {}, **view},
     }
 
@@ -188,7 +183,6 @@ def _input(row: Input) -> dict[str, Any]:
     least, most = (None if slider is None else _end(row, slider[0], far) for far in (-_FAR, _FAR))
     return {
         **_quantity(row),
-        "rule": row.rule,
         "low": low,
         "high": high,
         "least": least,

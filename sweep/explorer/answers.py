@@ -1,4 +1,4 @@
-"""What is answered: one function for every address that the page asks."""
+"""What is answered: one function for every address of which the page asks."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -11,23 +11,20 @@ import numpy.typing as npt
 
 from sweep.errors import NoMotionError
 from sweep.explorer.about import about
-from sweep.explorer.fields import read_count, read_number, read_object, read_text
+from sweep.explorer.fields import read_number, read_object
 from sweep.explorer.lines import lines
-from sweep.explorer.point import place, point
+from sweep.explorer.point import explanation, place, point
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import View
-from sweep.explorer.waiting import MOTIONS, Lanes, ended_with, still_there, turn
+from sweep.explorer.waiting import ended_with, turn
 from sweep.explorer.window import window
 from sweep.request.spec import SweepSpec
 
 JSON, BINARY = "application/json", "application/octet-stream"
 
-#: The largest number that a page may give a request.
-_MOST_NUMBER = 2**53
-
-
-#: What answers: called with the fields of a request, and with what tells whether the client has gone.
-_Answering = Callable[[Mapping[str, Any], Callable[[], bool]], "Answer"]
+#: What answers: called with the view and the fields of a request, and with a function that raises where its client has
+#: gone.
+_Answering = Callable[[View, Mapping[str, Any], Callable[[], None]], "Answer"]
 
 
 @dataclass(frozen=True)
@@ -53,82 +50,73 @@ class Answers:
 
     def __init__(self, given: SweepSpec | None, stored: Stored | None = None) -> None:
         self.given, self.stored = given, stored
-        self._lanes = Lanes()
-        self.posted: Mapping[str, _Answering] = {
-            "window": self._window,
-            "point": self._point,
-            "lines": self._lines,
-            "motion": self._motion,
-            "explain": self._explain,
-            "command": self._command,
-            "data": self._data,
+        self._answering: Mapping[str, _Answering] = {
+            "window": lambda view, fields, check: _binary(*window(view, stored, fields, check)),
+            "point": lambda view, fields, _: _json(point(view, stored, fields)),
+            "lines": lambda view, _, __: _json({"lines": lines(view, stored)}),
+            "motion": _motion,
+            "explain": lambda view, fields, _: _json({"text": explanation(view, stored, fields)}),
+            "command": _command,
+            "data": _data,
         }
 
-    def about(self) -> Answer:
-        """Answer ``GET ./about``."""
-        return Answer(JSON, self._known)
-
     @cached_property
-    def _known(self) -> dict[str, Any]:
-        return about(self.given, self.stored)
+    def about(self) -> Answer:
+        """The answer to ``GET ./about``."""
+        return _json(about(self.given, self.stored))
 
-    def _window(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
-        number = read_count(fields, "number", _MOST_NUMBER) if "number" in fields else 1
-        client, lane = (read_text(fields, name, "") for name in ("client", "lane"))
-        check = self._lanes.enter(client[:64], lane[:64], number, gone)
-        head, arrays = window(self._view(fields), self.stored, fields, check)
-        return Answer(BINARY, packed({**head, "number": number}, arrays))
+    def __contains__(self, path: object) -> bool:
+        return path in self._answering
 
-    def _point(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
-        return Answer(JSON, point(self._view(fields), self.stored, fields))
+    def answer(self, path: str, fields: Mapping[str, Any], check: Callable[[], None]) -> Answer:
+        """Answer a question of the page; `check` raises where its client has gone.
 
-    def _lines(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
-        return Answer(JSON, {"lines": lines(self._view(fields), self.stored)})
-
-    def _motion(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
-        # it loads more than a map needs
-        from sweep.explorer.motion import make_ready, motion
-
-        view = self._view(fields)
-        start = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
-        duration = None if fields.get("duration") is None else read_number(fields, "duration")
-        losses = read_object(fields.get("losses") or {}, "losses")
-        # a slider that moves asks for many, and its page waits for the last one alone
-        check = still_there(gone)
-        # compiling takes seconds, and is no motion that others wait for
-        make_ready(view.spec, losses)
-        try:
-            with turn(MOTIONS, check), ended_with(check) as begun:
-                head, arrays = motion(view.spec, start, duration, losses, begun)
-        except NoMotionError as error:
-            # no motion is an answer; of a status of 400 browsers write into their consoles
-            return Answer(JSON, {"error": error.message, "hint": error.hint, "where": error.where or ""})
-        return Answer(BINARY, packed(head, arrays))
-
-    def _explain(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
-        # this and what follows load xarray, which takes longer than a window
-        from sweep.explorer.point import explanation
-
-        return Answer(JSON, {"text": explanation(self._view(fields), self.stored, fields)})
-
-    def _command(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
-        from sweep.explorer.take_away import motion_commands, window_commands
-
-        commands = motion_commands if "x" in fields else window_commands
-        return Answer(JSON, commands(self._view(fields), fields))
-
-    def _data(self, fields: Mapping[str, Any], gone: Callable[[], bool]) -> Answer:
-        from sweep.explorer.take_away import window_file
-
-        name, content = window_file(self._view(fields), fields, still_there(gone))
-        return Answer(BINARY, content, {"Content-Disposition": f'attachment; filename="{name}"'})
-
-    def _view(self, fields: Mapping[str, Any]) -> View:
-        return View.read(fields.get("view"), self.given)
+        Raises
+        ------
+        RequestError
+        ClientGoneError
+        """
+        return self._answering[path](View.read(fields.get("view"), self.given), fields, check)
 
 
-#: Type of an array -> what the head calls it; all little-endian.
-_TYPES = {"f8": "<f8", "f4": "<f4", "u1": "u1", "i4": "<i4"}
+def _json(content: Mapping[str, Any]) -> Answer:
+    return Answer(JSON, content)
+
+
+def _binary(head: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Answer:
+    return Answer(BINARY, packed(head, arrays))
+
+
+# these load more than a map needs
+
+
+def _motion(view: View, fields: Mapping[str, Any], check: Callable[[], None]) -> Answer:
+    from sweep.explorer.motion import make_ready, motion
+
+    start = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
+    duration = None if fields.get("duration") is None else read_number(fields, "duration")
+    losses = read_object(fields.get("losses") or {}, "losses")
+    # compiling takes seconds, and is no motion that others wait for
+    make_ready(view.spec, losses)
+    try:
+        with turn(check), ended_with(check) as begun:
+            return _binary(*motion(view.spec, start, duration, losses, begun))
+    except NoMotionError as error:
+        # no motion is an answer; of a status of 400 browsers write into their consoles
+        return _json({"error": error.message, "hint": error.hint, "where": error.where or ""})
+
+
+def _command(view: View, fields: Mapping[str, Any], check: Callable[[], None]) -> Answer:
+    from sweep.explorer.take_away import motion_commands, window_commands
+
+    return _json((motion_commands if "x" in fields else window_commands)(view, fields))
+
+
+def _data(view: View, fields: Mapping[str, Any], check: Callable[[], None]) -> Answer:
+    from sweep.explorer.take_away import window_file
+
+    name, content = window_file(view, fields, check)
+    return Answer(BINARY, content, {"Content-Disposition": f'attachment; filename="{name}"'})
 
 
 def packed(head: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> list[bytes | memoryview]:
@@ -152,12 +140,6 @@ def packed(head: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> l
     named = [{"name": name, "type": kind, "count": arrays[name].size} for name, kind in kinds.items()]
     text = json.dumps({**head, "arrays": named}, allow_nan=False, separators=(",", ":")).encode()
     text += b" " * (-(4 + len(text)) % 8)
-    parts: list[bytes | memoryview] = [len(text).to_bytes(4, "little"), text]
-    return parts + [
-        _bytes_of(np.ascontiguousarray(arrays[name], _TYPES[kind])) for name, kind in kinds.items()
-    ]
-
-
-def _bytes_of(array: npt.NDArray[Any]) -> memoryview:
-    """Return the bytes of an array in C order, which are not copied."""
-    return array.reshape(-1).view(np.uint8).data
+    # bytes of arrays in C order, which are not copied
+    held = (np.ascontiguousarray(each, each.dtype.newbyteorder("<")) for each in arrays.values())
+    return [len(text).to_bytes(4, "little"), text, *(each.reshape(-1).view(np.uint8).data for each in held)]

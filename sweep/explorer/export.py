@@ -3,7 +3,7 @@
 The file holds JSON in ``<script type="application/json" id="stored">``, the StoredPage of the page's types.js:
 
 ``about``
-    As `sweep.explorer.about.about`, with one base without sliders, and an atlas that is not live.
+    As `sweep.explorer.about.about`, with one base, and an atlas that is not live.
 ``x``, ``y``
     The values of the cells along both sides, f8.
 ``cells``
@@ -133,7 +133,7 @@ def stored_page(stored: Stored, check: Callable[[], None] = _go_on) -> dict[str,
         If the plane has too many cells.
     """
     spec = stored.spec
-    base = {**base_of("", spec), "sliders": [], "quantities": list(stored.quantities())}
+    base = {**base_of("", spec), "quantities": list(stored.quantities())}
     view = View.read(base["view"], spec)
     x, y = (getattr(spec, side.name).array() for side in (view.x, view.y))
     if x.size * y.size > MOST_CELLS:
@@ -144,8 +144,10 @@ def stored_page(stored: Stored, check: Callable[[], None] = _go_on) -> dict[str,
         )
     known = about(spec, stored)
     quantities = stored.quantities()
-    columns = _Columns(stored, view)
-    cells = {name: _narrowed(shown.values(spec, columns)) for name, shown in quantities.items()}
+    cells = {
+        name: _narrowed(shown.values(spec, {need: stored.plane(need, view) for need in shown.needs}))
+        for name, shown in quantities.items()
+    }
     cells["verdict"] = stored.plane("stability", view).astype(np.uint8)
     cells |= {name: stored.plane(name, view).astype(np.float64) for name in spec.computed}
     fixed = (*spec.model.parameters, *(["fall_tilt"] if "fall_tilt" in spec.model.settings else []))
@@ -175,22 +177,6 @@ def stored_page(stored: Stored, check: Callable[[], None] = _go_on) -> dict[str,
         "lines": lines(view, stored),
         "motions": stored_motions(spec),
     }
-
-
-class _Columns(Mapping[str, npt.NDArray[Any]]):
-    """The variables of an atlas in the plane of a view, read when they are asked for."""
-
-    def __init__(self, stored: Stored, view: View) -> None:
-        self._stored, self._view = stored, view
-
-    def __getitem__(self, name: str) -> npt.NDArray[Any]:
-        return self._stored.plane(name, self._view)
-
-    def __iter__(self) -> Any:
-        return iter(self._stored.spec.model.cell_variables(self._stored.spec))
-
-    def __len__(self) -> int:
-        return len(self._stored.spec.model.cell_variables(self._stored.spec))
 
 
 def _narrowed(values: npt.NDArray[Any]) -> npt.NDArray[Any]:

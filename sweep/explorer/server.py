@@ -20,7 +20,7 @@ from sweep.errors import RequestError
 from sweep.explorer.answers import JSON, Answer, Answers
 from sweep.explorer.fields import read_json
 from sweep.explorer.pages import INDEX, content_policy, page_files
-from sweep.explorer.waiting import SupersededError
+from sweep.explorer.waiting import ClientGoneError
 
 #: Bytes of the body of a request at most.
 MOST_BYTES = 64 * 1024
@@ -57,7 +57,7 @@ _PORT_HINT = "Leave --port out, or give one that is free, as in --port 8123."
 class Request:
     """A request as it arrived.
 
-    `body` reads so many bytes of it, None if they do not come; `gone` returns whether the client has closed its
+    `body` reads so many bytes of it, None if they do not come; `check` raises where the client has closed its
     connection.
     """
 
@@ -65,7 +65,7 @@ class Request:
     path: str
     headers: Mapping[str, str]
     body: Callable[[int], bytes | None]
-    gone: Callable[[], bool]
+    check: Callable[[], None]
 
 
 class Server(ThreadingHTTPServer):
@@ -123,25 +123,24 @@ class Server(ThreadingHTTPServer):
         if refusal := self._refusal(request.path, request.headers):
             return _problem(403, refusal)
         path = request.path.split("/", 2)[2] if request.path.count("/") > 1 else "/"
-        answering = self._answers.posted.get(path)
         name = INDEX if path == "" else path.removeprefix("page/") if path.startswith("page/") else None
         if request.method == "GET":
             if path == "about":
-                return self._made(self._answers.about)
+                return self._made(lambda: self._answers.about)
             if name in self._pages:
                 page = self._pages[name]
                 headers = {"Content-Security-Policy": self._policy} if name == INDEX else {}
                 return Answer(page.kind, [page.content], headers)
-            if answering is not None:
+            if path in self._answers:
                 return _problem(405, "This address is asked with POST.", {"Allow": "POST"})
             return _problem(404, "There is nothing at this address.")
         body = _body_of(request)
         if isinstance(body, Answer):
             return body
-        if answering is None:
+        if path not in self._answers:
             status = 405 if path == "about" or name is not None else 404
             return _problem(status, "There is nothing to post to at this address.", {"Allow": "GET"})
-        return self._made(lambda: answering(read_json(body), request.gone))
+        return self._made(lambda: self._answers.answer(path, read_json(body), request.check))
 
     def _refusal(self, path: str, headers: Mapping[str, str]) -> str:
         """Return why a request is not let in; empty if it is.
@@ -168,8 +167,8 @@ class Server(ThreadingHTTPServer):
             # values of a page may be as large as they like
             with np.errstate(all="ignore"):
                 return make()
-        except SupersededError:
-            return _problem(410, "superseded")
+        except ClientGoneError:
+            return _problem(410, "No client waits for this answer.")
         except RequestError as error:
             return Answer(
                 JSON, {"error": error.message, "hint": error.hint, "where": error.where or ""}, status=400
@@ -234,7 +233,7 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         """Answer a request."""
         headers: Any = self.headers
-        self._send(self.server.app(Request(self.command, self.path, headers, self._read, self._gone)))
+        self._send(self.server.app(Request(self.command, self.path, headers, self._read, self._check)))
 
     def do_POST(self) -> None:
         """Answer a question of the page."""
@@ -244,15 +243,15 @@ class _Handler(BaseHTTPRequestHandler):
         body = self.rfile.read(length)
         return body if len(body) == length else None
 
-    def _gone(self) -> bool:
-        """Whether the client has closed the connection."""
+    def _check(self) -> None:
         try:
             with selectors.DefaultSelector() as selector:
                 selector.register(self.connection, selectors.EVENT_READ)
-                readable = selector.select(0)
-            return bool(readable) and not self.connection.recv(1, socket.MSG_PEEK)
+                gone = bool(selector.select(0)) and not self.connection.recv(1, socket.MSG_PEEK)
         except (OSError, ValueError):
-            return True
+            gone = True
+        if gone:
+            raise ClientGoneError
 
     def _send(self, answer: Answer) -> None:
         content = answer.content

@@ -1,9 +1,10 @@
 """The cells of an atlas that was given, where a view shows them."""
 
+import math
 import threading
-from collections import OrderedDict
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
 from sweep.explorer.quantities import Shown, shown_of
 from sweep.explorer.view import View
-from sweep.explorer.waiting import SupersededError
+from sweep.explorer.waiting import ClientGoneError
 from sweep.model.description import Columns
 from sweep.model.quantity import Array, Truths
 from sweep.request.axes import Range, Values
@@ -29,6 +30,9 @@ _MOST_CELLS = 2**22
 
 #: Planes that are kept, 8 bytes for each cell.
 _KEPT = 6
+
+#: A side, and the start, end and step of what is read along it.
+_Part = tuple[str, int, int | None, int]
 
 #: Settings that decide no number of a cell beyond its errors.
 _OF_NO_MATTER = ("duration", "step", "tolerance")
@@ -55,7 +59,7 @@ class Stored:
     def __init__(self, dataset: "xr.Dataset", spec: SweepSpec, label: str) -> None:
         self.spec, self.label = spec, label
         self._dataset = dataset
-        self._kept: OrderedDict[Any, npt.NDArray[Any]] = OrderedDict()
+        self._kept = lru_cache(_KEPT)(self._read_part)
         # netCDF reads in one thread at a time
         self._lock = threading.Lock()
         self._is_closed = False
@@ -77,7 +81,7 @@ class Stored:
         """Wait until nobody else reads, and end the request if the file is closed."""
         with self._lock:
             if self._is_closed:
-                raise SupersededError
+                raise ClientGoneError
             yield
 
     def quantities(self) -> dict[str, Shown]:
@@ -203,29 +207,29 @@ class Stored:
         columns: npt.NDArray[np.intp],
     ) -> npt.NDArray[Any]:
         """Return the values of a variable in some rows and columns of a plane."""
-        shape = tuple(len(getattr(self.spec, side.name)) for side in (view.y, view.x))
-        if shape[0] * shape[1] <= _MOST_CELLS:
-            parts = slice(0, shape[0]), slice(0, shape[1])
-        else:
-            parts = _thinned(rows), _thinned(columns)
-        key = name, view.y.name, view.x.name, tuple(place.items()), str(parts)
-        with self._reading():
-            if key not in self._kept:
-                read = self._read(name, {**place, view.y.name: parts[0], view.x.name: parts[1]})
-                order = [axis for axis in self.spec.axes if axis in (view.x.name, view.y.name)]
-                self._kept[key] = (
-                    read if order == [view.y.name, view.x.name] else np.ascontiguousarray(read.T)
-                )
-                if len(self._kept) > _KEPT:
-                    self._kept.popitem(last=False)
-            self._kept.move_to_end(key)
-            held = self._kept[key]
-        at_rows, at_columns = (
-            np.minimum((places - part.start) // (part.step or 1), held.shape[number] - 1)
-            for number, (places, part) in enumerate(zip((rows, columns), parts, strict=True))
+        sides = (view.y.name, rows), (view.x.name, columns)
+        size = math.prod(len(getattr(self.spec, side)) for side, _ in sides)
+        parts = [
+            (side, *((0, None, 1) if size <= _MOST_CELLS else _thinned(places))) for side, places in sides
+        ]
+        held = self._kept(name, tuple(place.items()), *parts)
+        indices = (
+            np.minimum((places - start) // step, count - 1)
+            for (_, places), (_, start, _, step), count in zip(sides, parts, held.shape, strict=True)
         )
-        found: npt.NDArray[Any] = held[np.ix_(at_rows, at_columns)]
+        found: npt.NDArray[Any] = held[np.ix_(*indices)]
         return found
+
+    def _read_part(self, name: str, place: tuple[tuple[str, int], ...], *parts: _Part) -> npt.NDArray[Any]:
+        """Read a part of a plane, its rows along the side that is named first."""
+        with self._reading():
+            found = self._read(name, {**dict(place), **{side: slice(*span) for side, *span in parts}})
+        (rows, *_), (columns, *_) = parts
+        return (
+            found
+            if self.spec.axes.index(rows) < self.spec.axes.index(columns)
+            else np.ascontiguousarray(found.T)
+        )
 
     def _read(self, name: str, place: Mapping[str, int | slice]) -> npt.NDArray[Any]:
         """Read a variable at a place: an index or a slice for each of its dimensions, all of the others."""
@@ -240,8 +244,7 @@ def borders_of(values: Array) -> Array:
     return np.concatenate(([first], middles, [last]))
 
 
-def _thinned(places: npt.NDArray[np.intp]) -> slice:
-    """Return the cells from the first to the last place, or every k-th of them."""
+def _thinned(places: npt.NDArray[np.intp]) -> tuple[int, int, int]:
+    """Return the start, end and step of the cells from the first to the last place, or every k-th of them."""
     first, last = int(places[0]), int(places[-1])
-    step = max(1, (last - first + 1) // int(np.sqrt(_MOST_CELLS)))
-    return slice(first, last + 1, step)
+    return first, last + 1, max(1, (last - first + 1) // int(np.sqrt(_MOST_CELLS)))

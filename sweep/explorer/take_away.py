@@ -15,7 +15,7 @@ from sweep.errors import RequestError
 from sweep.explorer.fields import read_choice, read_count, read_number, read_object
 from sweep.explorer.point import place
 from sweep.explorer.view import Side, View
-from sweep.explorer.waiting import FILES, KERNELS, turn
+from sweep.explorer.waiting import KERNELS
 from sweep.explorer.window import MOST_PIXELS
 from sweep.model.description import Model
 from sweep.request.axes import Range, Values
@@ -166,8 +166,7 @@ def window_file(view: View, fields: Mapping[str, Any], check: Callable[[], None]
     view.live  # noqa: B018 - without an exact reduction cells would be integrated in time
     spec = window_spec(view, fields, MOST_CELLS)
     command = window_commands(view, fields)["command"]
-    with turn(FILES, check):
-        return FORMATS[kind], _file(spec, kind, command, check)
+    return FORMATS[kind], _file(spec, kind, command, check)
 
 
 def _file(spec: SweepSpec, kind: str, command: str, check: Callable[[], None]) -> BinaryIO:

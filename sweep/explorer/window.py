@@ -1,6 +1,5 @@
 """The map of a window: every pixel a cell, computed piece by piece."""
 
-import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
@@ -51,7 +50,7 @@ def window(
     Returns
     -------
     head : dict
-        ``low`` and ``high`` of the values (None without any), ``seconds`` of work, ``end``, whether pixels are so
+        ``low`` and ``high`` of the values (None without any), ``end``, whether pixels are so
         small that rounding would be seen, and a ``note``, why there are no values, or nothing.
     arrays : dict of str to array, shape (height, width)
         ``value``: codes as uint8, or numbers as float32; as float64 where the values are too near to one another. From
@@ -67,7 +66,6 @@ def window(
     if width * height > MOST_PIXELS:
         refuse("width * height", f"at most {MOST_PIXELS}", width * height)
     size = width, height
-    begun = time.perf_counter()
     held, note = None, ""
     if fields.get("stored") is True and stored is not None and stored.place(view) is not None:
         known = stored.quantities() | (shown_of(view.live) if view.is_live else {})
@@ -92,7 +90,6 @@ def window(
         "quantity": name,
         "low": low,
         "high": high,
-        "seconds": time.perf_counter() - begun,
         "end": view.x.is_too_fine(width) or view.y.is_too_fine(height),
         "note": note,
     }

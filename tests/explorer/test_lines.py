@@ -1,19 +1,10 @@
 import json
 
 import numpy as np
-import pytest
 from cases import case
 from explorer_client import ROLLING, ask, post
 
 import sweep
-from sweep.explorer.explorer import explore
-
-
-@pytest.fixture(scope="module")
-def url():
-    """Return the address of an explorer of the presets."""
-    with explore() as explorer:
-        yield explorer.url
 
 
 def view_of(url, base):

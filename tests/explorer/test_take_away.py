@@ -1,17 +1,10 @@
 """What a page gives away: words, commands and files, each held against the command line or `sweep.run`."""
 
 import contextlib
-import io
 import json
 import shlex
-import socket
 import subprocess
 import sys
-import threading
-import time
-from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
-from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -20,7 +13,7 @@ from cases import case
 from explorer_client import ROLLING, ask, post, refused
 
 import sweep
-from sweep.explorer import server, take_away
+from sweep.explorer import server
 from sweep.explorer.explorer import explore
 
 VIEWS = {
@@ -43,13 +36,6 @@ VIEWS = {
         "x": {"name": "alpha", "centre": 0.5, "half": 0.4, "scale": "linear"},
     },
 }
-
-
-@pytest.fixture(scope="module")
-def url():
-    """Return the address of an explorer of the presets."""
-    with explore() as explorer:
-        yield explorer.url
 
 
 def executed(command, folder):
@@ -230,32 +216,3 @@ def test_a_file_is_sent_from_the_disk(url, monkeypatch):
     assert len(answer.body) == int(answer.headers["Content-Length"]) > 2 * server._CHUNK
     assert max(written) <= server._CHUNK
     assert answer.body.count(b"\n") == 80 * 60 + 1
-
-
-def test_one_file_is_made_at_a_time(url, monkeypatch):
-    """A second file waits until the first has been made, and no longer than its page does."""
-    begun, end = threading.Event(), threading.Event()
-    made = []
-
-    def slow(spec, kind, command, check):
-        made.append(kind)
-        begun.set()
-        assert end.wait(30.0)
-        return io.BufferedReader(Path(__file__).open("rb", buffering=0))
-
-    monkeypatch.setattr(take_away, "_file", slow)
-    body = json.dumps({"view": ROLLING, "width": 8, "height": 6, "format": "csv"}).encode()
-    with ThreadPoolExecutor(2) as pool:
-        first = pool.submit(ask, url, "data", body)
-        assert begun.wait(10.0)
-        place = urlsplit(url)
-        with socket.create_connection((place.hostname, place.port)) as gone:
-            head = f"POST {place.path}data HTTP/1.1\r\nHost: {place.netloc}\r\nContent-Type: application/json\r\n"
-            gone.sendall(f"{head}Content-Length: {len(body)}\r\n\r\n".encode() + body)
-            time.sleep(0.3)
-        second = pool.submit(ask, url, "data", body)
-        time.sleep(0.6)
-        assert made == ["csv"]
-        end.set()
-        assert first.result().body == second.result().body == Path(__file__).read_bytes()
-    assert made == ["csv", "csv"]

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 from cases import case
-from explorer_client import ROLLING, ask, changed, post, refused
+from explorer_client import ROLLING, ask, changed, post
 
 import sweep
 from sweep.engine.compute import compute
@@ -21,7 +21,7 @@ from sweep.explorer import server as server_module
 from sweep.explorer import window as window_module
 from sweep.explorer.explorer import explore
 from sweep.explorer.motion import motion
-from sweep.explorer.waiting import SupersededError, ended_with
+from sweep.explorer.waiting import ClientGoneError, ended_with
 from sweep.request.spec import SweepSpec
 
 PLACE = {"x": 2.5, "y": 0.02}
@@ -36,13 +36,6 @@ ASKED = {
 COIN = {"tilt": 0.3, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 30.0}
 COIN |= {"alpha": 0.5, "radius": 0.005, "gravity": 9.81}
 LOSSES = {"contour_friction": 1e-8}
-
-
-@pytest.fixture(scope="module")
-def url():
-    """Return the address of an explorer of the presets."""
-    with explore() as explorer:
-        yield explorer.url
 
 
 def test_a_client_that_goes_away_ends_its_computation(url, monkeypatch):
@@ -69,29 +62,6 @@ def test_a_client_that_goes_away_ends_its_computation(url, monkeypatch):
     time.sleep(0.6)
     assert pieces
     assert max(pieces) < gone + 0.2
-
-
-def test_the_latest_request_of_a_lane_wins(url, monkeypatch):
-    """A newer request of the same client and lane ends the older one with status 410; other lanes go on."""
-    compute, begun = window_module.compute, threading.Event()
-
-    def slow(*given, **more):
-        begun.set()
-        time.sleep(0.05)
-        return compute(*given, **more)
-
-    monkeypatch.setattr(window_module, "compute", slow)
-    large = changed(width=1000, height=400, client="a", lane="fine", number=1)
-    with ThreadPoolExecutor(4) as pool:
-        old = pool.submit(ask, url, "window", json.dumps(large).encode())
-        other = pool.submit(
-            ask, url, "window", json.dumps({**large, "lane": "coarse", "height": 100}).encode()
-        )
-        begun.wait(10.0)
-        new = pool.submit(ask, url, "window", json.dumps(changed(client="a", lane="fine", number=2)).encode())
-        assert [each.result().status for each in (old, new, other)] == [410, 200, 200]
-    assert json.loads(old.result().body)["error"] == "superseded"
-    assert refused(url, "window", **changed(client="a", lane="fine", number=1))[0] == 410
 
 
 def test_closing_ends_all_threads():
@@ -252,7 +222,7 @@ def test_a_file_is_read_in_turns_and_not_after_it_is_closed(file):
             found = pool.submit(post, explorer.url, "window", **asked)
             assert not wait([found], timeout=0.5).done
         assert found.result()[1]["stored"].all()
-    with pytest.raises(SupersededError), stored._reading():
+    with pytest.raises(ClientGoneError), stored._reading():
         pytest.fail("A file that is closed was read.")
 
 
@@ -270,7 +240,7 @@ def work(check):
     try:
         with ended_with(lambda: check(integrating.is_set())) as begin:
             motion(SweepSpec.preset("rolling"), COIN, None, LOSSES, lambda times: noted(times, begin))
-    except SupersededError:
+    except ClientGoneError:
         return time.thread_time() - begun, True
     return time.thread_time() - begun, False
 
@@ -284,7 +254,7 @@ def test_a_motion_ends_when_nobody_waits_for_it():
 
     def gone_while_it_is_integrated(integrating):
         if integrating:
-            raise SupersededError
+            raise ClientGoneError
 
     part, given_up = work(gone_while_it_is_integrated)
     assert given_up

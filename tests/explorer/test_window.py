@@ -1,25 +1,16 @@
 import json
 
 import numpy as np
-import pytest
 from cases import case
 from explorer_client import ROLLING, ask, post
 
 import sweep
-from sweep.explorer.explorer import explore
 from sweep.explorer.view import Side
 
 #: Rate and tilt on the boundary of the preset, near which numbers change most.
 EDGE = 2.5494838, 2.0e-3
 
 BASES = ("rolling", "spinning", "circling")
-
-
-@pytest.fixture(scope="module")
-def url():
-    """Return the address of an explorer of the presets."""
-    with explore() as explorer:
-        yield explorer.url
 
 
 def side(name, centre, half, scale="linear"):

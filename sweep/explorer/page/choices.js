@@ -1,6 +1,6 @@
 /** The choices at the top: what to look at, and the light. */
 
-import { html } from "eulerdisk/elements";
+import { html, select } from "eulerdisk/elements";
 import { firstState, quantitiesOf } from "eulerdisk/state";
 
 /** @import { Change } from "eulerdisk/controls" */
@@ -21,22 +21,20 @@ export function baseMenu(element, about, change) {
     ...about.others.map((name) => html("option", {}, name)),
   );
   others.hidden = about.others.length === 0;
-  const choice = html(
-    "select",
-    { id: "base", "aria-label": "What to look at" },
-    ...about.bases.map(({ name, label, description }) =>
-      html("option", { value: name, title: description }, label),
-    ),
-    // what people look for and cannot be chosen is named all the same
-    others,
-  );
-  choice.addEventListener("change", () => {
+  const bases = about.bases.map(({ name, label, description }) => ({
+    value: name,
+    label,
+    title: description,
+  }));
+  const choice = select({ id: "base", "aria-label": "What to look at" }, bases, (name) =>
     change(({ theme, quantity }) => {
-      const first = firstState(about, choice.value);
-      const has = quantitiesOf(about, choice.value).some(({ name }) => name === quantity);
+      const first = firstState(about, name);
+      const has = quantitiesOf(about, name).some((each) => each.name === quantity);
       return { ...first, theme, quantity: has ? quantity : first.quantity };
-    });
-  });
+    }),
+  );
+  // what people look for and cannot be chosen is named all the same
+  choice.append(others);
   const title = html("p", { class: "quiet" });
   element.append(choice, title);
   choice.hidden = about.bases.length < 2;

@@ -1,12 +1,13 @@
 /** The controls beside the map: what is shown, the axes, and sliders for everything that is no axis. */
 
 import { valueAt } from "eulerdisk/axis_window";
-import { html } from "eulerdisk/elements";
+import { checkbox, html, select, shareOnRuler, valueOnRuler } from "eulerdisk/elements";
 import {
   baseOf,
   isFixed,
   parametersOf,
   quantitiesOf,
+  quantityOf,
   withAxis,
   withOtherScale,
   withWord,
@@ -14,6 +15,7 @@ import {
 } from "eulerdisk/state";
 import { printedUnits, readable } from "eulerdisk/ticks";
 
+/** @import { Ruler } from "eulerdisk/elements" */
 /** @import { State } from "eulerdisk/state" */
 /** @import { About, Line, Parameter, View } from "eulerdisk/types" */
 
@@ -26,6 +28,7 @@ export class Controls {
   #element;
   #about;
   #change;
+  #range;
   #built = "";
   /** @type {((state: State) => void)[]} */
   #follow = [];
@@ -34,11 +37,13 @@ export class Controls {
    * @param {HTMLElement} element
    * @param {About} about
    * @param {Change} change
+   * @param {() => [number, number]} range  ends of the colours that are shown
    */
-  constructor(element, about, change) {
+  constructor(element, about, change, range) {
     this.#element = element;
     this.#about = about;
     this.#change = change;
+    this.#range = range;
   }
 
   /**
@@ -79,15 +84,14 @@ export class Controls {
 
   /** @param {string} base */
   #quantity(base) {
-    const choice = html(
-      "select",
-      {
-        id: "quantity",
-        change: () => this.#change((state) => ({ ...state, quantity: choice.value, range: null })),
-      },
-      ...quantitiesOf(this.#about, base).map(({ name, label, description }) =>
-        html("option", { value: name, title: description }, label),
-      ),
+    const choice = select(
+      { id: "quantity" },
+      quantitiesOf(this.#about, base).map(({ name, label, description }) => ({
+        value: name,
+        label,
+        title: description,
+      })),
+      (quantity) => this.#change((state) => ({ ...state, quantity, range: null })),
     );
     this.#follow.push((state) => {
       choice.value = state.quantity;
@@ -96,42 +100,39 @@ export class Controls {
   }
 
   #colours() {
-    const box = html("input", { type: "checkbox", id: "hold-colours" });
-    box.addEventListener("change", () =>
-      this.#element.dispatchEvent(new CustomEvent("hold", { detail: box.checked })),
+    const { box, label } = checkbox("hold-colours", ["hold the scale of colours"], (held) =>
+      this.#change((state) => ({ ...state, range: held ? this.#range() : null })),
     );
-    const label = html("label", { class: "check" }, box, "hold the scale of colours");
     this.#follow.push((state) => {
       box.checked = state.range !== null;
-      const { flags } = this.#about.quantities.find(({ name }) => name === state.quantity) ?? { flags: null };
-      label.hidden = flags !== null;
+      label.hidden = quantityOf(this.#about, state.quantity).flags !== null;
     });
     return label;
   }
 
   /** @param {Line[]} lines */
   #lines(lines) {
-    const boxes = lines.map(({ name, label }) => {
-      const box = html("input", { type: "checkbox", id: `line-${name}` });
-      box.addEventListener("change", () => {
+    const labels = lines.map(({ name, label: words }) => {
+      const sample = html("i", { class: `sample ${name}` });
+      const { box, label } = checkbox(`line-${name}`, [sample, words], (shown) =>
         this.#change((state) => {
           const others = state.hidden.filter((each) => each !== name);
-          return { ...state, hidden: box.checked ? others : [...others, name] };
-        });
-      });
+          return { ...state, hidden: shown ? others : [...others, name] };
+        }),
+      );
       this.#follow.push((state) => {
         box.checked = !state.hidden.includes(name);
       });
-      return html("label", { class: "check" }, box, html("i", { class: `sample ${name}` }), label);
+      return label;
     });
-    return html("div", { class: "checks", role: "group", "aria-label": "Boundaries" }, ...boxes);
+    return html("div", { class: "checks", role: "group", "aria-label": "Boundaries" }, ...labels);
   }
 
   #stored() {
     const { atlas } = this.#about;
-    const box = html("input", { type: "checkbox", id: "show-stored" });
-    box.addEventListener("change", () => this.#change((state) => ({ ...state, stored: box.checked })));
-    const label = html("label", { class: "check" }, box, "cells of the file where it has some");
+    const { box, label } = checkbox("show-stored", ["cells of the file where it has some"], (stored) =>
+      this.#change((state) => ({ ...state, stored })),
+    );
     this.#follow.push((state) => {
       box.checked = state.stored;
       label.hidden = atlas === null || state.view.base !== atlas.base || !atlas.live;
@@ -146,32 +147,25 @@ export class Controls {
    */
   #axis(which, words, parameters) {
     const about = this.#about;
-    const choice = html(
-      "select",
-      {
-        id: `axis-${which}`,
+    const names = parameters.map(({ name, label }) => ({ value: name, label }));
+    const choice = select({ id: `axis-${which}` }, names, (name) =>
+      this.#change((state) => ({
+        ...state,
+        view: withAxis(about, state.view, which, name),
         // the points that were chosen lie in another plane
-        change: () =>
-          this.#change((state) => ({
-            ...state,
-            view: withAxis(about, state.view, which, choice.value),
-            points: [null, null],
-            compare: false,
-          })),
-      },
-      ...parameters.map(({ name, label }) => html("option", { value: name }, label)),
+        points: [null, null],
+        compare: false,
+      })),
     );
-    const log = html("input", { type: "checkbox", id: `log-${which}` });
-    log.addEventListener("change", () =>
+    const { box, label } = checkbox(`log-${which}`, ["log"], () =>
       this.#change((state) => ({ ...state, view: withOtherScale(state.view, which) })),
     );
     this.#follow.push(({ view }) => {
       choice.value = view[which].name;
-      log.checked = view[which].scale === "log";
-      choice.disabled = log.disabled = isFixed(about, view);
+      box.checked = view[which].scale === "log";
+      choice.disabled = box.disabled = isFixed(about, view);
     });
-    const row = html("label", {}, html("span", {}, words), choice);
-    return html("div", { class: "axis-row" }, row, html("label", { class: "check" }, log, "log"));
+    return html("div", { class: "axis-row" }, html("label", {}, html("span", {}, words), choice), label);
   }
 
   /** @param {State} state */
@@ -215,8 +209,8 @@ function middleOf(view, name) {
 /** @typedef {(value: any) => void} SetValue  takes a number in SI units, or words */
 
 /**
- * `low` and `high` are the ends of a slider; a number that is written lies above and below others, if they are given.
- * @typedef {{low: number, high: number, scale: "linear"|"log", factor: number, unit: string, above?: number|null, below?: number|null}} Ruler
+ * A number that is written lies above and below others, if they are given.
+ * @typedef {Ruler & {factor: number, unit: string, above?: number|null, below?: number|null}} Scale
  */
 
 /** No tilt departs farther, in degrees. */
@@ -238,12 +232,11 @@ function parameterSlider(parameter, first, set) {
   const row = numberRow(name, label, description, ruler, set);
   row.caption.addEventListener("dblclick", () => set(first));
   if (typeof first === "number") return { name, element: row.element, follow: row.follow };
-  const choice = html("select", { "aria-label": `${label}: a number or a word`, id: `word-${name}` });
-  choice.append(
-    html("option", { value: "" }, "number"),
-    ...words.map((word) => html("option", { value: word }, word)),
+  const choice = select(
+    { "aria-label": `${label}: a number or a word`, id: `word-${name}` },
+    [{ value: "", label: "number" }, ...words.map((word) => ({ value: word, label: word }))],
+    (word) => set(word || (ruler.low + ruler.high) / 2),
   );
-  choice.addEventListener("change", () => set(choice.value || (ruler.low + ruler.high) / 2));
   row.caption.after(choice);
   return {
     name,
@@ -287,16 +280,22 @@ function textRow(name, label, shown) {
  * @returns {Row}
  */
 function criterionSlider(about, set) {
-  const kinds = about.criteria.map(({ word, description }) =>
-    html("option", { value: word, title: description }, word),
-  );
-  const own = html("option", { value: "" }, "another one");
-  const kind = html("select", { id: "criterion-kind", "aria-label": "criterion" }, ...kinds, own);
+  const kinds = about.criteria.map(({ word, description }) => ({
+    value: word,
+    label: word,
+    title: description,
+  }));
+  const other = { value: "", label: "another one" };
+  const kind = select({ id: "criterion-kind", "aria-label": "criterion" }, [...kinds, other], (word) => {
+    const found = about.criteria.find((each) => each.word === word);
+    if (found) set(`${word}:${Number(Math.sqrt(found.low * found.high).toPrecision(2))}${found.unit}`);
+  });
+  const own = kind.options[kinds.length];
   const text = html("span", { class: "own-criterion" });
   /** @type {Map<string, ReturnType<typeof numberRow>>} */
   const rows = new Map();
   for (const { word, description, unit, low, high } of about.criteria) {
-    /** @type {Ruler} */
+    /** @type {Scale} */
     const ruler = {
       low,
       high,
@@ -309,10 +308,6 @@ function criterionSlider(about, set) {
     const write = (/** @type {number} */ limit) => set(`${word}:${limit}${unit}`);
     rows.set(word, numberRow(`criterion-${word}`, `limit of ${word}`, description, ruler, write));
   }
-  kind.addEventListener("change", () => {
-    const found = about.criteria.find(({ word }) => word === kind.value);
-    if (found) set(`${found.word}:${Number(Math.sqrt(found.low * found.high).toPrecision(2))}${found.unit}`);
-  });
   const parts = [...rows.values()].map((row) => row.element);
   return {
     name: "criterion",
@@ -335,7 +330,7 @@ function criterionSlider(about, set) {
  * @param {string} name
  * @param {string} label
  * @param {string} description
- * @param {Ruler} ruler
+ * @param {Scale} ruler
  * @param {SetValue} set
  */
 function numberRow(name, label, description, ruler, set) {
@@ -355,7 +350,9 @@ function numberRow(name, label, description, ruler, set) {
     max: String(STEPS),
     "aria-label": label,
   });
-  slide.addEventListener("input", () => set(tidy(valueOf(ruler, Number(slide.value) / STEPS), ruler.factor)));
+  slide.addEventListener("input", () =>
+    set(tidy(valueOnRuler(ruler, Number(slide.value) / STEPS), ruler.factor)),
+  );
   field.addEventListener("change", () => {
     const value = Number(field.value.trim().replace(",", ".").replace("\u2212", "-"));
     const { above = null, below = null } = ruler;
@@ -379,27 +376,10 @@ function numberRow(name, label, description, ruler, set) {
     // a field that is being written in is left alone
     const shown = String(Number((value * ruler.factor).toPrecision(12)));
     if (document.activeElement !== field || Number(field.value) !== Number(shown)) field.value = shown;
-    slide.value = String(Math.round(shareOf(ruler, value) * STEPS));
+    slide.value = String(Math.round(shareOnRuler(ruler, value) * STEPS));
     slide.setAttribute("aria-valuetext", `${shown} ${ruler.unit}`);
   };
   return { element, caption, follow };
-}
-
-/**
- * @param {Ruler} ruler
- * @param {number} share
- */
-function valueOf({ low, high, scale }, share) {
-  return scale === "log" ? low * (high / low) ** share : low + share * (high - low);
-}
-
-/**
- * @param {Ruler} ruler
- * @param {number} value
- */
-function shareOf({ low, high, scale }, value) {
-  const share = scale === "log" ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
-  return Math.min(Math.max(share, 0), 1);
 }
 
 /**

@@ -1,4 +1,4 @@
-/** Elements of HTML and SVG, made in one line each, and how wide a text is. Text is never read as HTML. */
+/** Elements of HTML and SVG, made in one line each, rulers of sliders, and how wide a text is. Text is never read as HTML. */
 
 /**
  * @template {keyof HTMLElementTagNameMap} Name
@@ -16,6 +16,55 @@ export function html(name, attributes = {}, ...children) {
   }
   element.append(...children);
   return element;
+}
+
+/**
+ * A choice of some words.
+ * @param {Record<string, string>} attributes
+ * @param {{value: string, label: string, title?: string}[]} options
+ * @param {(value: string) => void} choose
+ */
+export function select(attributes, options, choose) {
+  const made = options.map(({ value, label, title = "" }) =>
+    html("option", title ? { value, title } : { value }, label),
+  );
+  const element = html("select", { ...attributes, change: () => choose(element.value) }, ...made);
+  return element;
+}
+
+/**
+ * A box that is ticked, and its label.
+ * @param {string} id
+ * @param {(Node|string)[]} words
+ * @param {(checked: boolean) => void} tick
+ */
+export function checkbox(id, words, tick) {
+  const box = html("input", { type: "checkbox", id, change: () => tick(box.checked) });
+  return { box, label: html("label", { class: "check" }, box, ...words) };
+}
+
+/**
+ * What lies between the ends of a slider, in equal steps of its value or of the logarithm of that.
+ * @typedef {{low: number, high: number, scale: "linear"|"log"}} Ruler
+ */
+
+/**
+ * Value at a share of the way from one end of a slider to the other.
+ * @param {Ruler} ruler
+ * @param {number} share
+ */
+export function valueOnRuler({ low, high, scale }, share) {
+  return scale === "log" ? low * (high / low) ** share : low + share * (high - low);
+}
+
+/**
+ * Share of the way at which a value lies, that of the nearer end beyond them.
+ * @param {Ruler} ruler
+ * @param {number} value
+ */
+export function shareOnRuler({ low, high, scale }, value) {
+  const share = scale === "log" ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
+  return Math.min(Math.max(share, 0), 1);
 }
 
 const NAMESPACE = "http://www.w3.org/2000/svg";

@@ -132,7 +132,7 @@ export class Gestures {
 }
 
 /** @param {Place} place */
-export function inside([across, up]) {
+function inside([across, up]) {
   return Math.abs(across) <= 1 && Math.abs(up) <= 1;
 }
 

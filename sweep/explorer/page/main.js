@@ -1,17 +1,16 @@
 /** The page: one state, shown by all its parts and kept in the address. */
 
 import { fragmentOf, stateOf, themeOf } from "eulerdisk/address";
-import { UNSET } from "eulerdisk/address_motion";
 import { baseMenu, showTheme, themeButton } from "eulerdisk/choices";
 import { Controls } from "eulerdisk/controls";
 import { AtlasMap } from "eulerdisk/map";
 import { addMenus } from "eulerdisk/menus";
 import { clock } from "eulerdisk/motion/clock";
 import { Motions } from "eulerdisk/motions";
-import { mayPass, tell, wordsOfProblem } from "eulerdisk/notice";
+import { tell, tellProblem } from "eulerdisk/notice";
 import { Readout } from "eulerdisk/readout";
 import { ServerSource } from "eulerdisk/server_source";
-import { baseOf, quantityOf, wordsOf, withinDomain } from "eulerdisk/state";
+import { baseOf, quantityOf, UNSET, wordsOf, withinDomain } from "eulerdisk/state";
 import { StoredSource } from "eulerdisk/stored_source";
 
 /** @import { Aim } from "eulerdisk/map" */
@@ -63,13 +62,9 @@ class Page {
       onLines: () => this.#hearLines(),
       onProblem: (problem) => this.#say(problem),
     });
-    this.#controls = new Controls(part("controls"), about, change);
-    part("controls").addEventListener("hold", (event) => {
+    this.#controls = new Controls(part("controls"), about, change, () => {
       const { low, high } = this.#map.picture.range;
-      change((state) => ({
-        ...state,
-        range: /** @type {CustomEvent} */ (event).detail ? [low, high] : null,
-      }));
+      return [low, high];
     });
     this.#readout = new Readout(part("readout"), part("spoken"), about, source);
     this.#motions = new Motions(part("motions"), about, source, {
@@ -238,11 +233,10 @@ class Page {
     this.#tell(end ? "Zoom ends here: a pixel is 8 units in the last place wide." : note);
   }
 
-  /** @param {Error & {hint?: string}} problem */
+  /** @param {Error} problem */
   #say(problem) {
     this.#problem = problem;
-    const again = mayPass(/** @type {any} */ (problem)) ? () => this.#map.again() : null;
-    tell(part("notice"), wordsOfProblem(problem), again);
+    tellProblem(part("notice"), problem, () => this.#map.again());
   }
 
   /** @param {string} words */
@@ -285,7 +279,7 @@ function beginOnceAnswered(source) {
     isUnderWay = false;
   };
   source.reach.onBack = attempt;
-  source.reach.onLost = (problem) => tell(part("notice"), wordsOfProblem(problem));
+  source.reach.onLost = (problem) => tellProblem(part("notice"), problem);
   void attempt();
 }
 
@@ -295,7 +289,7 @@ function beginOnceAnswered(source) {
  * @param {(() => void)|null} [again]
  */
 function sayWhyNot(problem, again = null) {
-  tell(part("notice"), wordsOfProblem(problem), mayPass(problem) ? again : null);
+  tellProblem(part("notice"), problem, again);
   if (!problem.unreachable && !problem.status) reportError(problem);
 }
 

@@ -1,8 +1,8 @@
 /** The map: picture, overlay and gestures of one element. It shows a state and tells what is done on it. */
 
-import { between, leastHalf, moved, placeOf, valueAt, zoomed } from "eulerdisk/axis_window";
+import { between, leastHalf, moved, valueAt, zoomed } from "eulerdisk/axis_window";
 import { paint, rangeFor } from "eulerdisk/colours";
-import { Gestures, inside, listenToKeys } from "eulerdisk/gestures";
+import { Gestures, listenToKeys } from "eulerdisk/gestures";
 import { html, svg } from "eulerdisk/elements";
 import { Latest, Refresh } from "eulerdisk/refresh";
 import { legendHeight, drawOverlay } from "eulerdisk/overlay";
@@ -150,7 +150,6 @@ export class AtlasMap {
       [style.width, style.height] = [`${plot.width}px`, `${plot.height}px`];
     }
     const { atlas } = this.#about;
-    const origins = this.picture.origins();
     drawOverlay(this.overlay, {
       view,
       plot,
@@ -161,7 +160,7 @@ export class AtlasMap {
       lines: this.lines.filter((line) => !hidden.includes(line.name)),
       stale: this.#linesOf !== wordsOf(view),
       points: [points[0], compare ? points[1] : null],
-      grid: atlas && origins.stored ? { x: atlas.x, y: atlas.y } : null,
+      grid: atlas && this.picture.hasStoredCells ? { x: atlas.x, y: atlas.y } : null,
       cursor: document.activeElement === this.#element ? this.#cursor : null,
     });
   }
@@ -320,15 +319,6 @@ export class AtlasMap {
     const most = BEYOND * halfOfRange(this.#about, this.#state.view, which);
     return { least: leastHalf(axis, pixels), most };
   }
-
-  /**
-   * Whether a start lies in the window.
-   * @param {Point} point
-   */
-  holds(point) {
-    const { x, y } = this.#state.view;
-    return inside([placeOf(x, point.x), placeOf(y, point.y)]);
-  }
 }
 
 /**
@@ -436,11 +426,9 @@ export class Picture {
     };
   }
 
-  /** Whether the window holds stored cells, and computed ones. */
-  origins() {
-    const stored = this.answer?.stored ?? null;
-    if (!stored) return { stored: false, computed: true };
-    return { stored: stored.includes(1), computed: stored.includes(0) };
+  /** Whether some of its cells are stored ones. */
+  get hasStoredCells() {
+    return this.answer?.stored?.includes(1) ?? false;
   }
 }
 

@@ -1,6 +1,20 @@
-/** The line below the map: what is wrong, what has been done, and a button where trying again may help. */
+/** What is wrong and what has been done, told in an element, and a button where trying again may help. */
 
 import { html } from "eulerdisk/elements";
+
+/** Something that was asked for and does not come: in words, with what to do, and whether a server answered at all. */
+export class Problem extends Error {
+  /**
+   * @param {string} message
+   * @param {{hint?: string, status?: number, unreachable?: boolean, cause?: unknown}} [more]
+   */
+  constructor(message, { hint = "", status = 0, unreachable = false, cause } = {}) {
+    super(message, { cause });
+    this.hint = hint;
+    this.status = status;
+    this.unreachable = unreachable;
+  }
+}
 
 /** Status from which on a request was in order, and the server could not answer it. */
 const FAULT = 500;
@@ -31,9 +45,20 @@ export function tell(element, words, again = null) {
 }
 
 /**
- * Words of a problem and what to do about it.
- * @param {{message: string, hint?: string}} problem
+ * Tell a problem in an element, with what to do about it.
+ * @param {HTMLElement} element
+ * @param {unknown} problem
+ * @param {(() => void)|null} [again]  tries once more, where that may help
  */
-export function wordsOfProblem({ message, hint }) {
+export function tellProblem(element, problem, again = null) {
+  tell(element, wordsOfProblem(problem), mayPass(/** @type {Problem} */ (problem)) ? again : null);
+}
+
+/**
+ * Words of a problem and what to do about it.
+ * @param {unknown} problem
+ */
+export function wordsOfProblem(problem) {
+  const { message, hint } = /** @type {Problem} */ (problem);
   return [message, hint].filter(Boolean).join(" ");
 }

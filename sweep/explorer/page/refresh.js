@@ -62,12 +62,11 @@ export class Refresh {
     const { view, quantity, stored } = wanted;
     const [width, height] = pixels(wanted, lane === "coarse" ? COARSE : FINE);
     try {
-      const answer = await this.#source.window({ view, width, height, quantity, stored, lane }, signal);
+      const answer = await this.#source.window({ view, width, height, quantity, stored }, signal);
       // the fine picture of the same view may have come first
       if (!signal?.aborted) this.#deliver(wanted, answer, lane);
     } catch (problem) {
-      const dropped = signal?.aborted || /** @type {any} */ (problem).superseded;
-      if (!dropped && wanted === this.#wanted) this.#fail(/** @type {Error} */ (problem), lane);
+      if (!signal?.aborted && wanted === this.#wanted) this.#fail(/** @type {Error} */ (problem), lane);
     }
   }
 }

@@ -1,25 +1,9 @@
 /** Where the page gets its numbers from while a server of this machine answers. */
 
-/** @import { DataRequest, Place, Source, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
+import { Problem } from "eulerdisk/notice";
 
-/** A request that the server refused, in its words. */
-class Refused extends Error {
-  /**
-   * @param {number} status
-   * @param {{error?: string, hint?: string, where?: string}} body
-   */
-  constructor(status, body) {
-    super(body.error ?? `The server answered with status ${status}.`);
-    this.status = status;
-    this.hint = body.hint ?? "";
-    this.where = body.where ?? "";
-  }
-
-  /** Whether a newer request has taken the place of this one. */
-  get superseded() {
-    return this.status === 410;
-  }
-}
+/** @import { MotionAnswer } from "eulerdisk/motion/types" */
+/** @import { About, DataRequest, Line, Place, PointAnswer, Source, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
 /**
  * Head and arrays of a binary answer: a length, JSON, and the arrays that it lists.
@@ -50,19 +34,12 @@ export function unpacked(buffer) {
 
 /** @implements {Source} */
 export class ServerSource {
-  live = true;
   cellAt = null;
   reach = new Reach();
-  /** Numbers of requests of this page; the server drops a window when a newer one of its lane has come. */
-  #number = 0;
-  #client = crypto.randomUUID();
 
+  /** @returns {Promise<About>} */
   async about() {
-    const answer = await this.reach.of(fetch("./about"));
-    if (!answer.ok) throw await refusal(answer);
-    const about = await this.reach.of(answer.json());
-    this.live = about.atlas === null || about.atlas.live;
-    return about;
+    return this.#ask("about");
   }
 
   /**
@@ -71,9 +48,7 @@ export class ServerSource {
    * @returns {Promise<WindowAnswer>}
    */
   async window(request, signal) {
-    this.#number += 1;
-    const asked = { ...request, client: this.#client, number: this.#number };
-    const { head, arrays } = unpacked(await this.#bytes("window", asked, signal));
+    const { head, arrays } = await this.#ask("window", request, signal);
     const { width, height } = request;
     return {
       head,
@@ -87,129 +62,104 @@ export class ServerSource {
 
   /**
    * @param {View} view
-   * @param {AbortSignal} [signal]
+   * @returns {Promise<Line[]>}
    */
-  async lines(view, signal) {
-    return (await this.#json("lines", { view }, signal)).lines;
+  async lines(view) {
+    return (await this.#ask("lines", { view })).lines;
   }
 
   /**
    * @param {Place} place
    * @param {AbortSignal} [signal]
+   * @returns {Promise<PointAnswer>}
    */
   async point(place, signal) {
-    return this.#json("point", place, signal);
+    return this.#ask("point", place, signal);
   }
 
   /**
    * @param {object} request
    * @param {AbortSignal} [signal]
+   * @returns {Promise<MotionAnswer>}
    */
   async motion(request, signal) {
     const answer = await this.#ask("motion", request, signal);
     // a start without a motion is answered in words
-    if (answer.headers.get("Content-Type") === "application/json") {
-      throw new Refused(400, await this.reach.of(answer.json(), signal));
-    }
-    return unpacked(await this.reach.of(answer.arrayBuffer(), signal));
+    if (answer.error) throw new Problem(answer.error, { ...answer, status: 400 });
+    return answer;
   }
 
   /** @param {Place} place */
   async explain(place) {
-    return (await this.#json("explain", place)).text;
+    return (await this.#ask("explain", place)).text;
   }
 
   /** @param {object} request */
   async command(request) {
-    return this.#json("command", request);
+    return this.#ask("command", request);
   }
 
   /** @param {DataRequest} request */
   async data(request) {
-    const answer = await this.#ask("data", request);
+    const answer = await this.#answer("data", request);
     const named = /filename="([^"]+)"/.exec(answer.headers.get("Content-Disposition") ?? "");
-    return {
-      blob: await this.reach.of(answer.blob()),
-      name: named ? named[1] : `window.${request.format === "csv" ? "csv" : "nc"}`,
+    return { blob: await this.reach.of(answer.blob()), name: named?.[1] ?? "window" };
+  }
+
+  /**
+   * What the server answers: an object, or head and arrays.
+   * @param {string} what
+   * @param {object} [question]
+   * @param {AbortSignal} [signal]
+   * @returns {Promise<any>}
+   */
+  async #ask(what, question, signal) {
+    const answer = await this.#answer(what, question, signal);
+    const isJson = answer.headers.get("Content-Type") === "application/json";
+    return this.reach.of(isJson ? answer.json() : answer.arrayBuffer().then(unpacked), signal);
+  }
+
+  /**
+   * @param {string} what
+   * @param {object} [question]
+   * @param {AbortSignal} [signal]
+   */
+  async #answer(what, question, signal) {
+    const posted = {
+      method: "POST",
+      headers: { "Content-Type": "application/json" },
+      body: JSON.stringify(question),
     };
-  }
-
-  /**
-   * @param {string} what
-   * @param {object} body
-   * @param {AbortSignal} [signal]
-   */
-  async #json(what, body, signal) {
-    return this.reach.of((await this.#ask(what, body, signal)).json(), signal);
-  }
-
-  /**
-   * @param {string} what
-   * @param {object} body
-   * @param {AbortSignal} [signal]
-   */
-  async #bytes(what, body, signal) {
-    return this.reach.of((await this.#ask(what, body, signal)).arrayBuffer(), signal);
-  }
-
-  /**
-   * @param {string} what
-   * @param {object} body
-   * @param {AbortSignal} [signal]
-   */
-  async #ask(what, body, signal) {
-    const headers = { "Content-Type": "application/json" };
-    const asked = { method: "POST", headers, body: JSON.stringify(body), signal };
-    const answer = await this.reach.of(fetch(`./${what}`, asked), signal);
-    if (!answer.ok) throw await refusal(answer);
-    return answer;
+    const answer = await this.reach.of(fetch(`./${what}`, { ...(question && posted), signal }), signal);
+    if (answer.ok) return answer;
+    const body = await answer.json().catch(() => ({}));
+    const { status } = answer;
+    throw new Problem(body.error ?? `The server answered with status ${status}.`, { ...body, status });
   }
 }
 
-/** @param {Response} answer */
-async function refusal(answer) {
-  const body = await answer.json().catch(() => ({}));
-  return new Refused(answer.status, body);
-}
-
-/** Milliseconds until a server that did not answer is asked again: at first, and at most. */
-const [SOON, LATE] = [1000, 15_000];
+/** Milliseconds after which a server that did not answer is asked again. */
+const AGAIN = 2000;
 
 /** Status of an address without the token of the server. */
 const REFUSED = 403;
 
-/** The server did not answer at all. */
-class Unreachable extends Error {
-  unreachable = true;
-  hint =
-    "Start eulerdisk explore again, and put what stands behind the # of this address behind the address that it prints. " +
-    "If it still runs, this page goes on by itself as soon as it answers.";
-
-  constructor() {
-    super("The explorer does not answer: the process that served this page has probably ended.");
-  }
-}
+const LOST = "The explorer does not answer: the process that served this page has probably ended.";
+const LOST_HINT =
+  "Start eulerdisk explore again, and put what stands behind the # of this address behind the address that it prints. " +
+  "If it still runs, this page goes on by itself as soon as it answers.";
 
 /** Another process answers at the address of the server. */
-class Replaced extends Error {
-  hint =
-    "Open the address that it printed; what stands behind the # of this address shows the same view there.";
-
-  constructor() {
-    super("The explorer was started anew, and has another address.");
-  }
-}
+const REPLACED = "The explorer was started anew, and has another address.";
+const REPLACED_HINT =
+  "Open the address that it printed; what stands behind the # of this address shows the same view there.";
 
 export class Reach {
-  /** @type {(problem: Error) => void} is told that the server does not answer */
+  /** @type {(problem: Problem) => void} is told that the server does not answer */
   onLost = () => {};
   /** Is told that it answers again. */
   onBack = () => {};
   #waiting = false;
-  /** Milliseconds until the server is asked again. */
-  #wait = SOON;
-  /** When it answered again last. */
-  #back = -Infinity;
 
   /**
    * What a promise of fetch, or of the body of its answer, comes to.
@@ -217,7 +167,7 @@ export class Reach {
    * @param {Promise<Found>} promise
    * @param {AbortSignal} [signal]
    * @returns {Promise<Found>}
-   * @throws {Unreachable} if the server does not answer
+   * @throws {Problem} if the server does not answer
    */
   async of(promise, signal) {
     try {
@@ -225,32 +175,23 @@ export class Reach {
     } catch (problem) {
       // fetch tells of a network that fails by this type, and of what the page itself has ended by another one
       if (signal?.aborted || !(problem instanceof TypeError)) throw problem;
-      const lost = new Unreachable();
-      if (!this.#waiting) {
-        this.#waiting = true;
-        this.onLost(lost);
-        // one that answers here, and breaks off what is asked of it then, is asked ever more seldom, too
-        const isBackForGood = performance.now() - this.#back > LATE;
-        this.#wait = isBackForGood ? SOON : Math.min(2 * this.#wait, LATE);
-        this.#askAgain();
-      }
+      const lost = new Problem(LOST, { hint: LOST_HINT, unreachable: true });
+      if (!this.#waiting) this.onLost(lost);
+      this.#askAgain();
       throw lost;
     }
   }
 
   #askAgain() {
+    if (this.#waiting) return;
+    this.#waiting = true;
     setTimeout(async () => {
       const answer = await fetch("./about").catch(() => null);
-      // too many at once, or a fault: it is the same server; another one refuses the token of this page
-      if (answer === null || !(answer.ok || answer.status === REFUSED)) {
-        this.#wait = Math.min(2 * this.#wait, LATE);
-        this.#askAgain();
-        return;
-      }
       this.#waiting = false;
-      this.#back = performance.now();
-      if (answer.ok) this.onBack();
-      else this.onLost(new Replaced());
-    }, this.#wait);
+      // too many at once, or a fault: it is the same server; another one refuses the token of this page
+      if (answer?.ok) this.onBack();
+      else if (answer?.status === REFUSED) this.onLost(new Problem(REPLACED, { hint: REPLACED_HINT }));
+      else this.#askAgain();
+    }, AGAIN);
   }
 }

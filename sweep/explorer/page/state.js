@@ -1,10 +1,12 @@
 /** What the page shows, as one plain object, and the changes that can be made to it. Nothing here is changed in place. */
 
-import { UNSET } from "eulerdisk/address_motion";
 import { axisBetween, valueAt, within } from "eulerdisk/axis_window";
 
 /** @import { MotionSettings } from "eulerdisk/motion/types" */
 /** @import { About, Base, Parameter, Quantity, View } from "eulerdisk/types" */
+
+/** @type {MotionSettings} nothing is set of a motion */
+export const UNSET = { losses: {}, camera: null, open: [] };
 
 /**
  * A chosen point: the values along both axes.

@@ -2,6 +2,7 @@
 
 import { pixelValue } from "eulerdisk/axis_window";
 import { storedMotion } from "eulerdisk/motion/stored_motion";
+import { Problem } from "eulerdisk/notice";
 import { baseOf, parameterOf, verdictWords } from "eulerdisk/state";
 import { readable, printedUnits } from "eulerdisk/ticks";
 
@@ -19,20 +20,12 @@ const NO_MOTION =
   "An exported page has no motions of a disk with losses: eulerdisk explore shows them, of the same atlas.";
 const NO_CELL = "No cell here.";
 
-/** What the page holds cannot be read. */
-class Unreadable extends Error {
-  hint =
-    "The file is damaged, or this browser is too old: export the page once more, or open it in a newer browser.";
-
-  /** @param {any} cause */
-  constructor(cause) {
-    super(`The cells that this page holds cannot be read: ${cause?.message ?? cause}.`, { cause });
-  }
-}
+/** What to do where the page's own cells cannot be read. */
+const UNREADABLE =
+  "The file is damaged, or this browser is too old: export the page once more, or open it in a newer browser.";
 
 /** @implements {Source} */
 export class StoredSource {
-  live = false;
   command = null;
   data = null;
   reach = null;
@@ -57,11 +50,12 @@ export class StoredSource {
   /**
    * Source of what a page holds.
    * @param {string} text  JSON
-   * @throws {Unreadable}
+   * @throws {Problem}
    */
   static async read(text) {
     return StoredSource.#unpacked(text).catch((cause) => {
-      throw new Unreadable(cause);
+      const words = `The cells that this page holds cannot be read: ${cause?.message ?? cause}.`;
+      throw new Problem(words, { hint: UNREADABLE, cause });
     });
   }
 
@@ -87,7 +81,6 @@ export class StoredSource {
    * @returns {Promise<WindowAnswer>}
    */
   async window({ view, width, height, quantity }) {
-    const begun = performance.now();
     const { columns, rows } = this.#indices(view, width, height);
     const count = width * height;
     const [value, verdict] = [new Float32Array(count).fill(NaN), new Uint8Array(count)];
@@ -107,9 +100,8 @@ export class StoredSource {
         if (found > high) high = found;
       }
     }
-    const seconds = (performance.now() - begun) / 1000;
     const range = low <= high ? { low, high } : { low: null, high: null };
-    const head = { ...range, seconds, end: false, note: this.#resolution(columns, rows) };
+    const head = { ...range, end: false, note: this.#resolution(columns, rows) };
     return { head, width, height, value, verdict, stored };
   }
 

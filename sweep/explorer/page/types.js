@@ -69,7 +69,6 @@
  * @property {string} label
  * @property {string} description
  * @property {Record<string, number|string>} words
- * @property {string[]} sliders  parameters that have a slider, in this order
  * @property {View} view
  * @property {string[]} quantities
  */
@@ -83,13 +82,10 @@
  * @property {string} note  a sentence on what is stored, and where its resolution ends
  * @property {Axis} x  range of the grid that is stored
  * @property {Axis} y
- * @property {number[]} shape  number of cells along x and y
- * @property {string[]} quantities  names of those that are stored
  */
 
 /**
  * @typedef {object} About
- * @property {string} program  name and version
  * @property {Base[]} bases
  * @property {string[]} others  presets that are integrated in time: only their atlases have maps
  * @property {Parameter[]} parameters
@@ -107,9 +103,6 @@
  * @property {number} height
  * @property {string} quantity
  * @property {boolean} [stored]
- * @property {string} [client]
- * @property {number} [number]
- * @property {"coarse"|"fine"} [lane]
  */
 
 /**
@@ -118,7 +111,7 @@
  * missing if all were computed.
  * `end` says that a pixel is below 8 units in the last place, so that zoom ends here; `low` and `high` are null without values.
  * @typedef {object} WindowAnswer
- * @property {{low: number|null, high: number|null, seconds: number, end: boolean, note?: string}} head
+ * @property {{low: number|null, high: number|null, end: boolean, note?: string}} head
  * @property {number} width
  * @property {number} height
  * @property {Float32Array|Float64Array|Uint8Array} value
@@ -176,10 +169,9 @@
 /**
  * Where the page gets its numbers from: a server, or what an exported page holds.
  * @typedef {object} Source
- * @property {boolean} live  whether windows can be computed
  * @property {() => Promise<About>} about
  * @property {(request: WindowRequest, signal?: AbortSignal) => Promise<WindowAnswer>} window
- * @property {(view: View, signal?: AbortSignal) => Promise<Line[]>} lines
+ * @property {(view: View) => Promise<Line[]>} lines
  * @property {(place: Place, signal?: AbortSignal) => Promise<PointAnswer>} point
  * @property {(request: MotionRequest, signal?: AbortSignal) => Promise<MotionAnswer>} motion
  * @property {(place: Place) => Promise<string>} explain

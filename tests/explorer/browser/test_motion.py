@@ -52,18 +52,22 @@ CORNER = """async () => {
 }"""
 
 
-#: Colours of the rim of the disk and of the table.
-RIM_AND_TABLE = """() => {
-  const style = getComputedStyle(document.querySelector(".motion"));
-  return ["--motion-rim", "--motion-ground"].map((name) => style.getPropertyValue(name).trim());
-}"""
+#: Colours of the rim of the disk and of the table, from 0 to 255.
+RIM_AND_TABLE = """() => ["--motion-rim", "--motion-ground"].map((name) => {
+  const probe = document.createElement("i");
+  probe.style.color = `var(${name})`;
+  document.querySelector(".motion").append(probe);
+  const { color } = getComputedStyle(probe);
+  probe.remove();
+  return color.match(/\\d+/g).map(Number);
+})"""
 
 
 def contrast(*colours):
     """Return the contrast of two colours as WCAG defines it; a ring that is seen edge-on is all rim."""
     light = []
     for colour in colours:
-        shares = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+        shares = [each / 255 for each in colour]
         linear = [each / 12.92 if each <= 0.04045 else ((each + 0.055) / 1.055) ** 2.4 for each in shares]
         light.append(0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2])
     return (max(light) + 0.05) / (min(light) + 0.05)

@@ -14,13 +14,19 @@ RECORD = """() => {
 }"""
 
 
+def lane_of(route):
+    """Return whether a window is asked for as a preview, which has few pixels."""
+    asked = json.loads(route.request.post_data)
+    return "coarse" if asked["width"] * asked["height"] <= 256 * 192 else "fine"
+
+
 def test_a_coarse_picture_that_comes_late_is_not_shown(opened):
     """Where the fine picture of the last view is there, the coarse one of a view before it is of no use."""
     page = opened(BOTH)
     held = []
 
     def hold_the_first_coarse_one(route):
-        if not held and json.loads(route.request.post_data)["lane"] == "coarse":
+        if not held and lane_of(route) == "coarse":
             held.append(route)
         else:
             route.continue_()
@@ -48,7 +54,7 @@ def test_a_coarse_picture_does_not_take_the_place_of_the_fine_one_of_its_view(op
     held, fine_ones_wait = {"coarse": [], "fine": []}, False
 
     def hold_the_first_coarse_one_and_fine_ones_after_it(route):
-        lane = json.loads(route.request.post_data)["lane"]
+        lane = lane_of(route)
         if fine_ones_wait if lane == "fine" else not held["coarse"]:
             held[lane].append(route)
         else:

@@ -86,39 +86,6 @@ def test_a_pair_is_read_however_large_its_numbers_are(quiet):
     assert found == {"x": 1e308, "y": 1.5e308}
 
 
-def test_a_server_that_breaks_off_is_asked_ever_more_seldom(quiet):
-    """The wait begins anew only once the server has answered for longer than the longest wait."""
-    waits = quiet.evaluate(
-        """async () => {
-            const { Reach } = await import("eulerdisk/server_source");
-            const [after, ask, clock] = [window.setTimeout, window.fetch, performance.now];
-            const waits = [];
-            let time = 0;
-            performance.now = () => time;
-            window.fetch = async () => new Response("{}");
-            window.setTimeout = (deed, wait) => {
-                waits.push(wait);
-                after(deed, 0);
-            };
-            try {
-                const reach = new Reach();
-                const lost = () => reach.of(Promise.reject(new TypeError("broken off"))).catch(() => {});
-                for (const later of [0, 10, 10, 10, 10, 10, 20_000, 10]) {
-                    time += later;
-                    const back = new Promise((resolve) => { reach.onBack = resolve; });
-                    void lost();
-                    await back;
-                }
-            } finally {
-                Object.assign(window, { setTimeout: after, fetch: ask });
-                performance.now = clock;
-            }
-            return waits;
-        }"""
-    )
-    assert waits == [1000, 2000, 4000, 8000, 15000, 15000, 1000, 2000]
-
-
 def test_zoom_keeps_the_value_at_its_place(quiet):
     """However often an axis is zoomed in about a place, the value there moves by less than a thousandth of a pixel."""
     for _ in range(20):
@@ -254,8 +221,10 @@ def test_colours_are_those_of_the_figures(quiet):
     assert np.abs(others - colormaps["viridis_r"](np.linspace(0.0, _PART, 6))[:, :3]).max() <= 4.0 / 255.0
     # the curves of a motion have them too
     sheet = (CHECKOUT / "sweep/explorer/page/motion/motion.css").read_text(encoding="utf-8")
-    names = [measure.removesuffix("_loss") for _, measure in LOSSES.values()]
-    assert [re.findall(rf"--loss-{name}: (#\w+);", sheet) for name in names] == [[each] for each in laws]
+    names = [measure for _, measure in LOSSES.values()]
+    assert [re.findall(rf"\.{name} {{\s*--kind: (#\w+);", sheet) for name in names] == [
+        [each] for each in laws
+    ]
 
 
 def test_a_line_crosses_each_of_its_rows_once(quiet):

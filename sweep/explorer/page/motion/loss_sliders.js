@@ -1,6 +1,6 @@
 /** The losses of a motion: a slider for each law, which is off at one of its ends. */
 
-import { html } from "eulerdisk/elements";
+import { html, select, shareOnRuler, valueOnRuler } from "eulerdisk/elements";
 
 /** @import { LossControl } from "eulerdisk/motion/types" */
 
@@ -92,20 +92,16 @@ export class LossSliders {
 
   /** @param {LossControl} control */
   #choice(control) {
-    const options = (control.choices ?? []).map((choice) => html("option", { value: choice }, choice));
-    const select = html("select", { "aria-label": control.label }, ...options);
-    select.addEventListener("change", () => {
-      this.#setOne(control.name, select.selectedIndex === 0 ? null : select.value);
-    });
-    this.rows.set(control.name, (next) => {
-      select.value = String(this.losses[next.name] ?? next.value);
-    });
-    return html(
-      "label",
-      { class: "loss choice", title: control.description },
-      html("span", {}, control.label),
-      select,
+    const choices = (control.choices ?? []).map((choice) => ({ value: choice, label: choice }));
+    // the first one is that of no loss
+    const choice = select({ "aria-label": control.label }, choices, (value) =>
+      this.#setOne(control.name, value === choices[0].value ? null : value),
     );
+    this.rows.set(control.name, (next) => {
+      choice.value = String(this.losses[next.name] ?? next.value);
+    });
+    const words = html("span", {}, control.label);
+    return html("label", { class: "loss choice", title: control.description }, words, choice);
   }
 }
 
@@ -117,7 +113,8 @@ export class LossSliders {
 export function valueAt({ low = 1, high = 1, end }, place) {
   const step = end === "high" ? place : place - 1;
   if (step < 0 || step > STEPS - 1) return null;
-  return Number((low * (high / low) ** (step / (STEPS - 1))).toPrecision(DIGITS));
+  const value = valueOnRuler({ low, high, scale: "log" }, step / (STEPS - 1));
+  return Number(value.toPrecision(DIGITS));
 }
 
 /**
@@ -126,8 +123,8 @@ export function valueAt({ low = 1, high = 1, end }, place) {
  */
 export function placeOf({ low = 1, high = 1, end }, value) {
   if (value === null) return end === "high" ? STEPS : 0;
-  const share = Math.log(value / low) / Math.log(high / low);
-  return Math.round(Math.min(Math.max(share, 0), 1) * (STEPS - 1)) + (end === "high" ? 0 : 1);
+  const share = shareOnRuler({ low, high, scale: "log" }, value);
+  return Math.round(share * (STEPS - 1)) + (end === "high" ? 0 : 1);
 }
 
 /**

@@ -1,6 +1,6 @@
 /** One motion: the disk as it moves, its curves, its losses and what is known of its start in words. */
 
-import { html, svg } from "eulerdisk/elements";
+import { html, select, svg } from "eulerdisk/elements";
 import { clock, SPEEDS } from "eulerdisk/motion/clock";
 import { DiskScene } from "eulerdisk/motion/disk_scene";
 import {
@@ -13,9 +13,10 @@ import {
 import { LossSliders } from "eulerdisk/motion/loss_sliders";
 import { Plot } from "eulerdisk/motion/plot";
 import { potentialOf } from "eulerdisk/motion/potential";
-import { mayPass, tell, wordsOfProblem } from "eulerdisk/notice";
+import { tell, tellProblem, wordsOfProblem } from "eulerdisk/notice";
 import { wordsOf } from "eulerdisk/state";
 
+/** @import { Problem } from "eulerdisk/notice" */
 /** @import { Clock } from "eulerdisk/motion/clock" */
 /** @import { Standpoint } from "eulerdisk/motion/disk_scene" */
 /** @import { MotionAnswer, MotionRequest, MotionSettings } from "eulerdisk/motion/types" */
@@ -144,8 +145,11 @@ export class MotionPanel {
       tell(this.parts.problem, "");
     } catch (problem) {
       if (asked.signal.aborted) return;
-      const refused = /** @type {Error & {hint?: string, status?: number}} */ (problem);
-      if (refused.status === 400 && !this.samples && Object.keys(this.losses.losses).length) {
+      if (
+        /** @type {Problem} */ (problem).status === 400 &&
+        !this.samples &&
+        Object.keys(this.losses.losses).length
+      ) {
         // losses of an address may leave no motion: without them there are sliders to set them with
         this.losses.losses = {};
         this.told();
@@ -155,8 +159,7 @@ export class MotionPanel {
         // another start may have been chosen meanwhile: this is not said of it
         if (this.asked !== last || last.signal.aborted) return;
       }
-      const again = mayPass(refused) ? () => this.request && void this.show(this.request) : null;
-      tell(this.parts.problem, wordsOfProblem(refused), again);
+      tellProblem(this.parts.problem, problem, () => this.request && void this.show(this.request));
       // the verdict and the words of the start are there without its motion
       this.element.classList.toggle("refused", !this.samples);
     }
@@ -184,8 +187,6 @@ export class MotionPanel {
 
   #showScene() {
     if (!this.samples) return;
-    const style = getComputedStyle(this.element);
-    const colour = (/** @type {string} */ name) => style.getPropertyValue(name).trim();
     try {
       if (this.scene === undefined) this.scene = this.#makeScene();
     } catch (problem) {
@@ -194,14 +195,7 @@ export class MotionPanel {
       this.parts.stage.textContent = NO_WEBGL;
     }
     if (!this.scene) return;
-    const colours = {
-      ground: colour("--motion-ground"),
-      grid: colour("--motion-grid"),
-      trail: colour("--motion-trail"),
-      force: colour("--motion-force"),
-      rim: colour("--motion-rim"),
-    };
-    this.scene.show(this.samples, colours, this.standpoint);
+    this.scene.show(this.samples, this.#colours(), this.standpoint);
     this.scene.canvas.setAttribute(
       "aria-label",
       `The disk, ${this.samples.head.title}: arrows turn the camera, plus and minus bring it nearer and farther, ` +
@@ -210,6 +204,18 @@ export class MotionPanel {
     this.parts.square.textContent = `squares of ${lengthText(this.scene.square)}`;
     this.parts.stage.append(this.parts.square);
     this.scene.setTime(clock.time);
+  }
+
+  /** Colours of the scene as the page has them by day or night. */
+  #colours() {
+    const probe = html("i");
+    this.element.append(probe);
+    const [ground, grid, trail, force, rim] = ["ground", "grid", "trail", "force", "rim"].map((name) => {
+      probe.style.color = `var(--motion-${name})`;
+      return getComputedStyle(probe).color;
+    });
+    probe.remove();
+    return { ground, grid, trail, force, rim };
   }
 
   #makeScene() {
@@ -417,13 +423,9 @@ class Transport {
     });
     this.slide.addEventListener("input", () => clock.seek((Number(this.slide.value) / STEPS) * clock.length));
     this.said = html("output", { class: "now" });
-    const options = SPEEDS.map((speed) => html("option", { value: String(speed) }, `${speed}\u00d7`));
-    this.speed = html(
-      "select",
-      { "aria-label": "speed", title: "seconds of the motion in a second" },
-      ...options,
-    );
-    this.speed.addEventListener("change", () => clock.setSpeed(Number(this.speed.value)));
+    const speeds = SPEEDS.map((speed) => ({ value: String(speed), label: `${speed}\u00d7` }));
+    const words = { "aria-label": "speed", title: "seconds of the motion in a second" };
+    this.speed = select(words, speeds, (speed) => clock.setSpeed(Number(speed)));
     element.append(this.button, this.slide, this.said, this.speed);
     this.follow();
   }
