@@ -180,6 +180,7 @@ def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
     command = [sys.executable, "-m", "sweep", "explore", str(atlas), "--export", str(target)]
     subprocess.run(command, check=True, capture_output=True)
     page = opened("quantity=stability", url=target.as_uri())
+    wait_for_picture(page)
     stored = sweep.open_atlas(atlas)
     size, x, y = shown(page), axis(page, "x"), axis(page, "y")
     pixels = random_pixels(size["width"], size["height"], 60)
