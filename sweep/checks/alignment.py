@@ -11,9 +11,9 @@ from sweep.atlas.dataset import place_of, spec_of
 from sweep.engine.grid import blocks, chunks, starts_of
 from sweep.errors import RequestError, counted
 from sweep.model.quantity import Array, Input, Quantity
-from sweep.request.as_given import both_written
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
+from sweep.request.spec_text import both_written
 from sweep.request.start_list import START
 from sweep.request.start_table import Column, StartTable
 

@@ -5,15 +5,11 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Input, Quantity
-from sweep.request.axes import Range, Values
 from sweep.request.values import factor_to_si, number_and_unit
-
-if TYPE_CHECKING:
-    from sweep.request.spec import SweepSpec
 
 #: A number of a rule, and the unit of an angle after it.
 _IN_A_RULE = re.compile(r"(?<![\w.])([0-9][0-9.]*(?:e[+-]?[0-9]+)?)( deg| rad)?(?![\w.])")
@@ -110,33 +106,6 @@ def words_given(
         return (in_unit(value, each, unit) if units else each.spell(value)).replace(" ", "", 1)
 
     return " ".join(f"{each.name}={text(each)}" for each in quantities)
-
-
-def as_written(value: object, quantity: Quantity) -> str:
-    """Return a value of a spec, which is in SI, as a person would have written it: angles in degrees."""
-    unit = "deg" if quantity.units == "rad" else ""
-
-    def one(number: float) -> str:
-        return f"{number * quantity.plot_scale:.10g}{unit}"
-
-    if isinstance(value, float):
-        return one(value)
-    if isinstance(value, Range):
-        return f"{one(value.start)}:{one(value.stop)}:{value.count}" + ":log" * (value.spacing == "log")
-    return ",".join(map(one, value.values)) if isinstance(value, Values) else str(value)
-
-
-def both_written(specs: tuple["SweepSpec", "SweepSpec"], name: str) -> tuple[str, str]:
-    """Return a word of two specs as people write it; with all digits, in SI, where that is the same text of both."""
-    values = [spec.model.name if name == "model" else getattr(spec, name) for spec in specs]
-    quantities = [{**spec.quantities, **spec.model.settings}.get(name) for spec in specs]
-    exact = [",".join(value) if isinstance(value, tuple) else str(value) for value in values]
-    written = [
-        text if quantity is None else as_written(value, quantity)
-        for value, quantity, text in zip(values, quantities, exact, strict=True)
-    ]
-    first, second = map(shown, exact if written[0] == written[1] else written)
-    return first, second
 
 
 def at_word(error: RequestError, words: Mapping[str, Any], values: Mapping[str, Any]) -> RequestError:

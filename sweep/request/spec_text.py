@@ -1,9 +1,12 @@
-"""The values of a spec as text: TOML, and the plain types of its canonical JSON."""
+"""The values of a spec as text: TOML, the plain types of its canonical JSON, and as people write them."""
 
 import json
 from dataclasses import asdict
 from typing import Any
 
+from sweep.errors import shown
+from sweep.model.description import Request
+from sweep.model.quantity import Quantity
 from sweep.request.axes import Range, Values
 from sweep.request.criterion import Criterion
 from sweep.request.distributions import Distribution
@@ -42,3 +45,30 @@ def from_json(value: Any) -> object:
     if "kind" in value:
         return Criterion(**value)
     return Range(**value) if "count" in value else Values(**value)
+
+
+def as_written(value: object, quantity: Quantity) -> str:
+    """Return a value of a spec, which is in SI, as a person would have written it: angles in degrees."""
+    unit = "deg" if quantity.units == "rad" else ""
+
+    def one(number: float) -> str:
+        return f"{number * quantity.plot_scale:.10g}{unit}"
+
+    if isinstance(value, float):
+        return one(value)
+    if isinstance(value, Range):
+        return f"{one(value.start)}:{one(value.stop)}:{value.count}" + ":log" * (value.spacing == "log")
+    return ",".join(map(one, value.values)) if isinstance(value, Values) else str(value)
+
+
+def both_written(specs: tuple[Request, Request], name: str) -> tuple[str, str]:
+    """Return a word of two specs as people write it; with all digits, in SI, where that is the same text of both."""
+    values = [spec.model.name if name == "model" else getattr(spec, name) for spec in specs]
+    quantities = [{**spec.quantities, **spec.model.settings}.get(name) for spec in specs]
+    exact = [",".join(value) if isinstance(value, tuple) else str(value) for value in values]
+    written = [
+        text if quantity is None else as_written(value, quantity)
+        for value, quantity, text in zip(values, quantities, exact, strict=True)
+    ]
+    first, second = map(shown, exact if written[0] == written[1] else written)
+    return first, second
