@@ -2,7 +2,7 @@
 
 ``departure:5deg``: the tilt leaves its steady value by more than 5 degrees. ``amplification:10``: it leaves it by
 more than ten times the scale of the perturbation that was put in. ``aloft:10s``: the disk falls before 10 seconds are
-over (`sweep.request.aloft`). ``peak_tilt > 10deg or fall_time < 2s``: a criterion
+over (`sweep.request.criterion`). ``peak_tilt > 10deg or fall_time < 2s``: a criterion
 of one's own (`sweep.request.own_criterion`). A criterion is one class: how it is written, its verdict, the limit that
 theory and figures draw, if it has one, and its words.
 """
@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
+from sweep.model.cells import stated_error
 from sweep.model.description import Columns, Model, Request, Starts
 from sweep.model.quantity import (
     DECISION,
@@ -30,7 +31,6 @@ from sweep.model.quantity import (
     Quantity,
     Truths,
 )
-from sweep.request.aloft import Aloft as Aloft
 from sweep.request.criterion_base import Criterion as Criterion
 from sweep.request.criterion_base import Errors
 from sweep.request.expression import spell_angle
@@ -40,19 +40,20 @@ from sweep.request.own_criterion import where_true as where_true
 from sweep.request.values import read_number
 
 _DEPARTURE = Quantity("departure", "", "rad", "largest distance from the steady value", DECISION)
+_TIME = Quantity("aloft", "", "s", "time before which the motion must not be lost", DECISION)
 _AMPLIFICATION = Quantity("amplification", "", "1", "that distance over the perturbation", DECISION)
 
 
 @dataclass(frozen=True)
-class Limit(Criterion):
-    """A limit for the distance of the coordinate from its undisturbed value; see `Criterion`."""
+class _Limited(Criterion):
+    """A criterion that is written ``KIND:LIMIT``."""
 
     kind: str
     limit: float
 
-    #: The quantity that the limit is read as.
+    #: The quantity that the limit is read as, and why it has to be above 0.
     quantity: ClassVar[Quantity]
-    limits_reach: ClassVar[bool] = True
+    positive: ClassVar[str]
     predictable: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -61,9 +62,7 @@ class Limit(Criterion):
         object.__setattr__(self, "limit", read_number(self.limit, self.quantity))
         if not self.limit > 0.0:
             raise RequestError(
-                f"The limit of a criterion must be above 0, or nothing is stable; got {given}.",
-                hint=f"Write {self.example}.",
-                where="criterion",
+                f"{self.positive}; got {given}.", hint=f"Write {self.example}.", where="criterion"
             )
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -77,6 +76,13 @@ class Limit(Criterion):
         if word.strip() != cls.word or not colon:
             return None
         return cls(cls.word, limit)  # type: ignore[arg-type]  # it is read when it is made
+
+
+class Limit(_Limited):
+    """A limit for the distance of the coordinate from its undisturbed value; see `Criterion`."""
+
+    positive = "The limit of a criterion must be above 0, or nothing is stable"
+    limits_reach: ClassVar[bool] = True
 
     def limit_text(self, coordinate: Quantity) -> str:
         """Return how far the coordinate must not go, in words: ``5 deg``, ``10 times the perturbation``."""
@@ -222,3 +228,99 @@ class Amplification(Limit):
 
 def _plain(name: str) -> str:
     return name.replace("_", " ")
+
+
+class Aloft(_Limited):
+    """A cell is unstable where the motion is lost before a time; see `Criterion`."""
+
+    word = "aloft"
+    form, example, quantity = "aloft:TIME", "aloft:10s", _TIME
+    positive = "The time of a criterion must be above 0, or every motion lasts as long"
+
+    def __str__(self) -> str:
+        """Return ``aloft:TIME``."""
+        return f"{self.word}:{self.limit!r}".removesuffix(".0") + "s"
+
+    def check(self, spec: Request) -> None:
+        """Refuse a model that loses no motion, and a duration in which the time cannot come."""
+        if not spec.model.endings.lost_time:
+            raise RequestError(
+                f"The model {spec.model.name} states of no motion when it is lost: {self} judges by that.",
+                hint="Use another criterion.",
+                where="criterion",
+            )
+        if spec.duration < self.limit:
+            raise RequestError(
+                f"{self} asks for more time than the motions are followed; got duration={spec.duration:g}s.",
+                hint=f"Give a duration of {self.limit:g}s or more.",
+                where="criterion",
+            )
+
+    def unstable_if(self, model: Model) -> str:
+        """Return what must not happen, and by when."""
+        return f"{model.lost_name} in less than {self.limit:.6g} s"
+
+    def label(self, model: Model) -> str:
+        """Return the kind and the time."""
+        return f"{self.word} {self.limit:.4g} s"
+
+    def caption(self, model: Model) -> str:
+        """Return what is unstable."""
+        return f"{self.word} for less than {self.limit:.4g} s"
+
+    def comment(self, model: Model) -> str:
+        """Return what the file says of the verdicts."""
+        return (
+            f"unstable where {model.endings.lost_time} of a lost motion is below {self.limit:g} s; stable where the "
+            "motion lasts as long; an unresolved cell is undecided"
+        )
+
+    def reason(self, spec: Request, cell: Mapping[str, float], reach: float, scale: float) -> str:
+        """Return how long the motion lasted, beside the time."""
+        model, ending = spec.model, spec.model.endings.of(cell["ending"])
+        time, limit = cell[model.endings.lost_time], f"the {self.limit:.6g} s of the criterion"
+        if ending.role == LOST:
+            order = "less than" if cell["stability"] == UNSTABLE else "not before"
+            return f"{model.lost_name} after {time:.6g} s, {order} {limit}"
+        if ending.role == OPEN and cell["stability"] == UNDECIDED:
+            return f"before {limit} {model.open_in_words(spec, cell)}"
+        lasts = ending.reason if ending.role == FINAL else model.open_in_words(spec, cell)
+        return f"the motion was not lost in {limit}; {lasts}"
+
+    def needs(self, model: Model) -> tuple[str, ...]:
+        """Return the ending and its time."""
+        return ("ending", model.endings.lost_time)
+
+    def verdict(
+        self, endings: Endings, measured: Columns, reach: Array, scale: Array
+    ) -> npt.NDArray[np.int8]:
+        """Return the stability of cells; see `Criterion.verdict`.
+
+        Notes
+        -----
+        A motion that ended otherwise than by a loss before the time is stable if it goes on for all time or for the
+        duration, and undecided if nobody knows how it went on.
+        """
+        ending = measured["ending"]
+        # no comparison with a missing time holds: such a motion ended with the duration
+        early = np.asarray(measured[endings.lost_time]) < self.limit
+        lost, open_ = endings.have(LOST, ending), endings.have(OPEN, ending)
+        lasts = endings.have(FINAL, ending) | ((lost | open_) & ~early)
+        return np.where(lost & early, UNSTABLE, np.where(lasts, STABLE, UNDECIDED)).astype(np.int8)
+
+    def on_edge(self, spec: Request, starts: Starts, columns: Sequence[Columns], errors: Errors) -> Truths:
+        """Return which motions may be lost exactly at the time; see `Criterion.on_edge`."""
+        name = spec.model.endings.lost_time
+        times, slack = [each[name] for each in columns], errors(name)
+        lost = np.any([spec.model.endings.have(LOST, each["ending"]) for each in columns], axis=0)
+        least, most = np.fmin.reduce(times) - slack, np.fmax.reduce(times) + slack
+        return np.asarray(lost & (least <= self.limit) & (self.limit <= most))
+
+    def is_open(self, spec: Request, starts: Starts, measured: Columns, error: Array) -> Truths:
+        """Return where the error of the time leaves the verdict open, or the motion may be lost."""
+        model = spec.model
+        quantity = model.variables[model.endings.lost_time]
+        slack = stated_error(quantity, spec, starts, measured, error)
+        found = self.on_edge(spec, starts, [measured], lambda _: slack)
+        found |= ~model.endings.have(LOST, measured["ending"]) & model.may_be_lost(spec, measured, error)
+        return np.asarray(found & (measured["stability"] != UNDECIDED))

@@ -12,8 +12,7 @@ from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
-from sweep.request.aloft import Aloft
-from sweep.request.criterion import Criterion
+from sweep.request.criterion import Aloft, Criterion
 from sweep.request.spec import SweepSpec
 
 NONE = np.array([np.nan])
