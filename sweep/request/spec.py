@@ -121,6 +121,7 @@ class SweepSpec:
     boundary: str
     device: str
     _values: Mapping[str, Any]
+    _stated: tuple[str, ...]
 
     # the names of words are the user's, and "self" may be one of them
     def __init__(self, /, **words: Any) -> None:
@@ -131,7 +132,8 @@ class SweepSpec:
             if name not in known:
                 unknown_word(name, known, model, elsewhere())
         words = resolved(with_table(words, model), model)
-        values = {**_defaults(model), **{name: read_word(name, raw, model) for name, raw in words.items()}}
+        defaults = _defaults(model)
+        values = {**defaults, **{name: read_word(name, raw, model) for name, raw in words.items()}}
         given = tuple(name for name in words if isinstance(values[name], Range | Values))
         values, given = with_list(model, values, given, words)
         try:
@@ -145,6 +147,7 @@ class SweepSpec:
             ("model", model),
             ("axes", given if order is None else read_axes(order, given)),
             ("_values", MappingProxyType(values)),
+            ("_stated", _stated(values, defaults, model)),
         ):
             object.__setattr__(self, name, value)
         check_criterion(self)
@@ -417,14 +420,7 @@ class SweepSpec:
 
     def canonical(self) -> str:
         """Return the spec as ASCII JSON with sorted keys, numbers in SI, the same text for equal specs."""
-        rows = _rows(self.model)
-        words = {
-            name: to_json(value)
-            for name, value in self._values.items()
-            # older atlases do not mention what was added later: so their texts and fingerprints stay
-            if not (rows[name].added_later and value == read_word(name, rows[name].default, self.model))
-            and not implied(name, self._values)
-        }
+        words = {name: to_json(self._values[name]) for name in self._stated}
         if self.model.name != registry.DEFAULT:
             words["model"] = self.model.name
         return json.dumps(
@@ -468,6 +464,19 @@ def _unpickled(text: str, starts: StartTable | str) -> SweepSpec:
 
 def _defaults(model: Model) -> dict[str, Any]:
     return {name: read_word(name, row.default, model) for name, row in _rows(model).items()}
+
+
+def _stated(values: Mapping[str, Any], defaults: Mapping[str, Any], model: Model) -> tuple[str, ...]:
+    """Return the words that a canonical text holds.
+
+    Older atlases do not mention what was added later: so their texts and fingerprints stay.
+    """
+    rows = _rows(model)
+    return tuple(
+        name
+        for name, value in values.items()
+        if not (rows[name].added_later and value == defaults[name]) and not implied(name, values)
+    )
 
 
 def _rows(model: Model) -> dict[str, Input | Word]:
