@@ -31,7 +31,6 @@ from sweep.runs.forecast import (
     READING,
     WRITING,
     bisected_cells,
-    check_room,
     of_part,
     of_run,
 )
@@ -198,12 +197,10 @@ def run_to_file(
             left = spec.size - journal.cells(journal.held())
             return estimate.journal_bytes(spec, left) + estimate.file_bytes(spec)
 
-        # a new run has been checked before it was begun; a run that goes on needs room for the rest
-        check_room(path, spec, spec.size - journal.cells(journal.held()))
-        for warning in one_sided(spec):
-            say(f"warning: {warning}")
         # all blocks come in order from this process: they are written to the file while the next are computed
         at_once = executor is None and len(missing) == len(journal.spans)
+        for warning in one_sided(spec):
+            say(f"warning: {warning}")
         timetable = of_run(spec, journal.cells(missing), None if at_once else used, show)
         computed = (executor or local(threads))(journal, missing, stopping)
         finished = _report_or_raise_stopped(journal, computed, missing, timetable)

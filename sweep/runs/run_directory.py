@@ -86,6 +86,7 @@ def begin_or_resume(
     if os.path.lexists(folder / MANIFEST):
         journal = Journal.at(folder)
         check_same_run(journal, spec)
+        check_room(path, spec, spec.size - journal.cells(journal.held()))
         return journal
     made = created()
     check_room(path, spec, spec.size)
