@@ -18,6 +18,16 @@ ROLLING = {
 }
 
 
+def side(name, centre, half, scale="linear"):
+    """Return one side of a window as a request has it."""
+    return {"name": name, "centre": centre, "half": half, "scale": scale}
+
+
+def about(url):
+    """Return what the page asks for first."""
+    return json.loads(ask(url, "about").body)
+
+
 def ask(url, path="", body=None, method=None, headers=None):
     """Ask the server at an address; return its status, headers and body."""
     place = urlsplit(url)

@@ -1,5 +1,4 @@
 import html
-import json
 import math
 import re
 import threading
@@ -9,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from cases import case
-from explorer_client import ask, post, refused
+from explorer_client import about, ask, post, refused
 
 import sweep
 from sweep.errors import RequestError
@@ -17,11 +16,6 @@ from sweep.explorer.explorer import Explorer, explore, subject_of_words
 from sweep.explorer.point import NO_CELL
 
 SPEC = sweep.SweepSpec.preset("rolling", roll_rate="2:4:20", tilt="0.1deg:10deg:12:log")
-
-
-def about(explorer):
-    """Return what the page asks for first."""
-    return json.loads(ask(explorer.url, "about").body)
 
 
 def centres(side, count):
@@ -54,7 +48,7 @@ def test_stored_cells_are_shown_as_they_are(file):
         with case(given), sweep.open_atlas(file) as atlas:
             chosen = atlas.isel(tilt=slice(2, 9)) if given == "selection" else atlas
             with explore(file if given == "file" else chosen) as explorer:
-                view = about(explorer)["bases"][0]["view"]
+                view = about(explorer.url)["bases"][0]["view"]
                 head, arrays = post(
                     explorer.url, "window", view=view, width=50, height=40, quantity="peak_tilt", stored=True
                 )
@@ -73,7 +67,7 @@ def test_stored_cells_are_shown_as_they_are(file):
 def test_beyond_the_grid_cells_are_computed(file):
     """Pixels further out than half a cell are those of the exact reduction, and are told apart."""
     with explore(file) as explorer:
-        view = about(explorer)["bases"][0]["view"]
+        view = about(explorer.url)["bases"][0]["view"]
         view["x"] = {**view["x"], "centre": 4.0, "half": 2.0}
         asked = {"view": view, "width": 60, "height": 40, "quantity": "peak_tilt"}
         _, both = post(explorer.url, "window", **asked, stored=True)
@@ -90,7 +84,7 @@ def test_other_words_have_no_stored_cells(file):
     """A view with another parameter or criterion than the file shows computed cells alone."""
     for words in [{"alpha": 0.7}, {"criterion": "departure:1deg"}, {"tilt_rate": 0.01}]:
         with case(words), explore(file) as explorer:
-            view = {**about(explorer)["bases"][0]["view"], "words": words}
+            view = {**about(explorer.url)["bases"][0]["view"], "words": words}
             asked = {"view": view, "width": 8, "height": 8, "quantity": "peak_tilt", "stored": True}
             assert "stored" not in post(explorer.url, "window", **asked)[1]
             same = {**view, "words": {"alpha": 0.5, "criterion": "departure:5deg"}}
@@ -101,7 +95,7 @@ def test_what_stored_cells_alone_have_is_nowhere_else(file):
     """The time of a fall was integrated: where other cells are shown no pixel has one, and a sentence says why."""
     for change in [{"words": {"alpha": 0.7}}, {"stored": False}]:
         with case(change), explore(file) as explorer:
-            view = {**about(explorer)["bases"][0]["view"], "words": change.get("words", {})}
+            view = {**about(explorer.url)["bases"][0]["view"], "words": change.get("words", {})}
             asked = {"view": view, "width": 8, "height": 6, "quantity": "fall_time", "stored": True}
             head, arrays = post(explorer.url, "window", **asked | change | {"view": view})
             assert "stored cells alone" in head["note"]
@@ -120,7 +114,7 @@ def test_a_third_axis_is_cut_at_its_nearest_value(tmp_path):
     """Of an atlas of three axes the plane nearest to the value of the slider is shown."""
     atlas = sweep.run(SPEC.replace(alpha=[0.5, 0.8, 1.0], method="exact"))
     with explore(atlas) as explorer:
-        base = about(explorer)["bases"][0]
+        base = about(explorer.url)["bases"][0]
         assert base["words"]["alpha"] == 0.8
         for alpha in (0.52, 0.8, 1.0):
             view = {**base["view"], "words": {"alpha": alpha}}
@@ -134,7 +128,7 @@ def test_a_third_axis_is_cut_at_its_nearest_value(tmp_path):
 def test_a_point_of_a_file_has_both_numbers(file):
     """A point has the exact numbers at its own place, and those stored in the nearest cell."""
     with explore(file) as explorer, sweep.open_atlas(file) as atlas:
-        view = about(explorer)["bases"][0]["view"]
+        view = about(explorer.url)["bases"][0]["view"]
         found = post(explorer.url, "point", view=view, x=2.512, y=0.02)
         cell = atlas.eulerdisk.cell(roll_rate=2.512, tilt=0.02)
         stored = {each["name"]: each["value"] for each in found["stored"]["numbers"]}
@@ -154,7 +148,7 @@ def test_the_colour_is_that_of_the_numbers_however_the_axis_is_seen():
             ends = np.log([low, high]) if scale == "log" else (low, high)
             side = {"name": "tilt", "centre": np.mean(ends), "half": np.ptp(ends) / 2, "scale": scale}
             with explore(atlas) as explorer:
-                view = {**about(explorer)["bases"][0]["view"], "y": side}
+                view = {**about(explorer.url)["bases"][0]["view"], "y": side}
                 asked = {"view": view, "width": 6, "height": 60, "quantity": "peak_tilt", "stored": True}
                 _, arrays = post(explorer.url, "window", **asked)
                 x = centres(view["x"], 6)[2]
@@ -169,7 +163,7 @@ def test_the_colour_is_that_of_the_numbers_however_the_axis_is_seen():
 def test_an_atlas_with_losses_shows_its_cells_and_refuses_others(losses):
     """Its cells and their numbers are shown; what would have to be integrated in time is refused in words."""
     with explore(losses) as explorer, sweep.open_atlas(losses) as atlas:
-        held = about(explorer)
+        held = about(explorer.url)
         assert held["atlas"]["live"] is False
         view = held["bases"][0]["view"]
         asked = {"view": view, "width": 6, "height": 5, "quantity": "end_time"}
@@ -188,7 +182,7 @@ def test_an_atlas_with_losses_shows_its_cells_and_refuses_others(losses):
 def test_outside_the_grid_of_an_atlas_with_losses_there_is_nothing(losses):
     """Where there is no cell a window has neither number nor code, says so of each pixel, and a point is refused."""
     with explore(losses) as explorer:
-        view = about(explorer)["bases"][0]["view"]
+        view = about(explorer.url)["bases"][0]["view"]
         wide = {**view, "x": {**view["x"], "half": 4.0 * view["x"]["half"]}}
         asked = {"view": wide, "width": 9, "height": 5, "stored": True}
         for quantity in ("end_time", "stability"):
@@ -243,13 +237,13 @@ def test_the_file_of_an_atlas_may_have_any_name(tmp_path, file, name):
     path = tmp_path / name
     path.write_bytes(file.read_bytes())
     with Explorer(subject_of_words(str(path), [])) as explorer:
-        assert about(explorer)["atlas"]["label"] == name
+        assert about(explorer.url)["atlas"]["label"] == name
 
 
 def test_the_accessor_opens_the_explorer_of_its_atlas(file):
     """`atlas.eulerdisk.explore()` serves the atlas; a notebook shows it in a frame of this machine."""
     with sweep.open_atlas(file) as atlas, atlas.eulerdisk.explore() as explorer:
-        assert about(explorer)["atlas"]["label"] == "rolling.nc"
+        assert about(explorer.url)["atlas"]["label"] == "rolling.nc"
         (source,) = re.findall(r'<iframe src="([^"]+)"', explorer._repr_html_())
         assert html.unescape(source) == explorer.url
         policy = ask(explorer.url).headers["Content-Security-Policy"]
@@ -259,7 +253,7 @@ def test_the_accessor_opens_the_explorer_of_its_atlas(file):
 def test_a_spec_is_a_base_of_its_own():
     """A spec with changes is the first base; the presets are there beside it."""
     with explore("spinning", alpha=1.0, criterion="amplification:5") as explorer:
-        held = about(explorer)
+        held = about(explorer.url)
         assert [each["name"] for each in held["bases"]] == ["", "rolling", "circling", "spinning"]
         assert held["bases"][0]["words"]["alpha"] == 1.0
         assert held["bases"][0]["words"]["criterion"] == "amplification:5"
@@ -278,7 +272,7 @@ def log_losses(tmp_path_factory):
 def test_the_words_of_a_cell_end_where_its_colour_ends(log_losses):
     """In the outer half cells of logarithmic axes a point is explained just where it has a stored cell."""
     with explore(log_losses) as explorer:
-        view = about(explorer)["bases"][0]["view"]
+        view = about(explorer.url)["bases"][0]["view"]
         middle = math.sqrt(5.0 * 20.0)
         for name, low, high in (
             ("tilt", math.radians(5.0), math.radians(60.0)),
@@ -308,7 +302,7 @@ def test_cells_are_shown_while_one_is_explained(losses, monkeypatch):
 
     monkeypatch.setattr("sweep.checks.explain.explain", endless)
     with explore(losses) as explorer, ThreadPoolExecutor(1) as pool:
-        view = about(explorer)["bases"][0]["view"]
+        view = about(explorer.url)["bases"][0]["view"]
         first = pool.submit(post, explorer.url, "explain", view=view, x=12.0, y=0.6)
         try:
             assert begun.wait(30)

@@ -2,7 +2,7 @@ import json
 
 import numpy as np
 from cases import case
-from explorer_client import ROLLING, ask, post
+from explorer_client import ROLLING, ask, post, side
 
 import sweep
 
@@ -17,11 +17,6 @@ def lines(url, view):
     """Return the polylines of every line by its name, each an array of shape (2, n)."""
     found = post(url, "lines", view=view)["lines"]
     return {line["name"]: [np.array(points).T for points in line["points"]] for line in found}
-
-
-def window(name, centre, half, scale="linear"):
-    """Return one side of a window."""
-    return {"name": name, "centre": centre, "half": half, "scale": scale}
 
 
 def test_the_analytic_line_is_that_of_theory(url):
@@ -66,7 +61,7 @@ def view_ends(side):
 
 def test_the_measured_line_is_the_boundary_of_an_atlas(url):
     """The line agrees with the refined boundary that an atlas stores, to a pixel of a screen of 4096."""
-    view = {**ROLLING, "x": window("roll_rate", 2.7, 0.3), "y": window("tilt", 0.02, 0.015)}
+    view = {**ROLLING, "x": side("roll_rate", 2.7, 0.3), "y": side("tilt", 0.02, 0.015)}
     (found,) = lines(url, view)["measured"]
     atlas = sweep.run(
         "rolling", method="exact", roll_rate="2.4:3:60", tilt="0.005:0.035:40", boundary="refined:1e-9"
@@ -106,16 +101,16 @@ def test_lines_lie_across_where_the_control_is_upward(url):
 
 def test_a_window_on_both_sides_of_zero_has_both_edges(url):
     """Where the rate changes its sign the band of unstable starts has two analytic edges, one on each side."""
-    view = {**ROLLING, "x": window("roll_rate", 0.5, 5.0)}
+    view = {**ROLLING, "x": side("roll_rate", 0.5, 5.0)}
     found = lines(url, view)["analytic"]
     assert sorted(round(line[0][0], 6) for line in found) == [-2.557342, 2.557342]
 
 
 def test_a_window_away_from_the_boundary_has_no_line(url):
     """Far above the boundary there is nothing to draw, and neither is there where no side is a control parameter."""
-    small = window("tilt", 0.01, 0.005)
-    assert lines(url, {**ROLLING, "x": window("roll_rate", 50.0, 1.0), "y": small}) == {}
-    view = {**ROLLING, "words": {"roll_rate": 2.7}, "x": window("alpha", 0.6, 0.35)}
+    small = side("tilt", 0.01, 0.005)
+    assert lines(url, {**ROLLING, "x": side("roll_rate", 50.0, 1.0), "y": small}) == {}
+    view = {**ROLLING, "words": {"roll_rate": 2.7}, "x": side("alpha", 0.6, 0.35)}
     assert lines(url, view).keys() == {"measured"}
 
 
@@ -123,7 +118,7 @@ def test_the_measured_line_is_found_at_every_depth(url):
     """Zoomed in on it in ten steps to 1e-10 of its place, the line still goes through the window."""
     x, y = 2.55, 0.002
     for depth in range(-1, -11, -1):
-        sides = window("roll_rate", x, x * 10.0**depth), window("tilt", y, y * 10.0**depth)
+        sides = side("roll_rate", x, x * 10.0**depth), side("tilt", y, y * 10.0**depth)
         view = {**ROLLING, "x": sides[0], "y": sides[1]}
         (found,) = lines(url, view)["measured"]
         x, y = found[:, found.shape[1] // 2]
@@ -135,7 +130,7 @@ def test_the_measured_line_is_found_at_every_depth(url):
 def test_the_boundary_of_an_island_is_closed(url):
     """About a fast disk the stable kicks and tilts are an island: its measured line ends where it begins."""
     view = {"base": "rolling", "words": {"roll_rate": 4.0, "criterion": "peak_tilt > 5deg"}}
-    view |= {"x": window("tilt_rate", 0.0, 0.8), "y": window("tilt", 0.0, 0.2)}
+    view |= {"x": side("tilt_rate", 0.0, 0.8), "y": side("tilt", 0.0, 0.2)}
     (found,) = lines(url, view)["measured"]
     assert np.array_equal(found[:, 0], found[:, -1])
     assert found.shape[1] > 20

@@ -4,13 +4,12 @@ import math
 import numpy as np
 import pytest
 from cases import case
-from explorer_client import ROLLING, post, refused
+from explorer_client import ROLLING, post, refused, side
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import sweep
 from sweep.errors import RequestError
-from sweep.explorer.explorer import explore
 from sweep.explorer.losses import controls
 from sweep.explorer.motion import motion, quantities, stored_motions, words_of
 from sweep.motion.disk_path import _TRAJECTORY
@@ -185,16 +184,14 @@ def test_a_start_without_motion_is_refused_in_words():
         motion(SPEC, start_of(tilt=0.5, roll_rate=math.nan))
 
 
-def test_a_start_whose_energy_is_no_number_is_refused_in_words():
+def test_a_start_whose_energy_is_no_number_is_refused_in_words(url):
     """Numbers whose squares are none have no motion, and the page is told so."""
     for name in ["tilt_rate", "precession_rate", "roll_rate", "radius"]:
         with case(name):
-            with explore() as explorer:
-                words = {name: "1e220 m" if name == "radius" else "1e160 rad/s"}
-                axis = "alpha" if name == "roll_rate" else "roll_rate"
-                side = {"name": axis, "centre": 0.5, "half": 0.4, "scale": "linear"}
-                view = {**ROLLING, "x": side, "words": words}
-                status, error = refused(explorer.url, "motion", view=view, x=0.5, y=0.02)
+            words = {name: "1e220 m" if name == "radius" else "1e160 rad/s"}
+            axis = side("alpha" if name == "roll_rate" else "roll_rate", 0.5, 0.4)
+            view = {**ROLLING, "x": axis, "words": words}
+            status, error = refused(url, "motion", view=view, x=0.5, y=0.02)
             assert status == 400
             assert "its energy is no number" in error["error"]
 
@@ -211,7 +208,7 @@ def test_a_small_disk_is_followed_for_so_many_of_its_own_units():
             assert motion(SPEC, STARTS[0], 100.0)[1]["time"][-1] == 100.0
 
 
-def test_a_loss_that_cannot_be_is_refused():
+def test_a_loss_that_cannot_be_is_refused(url):
     """Whatever a page asks for, the answer is a sentence that names the word."""
     for losses, said in [
         ({"magic": 1.0}, "magic is no loss"),
@@ -224,17 +221,16 @@ def test_a_loss_that_cannot_be_is_refused():
         ({"air_law": "helium"}, "air_law"),
         ({"air_law": ["none"]}, "air_law"),
     ]:
-        with case(losses, said), explore() as explorer:
+        with case(losses, said):
             place = {"view": ROLLING, "x": 3.0, "y": 0.02}
-            status, error = refused(explorer.url, "motion", **place, losses=losses)
+            status, error = refused(url, "motion", **place, losses=losses)
             assert status == 400
             assert said in error["error"]
 
 
-def test_the_server_answers_with_the_same_motion():
+def test_the_server_answers_with_the_same_motion(url):
     """Over the wire a motion is the same to the bit as in Python."""
-    with explore() as explorer:
-        head, arrays = post(explorer.url, "motion", view=ROLLING, x=3.0, y=0.02)
+    head, arrays = post(url, "motion", view=ROLLING, x=3.0, y=0.02)
     expected_head, expected = motion(SPEC, start_of(tilt=0.02, roll_rate=3.0))
     assert {name: head[name] for name in expected_head} == json.loads(json.dumps(expected_head))
     assert arrays.keys() == expected.keys()

@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 from cases import case
+from explorer_client import side
 from scipy.optimize import brentq
 
 from sweep.explorer.about import base_of
@@ -52,11 +53,6 @@ def lines(x, y, **words):
     return {line["name"]: [np.array(points).T for points in line["points"]] for line in found}
 
 
-def window(name, centre, half):
-    """Return one side of a window."""
-    return {"name": name, "centre": centre, "half": half, "scale": "linear"}
-
-
 def places(curve, x, y):
     """Return the points of a line in the window, -1 and 1 at its borders."""
     return (curve - [[x["centre"]], [y["centre"]]]) / [[x["half"]], [y["half"]]]
@@ -81,7 +77,7 @@ def test_the_line_has_no_gap_where_both_edges_meet():
             tilt, rate = top(alpha)
             # it bends in a window that is so much wider than high, and is level in one that is not
             wide = rate * depth if level else 0.5 * rate * depth**0.5
-            x, y = window("precession_rate", rate, wide), window("tilt", tilt, tilt * depth)
+            x, y = side("precession_rate", rate, wide), side("tilt", tilt, tilt * depth)
             (found,) = lines(*((y, x) if turned else (x, y)), alpha=alpha)["analytic"]
             if turned:
                 found = found[::-1]
@@ -110,7 +106,7 @@ def test_both_lines_are_whole_in_any_window():
     """Both lines are closed at their tops, also on the other side of zero, and both edges are there."""
     for window_x in [(2.505, 2.495), (2.5, 0.7), (0.0, 5.0), (-2.5, 2.4)]:
         with case(window_x):
-            x, y = window("precession_rate", *window_x), window("tilt", 0.264, 0.2596)
+            x, y = side("precession_rate", *window_x), side("tilt", 0.264, 0.2596)
             kick = 0.01
             found = lines(x, y, tilt_rate=kick, criterion="departure:5deg")
             signs = [sign for sign in (-1, 1) if sign * window_x[0] + window_x[1] > 1.0]
@@ -146,7 +142,7 @@ def test_an_edge_that_runs_along_the_rows_is_met_by_the_columns():
             index = np.argmin(np.abs(curve[0] - view.x.ends()[1]))
             x, y = curve[:, index]
             for depth in (1e-1, 1e-3, 1e-6):
-                sides = {"x": window(first["x"]["name"], x, 0.3 * x), "y": window("tilt", y, y * depth)}
+                sides = {"x": side(first["x"]["name"], x, 0.3 * x), "y": side("tilt", y, y * depth)}
                 found = theory(View.read({**first, **sides}, None))
                 (line,) = [
                     np.array(points).T
@@ -174,7 +170,7 @@ def test_an_edge_that_some_rows_lack_is_drawn_in_the_others(monkeypatch, first):
             if known.any()
         }
 
-    x, y = window("precession_rate", 4.0, 4.0), window("tilt", middle, 0.2)
+    x, y = side("precession_rate", 4.0, 4.0), side("tilt", middle, 0.2)
     whole = np.concatenate([curve[1] for curve in lines(x, y)["analytic"]])
     expected = whole[whole < middle] if first else whole[whole > middle]
     monkeypatch.setattr(disk_theory, "lines", half)

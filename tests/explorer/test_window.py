@@ -1,8 +1,6 @@
-import json
-
 import numpy as np
 from cases import case
-from explorer_client import ROLLING, ask, post
+from explorer_client import ROLLING, about, post, side
 
 import sweep
 from sweep.explorer.view import Side
@@ -13,20 +11,10 @@ EDGE = 2.5494838, 2.0e-3
 BASES = ("rolling", "spinning", "circling")
 
 
-def side(name, centre, half, scale="linear"):
-    """Return one side of a window as a request has it."""
-    return {"name": name, "centre": centre, "half": half, "scale": scale}
-
-
 def values(given, count):
     """Return the values at the centres of pixels, by the formula of the protocol."""
     places = [given["centre"] + given["half"] * ((2 * i + 1) / count - 1) for i in range(count)]
     return np.exp(places) if given["scale"] == "log" else np.array(places)
-
-
-def about(url):
-    """Return what the page asks for first."""
-    return json.loads(ask(url, "about").body)
 
 
 def same(one, other):

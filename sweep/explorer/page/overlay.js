@@ -1,6 +1,6 @@
 /** What is drawn over the picture of a map: frame, axes, lines, legend, chosen points and the cursor, as one SVG. */
 
-import { placeOf } from "eulerdisk/axis_window";
+import { placeOf, valueAt } from "eulerdisk/axis_window";
 import { flagColour, shade } from "eulerdisk/colours";
 import { svg, textWidth } from "eulerdisk/elements";
 import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
@@ -90,11 +90,16 @@ function drawLine(scene, line) {
   const path = pieces
     .map((piece) => `M${piece.map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}`)
     .join("");
-  // another line beneath keeps it visible on every colour
-  return [
-    svg("path", { class: `halo ${line.name}`, d: path }),
-    svg("path", { class: `line ${line.name}`, d: path }),
-  ];
+  return haloed(line.name, path);
+}
+
+/**
+ * A line of some kind: another one beneath keeps it visible on every colour.
+ * @param {string} kind
+ * @param {string} d
+ */
+function haloed(kind, d) {
+  return [svg("path", { class: `halo ${kind}`, d }), svg("path", { class: `line ${kind}`, d })];
 }
 
 /**
@@ -102,8 +107,8 @@ function drawLine(scene, line) {
  * @param {{x: Axis, y: Axis}} grid
  */
 function gridFrame(scene, { x, y }) {
-  const [left, bottom] = pixelOf(scene, endOf(x, -1), endOf(y, -1));
-  const [right, top] = pixelOf(scene, endOf(x, 1), endOf(y, 1));
+  const [left, bottom] = pixelOf(scene, valueAt(x, -1), valueAt(y, -1));
+  const [right, top] = pixelOf(scene, valueAt(x, 1), valueAt(y, 1));
   /** @type {Pixel[]} */
   const corners = [
     [left, bottom],
@@ -115,16 +120,7 @@ function gridFrame(scene, { x, y }) {
   const { width, height } = scene.plot;
   const pieces = clipped(corners, { left: -1, top: -1, right: width + 1, bottom: height + 1 });
   const path = pieces.map((piece) => `M${piece.map((each) => each.join(" ")).join("L")}`).join("");
-  return [svg("path", { class: "halo stored", d: path }), svg("path", { class: "line stored", d: path })];
-}
-
-/**
- * @param {Axis} axis
- * @param {number} place
- */
-function endOf(axis, place) {
-  const at = axis.centre + axis.half * place;
-  return axis.scale === "log" ? Math.exp(at) : at;
+  return haloed("stored", path);
 }
 
 /** @param {Scene} scene */
@@ -199,17 +195,8 @@ function mark(scene, point, letter) {
  */
 function cross({ width, height }, [across, up]) {
   const [x, y] = [((across + 1) / 2) * width, ((1 - up) / 2) * height];
-  return svg(
-    "g",
-    { class: "cursor" },
-    svg("path", {
-      class: "halo",
-      d: `M${x - 12} ${y}H${x - 4}M${x + 4} ${y}H${x + 12}M${x} ${y - 12}V${y - 4}M${x} ${y + 4}V${y + 12}`,
-    }),
-    svg("path", {
-      d: `M${x - 12} ${y}H${x - 4}M${x + 4} ${y}H${x + 12}M${x} ${y - 12}V${y - 4}M${x} ${y + 4}V${y + 12}`,
-    }),
-  );
+  const d = `M${x - 12} ${y}H${x - 4}M${x + 4} ${y}H${x + 12}M${x} ${y - 12}V${y - 4}M${x} ${y + 4}V${y + 12}`;
+  return svg("g", { class: "cursor" }, svg("path", { class: "halo", d }), svg("path", { d }));
 }
 
 /** @typedef {[number, number]} Pixel */
@@ -320,11 +307,7 @@ function samples({ lines, plot }) {
   const [length, room, between] = fits(USUAL, word) ? USUAL : TIGHT;
   for (const line of known.toReversed()) {
     x -= textWidth(line[word]) + length + room;
-    const d = `M${x} ${y}h${length}`;
-    parts.push(
-      svg("path", { class: `halo ${line.name}`, d }),
-      svg("path", { class: `line ${line.name}`, d }),
-    );
+    parts.push(...haloed(line.name, `M${x} ${y}h${length}`));
     parts.push(svg("text", { x: x + length + room, y: y + 4 }, line[word]));
     x -= between;
   }
@@ -341,10 +324,7 @@ function storedSample({ plot }, title) {
   const free = plot.width - title - between - length - room;
   const words = textWidth("border of stored cells") <= free ? "border of stored cells" : "stored";
   const x = plot.width - textWidth(words) - length - room;
-  const sample = ["halo", "line"].map((kind) =>
-    svg("path", { class: `${kind} stored`, d: `M${x} 7h${length}` }),
-  );
-  return [...sample, svg("text", { x: x + length + room, y: 11 }, words)];
+  return [...haloed("stored", `M${x} 7h${length}`), svg("text", { x: x + length + room, y: 11 }, words)];
 }
 
 /** @param {Scene} scene */

@@ -7,7 +7,7 @@ import { baseOf, parameterOf, verdictWords } from "eulerdisk/state";
 import { readable, printedUnits } from "eulerdisk/ticks";
 
 /** @import { MotionAnswer } from "eulerdisk/motion/types" */
-/** @import { About, Axis, Line, PackedArray, Parameter, Place, PointAnswer, Quantity, Source, StoredPage, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
+/** @import { About, Line, PackedArray, Parameter, Place, PointAnswer, Quantity, Source, StoredPage, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
 /** @typedef {Float32Array|Float64Array|Uint8Array} Values */
 
@@ -33,6 +33,8 @@ export class StoredSource {
   #x;
   #y;
   #cells;
+  /** Where the cells stand along both sides: of a logarithmic one the logarithms of their values. */
+  #places;
 
   /**
    * @param {StoredPage} page
@@ -45,6 +47,8 @@ export class StoredSource {
     this.#x = x;
     this.#y = y;
     this.#cells = cells;
+    const { atlas } = page.about;
+    this.#places = { x: placesOf(x, atlas?.x.scale), y: placesOf(y, atlas?.y.scale) };
   }
 
   /**
@@ -81,7 +85,9 @@ export class StoredSource {
    * @returns {Promise<WindowAnswer>}
    */
   async window({ view, width, height, quantity }) {
-    const { columns, rows } = this.#indices(view, width, height);
+    const cellsOf = (/** @type {"x"|"y"} */ which, /** @type {number} */ count) =>
+      Int32Array.from({ length: count }, (_, i) => this.#places[which](pixelValue(view[which], i, count)));
+    const [columns, rows] = [cellsOf("x", width), cellsOf("y", height)];
     const count = width * height;
     const [value, verdict] = [new Float32Array(count).fill(NaN), new Uint8Array(count)];
     const stored = new Uint8Array(count).fill(2);
@@ -124,8 +130,7 @@ export class StoredSource {
    * @param {{x: number, y: number}} point
    */
   #nearestTo({ x, y }) {
-    const { atlas } = this.#page.about;
-    return [nearestTo(this.#x, x, atlas?.x.scale), nearestTo(this.#y, y, atlas?.y.scale)];
+    return [this.#places.x(x), this.#places.y(y)];
   }
 
   /**
@@ -190,18 +195,6 @@ export class StoredSource {
   }
 
   /**
-   * @param {View} view
-   * @param {number} width
-   * @param {number} height
-   */
-  #indices(view, width, height) {
-    const { atlas } = this.#page.about;
-    const columns = cellsOf(view.x, width, this.#x, atlas?.x.scale === "log");
-    const rows = cellsOf(view.y, height, this.#y, atlas?.y.scale === "log");
-    return { columns, rows };
-  }
-
-  /**
    * Where the resolution of the file ends, in words, once cells are seen as such.
    * @param {Int32Array} columns
    * @param {Int32Array} rows
@@ -213,13 +206,14 @@ export class StoredSource {
 }
 
 /**
- * @param {Values} values
- * @param {number} wanted
- * @param {"linear"|"log"} [scale]
+ * Function from a value to the number of the cell that it lies in; -1 where there is none.
+ * @param {Values} values  of the cells
+ * @param {"linear"|"log"} [scale]  whether cells are wide in proportion to their values
  */
-function nearestTo(values, wanted, scale) {
+function placesOf(values, scale) {
   const at = (/** @type {number} */ value) => (scale === "log" ? Math.log(value) : value);
-  return nearest(Array.from(values, at), at(wanted));
+  const places = Array.from(values, at);
+  return (/** @type {number} */ value) => nearest(places, at(value));
 }
 
 /** @param {Quantity} quantity */
@@ -260,22 +254,6 @@ async function unpackedArray({ type, data }) {
   const inflated = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   const buffer = await new Response(inflated).arrayBuffer();
   return new { f4: Float32Array, f8: Float64Array, u1: Uint8Array }[type](buffer);
-}
-
-/**
- * Which cell each pixel of a side of the window shows: the nearest one, -1 farther out than half a cell.
- * @param {Axis} axis
- * @param {number} count  of pixels
- * @param {ArrayLike<number>} values  of the cells, in order
- * @param {boolean} log  whether cells are wide in proportion to their values
- * @returns {Int32Array}
- */
-function cellsOf(axis, count, values, log) {
-  const at = (/** @type {number} */ value) => (log ? Math.log(value) : value);
-  const places = Array.from(values, at);
-  return Int32Array.from({ length: count }, (_, pixel) =>
-    nearest(places, at(pixelValue(axis, pixel, count))),
-  );
 }
 
 /**

@@ -23,7 +23,8 @@ def entries(page):
 
 
 def axis(page, which):
-    """Return (name, centre, half, scale) of an axis as the address has it."""
+    """Return (name, centre, half, scale) of an axis as the address has it, once it is written."""
+    page.wait_for_url(lambda url: "#" in url)
     name, centre, half, scale = entries(page)[which].split(",")
     return name, float(centre), float(half), scale
 

@@ -43,7 +43,11 @@ POTENTIAL = """async ([start, fall]) => {
 
 POSE = """async (poses) => {
   const { poseOf } = await import("eulerdisk/motion/disk_scene");
-  return poses.map((pose) => poseOf(...pose));
+  const names = ["centre", "painted", "aside", "axis"];
+  return poses.map((pose) => {
+    const found = poseOf(...pose);
+    return Object.fromEntries(names.map((name) => [name, found[name].toArray()]));
+  });
 }"""
 
 

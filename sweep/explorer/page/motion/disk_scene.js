@@ -180,15 +180,13 @@ export class DiskScene {
       at("contact_y"),
       radius,
     );
-    const [painted, aside, axis, centre] = [pose.painted, pose.aside, pose.axis, pose.centre].map(
-      (v) => new Vector3(...v),
-    );
-    this.disk.setRotationFromMatrix(new Matrix4().makeBasis(painted, aside, axis));
-    this.disk.position.copy(centre);
+    this.disk.setRotationFromMatrix(new Matrix4().makeBasis(pose.painted, pose.aside, pose.axis));
+    this.disk.position.copy(pose.centre);
     const push = new Vector3(0, 0, at("normal_force"));
-    push.addScaledVector(new Vector3(...pose.across), at("friction_across"));
-    push.addScaledVector(new Vector3(...pose.along), at("friction_along"));
-    this.force?.point(new Vector3(...pose.contact), push.multiplyScalar(WEIGHT * radius));
+    push
+      .addScaledVector(pose.across, at("friction_across"))
+      .addScaledVector(pose.along, at("friction_along"));
+    this.force?.point(pose.contact, push.multiplyScalar(WEIGHT * radius));
     this.trail?.setTime(time);
     this.#follow(pose.contact, radius);
     this.draw();
@@ -244,10 +242,10 @@ export class DiskScene {
 
   /**
    * Move camera, light and grid along with the contact point.
-   * @param {[number, number, number]} contact
+   * @param {Vector3} contact
    * @param {number} radius
    */
-  #follow([x, y], radius) {
+  #follow({ x, y }, radius) {
     const target = new Vector3(x, y, LOOK_AT * radius);
     const way = target.clone().sub(this.controls.target);
     this.controls.target.copy(target);
@@ -417,58 +415,26 @@ class Arrow extends Group {
   }
 }
 
-/** @typedef {[number, number, number]} Vector */
-
 /**
- * `painted` is the unit vector along the painted radius, `aside` the one a quarter of a turn from it, `axis` that of the
- * disk: right-handed, in this order. `across` and `along` are the horizontal directions across and along the track.
- * @typedef {{centre: Vector, contact: Vector, painted: Vector, aside: Vector, axis: Vector, across: Vector, along: Vector}} Pose
- */
-
-/**
+ * Where a disk is: `painted` is the unit vector along the painted radius, `aside` the one a quarter of a turn from it,
+ * `axis` that of the disk: right-handed, in this order. `across` and `along` are the horizontal directions across and
+ * along the track.
  * @param {number} tilt
  * @param {number} heading
  * @param {number} rollAngle
  * @param {number} x  of the contact point
  * @param {number} y
  * @param {number} radius
- * @returns {Pose}
  */
 export function poseOf(tilt, heading, rollAngle, x, y, radius) {
-  /** @type {Vector} */
-  const across = [Math.cos(heading), Math.sin(heading), 0];
-  /** @type {Vector} */
-  const along = [-Math.sin(heading), Math.cos(heading), 0];
-  const down = combined(-Math.sin(tilt), across, -Math.cos(tilt), [0, 0, 1]);
-  const painted = combined(Math.cos(rollAngle), down, -Math.sin(rollAngle), along);
-  const aside = combined(Math.sin(rollAngle), down, Math.cos(rollAngle), along);
-  return {
-    centre: combined(1, [x, y, 0], -radius, down),
-    contact: [x, y, 0],
-    painted,
-    aside,
-    axis: crossed(painted, aside),
-    across,
-    along,
-  };
-}
-
-/**
- * @param {number} a
- * @param {Vector} u
- * @param {number} b
- * @param {Vector} v
- * @returns {Vector}
- */
-function combined(a, u, b, v) {
-  return [a * u[0] + b * v[0], a * u[1] + b * v[1], a * u[2] + b * v[2]];
-}
-
-/**
- * @param {Vector} u
- * @param {Vector} v
- * @returns {Vector}
- */
-function crossed(u, v) {
-  return [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+  const across = new Vector3(Math.cos(heading), Math.sin(heading), 0);
+  const along = new Vector3(-Math.sin(heading), Math.cos(heading), 0);
+  const down = new Vector3(0, 0, -Math.cos(tilt)).addScaledVector(across, -Math.sin(tilt));
+  const turned = (/** @type {number} */ a, /** @type {number} */ b) =>
+    down.clone().multiplyScalar(a).addScaledVector(along, b);
+  const painted = turned(Math.cos(rollAngle), -Math.sin(rollAngle));
+  const aside = turned(Math.sin(rollAngle), Math.cos(rollAngle));
+  const contact = new Vector3(x, y, 0);
+  const centre = contact.clone().addScaledVector(down, -radius);
+  return { centre, contact, painted, aside, axis: painted.clone().cross(aside), across, along };
 }

@@ -22,7 +22,7 @@ const SAME = 1e-6;
  * @param {Samples} samples
  * @param {string} name
  */
-export function shown(samples, name) {
+function shown(samples, name) {
   const { factor } = samples.head.quantities[name];
   return samples.arrays[name].map((value) => factor * value);
 }
@@ -38,14 +38,6 @@ function labelled(samples, name) {
 }
 
 /**
- * Range of the time, the same for motions that are compared.
- * @param {number} length
- */
-function timeRange(length) {
-  return { low: 0, high: length };
-}
-
-/**
  * @param {Samples} samples
  * @param {number} length  of the longest motion that is shown
  * @returns {Figure}
@@ -57,7 +49,7 @@ export function tiltFigure(samples, length) {
     title: "tilt against time",
     xLabel: labelled(samples, "time"),
     yLabel: labelled(samples, "tilt"),
-    x: timeRange(length),
+    x: { low: 0, high: length },
     y: rangeOf(tilt),
     curves: [{ x: samples.times, y: tilt, kind: "tilt" }],
     lines: samples.head.turns.map(([turn]) => ({ y: factor * turn, kind: "turn" })),
@@ -82,7 +74,7 @@ export function forcesFigure(samples, length) {
     title: "forces at the contact against time",
     xLabel: labelled(samples, "time"),
     yLabel: "weights",
-    x: timeRange(length),
+    x: { low: 0, high: length },
     y,
     curves: [
       { x: times, y: arrays.normal_force, kind: "normal", label: "normal force" },
@@ -169,7 +161,7 @@ export function ledgerFigure(samples, length) {
     title: "energy and what the losses have taken of it, against time",
     xLabel: labelled(samples, "time"),
     yLabel: labelled(samples, "energy"),
-    x: timeRange(length),
+    x: { low: 0, high: length },
     y: { low: 0, high: 1.05 * extremes(top)[1] },
     curves: [],
     areas,
