@@ -36,7 +36,7 @@ def test_every_module_is_used():
     """Every module is imported by another one, or is where the page begins."""
     used = set().union(*(imported(name) for name in FILES))
     starts = set(re.findall(r'<script type="module" src="\./page/([^"]+)"', INDEX))
-    types = {"eulerdisk/types", "eulerdisk/motion/types"}
+    types = {"eulerdisk/types"}
     assert {name for path, name in FILES.items() if path not in starts} - types <= used
 
 

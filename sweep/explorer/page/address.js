@@ -3,9 +3,8 @@
 import { SPEEDS } from "eulerdisk/motion/clock";
 import { firstState, quantitiesOf } from "eulerdisk/state";
 
-/** @import { MotionSettings } from "eulerdisk/motion/types" */
+/** @import { About, Axis, MotionSettings } from "eulerdisk/types" */
 /** @import { Point, State } from "eulerdisk/state" */
-/** @import { About, Axis } from "eulerdisk/types" */
 
 /** Characters of an address at most: one that a page writes has some hundred. */
 const MOST = 16_384;

@@ -5,9 +5,8 @@ import { MotionPanel } from "eulerdisk/motion/panel";
 import { parameterOf, wordsOf } from "eulerdisk/state";
 import { printedUnits, readable } from "eulerdisk/ticks";
 
-/** @import { MotionSettings } from "eulerdisk/motion/types" */
+/** @import { About, MotionSettings, Place, Source, View } from "eulerdisk/types" */
 /** @import { Point, State } from "eulerdisk/state" */
-/** @import { About, Place, Source, View } from "eulerdisk/types" */
 
 /**
  * What a slot tells: that it is closed; what a person has set of its motion.

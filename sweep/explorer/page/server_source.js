@@ -2,8 +2,7 @@
 
 import { Problem } from "eulerdisk/notice";
 
-/** @import { MotionAnswer } from "eulerdisk/motion/types" */
-/** @import { About, DataRequest, Line, Place, PointAnswer, Source, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
+/** @import { About, DataRequest, Line, MotionAnswer, Place, PointAnswer, Source, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
 /**
  * Head and arrays of a binary answer: a length, JSON, and the arrays that it lists.

@@ -2,8 +2,7 @@
 
 import { axisBetween, valueAt, within } from "eulerdisk/axis_window";
 
-/** @import { MotionSettings } from "eulerdisk/motion/types" */
-/** @import { About, Base, Parameter, Quantity, View } from "eulerdisk/types" */
+/** @import { About, Base, MotionSettings, Parameter, Quantity, View } from "eulerdisk/types" */
 
 /** @type {MotionSettings} nothing is set of a motion */
 export const UNSET = { losses: {}, camera: null, open: [] };

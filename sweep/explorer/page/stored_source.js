@@ -6,8 +6,7 @@ import { Problem } from "eulerdisk/notice";
 import { baseOf, parameterOf, verdictWords } from "eulerdisk/state";
 import { readable, printedUnits } from "eulerdisk/ticks";
 
-/** @import { MotionAnswer } from "eulerdisk/motion/types" */
-/** @import { About, Line, PackedArray, Parameter, Place, PointAnswer, Quantity, Source, StoredPage, WindowAnswer, WindowRequest } from "eulerdisk/types" */
+/** @import { About, Line, MotionAnswer, PackedArray, Parameter, Place, PointAnswer, Quantity, Source, StoredPage, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
 /** @typedef {Float32Array|Float64Array|Uint8Array} Values */
 

@@ -97,7 +97,7 @@ def test_a_ring_is_as_wide_as_its_inertia_says(quiet):
     alphas = [0.3, 0.5, 0.625, 0.75, 0.9, 1.0]
     found = quiet.evaluate(
         """async alphas => {
-            const { diskBody } = await import("eulerdisk/motion/disk_body");
+            const { diskBody } = await import("eulerdisk/motion/furniture");
             return alphas.map((alpha) => {
                 const { innerRadius, outerRadius } = diskBody(2, alpha, "#000000").children[0].geometry.parameters;
                 return [innerRadius, outerRadius];
@@ -114,7 +114,7 @@ def test_the_trail_ends_at_the_disk(quiet):
     times = [0.0, 0.5, 1.0, 2.0]
     found = quiet.evaluate(
         """async times => {
-            const { Trail } = await import("eulerdisk/motion/ground");
+            const { Trail } = await import("eulerdisk/motion/furniture");
             const [x, y] = [times, times.map((time) => time * time)].map((each) => Float64Array.from(each));
             const trail = new Trail(Float64Array.from(times), x, y, 1, "#ffffff");
             const counts = [-1, 0, 0.4, 0.5, 1.7, 2, 3].map((time) => {

@@ -1,7 +1,6 @@
 /** The disk on the table in three dimensions, seen by a camera that goes along with it and can be turned. */
 
-import { diskBody } from "eulerdisk/motion/disk_body";
-import { niceLength, tableOfSquares, Trail } from "eulerdisk/motion/ground";
+import { diskBody, niceLength, tableOfSquares, Trail } from "eulerdisk/motion/furniture";
 import {
   AmbientLight,
   Color,

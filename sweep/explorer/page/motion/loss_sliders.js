@@ -2,7 +2,7 @@
 
 import { html, select, shareOnRuler, valueOnRuler } from "eulerdisk/elements";
 
-/** @import { LossControl } from "eulerdisk/motion/types" */
+/** @import { LossControl } from "eulerdisk/types" */
 
 /** Steps of a slider; one end of it says that there is no such loss. */
 const STEPS = 240;

@@ -19,8 +19,7 @@ import { wordsOf } from "eulerdisk/state";
 /** @import { Problem } from "eulerdisk/notice" */
 /** @import { Clock } from "eulerdisk/motion/clock" */
 /** @import { Standpoint } from "eulerdisk/motion/disk_scene" */
-/** @import { MotionAnswer, MotionRequest, MotionSettings } from "eulerdisk/motion/types" */
-/** @import { Source } from "eulerdisk/types" */
+/** @import { MotionAnswer, MotionRequest, MotionSettings, Source } from "eulerdisk/types" */
 
 /** Milliseconds that a slider has to rest before its motion is asked for. */
 const REST = 60;

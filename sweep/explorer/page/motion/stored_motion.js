@@ -3,7 +3,7 @@
 import { integrateClosely, turnsOf } from "eulerdisk/motion/integrator";
 
 /** @import { Ended, Start } from "eulerdisk/motion/integrator" */
-/** @import { MotionAnswer, StoredMotions } from "eulerdisk/motion/types" */
+/** @import { MotionAnswer, StoredMotions } from "eulerdisk/types" */
 
 /** Periods that a motion is followed, the shortest and the longest time in seconds, and the angle that it turns in all. */
 const PERIODS = 3;

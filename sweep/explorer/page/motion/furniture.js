@@ -1,0 +1,256 @@
+/** What the scene of a motion is furnished with: the disk as a body of three.js, the table, and the path on it. */
+
+import {
+  BufferAttribute,
+  BufferGeometry,
+  CanvasTexture,
+  DoubleSide,
+  Group,
+  LatheGeometry,
+  Mesh,
+  MeshBasicMaterial,
+  MeshStandardMaterial,
+  PlaneGeometry,
+  RepeatWrapping,
+  RingGeometry,
+  SRGBColorSpace,
+  Vector2,
+} from "three";
+
+/** Colours of the faces, the same as in films and figures: the colour-blind can tell them apart. */
+const FACES = ["#f4c95d", "#5a86b8"];
+const PAINT = "#c8380a";
+
+/** Half the thickness over the radius, of a disk and of a ring, which has no face; those of the equations have none. */
+const THICKNESS = { disk: 0.012, ring: 0.03 };
+
+/** Side of the picture on a face, in pixels, and sectors that show that the disk turns. */
+const FACE_PIXELS = 512;
+const SECTORS = 12;
+
+/** Inner radius of the widest ring that is drawn, over the radius: a hoop has no width. */
+const WIDEST = 0.9;
+
+/**
+ * Inner radius over the radius of the ring that has this moment of inertia; 0 for a full disk.
+ * @param {number} alpha
+ */
+function innerRadius(alpha) {
+  // a ring from a R to R has (1 + a^2) / 2
+  return Math.min(Math.sqrt(Math.max(2 * alpha - 1, 0)), WIDEST);
+}
+
+/**
+ * @param {number} radius
+ * @param {number} alpha  moment of inertia over m R^2
+ * @param {string} rimColour
+ * @returns {Group}
+ */
+export function diskBody(radius, alpha, rimColour) {
+  const body = new Group();
+  const inner = innerRadius(alpha) * radius;
+  const half = (inner > 0 ? THICKNESS.ring : THICKNESS.disk) * radius;
+  for (const [side, colour] of FACES.entries()) {
+    const face = new Mesh(new RingGeometry(inner, radius, 128), painted(colour));
+    // the second face looks the other way; its painted radius stays where that of the first one is
+    if (side === 1) face.rotation.x = Math.PI;
+    face.position.z = side === 0 ? half : -half;
+    face.castShadow = true;
+    body.add(face);
+  }
+  const profile = [new Vector2(radius, -half), new Vector2(radius, half)];
+  if (inner > 0) {
+    profile.push(new Vector2(inner, half), new Vector2(inner, -half), new Vector2(radius, -half));
+  }
+  const rim = new Mesh(
+    new LatheGeometry(profile, 128),
+    new MeshStandardMaterial({ color: rimColour, roughness: 0.5, side: 2 }),
+  );
+  rim.rotation.x = Math.PI / 2;
+  rim.castShadow = true;
+  body.add(rim);
+  return body;
+}
+
+/** @param {string} colour */
+function painted(colour) {
+  return new MeshStandardMaterial({ map: facePicture(colour), roughness: 0.75, metalness: 0.0 });
+}
+
+/**
+ * A square picture of one colour, to be drawn on.
+ * @param {number} pixels  along a side
+ * @param {string} colour
+ */
+function filled(pixels, colour) {
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = pixels;
+  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+  context.fillStyle = colour;
+  context.fillRect(0, 0, pixels, pixels);
+  return context;
+}
+
+/** @param {CanvasRenderingContext2D} context */
+function textureOf({ canvas }) {
+  const texture = new CanvasTexture(canvas);
+  texture.colorSpace = SRGBColorSpace;
+  texture.anisotropy = 4;
+  return texture;
+}
+
+/**
+ * Picture of a face: sectors by turns a little darker, a ring near the rim, and the painted radius to the right.
+ * @param {string} colour
+ */
+function facePicture(colour) {
+  const context = filled(FACE_PIXELS, colour);
+  const middle = FACE_PIXELS / 2;
+  context.translate(middle, middle);
+  context.fillStyle = "rgb(0 0 0 / 7%)";
+  for (let sector = 0; sector < SECTORS; sector += 2) {
+    const from = ((sector - 0.5) / SECTORS) * 2 * Math.PI;
+    context.beginPath();
+    context.moveTo(0, 0);
+    context.arc(0, 0, middle, from, from + (2 * Math.PI) / SECTORS);
+    context.fill();
+  }
+  context.lineWidth = 0.02 * middle;
+  context.strokeStyle = "rgb(0 0 0 / 35%)";
+  context.beginPath();
+  context.arc(0, 0, 0.985 * middle, 0, 2 * Math.PI);
+  context.stroke();
+  for (const [width, style] of /** @type {[number, string][]} */ ([
+    [0.1, "#ffffff"],
+    [0.06, PAINT],
+  ])) {
+    context.lineWidth = width * middle;
+    context.strokeStyle = style;
+    context.beginPath();
+    context.moveTo(0, 0);
+    context.lineTo(middle, 0);
+    context.stroke();
+  }
+  return textureOf(context);
+}
+
+/** Squares along a side of the table; it moves on with the disk by whole squares. */
+const SQUARES = 120;
+
+/** Side of the picture of a square in pixels, and width of its lines. */
+const SQUARE_PIXELS = 256;
+const LINE = 4;
+
+/** Width of the path, and how far it lies over the table, in radii. */
+const WIDTH = 0.035;
+const OVER = 0.002;
+
+/** Points of the path at most. */
+const MOST_POINTS = 20000;
+
+/**
+ * Length that is 1, 2 or 5 times a power of ten, not above a length.
+ * @param {number} length
+ */
+export function niceLength(length) {
+  const power = 10 ** Math.floor(Math.log10(length));
+  const lead = length / power;
+  return (lead >= 5 ? 5 : lead >= 2 ? 2 : 1) * power;
+}
+
+/**
+ * A table of squares. It is drawn before all that stands on it, and hides nothing.
+ * @param {number} side  of a square
+ * @param {string} ground
+ * @param {string} lines
+ */
+export function tableOfSquares(side, ground, lines) {
+  const context = filled(SQUARE_PIXELS, ground);
+  context.strokeStyle = lines;
+  context.lineWidth = LINE;
+  context.strokeRect(0, 0, SQUARE_PIXELS, SQUARE_PIXELS);
+  const map = textureOf(context);
+  map.wrapS = map.wrapT = RepeatWrapping;
+  map.repeat.set(SQUARES, SQUARES);
+  const table = new Mesh(
+    new PlaneGeometry(SQUARES * side, SQUARES * side),
+    new MeshBasicMaterial({ map, depthWrite: false }),
+  );
+  table.renderOrder = -2;
+  return table;
+}
+
+/** The path as a ribbon on the table: what has been passed is strong, the rest faint. */
+export class Trail {
+  /**
+   * @param {Float64Array} times
+   * @param {Float64Array} x  of the contact point
+   * @param {Float64Array} y
+   * @param {number} radius
+   * @param {string} colour
+   */
+  constructor(times, x, y, radius, colour) {
+    const every = Math.ceil(times.length / MOST_POINTS);
+    const chosen = Array.from({ length: Math.ceil(times.length / every) }, (_, i) => i * every);
+    if (chosen[chosen.length - 1] !== times.length - 1) chosen.push(times.length - 1);
+    this.times = Float64Array.from(chosen, (i) => times[i]);
+    const geometry = ribbon(chosen, x, y, 0.5 * WIDTH * radius, OVER * radius);
+    this.passed = new Mesh(geometry, flat(colour, 1));
+    this.whole = new Mesh(geometry.clone(), flat(colour, 0.22));
+    this.whole.renderOrder = 1;
+    this.passed.renderOrder = 2;
+  }
+
+  /** @param {number} time */
+  setTime(time) {
+    // samples up to the time, by bisection; the triangles of a segment begin at the sample before it
+    let [low, high] = [0, this.times.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle] <= time) low = middle + 1;
+      else high = middle;
+    }
+    this.passed.geometry.setDrawRange(0, 6 * Math.max(low - 1, 0));
+  }
+}
+
+/**
+ * @param {string} colour
+ * @param {number} opacity
+ */
+function flat(colour, opacity) {
+  return new MeshBasicMaterial({
+    color: colour,
+    opacity,
+    transparent: true,
+    side: DoubleSide,
+    depthWrite: false,
+  });
+}
+
+/**
+ * @param {number[]} chosen  numbers of the samples
+ * @param {Float64Array} x
+ * @param {Float64Array} y
+ * @param {number} half  width
+ * @param {number} height
+ */
+function ribbon(chosen, x, y, half, height) {
+  const corners = new Float32Array(6 * chosen.length);
+  const triangles = new Uint32Array(6 * Math.max(chosen.length - 1, 0));
+  let [ux, uy] = [1, 0];
+  chosen.forEach((sample, i) => {
+    const before = chosen[Math.max(i - 1, 0)];
+    const after = chosen[Math.min(i + 1, chosen.length - 1)];
+    const [dx, dy] = [x[after] - x[before], y[after] - y[before]];
+    const length = Math.hypot(dx, dy);
+    if (length > 0) [ux, uy] = [dx / length, dy / length];
+    corners.set([x[sample] - half * uy, y[sample] + half * ux, height], 6 * i);
+    corners.set([x[sample] + half * uy, y[sample] - half * ux, height], 6 * i + 3);
+    if (i > 0) triangles.set([2 * i - 2, 2 * i - 1, 2 * i, 2 * i, 2 * i - 1, 2 * i + 1], 6 * i - 6);
+  });
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(corners, 3));
+  geometry.setIndex(new BufferAttribute(triangles, 1));
+  return geometry;
+}
