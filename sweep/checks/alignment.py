@@ -1,16 +1,17 @@
 """Two atlases brought side by side: each against its own spec, then the cells that both have."""
 
-from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.dataset import place_of, spec_of
-from sweep.engine.grid import blocks, chunks, starts_of
+from sweep.atlas.dataset import coordinates, place_of, spec_of
+from sweep.checks.tally import Tally, difference
+from sweep.engine.grid import blocks, starts_of
 from sweep.errors import RequestError, counted
-from sweep.model.quantity import Array, Input, Quantity
+from sweep.model.quantity import Array, Quantity
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_text import both_written
@@ -40,74 +41,59 @@ def check_coordinates(dataset: "xr.Dataset", spec: SweepSpec) -> None:
         If a coordinate is missing, has other units, or holds other values; a parameter that was added later may be
         missing where it has its default.
     """
-    for name in (*spec.axes, *spec.fixed):
+    for name in (*spec.axes, *spec.fixed, *spec.listed):
         quantity = spec.quantities[name]
-        value = getattr(spec, name)
-        size = len(value) if name in spec.axes else 1
         if name not in dataset.variables:
-            if quantity.added_later and np.array_equal(values_of(spec, name), [quantity.default]):
+            if quantity.added_later and getattr(spec, name) == quantity.default:
                 continue
             _refuse(dataset, name, "is missing")
         found = dataset[name]
+        size = spec.size if name in spec.listed else len(getattr(spec, name)) if name in spec.axes else 1
         units = found.attrs.get("units")
         if units != quantity.units:
             _refuse(dataset, name, f"must have the units {quantity.units}; got {units}")
         if found.dtype.kind not in "fiu" or found.size != size:
             _refuse(dataset, name, f"must be {size} numbers; got {found.size} of type {found.dtype}")
-        _check_values(dataset, quantity, spec)
-    _check_starts(dataset, spec)
+    for name, tally in coordinate_tallies(dataset, spec):
+        if tally.beyond and tally.worst:
+            stored, expected = tally.worst.values
+            _refuse(
+                dataset,
+                name,
+                f"must hold the values of the spec of its file; {tally.beyond} of {tally.judged} are others, one of "
+                f"them {stored!r} instead of {expected!r}",
+            )
 
 
-def _check_starts(dataset: "xr.Dataset", spec: SweepSpec) -> None:
-    """Refuse a list whose starts are not those of its spec, up to the rounding that other coordinates may have."""
-    for name in spec.listed:
-        if name not in dataset.variables:
-            _refuse(dataset, name, "is missing")
-    for span in blocks(spec.size) if spec.listed else ():
+def coordinate_tallies(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, Tally]]:
+    """Yield what holding the axes, the fixed parameters and the starts of a list against the spec finds.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        The shapes of its coordinates are those of the spec; one that it lacks is passed over.
+    spec : SweepSpec
+    """
+    for declared, expected in coordinates(spec):
+        if declared.name in dataset.variables:
+            tally = Tally()
+            _hold(tally, 0, dataset[declared.name], expected.reshape(-1), spec.quantities[declared.name])
+            yield declared.name, tally
+    tallies = {name: Tally() for name in spec.listed}
+    for span in blocks(spec.size) if tallies else ():
         starts = starts_of(spec, span)
-        for name in spec.listed:
-            rule, expected = spec.model.parameters[name].tolerance, starts[name]
-            stored = np.asarray(dataset[name][span.start : span.stop].values, np.float64)
-            # written so that NaN is beyond
-            beyond = ~(np.abs(stored - expected) <= rule.absolute + rule.relative * np.abs(expected))
-            if beyond.any():
-                place = int(np.argmax(beyond))
-                _refuse(
-                    dataset,
-                    name,
-                    f"must hold the values of the spec of its file; start {span.start + place} has "
-                    f"{float(stored[place])!r} instead of {float(expected[place])!r}",
-                )
+        for name, tally in tallies.items():
+            stored = dataset[name][span.start : span.stop]
+            _hold(tally, span.start, stored, starts[name], spec.model.parameters[name])
+    yield from tallies.items()
 
 
-def values_of(spec: SweepSpec, name: str) -> Array:
-    """Return the values of a parameter that is not computed per cell, shape (n,): one, if it is fixed."""
-    value = getattr(spec, name)
-    return value.array() if isinstance(value, Range | Values) else np.array([float(value)])
-
-
-def _check_values(dataset: "xr.Dataset", quantity: Input, spec: SweepSpec) -> None:
-    name, rule = quantity.name, quantity.tolerance
-    held, found = getattr(spec, name), dataset[name]
-    ends = held.ends() if isinstance(held, Range | Values) else np.array([float(held)])
+def _hold(tally: Tally, start: int, found: "xr.DataArray", expected: Array, quantity: Quantity) -> None:
+    """Hold some values of a coordinate against those of the spec, from a flat index on."""
+    stored, rule = np.asarray(found, np.float64).reshape(-1), quantity.tolerance
     # a value near 0 inside a range is known to the rounding of its ends
-    rounding = _ROUNDING * float(np.abs(ends).max())
-    wrong, first = 0, ""
-    for span, places in chunks(found.shape):
-        expected = held.at(np.arange(span.start, span.stop)) if isinstance(held, Range | Values) else ends
-        stored = np.asarray(found[places], np.float64).reshape(-1)
-        allowed = rule.absolute + rule.relative * np.abs(expected) + rounding
-        # written so that NaN is beyond
-        beyond = np.flatnonzero(~(np.abs(stored - expected) <= allowed))
-        wrong += beyond.size
-        if beyond.size and not first:
-            first = f"{float(stored[beyond[0]])!r} instead of {float(expected[beyond[0]])!r}"
-    if wrong:
-        _refuse(
-            dataset,
-            name,
-            f"must hold the values of the spec of its file; {wrong} of {found.size} are others, the first {first}",
-        )
+    allowed = rule.absolute + rule.relative * np.abs(expected) + _ROUNDING * np.abs(expected).max()
+    tally.add(start, difference(stored, expected), allowed, values=(stored, expected))
 
 
 def _refuse(dataset: "xr.Dataset", name: str, what: str) -> NoReturn:
@@ -140,8 +126,8 @@ class Pair:
     """Two atlases with the same dimensions in the same order and the same cells.
 
     `specs` are those of both, with their whole grids. `cut` names the axes of which only a part is common,
-    `cell_variables` is the table of what either has of every cell. `as_given` says of both whether all cells are there,
-    in their order in the atlas; `in_blocks` whether they can be read block by block.
+    `cell_variables` is the table of what either has of every cell; `in_blocks` says of both whether their cells can be
+    read block by block.
     """
 
     new: "xr.Dataset"
@@ -151,16 +137,7 @@ class Pair:
     cut: frozenset[str]
     cell_variables: Mapping[str, Quantity]
     notes: tuple[str, ...]
-    as_given: tuple[bool, bool]
     in_blocks: tuple[bool, bool]
-
-    def part(self, places: Mapping[Hashable, slice]) -> "Pair":
-        """Return the pair of what has some dimensions, those of curves or of an edge, at some of their places."""
-        new, reference = (
-            each[[name for name, variable in each.data_vars.items() if set(variable.dims) == places.keys()]]
-            for each in (self.new, self.reference)
-        )
-        return replace(self, new=new.isel(places), reference=reference.isel(places))
 
     @property
     def spec(self) -> SweepSpec:
@@ -214,17 +191,14 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
             f"The two atlases have no cell in common: no value of {', '.join(empty)} is in both.",
             hint="Compare atlases of overlapping grids.",
         )
-    in_order = _is_in_order(new, axes), _is_in_order(reference, axes)
-    as_given = in_order[0] and not cut, in_order[1] and not cut
-    # single indices netCDF reads one by one, and other orders of the axes only as a whole
-    sliced = [all(isinstance(each.of[side], slice) for each in places.values()) for side in (0, 1)]
     parts = [
-        _with_coordinates(dataset, spec)
-        if as_given[side]
-        else _part(
-            _with_coordinates(dataset, spec), axes, {name: each.of[side] for name, each in places.items()}
-        )
+        _part(dataset, spec, axes, {name: each.of[side] for name, each in places.items()})
         for side, (dataset, spec) in enumerate(zip((new, reference), specs, strict=True))
+    ]
+    # single indices netCDF reads one by one, and other orders of the axes only as a whole
+    in_blocks = [
+        _is_in_order(dataset, axes) and all(isinstance(each.of[side], slice) for each in places.values())
+        for side, dataset in enumerate((new, reference))
     ]
     return Pair(
         new=parts[0],
@@ -232,16 +206,13 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
         specs=specs,
         axes=axes,
         cut=cut,
-        cell_variables={
-            name: quantity for each in specs for name, quantity in each.model.cell_variables(each).items()
-        },
+        cell_variables={**specs[0].model.cell_variables(specs[0]), **specs[1].model.cell_variables(specs[1])},
         notes=tuple(
             f"only a part of {name} is common: {counted(places[name].count, 'value')}"
             for name in axes
             if name in cut
         ),
-        as_given=as_given,
-        in_blocks=(in_order[0] and sliced[0], in_order[1] and sliced[1]),
+        in_blocks=(in_blocks[0], in_blocks[1]),
     )
 
 
@@ -292,7 +263,7 @@ def _same_tables(new: SweepSpec, reference: SweepSpec) -> bool:
         return bool(tables[0] == tables[1])
     if tables[0].names != tables[1].names:
         return False
-    places = _matches(values_of(new, START.name), values_of(reference, START.name), START)
+    places = _matches(_values_of(new, START.name), _values_of(reference, START.name), START)
     return all(
         np.array_equal(*(table.values(name)[each] for table, each in zip(tables, places, strict=True)))
         for name in tables[0].names
@@ -336,7 +307,7 @@ def _places(specs: tuple[SweepSpec, SweepSpec], name: str) -> _Common:
     if held[0] == held[1] and isinstance(held[0], Range | Values):
         # the arrays of a long axis are not made
         return _Common((slice(None), slice(None)), len(held[0]), False)
-    values = values_of(specs[0], name), values_of(specs[1], name)
+    values = _values_of(specs[0], name), _values_of(specs[1], name)
     found = _matches(*values, {**specs[0].quantities, **specs[1].quantities}[name])
     count = found[0].size
     return _Common(
@@ -344,12 +315,18 @@ def _places(specs: tuple[SweepSpec, SweepSpec], name: str) -> _Common:
     )
 
 
+def _values_of(spec: SweepSpec, name: str) -> Array:
+    """Return the values of a parameter that is not computed per cell, shape (n,): one, if it is fixed."""
+    value = getattr(spec, name)
+    return value.array() if isinstance(value, Range | Values) else np.array([float(value)])
+
+
 def _as_slice(places: npt.NDArray[np.intp]) -> _Places:
     """Return increasing places as a slice where they are evenly spaced: cells of those are read in blocks."""
     steps = np.diff(places)
-    if not steps.size or (steps != steps[0]).any():
+    if not places.size or (steps != steps[:1]).any():
         return places
-    return slice(int(places[0]), int(places[-1]) + 1, int(steps[0]))
+    return slice(int(places[0]), int(places[-1]) + 1, int(steps[0]) if steps.size else 1)
 
 
 def _matches(
@@ -373,13 +350,12 @@ def _is_in_order(dataset: "xr.Dataset", axes: tuple[str, ...]) -> bool:
     return in_order and set(axes) <= set(dataset.dims)
 
 
-def _with_coordinates(dataset: "xr.Dataset", spec: SweepSpec) -> "xr.Dataset":
-    """Return an atlas whose fixed parameters are coordinates: other tools drop the attribute that says so."""
-    return dataset.set_coords([name for name in spec.fixed if name in dataset.data_vars])
-
-
-def _part(dataset: "xr.Dataset", axes: tuple[str, ...], places: Mapping[str, _Places]) -> "xr.Dataset":
+def _part(
+    dataset: "xr.Dataset", spec: SweepSpec, axes: tuple[str, ...], places: Mapping[str, _Places]
+) -> "xr.Dataset":
     """Select cells; a parameter that is fixed here and an axis there becomes an axis of one value."""
+    # other tools drop the attribute that says which variables are coordinates
+    dataset = dataset.set_coords([name for name in spec.fixed if name in dataset.data_vars])
     cells = dataset.expand_dims([name for name in axes if name not in dataset.dims])
     # curves have dimensions of their own
     return cells.isel(places).transpose(*axes, ...)

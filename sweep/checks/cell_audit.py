@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.checks.tally import Statement, Tally, cell_in_words
+from sweep.checks.statement import Checks, Statement, cell_in_words
+from sweep.checks.tally import difference
 from sweep.engine.compute import measure, measured_quantities
 from sweep.engine.grid import Span, starts_of
 from sweep.model.description import CellCheck, Columns, Reference, Starts
@@ -85,7 +86,8 @@ class CellAudit:
             **spec.model.cell_variables(spec),
             **{n: spec.model.parameters[n] for n in spec.computed},
         }
-        self._tallies = {name: Tally(name, each.units) for name, each in self._quantities.items()}
+        self._checks = {name: Checks(name, each.units) for name, each in self._quantities.items()}
+        self._named = set[str]()
 
     def audited(self, blocks: StoredBlocks) -> Iterator[AuditedBlock]:
         """Check all cells, and yield the variables of the audit, arrays of shape (len(span),).
@@ -104,9 +106,9 @@ class CellAudit:
 
     def statements(self) -> Iterator[Statement]:
         """Yield what was found of each variable, in the order of the file; each once."""
-        for name, tally in self._tallies.items():
-            if name in self._held and not tally.is_empty:
-                yield tally.statement(lambda place: cell_in_words(self._spec, place), self._own)
+        for name, checks in self._checks.items():
+            if name in self._held & self._named:
+                yield checks.statement(lambda place: cell_in_words(self._spec, place))
 
     def _compute(self, span: Span, stored: Columns) -> _Computed:
         """Return what the kernels say of a block."""
@@ -124,33 +126,35 @@ class CellAudit:
 
     def _judge(self, span: Span, stored: Columns, computed: _Computed) -> AuditedBlock:
         """Hold the cells of a block against what was computed of them."""
-        audit, wrong = self._reference.audit, dict[str, Truths]()
+        audit, wrong = self._reference.audit, np.zeros(len(span), bool)
         parts = []
         for start in range(0, len(span), _JUDGED_CELLS):
             part = slice(start, start + _JUDGED_CELLS)
             starts, kept, exact = (_cut(each, part) for each in (computed.starts, stored, computed.exact))
             variables, checks = self._reference.check(self._spec, starts, kept, exact)
             parts.append(variables)
-            for each in checks:
-                self._note(wrong, span, part, each)
-        for each in self._again(stored, computed):
-            self._note(wrong, span, slice(computed.first, None, self._stride), each)
-        for each in self._follows(stored, computed):
-            self._note(wrong, span, slice(None), each)
+            self._add(checks, span, part, wrong)
+        self._add(
+            self._again(stored, computed), span, slice(computed.first, None, self._stride or None), wrong
+        )
+        self._add(self._follows(stored, computed), span, slice(None), wrong)
         found = {name: np.concatenate([each[name] for each in parts]) for name in parts[0]}
-        if wrong:
-            agreeing = ~np.isin(found["audit"], (*audit.disagreeing, audit.missing))
-            some = np.any(list(wrong.values()), axis=0) & agreeing
-            found["audit"] = np.where(some, audit.other, found["audit"])
-        for name, cells in wrong.items():
-            self._tallies[name].add_wrong(span.start, cells)
+        if wrong.any():
+            wrong &= ~np.isin(found["audit"], (*audit.disagreeing, audit.missing))
+            found["audit"] = np.where(wrong, audit.other, found["audit"])
         return span, found
 
-    def _note(self, wrong: dict[str, Truths], span: Span, part: slice, check: CellCheck) -> None:
-        """Add a check of some cells of a block to its tally, and to the cells of the block that are wrong."""
-        beyond = self._tallies[check.name].add(span.start + (part.start or 0), check, part.step or 1)
-        if beyond is not None and not check.share and (self._own or not check.promise):
-            wrong.setdefault(check.name, np.zeros(len(span), bool))[part] |= beyond
+    def _add(self, checks: Iterable[CellCheck], span: Span, part: slice, wrong: Truths) -> None:
+        """Add checks of some cells of a block to those of their variables, and to the cells of it that are wrong."""
+        for check in checks:
+            self._named.add(check.name)
+            # files made by other code are not judged by what this code promises
+            if check.promise and not self._own:
+                continue
+            start = span.start + (part.start or 0)
+            beyond = self._checks[check.name].add(start, check, part.step or 1)
+            if beyond is not None and not check.share:
+                wrong[part] |= beyond
 
     def _again(self, stored: Columns, computed: _Computed) -> Iterator[CellCheck]:
         """Yield the checks by a repetition of the integration of every k-th cell."""
@@ -219,15 +223,6 @@ def _repeated(
     judged: Truths,
 ) -> CellCheck:
     """Return the check of a variable by a repetition: to the bit, or within its tolerance."""
-    ours, theirs = np.asarray(stored, np.float64), np.asarray(again, np.float64)
-    difference = np.zeros(ours.shape)
-    other = np.flatnonzero(ours != theirs)
-    if other.size:
-        one, two = ours[other], theirs[other]
-        with np.errstate(invalid="ignore"):
-            difference[other] = np.where(np.isnan(one) & np.isnan(two), 0.0, np.abs(one - two))
-    if exactly:
-        return CellCheck(quantity.name, against, difference, np.zeros(ours.shape), judged)
-    bound = quantity.tolerance
-    allowed = bound.absolute + bound.relative * np.abs(np.nan_to_num(theirs))
-    return CellCheck(quantity.name, against, difference, allowed, judged)
+    bound, size = quantity.tolerance, np.abs(np.nan_to_num(np.asarray(again, np.float64)))
+    allowed = np.zeros(size.shape) if exactly else bound.absolute + bound.relative * size
+    return CellCheck(quantity.name, against, difference(stored, again), allowed, judged)

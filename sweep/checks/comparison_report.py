@@ -3,7 +3,8 @@
 from collections.abc import Iterator
 from xml.etree import ElementTree
 
-from sweep.checks.compare import Comparison, Finding
+from sweep.checks.compare import Comparison
+from sweep.checks.finding import Finding
 from sweep.errors import are, counted, printable
 
 #: Characters of an attribute that the words show; the JSON has all.

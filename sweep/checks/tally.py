@@ -1,137 +1,64 @@
-"""What was found of one variable, or of the attributes, of an atlas: a line of the table that `verify` prints."""
+"""Values held against what they have to be: how many are beyond what is allowed, which, and which is the worst."""
 
-import json
-import math
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from sweep.errors import counted
-from sweep.model.description import CellCheck
 from sweep.model.quantity import Array, Truths
-from sweep.request.spec import SweepSpec
 
-#: Number of wrong cells, rows or attributes that are named.
+#: Number of wrong values that are named.
 MOST_NAMED = 3
+
+Values = npt.NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Statement:
-    """One variable or attribute of an atlas, and what it was held against.
+class Worst:
+    """The value that is furthest off: its flat index, its difference, what is allowed there, and that over this.
+
+    `beyond` says whether that is too much. The ratio is infinite where a value is missing or nothing is allowed.
+    `values` are the two that differ, if they were given.
+    """
+
+    beyond: bool
+    ratio: float
+    place: int
+    difference: float
+    allowed: float
+    values: tuple[float, ...] = ()
+
+
+class Tally:
+    """What holding values against others has found so far, part by part.
 
     Parameters
     ----------
-    name : str
-        The variable, the attribute, or both joined by a colon.
-    against : str
-        What it was held against; where nothing was, the reason.
-    judged, wrong : int
-        Values that were held against something, and those of them that are wrong.
-    difference, allowed : float
-        Largest difference, as a multiple of what is allowed for it, and what is allowed there, in `units`; NaN where
-        values are words, or missing.
-    units : str
-    named : sequence of str
-        The first wrong values, in words.
+    share : float
+        Share of the judged values that may be further off than is allowed.
+
+    Attributes
+    ----------
+    judged, beyond, excused : int
+        Values that were held against something; those of them that are further off than is allowed and may not be, and
+        those that may.
+    unknown : int
+        Values of which it is not known what they have to be.
+    first : list of int
+        Flat indices of the first values beyond.
+    largest, allowed, ratio : float
+        The largest difference where both values are there and none is excused, and what is allowed there; the largest
+        difference over what is allowed.
+    worst : Worst or None
+        None until a value is judged.
     """
 
-    name: str
-    against: str
-    judged: int
-    wrong: int = 0
-    difference: float = math.nan
-    allowed: float = math.nan
-    units: str = "1"
-    named: list[str] | tuple[str, ...] = ()
-
-    @property
-    def checked(self) -> bool:
-        """Whether it was held against anything."""
-        return self.judged > 0
-
-
-def unchecked(name: str, reason: str) -> Statement:
-    """Return the statement of what cannot be checked."""
-    return Statement(name, reason, 0)
-
-
-def to_text(statements: Iterable[Statement]) -> str:
-    """Return statements as ASCII JSON, for an attribute; numbers that are not finite are null."""
-    rows = [
-        {
-            name: None if isinstance(value, float) and not math.isfinite(value) else value
-            for name, value in row.items()
-        }
-        for row in map(asdict, statements)
-    ]
-    return json.dumps(rows, separators=(",", ":"), allow_nan=False)
-
-
-def from_text(text: str) -> tuple[Statement, ...]:
-    """Return the statements that `to_text` wrote."""
-    rows: list[dict[str, Any]] = json.loads(text)
-    for row in rows:
-        row |= {name: math.nan for name, value in row.items() if value is None}
-    return tuple(Statement(**row) for row in rows)
-
-
-class _Places:
-    """How many values, and the first of them by their flat indices."""
-
-    def __init__(self) -> None:
-        self.count = 0
+    def __init__(self, share: float = 0.0) -> None:
+        self.share, self.judged, self.beyond, self.excused, self.unknown = share, 0, 0, 0, 0
         self.first: list[int] = []
-
-    def add(self, start: int, step: int, values: Truths) -> None:
-        """Add those of every k-th value from `start` on, k = `step`, for which the array of bool is true."""
-        places = np.flatnonzero(values)[: MOST_NAMED - len(self.first)]
-        self.first += (start + step * places).tolist()
-        self.count += int(np.count_nonzero(values))
-
-
-class _CheckTally:
-    """What one check of a variable has found so far: counts, the worst value, the first that are wrong."""
-
-    def __init__(self, check: CellCheck) -> None:
-        self.against, self.share, self.promise = check.against, check.share, check.promise
-        self.judged, self.unknown, self.beyond = 0, 0, _Places()
-        self.difference, self.allowed, self.ratio = np.nan, np.nan, -1.0
-
-    def add(self, start: int, step: int, check: CellCheck) -> Truths | None:
-        """Add every k-th value from `start` on, k = `step`; return which are wrong, None if none is."""
-        if not check.difference.size:
-            return None
-        self.judged += int(np.count_nonzero(check.judged))
-        if check.unknown is not None:
-            self.unknown += int(np.count_nonzero(check.unknown))
-        elif step > 1:
-            self.unknown += (step - 1) * check.difference.size
-        if self.ratio >= 0.0 and _all_right(check):
-            return None
-        self._keep_worst(check)
-        beyond = check.wrong
-        if not beyond.any():
-            return None
-        self.beyond.add(start, step, beyond)
-        return beyond
-
-    def _keep_worst(self, check: CellCheck) -> None:
-        """Keep the value with the largest difference over what is allowed, of two equal ones the first."""
-        ratio = np.zeros(check.difference.shape)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            np.divide(check.difference, check.allowed, out=ratio, where=check.difference != 0.0)
-        if not check.judged.all():
-            ratio[~check.judged] = -1.0
-        worst = int(np.argmax(ratio))
-        if np.isnan(ratio[worst]):
-            # a value that is missing is as wrong as one for which nothing is allowed
-            worst = int(np.argmax(np.isnan(ratio) | np.isposinf(ratio)))
-            ratio[worst] = np.inf
-        if ratio[worst] > self.ratio:
-            self.ratio = float(ratio[worst])
-            self.difference, self.allowed = float(check.difference[worst]), float(check.allowed[worst])
+        self.largest, self.allowed, self.ratio = -1.0, 0.0, 0.0
+        self.worst: Worst | None = None
 
     @property
     def fails(self) -> bool:
@@ -141,99 +68,116 @@ class _CheckTally:
         and five.
         """
         expected = self.share * self.judged
-        return self.beyond.count > (expected + 5.0 * np.sqrt(expected) + 5.0 if self.share else 0.0)
+        return self.beyond > (expected + 5.0 * np.sqrt(expected) + 5.0 if self.share else 0.0)
 
-    @property
-    def words(self) -> str:
-        """What the variable was held against, with the share of cells that are beyond it where some may be."""
-        if not self.share:
-            return self.against
-        found, allowed = 100.0 * self.beyond.count / self.judged, 100.0 * self.share
-        return f"{self.against} ({found:.2g} % of cells beyond it, {allowed:g} % allowed)"
-
-
-class Tally:
-    """What all checks of one variable have found so far, slice by slice."""
-
-    def __init__(self, name: str, units: str) -> None:
-        self._name, self._units, self._checks, self._wrong = name, units, dict[str, _CheckTally](), _Places()
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether the variable was held against nothing."""
-        return not self._checks
-
-    def add(self, start: int, check: CellCheck, step: int = 1) -> Truths | None:
-        """Add every k-th value from a flat index on, k = `step`; return which are wrong, None if none is."""
-        return self._checks.setdefault(check.against, _CheckTally(check)).add(start, step, check)
-
-    def add_wrong(self, start: int, values: Truths) -> None:
-        """Add values from a flat index on of which it is known, from all checks together, whether they are wrong."""
-        self._wrong.add(start, 1, values)
-
-    def add_all(self, start: int, checks: Iterable[CellCheck]) -> None:
-        """Add all checks of the same values."""
-        wrong = [found for each in checks if (found := self.add(start, each)) is not None]
-        if wrong:
-            self.add_wrong(start, np.any(wrong, axis=0))
-
-    def statement(self, in_words: Callable[[int], str], own: bool = True) -> Statement:
-        """Return the statement: its numbers are those of the worst check, a wrong one before all others.
+    def add(
+        self,
+        start: int,
+        apart: Array,
+        allowed: Array,
+        judged: Truths | bool = True,
+        *,
+        step: int = 1,
+        beyond: Truths | None = None,
+        excused: Truths | bool = False,
+        values: tuple[Values, ...] = (),
+    ) -> Truths | None:
+        """Add every k-th value from a flat index on, k = `step`; arrays of shape (n,).
 
         Parameters
         ----------
-        in_words : callable
-            The flat index of a value -> where that is.
-        own : bool
-            Whether the code that made the atlas is this code; what only this code promises of another is left out.
+        start : int
+        apart, allowed : array
+            How far each value is from what it has to be (`difference`), and how far it may be.
+        judged : array of bool
+            Which values were held against anything.
+        step : int
+        beyond : array of bool, optional
+            Which values are further off than is allowed, where the difference alone does not say it.
+        excused : array of bool
+            Which values may be.
+        values : tuple of array
+            What is held against each other.
+
+        Returns
+        -------
+        array of bool or None
+            The values beyond, None if there is none.
         """
-        checks = [each for each in self._checks.values() if each.judged and (own or not each.promise)]
-        if not checks:
-            return unchecked(self._name, "made by other code, which promised nothing of it")
-        # of checks with and without a size of the difference the one with a size says more
-        worst = max(
-            checks, key=lambda each: (each.fails, not each.share, np.isfinite(each.ratio), each.ratio)
-        )
-        # a promise about a share of the cells is broken by them together
-        wrong = worst.beyond if worst.fails and worst.share else self._wrong
-        against = "; ".join(each.words for each in checks)
-        if unknown := min(each.unknown for each in checks):
-            against += f"; otherwise not checked: {counted(unknown, 'value')}"
-        return Statement(
-            self._name,
-            against,
-            judged=max(each.judged for each in checks),
-            wrong=wrong.count,
-            difference=worst.difference,
-            allowed=worst.allowed,
-            units=self._units,
-            named=[in_words(place) for place in wrong.first],
-        )
+        if not apart.size:
+            return None
+        self.judged += apart.size if judged is True else int(np.count_nonzero(judged))
+        # most parts are right: two passes over what is in the cache; extremes of an array that holds NaN are NaN
+        if self.worst and beyond is None and apart.max() == 0.0 and allowed.min() >= 0.0:
+            return None
+        # written so that NaN is beyond
+        wrong: Truths = (~(apart <= allowed) if beyond is None else beyond) & judged
+        self.excused += int(np.count_nonzero(wrong & excused))
+        wrong = wrong & ~np.asarray(excused)
+        counted = np.broadcast_to(judged & ~np.asarray(excused), apart.shape)
+        ratio = np.zeros(apart.shape)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            np.divide(apart, allowed, out=ratio, where=counted & (apart != 0.0))
+        self._keep_largest(np.where(counted, apart, 0.0), allowed, ratio)
+        self._keep_worst(start, step, apart, allowed, ratio, wrong, counted, values)
+        if not wrong.any():
+            return None
+        self.beyond += int(np.count_nonzero(wrong))
+        self.first += (start + step * np.flatnonzero(wrong)[: MOST_NAMED - len(self.first)]).tolist()
+        return wrong
+
+    def _keep_largest(self, apart: Array, allowed: Array, ratio: Array) -> None:
+        place = int(np.argmax(np.nan_to_num(apart, posinf=np.inf)))
+        if apart[place] > self.largest:
+            self.largest, self.allowed = float(apart[place]), float(allowed[place])
+        self.ratio = max(self.ratio, float(np.nan_to_num(ratio, posinf=np.inf).max()))
+
+    def _keep_worst(
+        self,
+        start: int,
+        step: int,
+        apart: Array,
+        allowed: Array,
+        ratio: Array,
+        wrong: Truths,
+        counted: Truths,
+        values: tuple[Values, ...],
+    ) -> None:
+        """Keep the value with the largest ratio, of two equal ones the first; one that is beyond before all others."""
+        beyond = bool(wrong.any())
+        rank = np.where(np.isnan(ratio), np.inf, ratio)
+        rank[~(wrong if beyond else counted)] = -1.0
+        place = int(np.argmax(rank))
+        if rank[place] >= 0.0 and (
+            self.worst is None or (beyond, rank[place]) > (self.worst.beyond, self.worst.ratio)
+        ):
+            self.worst = Worst(
+                beyond,
+                float(rank[place]),
+                start + step * place,
+                float(apart[place]),
+                float(allowed[place]),
+                tuple(float(each[place]) for each in values),
+            )
 
 
-def difference_check(name: str, against: str, stored: Array, right: Array, allowed: Array) -> CellCheck:
-    """Return the check of values of one shape against what they have to be, which may be that they are missing."""
-    same = (stored == right) | (np.isnan(stored) & np.isnan(right))
+def difference(stored: Values, right: Values) -> Array:
+    """Return the absolute differences: 0 where both values are missing, NaN where one of the two is."""
+    one, other = np.asarray(stored, np.float64), np.asarray(right, np.float64)
+    found = np.zeros(one.shape)
+    unlike = ~((one == other) | (np.isnan(one) & np.isnan(other)))
     with np.errstate(invalid="ignore"):
-        apart = np.where(same, 0.0, np.abs(stored - right)).reshape(-1)
-    return CellCheck(name, against, apart, allowed.reshape(-1), np.ones(apart.shape, bool))
+        np.subtract(one, other, out=found, where=unlike)
+    return np.abs(found, out=found)
 
 
-def cell_in_words(spec: SweepSpec, place: int) -> str:
-    """Return the coordinates of a cell, given by its flat index."""
-    return row_in_words(spec, dict(zip(spec.axes, np.unravel_index(place, spec.shape), strict=True)))
-
-
-def row_in_words(spec: SweepSpec, places: Mapping[str, np.intp]) -> str:
-    """Return the coordinates of a row or a cell, given by its places along some axes."""
-    words = [
-        f"{name} {spec.quantities[name].spell(getattr(spec, name).at(place))}"
-        for name, place in places.items()
-    ]
-    return ", ".join(words) or "the one cell"
-
-
-def _all_right(check: CellCheck) -> bool:
-    """Return whether no value differs, and something is allowed in each; two passes over what is in the cache."""
-    # the extremes of an array that holds NaN are NaN
-    return bool(check.difference.max() == 0.0 and check.allowed.min() >= 0.0)
+def other_bits(new: Values, old: Values) -> Truths:
+    """Return where two arrays of one shape differ in any bit; all missing values are alike."""
+    if new.dtype != old.dtype or new.dtype.kind not in "biuf":
+        return np.asarray(np.full(old.shape, new.dtype != old.dtype) | (new != old))
+    words = f"u{new.dtype.itemsize}"
+    differ: Truths = np.ascontiguousarray(new).view(words) != np.ascontiguousarray(old).view(words)
+    differ = differ.reshape(old.shape)
+    if new.dtype.kind == "f" and differ.any():
+        differ &= ~(np.isnan(new) & np.isnan(old))
+    return differ

@@ -101,18 +101,8 @@ class Stated:
 
 
 def allowed(quantity: Quantity, pair: Pair) -> Array:
-    """Return how far each value of a variable may differ, in its units, of the shape that the reference has.
-
-    Parameters
-    ----------
-    quantity : Quantity
-        A variable that both atlases hold, of one shape.
-    pair : Pair
-    """
+    """Return how far each value may differ of a variable that has not one per cell, of the shape of the reference."""
     rule = quantity.tolerance
-    if quantity.name in pair.cell_variables:
-        new, reference = stated(pair)
-        return allowed_of_cells(quantity, new, reference, starts_of_cells(pair))
     rounding = rule.absolute + rule.relative * magnitude(pair.reference[quantity.name].values)
     if rule.stated == BRACKET:
         return np.asarray(rounding + _brackets(quantity.name, pair))
@@ -143,26 +133,6 @@ def allowed_of_cells(quantity: Quantity, new: Stated, reference: Stated, starts:
     return found if own is None else found + PROMISED * magnitude(own)
 
 
-def stated(pair: Pair) -> tuple[Stated, Stated]:
-    """Return what the two atlases state of their cells, the new one first."""
-    model = pair.spec.model
-    names = {*model.extremes, model.error_name, *pair.cell_variables}
-    return tuple(  # type: ignore[return-value]  # of a generator over two
-        Stated(spec, {name: atlas[name].values for name in names if name in atlas})
-        for spec, atlas in zip(pair.specs, (pair.new, pair.reference), strict=True)
-    )
-
-
-def starts_of_cells(pair: Pair) -> Starts:
-    """Return the starts of the cells that the reference gives as coordinates, of the shape of the grid."""
-    ending = pair.reference["ending"]
-    return {
-        str(name): values.broadcast_like(ending).transpose(*pair.axes).values
-        for name, values in pair.reference.coords.items()
-        if name in pair.spec.model.parameters
-    }
-
-
 def _extreme_errors(atlas: Stated) -> Array:
     """Return how far [unit of the coordinate] the extremes of each cell may be from the true ones."""
     spec, found = atlas.spec, atlas.columns.get(atlas.spec.model.error_name)
@@ -177,38 +147,31 @@ def _extreme_errors(atlas: Stated) -> Array:
 
 
 def _brackets(name: str, pair: Pair) -> Array | float:
-    if pair.boundaries == ("grid", "grid") and not name.startswith("curve_"):
-        return 0.0
-    return _known(f"{name}{_HALFWIDTH}", pair)
-
-
-def _known(name: str, pair: Pair) -> Array | float:
-    """Return the sum of a variable of both, 0 where one has none."""
-    sides = [np.nan_to_num(atlas[name].values) for atlas in (pair.new, pair.reference) if name in atlas]
-    if len({each.shape for each in sides}) != 1:
+    """Return the sum of the half-widths of both, 0 where one has none or both brackets are cells of the grid."""
+    half = f"{name}{_HALFWIDTH}"
+    sides = [np.nan_to_num(atlas[half].values) for atlas in (pair.new, pair.reference) if half in atlas]
+    of_cells = pair.boundaries == ("grid", "grid") and not name.startswith("curve_")
+    if of_cells or len({each.shape for each in sides}) != 1:
         return 0.0
     return np.asarray(sum(sides))
 
 
-def _open_in_halfwidth(quantity: Quantity, pair: Pair) -> Array:
+def _open_in_halfwidth(quantity: Quantity, pair: Pair) -> Array | float:
     """Return what may differ in half-widths: all brackets have ends that are known to rounding.
 
     A bracket that is wider than asked for ends where the estimated errors leave a verdict open. Each side is found to a
     quarter of the width; other kernels or steps have other errors.
     """
-    sides = [atlas[quantity.name].values for atlas in (pair.new, pair.reference)]
+    sides = [np.nan_to_num(atlas[quantity.name].values) for atlas in (pair.new, pair.reference)]
     name = quantity.name.removesuffix(_HALFWIDTH)
-    middle = pair.reference[name].values if name in pair.reference else np.zeros_like(sides[1])
-    ends = quantity.tolerance.relative * np.abs(np.nan_to_num(middle))
+    ends: Array | float = 0.0
+    if name in pair.reference:
+        ends = quantity.tolerance.relative * magnitude(pair.reference[name].values)
     widths = [spec.boundary_width for spec in pair.specs if spec.boundary_width is not None]
     if len(widths) < len(pair.specs):
-        return np.asarray(ends)
-    with np.errstate(invalid="ignore"):
-        stopped = np.any(
-            [side > 0.5 * width * (1.0 + 1e-9) for side, width in zip(sides, widths, strict=True)], axis=0
-        )
-    other = np.nan_to_num(sides[1]) if pair.other_errors else 0.0
-    return np.asarray(ends + np.where(stopped, max(widths) + other, 0.0))
+        return ends
+    reached = [side <= 0.5 * width * (1.0 + 1e-9) for side, width in zip(sides, widths, strict=True)]
+    return ends + np.where(np.all(reached, axis=0), 0.0, max(widths) + sides[1] * bool(pair.other_errors))
 
 
 def read_limits(given: Mapping[str, float | str], known: Mapping[str, Quantity]) -> dict[str, float]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -10,7 +11,6 @@ import numpy.typing as npt
 
 from sweep.atlas.boundary_search import boundary_groups
 from sweep.atlas.cf_metadata import (
-    Declaration,
     coordinate_declarations,
     created,
     declare_cells,
@@ -19,11 +19,12 @@ from sweep.atlas.cf_metadata import (
 from sweep.atlas.dataset import as_variable, coordinates, place_of, require, spec_named, spec_of
 from sweep.atlas.row_edges import legal
 from sweep.atlas.selection import require_atlas, settled
-from sweep.checks.attribute_audit import attribute_statements, coordinate_statements, made_by
+from sweep.checks.alignment import coordinate_tallies
+from sweep.checks.attribute_audit import attribute_statements
 from sweep.checks.audit_summary import AuditSummary
 from sweep.checks.boundary_audit import boundary_statements
 from sweep.checks.cell_audit import STEPS, AuditedBlock, CellAudit, stride_of
-from sweep.checks.tally import Statement, from_text, to_text
+from sweep.checks.statement import Checks, Statement, from_text, row_in_words, to_text
 from sweep.engine.compute import Block, arithmetic_hash, usable_threads, use_threads
 from sweep.engine.estimate import FILE_SHARE, check_room
 from sweep.engine.grid import Span, blocks
@@ -145,23 +146,19 @@ def verify(dataset: "xr.Dataset", *, seed: int | None = None, progress: Progress
     """
     import xarray as xr
 
-    dataset = settled(dataset, trusting=True)
-    spec, reference = _checked(dataset, seed)
-    declared = declare_cells(spec, reference.audit.variables, "audit")
+    audit = _Audit(dataset, seed)
+    spec, declared = audit.spec, audit.declared
     found = {each.name: np.empty(spec.size, each.dtype) for each in declared}
-    audit = _Audit(dataset, spec, reference)
     with following(progress) as show:
-        for span, variables in _followed(audit, spec, show):
+        for span, variables in audit.blocks(show):
             for name, column in found.items():
                 column[span.start : span.stop] = variables[name]
-        statements = audit.statements()
+        attributes = audit.attributes() | audit.result()
+    starts = [(each, audit.dataset[each.name].values) for each in start_declarations(spec)]
     return xr.Dataset(
         {each.name: as_variable(each, found[each.name].reshape(spec.shape), spec) for each in declared},
-        {each.name: as_variable(each, values, spec) for each, values in coordinates(spec)}
-        | {
-            each.name: as_variable(each, dataset[each.name].values, spec) for each in start_declarations(spec)
-        },
-        {**_attributes(dataset, spec, reference), _STATEMENTS: to_text(statements), **_sample(reference)},
+        {each.name: as_variable(each, values, spec) for each, values in (*coordinates(spec), *starts)},
+        attributes,
     )
 
 
@@ -194,48 +191,23 @@ def verify_to_file(
     StorageError
         If the file system refuses.
     """
-    dataset = settled(dataset, trusting=True)
-    spec, reference = _checked(dataset, seed)
-    declared = declare_cells(spec, reference.audit.variables, "audit")
-    summary = AuditSummary(reference.audit)
+    audit = _Audit(dataset, seed)
+    spec, declared = audit.spec, audit.declared
     check_target(path, overwrite)
     needed = FILE_SHARE * spec.size * sum(np.dtype(each.dtype).itemsize for each in declared) + 1e5
     check_room(path, needed)
-    audit = _Audit(dataset, spec, reference)
     with published(path, needed) as unfinished:
-        attributes = _attributes(dataset, spec, reference)
-        writer = AtlasWriter(unfinished, spec, attributes, usable_threads(None), declared)
-        blocks = (Block(span, _stored(declared, found)) for span, found in audit.blocks())
-        for block in writer.write_cells(blocks):
-            summary.add(block.span.start, block.columns)
-        text = to_text(audit.statements())
-        writer.add_attributes({_STATEMENTS: text, **_sample(reference)})
+        writer = AtlasWriter(unfinished, spec, audit.attributes(), usable_threads(None), declared)
+        stored = (
+            Block(span, {each.name: np.asarray(found[each.name], each.dtype) for each in declared})
+            for span, found in audit.blocks()
+        )
+        for block in writer.write_cells(stored):
+            audit.summary.add(block.span.start, block.columns)
+        result = audit.result()
+        writer.add_attributes(result)
         writer.check()
-    return _findings(spec, summary, spec.tolerance, from_text(text), reference.sampled)
-
-
-def _stored(
-    declared: Sequence[Declaration], found: Mapping[str, npt.NDArray[Any]]
-) -> dict[str, npt.NDArray[Any]]:
-    """Return the variables of an audit in the types that its file has for them."""
-    return {each.name: np.asarray(found[each.name], each.dtype) for each in declared}
-
-
-def _sample(reference: Reference) -> dict[str, str]:
-    """Return the attribute that says which cells were computed a second time, where these are only a sample."""
-    return {_SAMPLE: reference.sampled} if reference.sampled else {}
-
-
-def _attributes(dataset: "xr.Dataset", spec: SweepSpec, reference: Reference) -> dict[str, Any]:
-    """Return the attributes of an audit, but for its statements."""
-    return {
-        **{str(name): value for name, value in dataset.attrs.items()},
-        "title": f"Audit of: {dataset.attrs.get('title', 'a stability atlas')}",
-        "summary": reference.audit.summary,
-        "history": f"{dataset.attrs.get('history', '')}\n{created()} sweep.verify".lstrip("\n"),
-        "tolerance": spec.tolerance,
-        "method": spec.method,
-    }
+    return _findings(spec, audit.summary, spec.tolerance, result)
 
 
 def findings(audited: "xr.Dataset") -> Findings:
@@ -245,13 +217,7 @@ def findings(audited: "xr.Dataset") -> Findings:
     columns = {str(name): each.values.reshape(-1) for name, each in audited.data_vars.items()}
     for span in blocks(audited["audit"].size):
         summary.add(span.start, {name: each[span.start : span.stop] for name, each in columns.items()})
-    return _findings(
-        spec,
-        summary,
-        float(audited.attrs["tolerance"]),
-        from_text(str(audited.attrs[_STATEMENTS])),
-        str(audited.attrs.get(_SAMPLE, "")),
-    )
+    return _findings(spec, summary, float(audited.attrs["tolerance"]), audited.attrs)
 
 
 def findings_of(dataset: "xr.Dataset", seed: int | None = None, show: Show = no_op) -> Findings:
@@ -270,35 +236,26 @@ def findings_of(dataset: "xr.Dataset", seed: int | None = None, show: Show = no_
     RequestError
         As from `verify`.
     """
-    dataset = settled(dataset, trusting=True)
-    spec, reference = _checked(dataset, seed)
-    summary = AuditSummary(reference.audit)
-    audit = _Audit(dataset, spec, reference)
-    for span, found in _followed(audit, spec, show):
-        summary.add(span.start, found)
-    statements = audit.statements()
-    return _findings(spec, summary, spec.tolerance, from_text(to_text(statements)), reference.sampled)
+    audit = _Audit(dataset, seed)
+    for span, found in audit.blocks(show):
+        audit.summary.add(span.start, found)
+    return _findings(audit.spec, audit.summary, audit.spec.tolerance, audit.result())
 
 
 def _findings(
-    spec: SweepSpec,
-    summary: AuditSummary,
-    tolerance: float,
-    statements: Sequence[Statement],
-    sampled: str,
+    spec: SweepSpec, summary: AuditSummary, tolerance: float, attributes: Mapping[str, Any]
 ) -> Findings:
-    model, audit = spec.model, _reference(spec).audit
+    audit = _reference(spec).audit
     named = []
     for flag, place in summary.named():
         places = zip(spec.axes, np.unravel_index(place, spec.shape), strict=True)
-        where = {name: float(getattr(spec, name).at(each)) for name, each in places}
-        named.append((flag, where))
+        named.append((flag, {name: float(getattr(spec, name).at(each)) for name, each in places}))
     return Findings(
         counts=summary.counts,
         agreeing=summary.sum_of(audit.agreeing),
         disagreeing=summary.sum_of(audit.disagreeing),
         missing=summary.sum_of((audit.missing,)),
-        coordinate=model.coordinate,
+        coordinate=spec.model.coordinate,
         units=audit.units,
         extremes=summary.extremes.summary(),
         period=summary.period.summary(),
@@ -306,68 +263,109 @@ def _findings(
         named=named,
         tolerance=tolerance,
         method=spec.method,
-        statements=statements,
-        sampled=sampled,
+        statements=from_text(str(attributes[_STATEMENTS])),
+        sampled=str(attributes.get(_SAMPLE, "")),
         told=audit.told,
         has_period=audit.period is not None,
     )
 
 
-def _followed(audit: "_Audit", spec: SweepSpec, show: Show) -> Iterator[AuditedBlock]:
-    """Yield the blocks of an audit, and show how far it is; after the last one the boundary is next."""
-    timetable = Timetable([Stage(CHECKING, spec.size), Stage(SEARCHING, bisected_cells(spec))], show)
-    timetable.begin(CHECKING)
-    for span, variables in audit.blocks():
-        yield span, variables
-        # kernels that are not kept on disk are compiled in the first block
-        (timetable.report if span.start else timetable.measure_from)(span.stop)
-    timetable.begin(SEARCHING)
-
-
 class _Audit:
-    """The audit of an atlas: first of its cells, block by block, then of all else."""
+    """The audit of an atlas: first of its cells, block by block, then of all else.
 
-    def __init__(self, dataset: "xr.Dataset", spec: SweepSpec, reference: Reference) -> None:
+    Raises
+    ------
+    RequestError
+        Where `dataset` cannot be verified.
+    """
+
+    def __init__(self, dataset: "xr.Dataset", seed: int | None) -> None:
+        self.dataset = settled(dataset, trusting=True)
+        self.spec, self._reference = _checked(self.dataset, seed)
+        self.declared = declare_cells(self.spec, self._reference.audit.variables, "audit")
+        self.summary = AuditSummary(self._reference.audit)
         use_threads(None)
-        self._dataset, self._spec, self._held = dataset, spec, _held(dataset, spec, reference)
-        self._reader = CellReader(dataset, self._held)
-        self._own = made_by(dataset, arithmetic_hash(spec)) and spec.device == "cpu"
-        stride = _stride(dataset, self._reader, self._held) if self._own else 0
-        self._cells = CellAudit(spec, reference, self._held, self._own, stride)
+        spec, names = (
+            self.spec,
+            (*self._reference.needed(self.spec), *self.spec.model.cell_variables(self.spec)),
+        )
+        # an older file lacks those that were added later
+        self._held = [
+            name
+            for name in dict.fromkeys(names)
+            if name in self.dataset and self.dataset[name].dims == spec.axes
+        ]
+        self._reader = CellReader(self.dataset, self._held)
+        self._own = self.dataset.attrs.get("kernel_hash") == arithmetic_hash(spec) and spec.device == "cpu"
+        self._cells = CellAudit(
+            spec, self._reference, self._held, self._own, self._stride() if self._own else 0
+        )
 
-    def blocks(self) -> Iterator[AuditedBlock]:
-        """Yield all cells in C order with the variables of the audit."""
-        with prefetch(_read(self._dataset, self._reader, self._held)) as stored:
-            yield from self._cells.audited(stored)
+    def _stride(self) -> int:
+        if STEPS not in self._held:
+            return stride_of(np.ones(len(span)) for span in self._reader.spans())
+        return stride_of(stored[STEPS] for _, stored in self._reader.blocks([STEPS]))
 
-    def statements(self) -> list[Statement]:
-        """Return what is found of each variable and attribute, once all cells were taken."""
-        spec, dataset, reader = self._spec, self._dataset, self._reader
-        verdicts = legal(reader.read("stability", Span(0, spec.size))).reshape(spec.shape)
+    def blocks(self, show: Show = no_op) -> Iterator[AuditedBlock]:
+        """Yield all cells in C order with the variables of the audit, and show how far it is."""
+        timetable = Timetable(
+            [Stage(CHECKING, self.spec.size), Stage(SEARCHING, bisected_cells(self.spec))], show
+        )
+        timetable.begin(CHECKING)
+        with prefetch(self._read()) as stored:
+            for span, variables in self._cells.audited(stored):
+                yield span, variables
+                # kernels that are not kept on disk are compiled in the first block
+                (timetable.report if span.start else timetable.measure_from)(span.stop)
+        timetable.begin(SEARCHING)
+
+    def _read(self) -> Generator[tuple[Span, dict[str, npt.NDArray[Any]]], None, None]:
+        try:
+            yield from self._reader.blocks(self._held)
+        except UnreadableError as problem:
+            _refuse(self.dataset, f"{problem.name} cannot be read, {problem}")
+
+    def attributes(self) -> dict[str, Any]:
+        """Return the attributes of the audit, but for its result."""
+        held = {str(name): value for name, value in self.dataset.attrs.items()}
+        return held | {
+            "title": f"Audit of: {held.get('title', 'a stability atlas')}",
+            "summary": self._reference.audit.summary,
+            "history": f"{held.get('history', '')}\n{created()} sweep.verify".lstrip("\n"),
+            "tolerance": self.spec.tolerance,
+            "method": self.spec.method,
+        }
+
+    def result(self) -> dict[str, str]:
+        """Return what is found of each variable and attribute, once all cells were taken, and which were a sample."""
+        spec, dataset = self.spec, self.dataset
+        verdicts = legal(self._reader.read("stability", Span(0, spec.size))).reshape(spec.shape)
         again = boundary_groups(spec, verdicts)
         boundary = list(boundary_statements(spec, dataset, again, self._cells.repeated))
-        return [
-            *coordinate_statements(spec, dataset),
+        statements = [
+            *_coordinate_statements(spec, dataset),
             *self._cells.statements(),
             *(statement for _, statement in boundary if statement is not None),
             *attribute_statements(spec, dataset, [declared for declared, _ in boundary], self._own),
         ]
+        sampled = {_SAMPLE: self._reference.sampled} if self._reference.sampled else {}
+        return {_STATEMENTS: to_text(statements), **sampled}
 
 
-def _read(
-    dataset: "xr.Dataset", reader: CellReader, names: Sequence[str]
-) -> Generator[tuple[Span, dict[str, npt.NDArray[Any]]], None, None]:
-    """Yield the cells of an atlas."""
-    try:
-        yield from reader.blocks(names)
-    except UnreadableError as problem:
-        _refuse(dataset, f"{problem.name} cannot be read, {problem}")
+def _coordinate_statements(spec: SweepSpec, dataset: "xr.Dataset") -> Iterator[Statement]:
+    """Yield what is found of the coordinates, whose shapes are known to be right."""
+    for name, tally in coordinate_tallies(dataset, spec):
+        checks = Checks(name, spec.quantities[name].units)
+        dims = tuple(map(str, dataset[name].dims))
+        against = "the value in the spec"
+        if dims:
+            against = "the axis of the spec" if name in spec.axes else f"{getattr(spec, name)} of the spec"
+        checks.tallies[against] = tally
+        yield checks.statement(partial(_value_in_words, spec, dims))
 
 
-def _stride(dataset: "xr.Dataset", reader: CellReader, held: Sequence[str]) -> int:
-    if STEPS not in held:
-        return stride_of(np.ones(len(span)) for span in reader.spans())
-    return stride_of(stored[STEPS] for _, stored in reader.blocks([STEPS]))
+def _value_in_words(spec: SweepSpec, dims: tuple[str, ...], place: int) -> str:
+    return row_in_words(spec, {name: np.intp(place) for name in dims}) if dims else "the one value"
 
 
 def _reference(spec: SweepSpec, seed: int | None = None) -> Reference:
@@ -402,12 +400,6 @@ def _checked(dataset: "xr.Dataset", seed: int | None) -> tuple[SweepSpec, Refere
         if each.name not in dataset or dataset[each.name].shape != shape:
             _refuse(dataset, f"the coordinate {each.name} does not have the values of its spec")
     return spec, reference
-
-
-def _held(dataset: "xr.Dataset", spec: SweepSpec, reference: Reference) -> list[str]:
-    """Return the variables with one value per cell; an older file lacks those that were added later."""
-    names = dict.fromkeys((*reference.needed(spec), *spec.model.cell_variables(spec)))
-    return [name for name in names if name in dataset and dataset[name].dims == spec.axes]
 
 
 def _refuse(dataset: "xr.Dataset", reason: str) -> NoReturn:

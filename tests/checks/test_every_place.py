@@ -13,7 +13,7 @@ import sweep
 from sweep.atlas.cf_metadata import cell_declarations
 from sweep.checks import cell_audit
 from sweep.checks.compare import compare
-from sweep.checks.tally import cell_in_words
+from sweep.checks.statement import cell_in_words
 from sweep.checks.verify import findings, findings_of, verify
 from sweep.engine.grid import chunk_shape, chunks
 from sweep.files import cell_reader

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from sweep.checks.tally import Tally
+from sweep.checks.statement import Checks
 from sweep.model.description import CellCheck
 
 
@@ -12,16 +12,12 @@ def stated(wrong, judged, share=0.0, difference=2.0):
     """Return the statement of values of which the first ones differ by more than 1, which is allowed."""
     apart = np.zeros(judged)
     apart[:wrong] = difference
-    tally = Tally("end_time", "s")
-    check = CellCheck("end_time", "another run", apart, np.ones(judged), np.ones(judged, bool), share=share)
+    checks = Checks("end_time", "s")
     for start in range(0, judged, 64):
-        part = slice(start, start + 64)
-        cut = CellCheck(
-            check.name, check.against, apart[part], check.allowed[part], check.judged[part], share=share
-        )
-        if (found := tally.add(start, cut)) is not None and not share:
-            tally.add_wrong(start, found)
-    return tally.statement(lambda place: f"value {place}")
+        part = apart[start : start + 64]
+        every = np.ones(part.shape, bool)
+        checks.add(start, CellCheck("end_time", "another run", part, np.ones(part.size), every, share=share))
+    return checks.statement(lambda place: f"value {place}")
 
 
 def test_a_share_of_the_values_may_differ_and_five_standard_deviations_more():
@@ -44,7 +40,7 @@ def test_without_a_share_one_wrong_value_is_one_too_many():
 
 def test_values_are_counted_that_nothing_is_held_against():
     """Of every third value of a block the two between are not checked."""
-    tally = Tally("steps", "1")
+    checks = Checks("steps", "1")
     five = np.zeros(5)
-    tally.add(0, CellCheck("steps", "its repetition", five, five, np.ones(5, bool)), step=3)
-    assert tally.statement(str).against == "its repetition; otherwise not checked: 10 values"
+    checks.add(0, CellCheck("steps", "its repetition", five, five, np.ones(5, bool)), step=3)
+    assert checks.statement(str).against == "its repetition; otherwise not checked: 10 values"

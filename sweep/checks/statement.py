@@ -1,0 +1,158 @@
+"""What was found of one variable, or of the attributes, of an atlas: a line of the table that `verify` prints."""
+
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from sweep.checks.tally import Tally
+from sweep.errors import counted
+from sweep.model.description import CellCheck
+from sweep.model.quantity import Array, Truths
+from sweep.request.spec import SweepSpec
+
+
+@dataclass(frozen=True)
+class Statement:
+    """One variable or attribute of an atlas, and what it was held against.
+
+    Parameters
+    ----------
+    name : str
+        The variable, the attribute, or both joined by a colon.
+    against : str
+        What it was held against; where nothing was, the reason.
+    judged, wrong : int
+        Values that were held against something, and those of them that are wrong.
+    difference, allowed : float
+        Largest difference, as a multiple of what is allowed for it, and what is allowed there, in `units`; NaN where
+        values are words, or missing.
+    units : str
+    named : sequence of str
+        The first wrong values, in words.
+    """
+
+    name: str
+    against: str
+    judged: int = 0
+    wrong: int = 0
+    difference: float = math.nan
+    allowed: float = math.nan
+    units: str = "1"
+    named: list[str] | tuple[str, ...] = ()
+
+    @property
+    def checked(self) -> bool:
+        """Whether it was held against anything."""
+        return self.judged > 0
+
+
+def to_text(statements: Iterable[Statement]) -> str:
+    """Return statements as ASCII JSON, for an attribute; numbers that are not finite are null."""
+    rows = [
+        {
+            name: None if isinstance(value, float) and not math.isfinite(value) else value
+            for name, value in asdict(each).items()
+        }
+        for each in statements
+    ]
+    return json.dumps(rows, separators=(",", ":"), allow_nan=False)
+
+
+def from_text(text: str) -> tuple[Statement, ...]:
+    """Return the statements that `to_text` wrote."""
+    rows: list[dict[str, Any]] = json.loads(text)
+    for row in rows:
+        row |= {name: math.nan for name, value in row.items() if value is None}
+    return tuple(Statement(**row) for row in rows)
+
+
+class Checks:
+    """All checks of one variable.
+
+    Parameters
+    ----------
+    name, units : str
+
+    Attributes
+    ----------
+    tallies : dict of str to Tally
+        What the variable was held against, and what that found.
+    """
+
+    def __init__(self, name: str, units: str) -> None:
+        self._name, self._units, self.tallies = name, units, dict[str, Tally]()
+
+    def add(self, start: int, check: CellCheck, step: int = 1) -> Truths | None:
+        """Add a check of every k-th value from a flat index on, k = `step`; return which are wrong, None if none is."""
+        tally = self.tallies.setdefault(check.against, Tally(check.share))
+        if check.unknown is None:
+            tally.unknown += (step - 1) * check.difference.size
+        else:
+            tally.unknown += int(np.count_nonzero(check.unknown))
+        return tally.add(start, check.difference, check.allowed, check.judged, step=step)
+
+    def add_whole(self, against: str, apart: Array, allowed: Array | float) -> None:
+        """Add the check of all values of the variable, arrays of any shape."""
+        tally = self.tallies[against] = Tally()
+        tally.add(0, apart.reshape(-1), np.broadcast_to(allowed, apart.shape).reshape(-1))
+
+    def statement(self, in_words: Callable[[int], str]) -> Statement:
+        """Return the statement: its numbers are those of the worst check, a wrong one before all others.
+
+        Parameters
+        ----------
+        in_words : callable
+            The flat index of a value -> where that is.
+        """
+        checks = {against: each for against, each in self.tallies.items() if each.judged}
+        if not checks:
+            return Statement(self._name, "made by other code, which promised nothing of it")
+        worst = max(checks.values(), key=_severity)
+        wrong = max(
+            (each for each in checks.values() if each.fails), key=lambda each: each.beyond, default=None
+        )
+        against = "; ".join(_with_share(words, each) for words, each in checks.items())
+        if unknown := min(each.unknown for each in checks.values()):
+            against += f"; otherwise not checked: {counted(unknown, 'value')}"
+        return Statement(
+            self._name,
+            against,
+            judged=max(each.judged for each in checks.values()),
+            wrong=wrong.beyond if wrong else 0,
+            difference=worst.worst.difference if worst.worst else math.nan,
+            allowed=worst.worst.allowed if worst.worst else math.nan,
+            units=self._units,
+            named=[in_words(place) for place in wrong.first] if wrong else [],
+        )
+
+
+def _severity(tally: Tally) -> tuple[bool, bool, bool, float]:
+    """Return by what checks are ordered: one with a size of the difference says more than one without."""
+    ratio = tally.worst.ratio if tally.worst else -1.0
+    return tally.fails, not tally.share, math.isfinite(ratio), ratio
+
+
+def _with_share(against: str, tally: Tally) -> str:
+    """Return what a variable was held against, with the share of cells that are beyond it where some may be."""
+    if not tally.share:
+        return against
+    found, allowed = 100.0 * tally.beyond / tally.judged, 100.0 * tally.share
+    return f"{against} ({found:.2g} % of cells beyond it, {allowed:g} % allowed)"
+
+
+def cell_in_words(spec: SweepSpec, place: int) -> str:
+    """Return the coordinates of a cell, given by its flat index."""
+    return row_in_words(spec, dict(zip(spec.axes, np.unravel_index(place, spec.shape), strict=True)))
+
+
+def row_in_words(spec: SweepSpec, places: Mapping[str, np.intp]) -> str:
+    """Return the coordinates of a row or a cell, given by its places along some axes."""
+    words = [
+        f"{name} {spec.quantities[name].spell(getattr(spec, name).at(place))}"
+        for name, place in places.items()
+    ]
+    return ", ".join(words) or "the one cell"
