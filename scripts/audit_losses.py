@@ -19,7 +19,7 @@ import itertools
 import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -198,13 +198,19 @@ def laws_of_variants() -> dict[str, tuple[str, tuple[str, ...]]]:
     return found
 
 
-def audit_variants(count: int, rng: np.random.Generator, cells: int = 60, slack: float = 1.0) -> Audit:
-    """Some variants chosen at random, each with random mixtures of its own laws.
+def audit_variants(
+    count: int,
+    rng: np.random.Generator,
+    cells: int = 60,
+    slack: float = 1.0,
+    names: Sequence[str] | None = None,
+) -> Audit:
+    """Some variants, chosen at random if not named, each with random mixtures of its own laws.
 
     Many of these cells lose nothing, and after hundreds of nutations their state at the end is less well known.
     """
     audit, laws = Audit(), laws_of_variants()
-    for name in map(str, rng.choice(sorted(laws), min(count, len(laws)), replace=False)):
+    for name in names or map(str, rng.choice(sorted(laws), min(count, len(laws)), replace=False)):
         air, missing = laws[name]
         given = lossy_cells.without(lossy_cells.random_cells(3 * cells, rng)[air], missing)
         broken = len(audit.broken)

@@ -1,12 +1,15 @@
 """How the tests call the kernels that integrate the disk with losses: starts in, named results out."""
 
+import contextlib
 from types import SimpleNamespace
+from unittest import mock
 
 import numpy as np
 
 from kernels.lossy_disk.arrays import COUNTS, FRICTION, LOSSES, MEASURES, SAMPLES, SETTINGS
 from kernels.native import workers
 from sweep.model.kernel import Kernel
+from sweep.model.lossy_disk.model import LossyDisk
 
 FLAT_TILT = np.deg2rad(89.9)
 
@@ -42,6 +45,17 @@ def run(starts, *, air="none", variant="", threads=None, **settings):
     finally:
         workers.use(None)
     return SimpleNamespace(**dict(zip((*MEASURES, *COUNTS), (*measures, *counts), strict=True)))
+
+
+@contextlib.contextmanager
+def general_kernels():
+    """Integrate specs by the kernels with all laws: each set of laws has its own, which takes seconds to compile."""
+
+    def integrator(self, spec):
+        return Kernel("kernels.lossy_disk.integrate", WITH_ALL_LAWS[spec.air_law])
+
+    with mock.patch.object(LossyDisk, "integrator", integrator):
+        yield
 
 
 def bits(results, cells=slice(None)):

@@ -1,5 +1,6 @@
 """The map of losses: hues are the largest losses, their strength and the lines are the times that are stored."""
 
+import lossy_runner
 import matplotlib
 import numpy as np
 import pytest
@@ -17,6 +18,13 @@ SPEC = sweep.SweepSpec.preset(
     "toy", contour_friction="0.3um:30um:12:log", tilt="50deg:89deg:10", precession_rate="wobble",
     rolling_friction="15um", criterion="departure:5deg", title="Which loss",
 )  # fmt: skip
+
+
+@pytest.fixture(scope="module", autouse=True)
+def general():
+    """Compile no kernel for the laws of this file alone."""
+    with lossy_runner.general_kernels():
+        yield
 
 
 @pytest.fixture(scope="module")

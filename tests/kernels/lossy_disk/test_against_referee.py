@@ -36,9 +36,11 @@ def test_fresh_breaches_are_those_of_the_referee(rng):
     assert audit.fine, "\n".join(audit.broken)
 
 
-def test_fresh_variants_integrate_their_laws(rng):
-    """Two of the kernels each time, with cells that have no other laws than theirs."""
-    audit = audit_losses.audit_variants(2, rng, cells=30, slack=100.0)
+def test_fresh_variants_integrate_their_laws(rng, request):
+    """Two of the kernels, by day those that other tests need, with cells that have no other laws than theirs."""
+    by_day = ["integrate_bare_rolling_pivoting", "integrate_dry_bildsten_slipping"]
+    names = None if request.config.option.seed else by_day
+    audit = audit_losses.audit_variants(2, rng, cells=30, slack=100.0, names=names)
     assert audit.fine, "\n".join(audit.broken)
     assert audit.cells == 60
 
@@ -68,10 +70,10 @@ def test_a_contact_that_only_just_slips_does_so(rng):
 
 def test_motions_that_pass_a_maximum_of_their_potential_state_how_late_they_may_be(rng):
     """Ever longer each time, the less energy they have there; most lose nothing or little."""
-    audit = audit_losses.audit_passes(90, rng, slack=100.0)
+    audit = audit_losses.audit_passes(60, rng, slack=100.0)
     assert not audit.broken, "\n".join(audit.broken)
     # about two of ninety, and by chance five and more
-    assert audit.left_out <= 10
+    assert audit.left_out <= 8
     assert audit.unresolved <= 2
 
 

@@ -187,13 +187,13 @@ def test_without_losses_the_extremes_are_those_of_the_disk():
 def test_a_criterion_changes_nothing_but_when_it_was_broken():
     """An atlas is judged by another criterion without a new integration."""
     for limit in [0.1, 0.7]:
-        given = cells(200, 10)
+        given = cells(100, 10)
         found, judged = lossy_runner.run(given), lossy_runner.run(given, limited=1.0, limit=limit)
         truth = referee.run(given, duration=30.0, flat_tilt=lossy_runner.FLAT_TILT, limit=limit)
         same = truth.ending == judged.ending
         assert same.mean() > 0.98, limit
         broken = same & np.isfinite(judged.breach_time)
-        assert broken.sum() > 50, limit
+        assert broken.sum() > 25, limit
         assert np.array_equal(np.isfinite(truth.breach_time)[same], np.isfinite(judged.breach_time)[same]), (
             limit
         )
@@ -230,10 +230,10 @@ def test_a_law_that_a_cell_lacks_changes_it_by_less_than_its_errors():
 
 
 def test_stated_errors(rng):
-    """Against the referee, of fresh mixtures: of about 200 cells at most two are beyond, and every one is resolved."""
+    """Against the referee, of fresh mixtures: of about 100 cells at most two are beyond, and every one is resolved."""
     for case in itertools.product(lossy_runner.AIR_LAWS, [lossy_cells.KINDS, ("nearly upright", "slow")]):
         air, kinds = case
-        given = lossy_cells.random_cells(600, rng, kinds)[air]
+        given = lossy_cells.random_cells(300, rng, kinds)[air]
         found = lossy_runner.run(given, air=air)
         sharp, truth = (
             referee.run(given, air=air, duration=30.0, flat_tilt=lossy_runner.FLAT_TILT, rtol=rtol)
@@ -375,7 +375,7 @@ def test_what_comes_behind_the_end_breaks_no_criterion():
 
 def test_falls_are_resolved_with_any_tolerance(rng):
     """Where a step of a coarse tolerance leads through flat, the cell begins again with shorter ones."""
-    for name in ["", "integrate_pivoting", "integrate_bare"]:
+    for name in ["", "integrate_bare_rolling_pivoting", "integrate_bare"]:
         seed, n = int(rng.integers(2**31)), 2000
         rng = np.random.default_rng(seed)
         starts = referee.starts(
