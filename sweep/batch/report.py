@@ -1,14 +1,12 @@
 """The closing report of a batch: a table for people, JSON for programs, JUnit XML for a CI server."""
 
-import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
-from xml.etree import ElementTree
 
-from sweep.batch.night import KEPT, REFUSED, Outcome
+from sweep.batch.execution import KEPT, REFUSED, Outcome, in_one_line
 from sweep.batch.sweeps import Sweep
-from sweep.checks.comparison_report import what
-from sweep.errors import are, counted, printable
+from sweep.checks.junit import Case, to_xml
+from sweep.errors import counted
 from sweep.progress.timetable import duration
 
 #: Why a sweep has no outcome.
@@ -17,18 +15,12 @@ _NOT_FINISHED = "not finished: the batch has not come to it, or was interrupted.
 _HEAD = ("sweep", "cells", "not computed", "verified", "reference", "time")
 
 
-def in_words(outcomes: Sequence[Outcome], most: float) -> str:
+def in_words(outcomes: Sequence[Outcome]) -> str:
     """Return a table with a line for each sweep, the problems in sentences, and a last line with the sum.
 
     Why a sweep was refused is told before a batch begins, and not here.
-
-    Parameters
-    ----------
-    outcomes : sequence of Outcome
-    most : float
-        Per cent of the cells of a sweep that may be unresolved or invalid.
     """
-    rows = [_HEAD, *(_row(each, most) for each in outcomes)]
+    rows = [_HEAD, *map(_row, outcomes)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = [
         "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows
@@ -37,31 +29,43 @@ def in_words(outcomes: Sequence[Outcome], most: float) -> str:
         f"{each.sweep.label}: {text}"
         for each in outcomes
         if each.state != REFUSED
-        for text in problems_of(each, most).values()
+        for text in each.problems.values()
     ]
-    bad = sum(not each.is_fine(most) for each in outcomes)
+    bad, count = sum(bool(each.problems) for each in outcomes), len(outcomes)
+    fine = f"all {count} sweeps are as they should be" if count != 1 else "the one sweep is as it should be"
+    if bad:
+        fine = f"NOT as it should be: {counted(bad, 'sweep', count)}"
     total = duration(sum(sum(each.seconds.values()) for each in outcomes))
-    count = len(outcomes)
-    fine = (
-        f"NOT as it should be: {counted(bad, 'sweep', count)}"
-        if bad
-        else "the one sweep is as it should be"
-        if count == 1
-        else f"all {count} sweeps are as they should be"
-    )
     return "\n".join([*lines, *([""] if problems else []), *problems, "", f"{fine}, {total}"])
 
 
-def to_json(outcomes: Sequence[Outcome], most: float) -> dict[str, Any]:
+def _row(found: Outcome) -> tuple[str, ...]:
+    verified, compared = ("failed" if step in found.problems else "-" for step in ("verify", "compare"))
+    if found.findings is not None:
+        verified = "yes" if found.findings.passed else "WRONG"
+    if found.comparison is not None:
+        compared = in_one_line(found.comparison)
+    return (
+        found.sweep.label,
+        "-" if found.sweep.spec is None else str(found.sweep.spec.size),
+        (found.state if found.failures is None else str(found.failures.total))
+        + " (kept)" * (found.state == KEPT),
+        verified,
+        compared,
+        duration(sum(found.seconds.values())),
+    )
+
+
+def to_json(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """Return all that the table says, and the whole comparisons, as plain values."""
     return {
-        "fine": all(each.is_fine(most) for each in outcomes),
+        "fine": not any(each.problems for each in outcomes),
         "sweeps": [
             {
                 "name": each.sweep.label,
                 "source": each.sweep.source,
                 "file": str(each.path) if each.sweep.name else None,
-                "fine": each.is_fine(most),
+                "fine": not each.problems,
                 "state": each.state,
                 "cells": None if each.sweep.spec is None else each.sweep.spec.size,
                 "not_computed": None if each.failures is None else each.failures.total,
@@ -76,101 +80,16 @@ def to_json(outcomes: Sequence[Outcome], most: float) -> dict[str, Any]:
     }
 
 
-def to_junit(outcomes: Sequence[Outcome], most: float, waiting: Sequence[Sweep] = ()) -> str:
-    """Return JUnit XML: a suite for each sweep, a test for each of its steps, with the time that each took.
-
-    Parameters
-    ----------
-    outcomes, most
-        As in `in_words`.
-    waiting : sequence of Sweep
-        Those that are not finished: an error each.
-    """
-    root = ElementTree.Element("testsuites")
-    for each in outcomes:
-        failed = problems_of(each, most)
-        steps = each.seconds or {"run": 0.0}
-        _suite(root, each.sweep.label, steps, {step: ("failure", text) for step, text in failed.items()})
-    for sweep in waiting:
-        _suite(root, sweep.label, {"run": 0.0}, {"run": ("error", _NOT_FINISHED)})
-    for count in ("tests", "failures", "errors"):
-        root.set(count, str(sum(int(suite.get(count, "0")) for suite in root)))
-    root.set("time", f"{sum(sum(each.seconds.values()) for each in outcomes):.3f}")
-    ElementTree.indent(root)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
-
-
-def _suite(
-    root: ElementTree.Element, label: str, steps: Mapping[str, float], wrong: Mapping[str, tuple[str, str]]
-) -> None:
-    """Add the suite of a sweep: step -> seconds, and step -> the kind of what is wrong, and the reason."""
-    name, kinds = printable(label), [kind for kind, _ in wrong.values()]
-    counts = {
-        "tests": str(len(steps)),
-        "failures": str(kinds.count("failure")),
-        "errors": str(kinds.count("error")),
-        "time": f"{sum(steps.values()):.3f}",
-    }
-    suite = ElementTree.SubElement(root, "testsuite", {"name": name, **counts})
-    for step, seconds in steps.items():
-        case = ElementTree.SubElement(
-            suite, "testcase", {"classname": name, "name": step, "time": f"{seconds:.3f}"}
+def to_junit(outcomes: Sequence[Outcome], waiting: Sequence[Sweep] = ()) -> str:
+    """Return JUnit XML: a suite for each sweep, a test for each of its steps; those that are `waiting` are errors."""
+    suites = [
+        (
+            each.sweep.label,
+            [
+                Case(step, seconds, each.problems.get(step, ""))
+                for step, seconds in (each.seconds or {"run": 0.0}).items()
+            ],
         )
-        if step in wrong:
-            kind, text = wrong[step][0], printable(wrong[step][1])
-            ElementTree.SubElement(case, kind, {"message": text}).text = text
-
-
-def _row(found: Outcome, most: float) -> tuple[str, ...]:
-    size = "-" if found.sweep.spec is None else str(found.sweep.spec.size)
-    undone = "-" if found.failures is None else str(found.failures.total)
-    if found.failures is None:
-        undone = found.state
-    return (
-        found.sweep.label,
-        size,
-        undone + " (kept)" * (found.state == KEPT),
-        _verified(found),
-        _compared(found),
-        duration(sum(found.seconds.values())),
-    )
-
-
-def _verified(found: Outcome) -> str:
-    if found.findings is None:
-        return "failed" if "verify" in found.problems else "-"
-    return "yes" if found.findings.passed else "WRONG"
-
-
-def _compared(found: Outcome) -> str:
-    if found.comparison is None:
-        return "failed" if "compare" in found.problems else "-"
-    names = [each.name for each in found.comparison.findings if each.different]
-    if not names:
-        return found.comparison.outcome
-    return f"DIFFERENT in {names[0]}" + (f" and {len(names) - 1} more" if len(names) > 1 else "")
-
-
-def problems_of(found: Outcome, most: float) -> dict[str, str]:
-    """Return the steps of a sweep that are not as they should be, and why; `most` as in `in_words`."""
-    return dict(_problems(found, most))
-
-
-def _problems(found: Outcome, most: float) -> Iterator[tuple[str, str]]:
-    yield from found.problems.items()
-    if found.failures is not None and found.too_many_failed(most):
-        yield "run", "; ".join(line.strip() for line in found.failures.describe())
-    if found.findings is not None and not found.findings.passed:
-        wrong = [each.name for each in found.findings.wrong]
-        apart, missing = found.findings.disagreeing, found.findings.missing
-        disagree = f"{counted(apart, 'cell')} {are(apart, 'disagrees', 'disagree')} with the exact reduction"
-        named = f"; wrong: {', '.join(wrong[:6])}" if wrong else ""
-        command = shlex.join(["eulerdisk", "verify", str(found.path)])
-        yield (
-            "verify",
-            f"{disagree}, {missing} {are(missing, 'lacks', 'lack')} a value{named}. More is said by: {command}",
-        )
-    if found.comparison is not None and not found.comparison.same:
-        worst = next(each for each in found.comparison.findings if each.different)
-        command = shlex.join(["eulerdisk", "compare", str(found.path), str(found.trusted)])
-        yield "compare", f"{_compared(found)}: {what(worst)}. More is said by: {command}"
+        for each in outcomes
+    ]
+    return to_xml([*suites, *((each.label, [Case("run", 0.0, _NOT_FINISHED, "error")]) for each in waiting)])

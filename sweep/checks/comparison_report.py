@@ -1,10 +1,10 @@
 """The report of a comparison: in words for a person, in JUnit XML for a CI server."""
 
 from collections.abc import Iterator
-from xml.etree import ElementTree
 
 from sweep.checks.compare import Comparison
 from sweep.checks.finding import Finding
+from sweep.checks.junit import Case, to_xml
 from sweep.errors import are, counted, printable
 
 #: Characters of an attribute that the words show; the JSON has all.
@@ -31,22 +31,12 @@ def to_junit(comparison: Comparison, name: str, seconds: float = 0.0) -> str:
     seconds : float
         How long the comparison took. The variables are read and judged together, and bear equal shares of it.
     """
-    name = printable(name)
-    failed = [finding for finding in comparison.findings if finding.different]
-    tests = len(comparison.findings)
-    counts = {"tests": str(tests), "failures": str(len(failed)), "errors": "0", "time": f"{seconds:.3f}"}
-    share = f"{seconds / tests if tests else 0.0:.4f}"
-    root = ElementTree.Element("testsuites", counts)
-    suite = ElementTree.SubElement(root, "testsuite", {"name": name, **counts})
-    for finding in comparison.findings:
-        case = ElementTree.SubElement(
-            suite, "testcase", {"classname": name, "name": finding.name, "time": share}
-        )
-        if finding.different:
-            text = what(finding)
-            ElementTree.SubElement(case, "failure", {"message": text}).text = "\n".join(_lines(finding))
-    ElementTree.indent(root)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+    share = seconds / max(len(comparison.findings), 1)
+    cases = [
+        Case(each.name, share, what(each) if each.different else "", details="\n".join(_lines(each)))
+        for each in comparison.findings
+    ]
+    return to_xml([(name, cases)])
 
 
 def _outcome(comparison: Comparison) -> str:

@@ -12,7 +12,6 @@ from sweep.errors import RequestError, counted
 from sweep.progress.display import showing
 
 if TYPE_CHECKING:
-    from sweep.batch.night import Outcome
     from sweep.batch.sweeps import Sweep
 
 
@@ -54,32 +53,55 @@ def batch(
     What fails in one sweep stops no other. The same command goes on where it was cut off: atlases that are finished
     are kept. Exit status: 0 all is as it should be, 1 something is not, 2 nothing could be begun.
     """
+    import json
+
+    from sweep.batch.execution import FAILED, REFUSED, Outcome, Wishes, carry_out
+    from sweep.batch.report import in_words, to_json, to_junit
     from sweep.batch.sweeps import read_sweeps
+    from sweep.engine.compute import usable_threads
+    from sweep.files.publish import published
 
     sweeps = read_sweeps(specs)
     _check_folders(output, reference)
-    _check_threads(threads)
+    usable_threads(threads)
     if junit is not None:
         _check_report(junit, sweeps, output, reference)
-    refused = [each for each in sweeps if each.spec is None]
-    for each in refused:
-        say(f"left out: {each.problem}")
-    nothing = len(refused) == len(sweeps)
+    for each in sweeps:
+        if each.spec is None:
+            say(f"left out: {each.problem}")
+    nothing = all(each.spec is None for each in sweeps)
     if nothing and not as_json and junit is None:
         raise typer.Exit(2)
     if not nothing or (junit is not None and _is_in(junit, output)):
         _make_folder(output)
-    outcomes = _carry_out(sweeps, output, verify, reference, overwrite, threads, max_failed, junit, quiet)
-    if as_json or not nothing:
-        _report(outcomes, max_failed, as_json)
-    if not all(each.is_fine(max_failed) for each in outcomes):
+    outcomes: list[Outcome] = []
+
+    def write_junit() -> None:
+        if junit is not None:
+            with published(junit) as unfinished:
+                unfinished.write_text(to_junit(outcomes, sweeps[len(outcomes) :]), encoding="utf-8")
+
+    wishes = Wishes(output, verify, reference, overwrite, threads, max_failed)
+    # a server that reads the file alone does not take an older one for that of a batch that was killed
+    write_junit()
+    try:
+        with stoppable() as stopping, showing(quiet=quiet) as progress:
+            for found in carry_out(sweeps, wishes, show=progress, say=say, stopping=stopping):
+                outcomes.append(found)
+                if quiet or found.state == REFUSED:
+                    continue
+                wrong = found.problems if found.state != FAILED else {}
+                but = f", NOT as it should be ({' and '.join(wrong)})" if wrong else ""
+                done = counted(len(outcomes), "sweep", len(sweeps))
+                say(f"{found.sweep.label}: {found.state}{but}, {done} done")
+    finally:
+        write_junit()
+    if as_json:
+        show(json.dumps(to_json(outcomes), indent=1, allow_nan=False))
+    elif not nothing:
+        show(in_words(outcomes))
+    if any(each.problems for each in outcomes):
         raise typer.Exit(2 if nothing else 1)
-
-
-def _check_threads(threads: int | None) -> None:
-    from sweep.engine.compute import usable_threads
-
-    usable_threads(threads)
 
 
 def _check_report(junit: Path, sweeps: "list[Sweep]", output: Path, reference: Path | None) -> None:
@@ -115,50 +137,6 @@ def _make_folder(output: Path) -> None:
         ) from problem
 
 
-def _carry_out(
-    sweeps: "list[Sweep]",
-    output: Path,
-    verify: bool,
-    reference: Path | None,
-    overwrite: bool,
-    threads: int | None,
-    most: float,
-    junit: Path | None,
-    quiet: bool,
-) -> "list[Outcome]":
-    from sweep.batch.night import FAILED, REFUSED, Wishes, carry_out
-    from sweep.batch.report import problems_of
-
-    wishes = Wishes(output, verify, reference, overwrite, threads)
-    outcomes: list[Outcome] = []
-    # a server that reads the file alone does not take an older one for that of a batch that was killed
-    _write_junit(junit, [], most, sweeps)
-    try:
-        with stoppable() as stopping, showing(quiet=quiet) as progress:
-            for found in carry_out(sweeps, wishes, show=progress, say=say, stopping=stopping):
-                outcomes.append(found)
-                if quiet or found.state == REFUSED:
-                    continue
-                wrong = problems_of(found, most) if found.state != FAILED else {}
-                but = f", NOT as it should be ({' and '.join(wrong)})" if wrong else ""
-                say(
-                    f"{found.sweep.label}: {found.state}{but}, {counted(len(outcomes), 'sweep', len(sweeps))} done"
-                )
-    finally:
-        _write_junit(junit, outcomes, most, sweeps[len(outcomes) :])
-    return outcomes
-
-
-def _write_junit(path: Path | None, outcomes: "list[Outcome]", most: float, waiting: "list[Sweep]") -> None:
-    if path is None:
-        return
-    from sweep.batch.report import to_junit
-    from sweep.files.publish import published
-
-    with published(path) as unfinished:
-        unfinished.write_text(to_junit(outcomes, most, waiting), encoding="utf-8")
-
-
 def _check_folders(output: Path, reference: Path | None) -> None:
     if os.path.exists(output) and not os.path.isdir(output):
         raise RequestError(
@@ -178,15 +156,3 @@ def _check_folders(output: Path, reference: Path | None) -> None:
             "Name another folder for one of them.",
             f"--reference {reference}",
         )
-
-
-def _report(outcomes: "list[Outcome]", most: float, as_json: bool) -> None:
-    import json
-
-    from sweep.batch.report import in_words, to_json
-
-    show(
-        json.dumps(to_json(outcomes, most), indent=1, allow_nan=False)
-        if as_json
-        else in_words(outcomes, most)
-    )

@@ -12,7 +12,7 @@ import typer
 import xarray as xr
 
 import sweep
-from sweep.batch import night
+from sweep.batch import execution
 from sweep.batch.sweeps import read_sweeps
 from sweep.errors import StoppedError
 
@@ -90,12 +90,15 @@ def test_a_stop_ends_the_batch_and_keeps_what_is_finished(batch, tmp_path):
     """Between two sweeps as within one; the next call goes on."""
     (tmp_path / "tonight").mkdir()
     sweeps, done = read_sweeps(["two.toml"]), []
-    wishes = night.Wishes(tmp_path / "tonight")
+    wishes = execution.Wishes(tmp_path / "tonight")
     with pytest.raises(StoppedError, match="1 of 2 sweeps is finished"):
         done.extend(
-            night.carry_out(sweeps, wishes, stopping=lambda: (tmp_path / "tonight" / "disk.nc").exists())
+            execution.carry_out(sweeps, wishes, stopping=lambda: (tmp_path / "tonight" / "disk.nc").exists())
         )
-    assert [each.state for each in night.carry_out(sweeps, wishes)] == [night.KEPT, night.COMPUTED]
+    assert [each.state for each in execution.carry_out(sweeps, wishes)] == [
+        execution.KEPT,
+        execution.COMPUTED,
+    ]
 
 
 def test_every_step_tells_its_own_progress(batch, tmp_path):
@@ -104,8 +107,8 @@ def test_every_step_tells_its_own_progress(batch, tmp_path):
     shutil.copytree(tmp_path / "tonight", tmp_path / "trusted")
     heard, folder = [], tmp_path / "again"
     folder.mkdir()
-    wishes = night.Wishes(folder, verify=True, reference=tmp_path / "trusted")
-    list(night.carry_out(read_sweeps(["two.toml"]), wishes, show=heard.append))
+    wishes = execution.Wishes(folder, verify=True, reference=tmp_path / "trusted")
+    list(execution.carry_out(read_sweeps(["two.toml"]), wishes, show=heard.append))
     stages = [each.stage for each in heard]
     first = [heard[stages.index(name)] for name in ("preparing", "verify", "compare")]
     assert [(each.size, each.seconds) for each in first] == [(0, None)] * 3
@@ -120,7 +123,7 @@ def test_what_fails_in_one_sweep_stops_no_other(batch, spec_file, monkeypatch, t
     spec_file("rol_rate = 3\n", "bad.toml")
     spec_file('roll_rate = 3\ntilt = "1deg"\n', "defect.toml")
     spec_file('roll_rate = 3\ntilt = "2deg"\n', "memory.toml")
-    run = night.run_to_file
+    run = execution.run_to_file
 
     def failing(spec, path, **rest):
         errors = {"defect.nc": ValueError("odd"), "memory.nc": MemoryError()}
@@ -128,7 +131,7 @@ def test_what_fails_in_one_sweep_stops_no_other(batch, spec_file, monkeypatch, t
             raise errors[path.name]
         return run(spec, path, **rest)
 
-    monkeypatch.setattr(night, "run_to_file", failing)
+    monkeypatch.setattr(execution, "run_to_file", failing)
     status, out, err = batch("--verify", specs="bad.toml defect.toml memory.toml two.toml")
     assert status == 1
     # what is wrong in a spec is told once, at the beginning
@@ -252,7 +255,7 @@ def test_a_batch_in_which_all_is_refused_is_reported(command, spec_file, tmp_pat
 def test_a_report_of_a_batch_that_was_cut_off_says_so(batch, tmp_path, monkeypatch):
     """From its begin the file has an error for each sweep; a batch that is interrupted leaves those not finished."""
     (tmp_path / "found.xml").write_text("<testsuites/>")
-    run, seen = night.run_to_file, []
+    run, seen = execution.run_to_file, []
 
     def interrupted(spec, path, **rest):
         seen.append(ElementTree.parse(tmp_path / "found.xml").getroot().get("errors"))
@@ -267,7 +270,7 @@ def test_a_report_of_a_batch_that_was_cut_off_says_so(batch, tmp_path, monkeypat
         except StoppedError:
             raise typer.Exit(status) from None
 
-    monkeypatch.setattr(night, "run_to_file", interrupted)
+    monkeypatch.setattr(execution, "run_to_file", interrupted)
     monkeypatch.setattr("sweep.commands.batch.stoppable", lambda: stopping(130))
     assert batch("--junit found.xml")[0] == 130
     assert seen == ["2", "2"]

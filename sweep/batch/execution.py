@@ -1,4 +1,4 @@
-"""A batch from its sweeps to its outcomes: each is computed, verified and compared, whatever became of the others."""
+"""A batch from its sweeps to its outcomes: each is computed, verified and compared, however the others end."""
 
 import os
 import shlex
@@ -12,6 +12,7 @@ from pathlib import Path
 from sweep.batch.sweeps import Sweep
 from sweep.checks.alignment import OtherGridError
 from sweep.checks.compare import Comparison, compare
+from sweep.checks.comparison_report import what
 from sweep.checks.verify import Findings, findings_of
 from sweep.engine.compute import arithmetic_hash
 from sweep.errors import RequestError, StoppedError, are, counted
@@ -43,10 +44,8 @@ class Outcome:
         The audit, if it was asked for.
     comparison : Comparison or None
         With the trusted atlas, if it was asked for.
-    trusted : Path or None
-        The trusted atlas.
     problems : dict of str to str
-        Step (``run``, ``verify``, ``compare``) -> why it could not be done.
+        Step (``run``, ``verify``, ``compare``) -> what is not as it should be.
     seconds : dict of str to float
         Step -> how long it took.
     """
@@ -57,26 +56,13 @@ class Outcome:
     failures: Failures | None = None
     findings: Findings | None = None
     comparison: Comparison | None = None
-    trusted: Path | None = None
     problems: dict[str, str] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
-
-    def too_many_failed(self, most: float) -> bool:
-        """Return whether more than `most` per cent of the cells could not be computed."""
-        return self.failures is not None and 100.0 * self.failures.total > most * self.failures.spec.size
-
-    def is_fine(self, most: float) -> bool:
-        """Return whether all that was asked for was done and found right; `most` as in `too_many_failed`."""
-        checks = (
-            self.findings is None or self.findings.passed,
-            self.comparison is None or self.comparison.same,
-        )
-        return not self.problems and all(checks) and not self.too_many_failed(most)
 
 
 @dataclass(frozen=True)
 class Wishes:
-    """What is to be done with every sweep.
+    """What is asked of every sweep.
 
     Parameters
     ----------
@@ -90,6 +76,8 @@ class Wishes:
         Whether an atlas that another spec or other code has made is replaced.
     threads : int, optional
         Threads to use; all if not given.
+    max_failed : float
+        Per cent of the cells of a sweep that may be unresolved or invalid.
     """
 
     folder: Path
@@ -97,6 +85,7 @@ class Wishes:
     reference: Path | None = None
     overwrite: bool = False
     threads: int | None = None
+    max_failed: float = 1.0
 
 
 def carry_out(
@@ -125,71 +114,98 @@ def carry_out(
         if stopping():
             raise StoppedError(f"{counted(number, 'sweep', len(sweeps))} {are(number)} finished")
         show(Status("preparing", 0, 0, None))
-        path = wishes.folder / f"{sweep.name}.nc"
-        found = Outcome(sweep, path)
+        found = Outcome(sweep, wishes.folder / f"{sweep.name}.nc")
         if sweep.spec is None:
             found.state, found.problems["run"] = REFUSED, sweep.problem
             yield found
             continue
         with _step(found, "run", say):
-            other = _other_maker(path, sweep.spec)
-            if other == "":
-                found.failures, found.state = Failures.in_file(path, sweep.spec), KEPT
-            elif other and not wishes.overwrite:
-                raise RequestError(
-                    f"Nothing is written, because the atlas that is there was made {other}; what is finished is not "
-                    "replaced by accident.",
-                    hint="To replace it, add --overwrite; to keep it, name another folder.",
-                    where=str(path),
-                )
-            else:
-                found.failures = run_to_file(
-                    sweep.spec,
-                    path,
-                    overwrite=wishes.overwrite,
-                    threads=wishes.threads,
-                    command=_command(sweep, path),
-                    progress=show,
-                    say=say,
-                    stopping=stopping,
-                )
-                found.state = COMPUTED
-        if "run" not in found.problems:
-            _check(found, wishes, show, say)
+            _compute(found, sweep.spec, wishes, show, say, stopping)
+        if wishes.verify and found.state != FAILED:
+            with _step(found, "verify", say):
+                _verify(found, _of_step("verify", show))
+        if wishes.reference is not None and found.state != FAILED:
+            with _step(found, "compare", say):
+                _compare(found, wishes.reference / found.path.name, _of_step("compare", show))
         yield found
 
 
-def _check(found: Outcome, wishes: Wishes, show: Show, say: Say) -> None:
-    if wishes.verify:
-        with _step(found, "verify", say), opened(found.path, indexed=False) as atlas:
-            found.findings = findings_of(atlas, show=_of_step("verify", show))
-    if wishes.reference is not None:
-        found.trusted = wishes.reference / found.path.name
-        with _step(found, "compare", say):
-            found.comparison = _compared(found.path, found.trusted, _of_step("compare", show))
+def _compute(
+    found: Outcome, spec: SweepSpec, wishes: Wishes, show: Show, say: Say, stopping: Stopping
+) -> None:
+    other = _other_maker(found.path, spec)
+    if other == "":
+        found.failures, found.state = Failures.in_file(found.path, spec), KEPT
+    elif other and not wishes.overwrite:
+        raise RequestError(
+            f"Nothing is written, because the atlas that is there was made {other}; what is finished is not replaced "
+            "by accident.",
+            hint="To replace it, add --overwrite; to keep it, name another folder.",
+            where=str(found.path),
+        )
+    else:
+        found.failures = run_to_file(
+            spec,
+            found.path,
+            overwrite=wishes.overwrite,
+            threads=wishes.threads,
+            command=_command(found.sweep, found.path),
+            progress=show,
+            say=say,
+            stopping=stopping,
+        )
+        found.state = COMPUTED
+    if 100.0 * found.failures.total > wishes.max_failed * spec.size:
+        found.problems["run"] = "; ".join(line.strip() for line in found.failures.describe())
+
+
+def _verify(found: Outcome, show: Show) -> None:
+    with opened(found.path, indexed=False) as atlas:
+        found.findings = audit = findings_of(atlas, show=show)
+    if not audit.passed:
+        disagree = are(audit.disagreeing, "disagrees", "disagree")
+        wrong = f"; wrong: {', '.join(each.name for each in audit.wrong[:6])}" if audit.wrong else ""
+        found.problems["verify"] = (
+            f"{counted(audit.disagreeing, 'cell')} {disagree} with the exact reduction, "
+            f"{audit.missing} {are(audit.missing, 'lacks', 'lack')} a value{wrong}. "
+            f"More is said by: {shlex.join(['eulerdisk', 'verify', str(found.path)])}"
+        )
+
+
+def _compare(found: Outcome, trusted: Path, show: Show) -> None:
+    if not os.path.lexists(trusted):
+        raise RequestError(
+            "There is no such file: the trusted atlas of this sweep is missing.",
+            hint="When eulerdisk verify has found the new one right, make it the trusted one: "
+            f"{shlex.join(['cp', str(found.path), str(trusted)])}",
+            where=str(trusted),
+        )
+    with opened(found.path, indexed=False) as new, opened(trusted, indexed=False) as reference:
+        try:
+            found.comparison = compare(new, reference, progress=show)
+        except OtherGridError as error:
+            # a batch compares whole atlases
+            hint = "Take back the change of the spec, or replace the trusted atlas by a verified one of this spec."
+            raise RequestError(error.message, hint, str(trusted)) from None
+    if not found.comparison.same:
+        worst = next(each for each in found.comparison.findings if each.different)
+        command = shlex.join(["eulerdisk", "compare", str(found.path), str(trusted)])
+        found.problems["compare"] = (
+            f"{in_one_line(found.comparison)}: {what(worst)}. More is said by: {command}"
+        )
+
+
+def in_one_line(comparison: Comparison) -> str:
+    """Return the outcome of a comparison in some words."""
+    names = [each.name for each in comparison.findings if each.different]
+    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    return f"DIFFERENT in {names[0]}{more}" if names else comparison.outcome
 
 
 def _of_step(step: str, show: Show) -> Show:
     """Return what shows how far a step is; each begins anew, so that no time of the step before is shown for it."""
     show(Status(step, 0, 0, None))
     return lambda status: show(replace(status, stage=f"{step}: {status.stage}"))
-
-
-def _compared(path: Path, trusted: Path, show: Show) -> Comparison:
-    if not os.path.lexists(trusted):
-        raise RequestError(
-            "There is no such file: the trusted atlas of this sweep is missing.",
-            hint="When eulerdisk verify has found the new one right, make it the trusted one: "
-            f"{shlex.join(['cp', str(path), str(trusted)])}",
-            where=str(trusted),
-        )
-    with opened(path, indexed=False) as new, opened(trusted, indexed=False) as reference:
-        try:
-            return compare(new, reference, progress=show)
-        except OtherGridError as error:
-            # a batch compares whole atlases
-            hint = "Take back the change of the spec, or replace the trusted atlas by a verified one of this spec."
-            raise RequestError(error.message, hint, str(trusted)) from None
 
 
 @contextmanager
