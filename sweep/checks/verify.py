@@ -1,7 +1,6 @@
 """Hold all that an atlas states against what it follows from: its spec, and the reference of its model."""
 
-from collections.abc import Generator, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Generator, Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -21,9 +20,10 @@ from sweep.atlas.row_edges import legal
 from sweep.atlas.selection import require_atlas, settled
 from sweep.checks.alignment import coordinate_tallies
 from sweep.checks.attribute_audit import attribute_statements
-from sweep.checks.audit_summary import AuditSummary
 from sweep.checks.boundary_audit import boundary_statements
 from sweep.checks.cell_audit import STEPS, AuditedBlock, CellAudit, stride_of
+from sweep.checks.findings import AuditSummary
+from sweep.checks.findings import Findings as Findings
 from sweep.checks.statement import Checks, Statement, from_text, row_in_words, to_text
 from sweep.engine.compute import Block, arithmetic_hash, usable_threads, use_threads
 from sweep.engine.estimate import FILE_SHARE, check_room
@@ -45,74 +45,6 @@ if TYPE_CHECKING:
 
 #: The attributes of an audit that hold its statements, and which cells were a sample.
 _STATEMENTS, _SAMPLE = "audit_statements", "audit_sample"
-
-
-@dataclass(frozen=True)
-class Findings:
-    """Counts and statistics of an audit.
-
-    Parameters
-    ----------
-    counts : mapping of str to int
-        Each flag of the audit to its number of cells.
-    agreeing, disagreeing, missing : int
-        Cells that agree (as far as time and the tolerance let them), that disagree, that have not been computed. The
-        others are unresolved or invalid, in the atlas or in the reference.
-    coordinate, units : str
-        Whose extremes were held against the exact ones, and their unit.
-    extremes : (median, 99 %, largest)
-        Distribution of the error of the extremes [SI], over the cells that have one and were not ended by time; NaN if
-        none. Of more than 2**20 cells median and 99 % are known to 0.05 %.
-    period : (median, 99 %, largest)
-        The same of the error of the period over the exact period.
-    period_share : float
-        Largest error of a period over what the tolerance allows.
-    named : sequence of (str, mapping of str to float)
-        Cells by their coordinates, each with its flag: of those that disagree the first few, or else the one with the
-        largest difference.
-    tolerance : float
-        That of the atlas, in the same unit.
-    method : str
-        That of the atlas.
-    statements : sequence of Statement
-        What was found of each variable and attribute.
-    sampled : str
-        Which cells were held against more than themselves, where these are only a sample; else empty.
-    told, has_period : str, bool
-        What `extremes` are, in words, and whether there are periods.
-    """
-
-    counts: Mapping[str, int]
-    agreeing: int
-    disagreeing: int
-    missing: int
-    coordinate: str
-    units: str
-    extremes: tuple[float, float, float]
-    period: tuple[float, float, float]
-    period_share: float
-    named: Sequence[tuple[str, Mapping[str, float]]]
-    tolerance: float
-    method: str
-    statements: Sequence[Statement]
-    sampled: str = ""
-    told: str = ""
-    has_period: bool = True
-
-    @property
-    def cells(self) -> int:
-        """Cells in all."""
-        return sum(self.counts.values())
-
-    @property
-    def wrong(self) -> Sequence[Statement]:
-        """The statements of the atlas that are wrong."""
-        return [each for each in self.statements if each.wrong]
-
-    @property
-    def passed(self) -> bool:
-        """Whether no cell disagrees, none is missing, and nothing that the atlas states is wrong."""
-        return not self.disagreeing and not self.missing and not self.wrong
 
 
 def verify(dataset: "xr.Dataset", *, seed: int | None = None, progress: Progress = None) -> "xr.Dataset":
@@ -207,7 +139,7 @@ def verify_to_file(
         result = audit.result()
         writer.add_attributes(result)
         writer.check()
-    return _findings(spec, audit.summary, spec.tolerance, result)
+    return audit.summary.findings(spec, from_text(result[_STATEMENTS]), result.get(_SAMPLE, ""))
 
 
 def findings(audited: "xr.Dataset") -> Findings:
@@ -217,7 +149,8 @@ def findings(audited: "xr.Dataset") -> Findings:
     columns = {str(name): each.values.reshape(-1) for name, each in audited.data_vars.items()}
     for span in blocks(audited["audit"].size):
         summary.add(span.start, {name: each[span.start : span.stop] for name, each in columns.items()})
-    return _findings(spec, summary, float(audited.attrs["tolerance"]), audited.attrs)
+    statements = from_text(str(audited.attrs[_STATEMENTS]))
+    return summary.findings(spec, statements, str(audited.attrs.get(_SAMPLE, "")))
 
 
 def findings_of(dataset: "xr.Dataset", seed: int | None = None, show: Show = no_op) -> Findings:
@@ -239,35 +172,8 @@ def findings_of(dataset: "xr.Dataset", seed: int | None = None, show: Show = no_
     audit = _Audit(dataset, seed)
     for span, found in audit.blocks(show):
         audit.summary.add(span.start, found)
-    return _findings(audit.spec, audit.summary, audit.spec.tolerance, audit.result())
-
-
-def _findings(
-    spec: SweepSpec, summary: AuditSummary, tolerance: float, attributes: Mapping[str, Any]
-) -> Findings:
-    audit = _reference(spec).audit
-    named = []
-    for flag, place in summary.named():
-        places = zip(spec.axes, np.unravel_index(place, spec.shape), strict=True)
-        named.append((flag, {name: float(getattr(spec, name).at(each)) for name, each in places}))
-    return Findings(
-        counts=summary.counts,
-        agreeing=summary.sum_of(audit.agreeing),
-        disagreeing=summary.sum_of(audit.disagreeing),
-        missing=summary.sum_of((audit.missing,)),
-        coordinate=spec.model.coordinate,
-        units=audit.units,
-        extremes=summary.extremes.summary(),
-        period=summary.period.summary(),
-        period_share=summary.period_share,
-        named=named,
-        tolerance=tolerance,
-        method=spec.method,
-        statements=from_text(str(attributes[_STATEMENTS])),
-        sampled=str(attributes.get(_SAMPLE, "")),
-        told=audit.told,
-        has_period=audit.period is not None,
-    )
+    result = audit.result()
+    return audit.summary.findings(audit.spec, from_text(result[_STATEMENTS]), result.get(_SAMPLE, ""))
 
 
 class _Audit:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sweep.checks import audit_summary as distribution
-from sweep.checks.audit_summary import Distribution
+from sweep.checks import distribution
+from sweep.checks.distribution import Distribution
 
 
 def summary(parts):

@@ -1,0 +1,182 @@
+"""What an audit comes to over all cells: counts, distributions, and the cells to look at."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from sweep.checks.distribution import Distribution
+from sweep.checks.statement import Statement
+from sweep.model.description import Audit
+from sweep.model.quantity import Array
+from sweep.request.spec import SweepSpec
+
+#: Number of disagreeing cells that are named.
+_MOST_NAMED = 5
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Counts and statistics of an audit.
+
+    Parameters
+    ----------
+    counts : mapping of str to int
+        Each flag of the audit to its number of cells.
+    agreeing, disagreeing, missing : int
+        Cells that agree (as far as time and the tolerance let them), that disagree, that have not been computed. The
+        others are unresolved or invalid, in the atlas or in the reference.
+    coordinate, units : str
+        Whose extremes were held against the exact ones, and their unit.
+    extremes : (median, 99 %, largest)
+        Distribution of the error of the extremes [SI], over the cells that have one and were not ended by time; NaN if
+        none. Of more than 2**20 cells median and 99 % are known to 0.05 %.
+    period : (median, 99 %, largest)
+        The same of the error of the period over the exact period.
+    period_share : float
+        Largest error of a period over what the tolerance allows.
+    named : sequence of (str, mapping of str to float)
+        Cells by their coordinates, each with its flag: of those that disagree the first few, or else the one with the
+        largest difference.
+    tolerance : float
+        That of the atlas, in the same unit.
+    method : str
+        That of the atlas.
+    statements : sequence of Statement
+        What was found of each variable and attribute.
+    sampled : str
+        Which cells were held against more than themselves, where these are only a sample; else empty.
+    told, has_period : str, bool
+        What `extremes` are, in words, and whether there are periods.
+    """
+
+    counts: Mapping[str, int]
+    agreeing: int
+    disagreeing: int
+    missing: int
+    coordinate: str
+    units: str
+    extremes: tuple[float, float, float]
+    period: tuple[float, float, float]
+    period_share: float
+    named: Sequence[tuple[str, Mapping[str, float]]]
+    tolerance: float
+    method: str
+    statements: Sequence[Statement]
+    sampled: str = ""
+    told: str = ""
+    has_period: bool = True
+
+    @property
+    def cells(self) -> int:
+        """Cells in all."""
+        return sum(self.counts.values())
+
+    @property
+    def wrong(self) -> Sequence[Statement]:
+        """The statements of the atlas that are wrong."""
+        return [each for each in self.statements if each.wrong]
+
+    @property
+    def passed(self) -> bool:
+        """Whether no cell disagrees, none is missing, and nothing that the atlas states is wrong."""
+        return not self.disagreeing and not self.missing and not self.wrong
+
+
+class AuditSummary:
+    """What the variables of an audit come to over all cells.
+
+    Parameters
+    ----------
+    audit : Audit
+        That of the model.
+
+    Attributes
+    ----------
+    counts : dict of str to int
+        Each flag to its number of cells.
+    extremes, period : Distribution
+        The error of the extremes over the cells that have one and were not ended by time; that of the period over the
+        exact period.
+    period_share : float
+        Largest finite error of a period over what the tolerance allows; NaN if there is none.
+    """
+
+    def __init__(self, audit: Audit) -> None:
+        self._audit = audit
+        self._flags = audit.variables["audit"].flags or {}
+        self.counts = dict.fromkeys(self._flags.values(), 0)
+        self.extremes, self.period, self.period_share = Distribution(), Distribution(), np.nan
+        self._disagreeing: list[tuple[str, int]] = []
+        self._worst: tuple[str, int] | None = None
+        self._most = -np.inf
+
+    def add(self, start: int, variables: Mapping[str, npt.NDArray[np.generic]]) -> None:
+        """Add cells from `start` on: the variables of the audit, arrays of shape (n,)."""
+        audit, codes = self._audit, variables["audit"]
+        for code, name in self._flags.items():
+            self.counts[name] += int(np.count_nonzero(codes == code))
+        difference = np.asarray(variables[audit.difference], np.float64)
+        if audit.ended_by_time is not None and (by_time := codes == audit.ended_by_time).any():
+            difference = np.where(by_time, np.nan, difference)
+        self.extremes.add(difference)
+        if audit.period is not None:
+            self._add_periods(*(np.asarray(variables[name], np.float64) for name in audit.period))
+        self._keep_places(start, codes, difference)
+
+    def _add_periods(self, error: Array, exact: Array, share: Array) -> None:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            self.period.add(np.abs(error) / exact)
+        finite = np.isfinite(share)
+        if finite.any():
+            self.period_share = float(
+                np.fmax(self.period_share, np.max(share, initial=-np.inf, where=finite))
+            )
+
+    def findings(self, spec: SweepSpec, statements: Sequence[Statement], sampled: str) -> Findings:
+        """Return what an audit of the atlas of a spec has found, with its statements; `sampled` as in `Findings`."""
+        audit, named = self._audit, self._disagreeing
+        if not named and self._worst is not None and np.isfinite(self.extremes.largest):
+            named = [self._worst]
+        return Findings(
+            counts=self.counts,
+            agreeing=self._sum_of(audit.agreeing),
+            disagreeing=self._sum_of(audit.disagreeing),
+            missing=self._sum_of((audit.missing,)),
+            coordinate=spec.model.coordinate,
+            units=audit.units,
+            extremes=self.extremes.summary(),
+            period=self.period.summary(),
+            period_share=self.period_share,
+            named=[(flag, _where(spec, place)) for flag, place in named],
+            tolerance=spec.tolerance,
+            method=spec.method,
+            statements=statements,
+            sampled=sampled,
+            told=audit.told,
+            has_period=audit.period is not None,
+        )
+
+    def _sum_of(self, codes: tuple[int, ...]) -> int:
+        """Return how many cells have one of some codes."""
+        return sum(self.counts[self._flags[code]] for code in codes)
+
+    def _keep_places(
+        self, start: int, codes: npt.NDArray[np.generic], difference: npt.NDArray[np.float64]
+    ) -> None:
+        if self._sum_of(self._audit.disagreeing):
+            room = _MOST_NAMED - len(self._disagreeing)
+            places = np.flatnonzero(np.isin(codes, self._audit.disagreeing))[:room] if room else ()
+            self._disagreeing += [(self._flags[int(codes[place])], start + int(place)) for place in places]
+            return
+        most = np.fmax.reduce(difference, initial=-np.inf)
+        if most > self._most:
+            place = int(np.flatnonzero(difference == most)[0])
+            self._most, self._worst = float(most), (self._flags[int(codes[place])], start + place)
+
+
+def _where(spec: SweepSpec, place: int) -> dict[str, float]:
+    """Return the coordinates of a cell, given by its flat index."""
+    places = zip(spec.axes, np.unravel_index(place, spec.shape), strict=True)
+    return {name: float(getattr(spec, name).at(each)) for name, each in places}
