@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sweep.atlas.reclassify import refine as refine
     from sweep.checks.compare import Comparison as Comparison
     from sweep.checks.compare import compare as compare
-    from sweep.checks.verify import Findings as Findings
+    from sweep.checks.findings import Findings as Findings
     from sweep.checks.verify import findings as findings
     from sweep.checks.verify import verify as verify
     from sweep.errors import LeftOutWarning as LeftOutWarning
@@ -54,7 +54,7 @@ _HOME = {
     "Eulerdisk": "sweep.accessor",
     "Explorer": "sweep.explorer.explorer",
     "Failures": "sweep.runs.run",
-    "Findings": "sweep.checks.verify",
+    "Findings": "sweep.checks.findings",
     "LeftOutWarning": "sweep.errors",
     "Range": "sweep.request.axes",
     "RequestError": "sweep.errors",

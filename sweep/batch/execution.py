@@ -13,7 +13,8 @@ from sweep.batch.sweeps import Sweep
 from sweep.checks.alignment import OtherGridError
 from sweep.checks.compare import Comparison, compare
 from sweep.checks.comparison_report import what
-from sweep.checks.verify import Findings, findings_of
+from sweep.checks.findings import Findings
+from sweep.checks.verify import findings_of
 from sweep.engine.compute import arithmetic_hash
 from sweep.errors import RequestError, StoppedError, are, counted
 from sweep.files.reading import opened

@@ -32,7 +32,7 @@ class Distribution:
 
     def __init__(self) -> None:
         self._kept: list[Array] = []
-        self._counts = np.zeros(0, np.int64)
+        self._counts = np.zeros(_BINS, np.int64)
         self._number, self.largest = 0, np.nan
 
     def add(self, values: Array) -> None:
@@ -46,9 +46,8 @@ class Distribution:
         self.largest = float(np.fmax(self.largest, known.max()))
         self._kept.append(known)
         if self._number > _MOST_KEPT:
-            self._counts = sum(
-                map(_histogram, self._kept), self._counts if self._counts.size else np.int64(0)
-            )
+            for each in self._kept:
+                self._counts += _histogram(each)
             self._kept.clear()
 
     def summary(self) -> tuple[float, float, float]:

@@ -22,8 +22,7 @@ from sweep.checks.alignment import coordinate_tallies
 from sweep.checks.attribute_audit import attribute_statements
 from sweep.checks.boundary_audit import boundary_statements
 from sweep.checks.cell_audit import STEPS, AuditedBlock, CellAudit, stride_of
-from sweep.checks.findings import AuditSummary
-from sweep.checks.findings import Findings as Findings
+from sweep.checks.findings import AuditSummary, Findings
 from sweep.checks.statement import Checks, Statement, from_text, row_in_words, to_text
 from sweep.engine.compute import Block, arithmetic_hash, usable_threads, use_threads
 from sweep.engine.estimate import FILE_SHARE, check_room

@@ -5,8 +5,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from sweep.checks.findings import Findings
 from sweep.checks.statement import Statement
-from sweep.checks.verify import Findings
 from sweep.errors import are, counted
 from sweep.request.spec import SweepSpec
 
