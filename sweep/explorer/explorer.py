@@ -66,7 +66,7 @@ class Subject:
         return cls(spec, Stored(atlas, spec, Path(source).name if source else "atlas"))
 
     def close(self) -> None:
-        """Close the file; who reads it at this moment is waited for."""
+        """Close the file once requests that are reading it have ended."""
         if self.stored is not None:
             self.stored.close()
         self._open.close()

@@ -52,7 +52,7 @@ _LARGEST = 1e100
 #: Values of words that a spec does not have.
 _NONE = (None, 0.0, NO_AIR)
 
-#: The least time [s] that somebody may ask for.
+#: The least time [s] of a motion.
 _LEAST = 1e-3
 
 #: What the contact needs for the disk to roll all the time.

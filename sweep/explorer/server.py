@@ -1,4 +1,4 @@
-"""The server: HTTP on the loopback device of this machine, for the person who has opened the page and nobody else."""
+"""The server: HTTP on the loopback device of this machine, for the person alone who has opened the page."""
 
 import contextlib
 import json
@@ -82,7 +82,7 @@ class Server(ThreadingHTTPServer):
     Attributes
     ----------
     token : str
-        32 characters that nobody can guess: the first part of every path.
+        32 random characters: the first part of every path.
 
     Raises
     ------

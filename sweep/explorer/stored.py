@@ -78,7 +78,7 @@ class Stored:
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
-        """Wait until nobody else reads, and end the request if the file is closed."""
+        """Hold the file alone; end the request if the file is closed."""
         with self._lock:
             if self._is_closed:
                 raise ClientGoneError

@@ -165,7 +165,7 @@ class View:
 
     @cached_property
     def live(self) -> SweepSpec:
-        """The same for cells that are computed while somebody looks, by the exact reduction.
+        """The same for cells that the exact reduction computes on demand.
 
         Raises
         ------

@@ -59,7 +59,7 @@ function isDark(theme) {
 export function showTheme(theme) {
   const { dataset } = document.documentElement;
   const shown = isDark(theme) ? "dark" : "light";
-  // who watches it draws anew, even where it is set to what it was
+  // observers of the attribute draw anew even where it is set to its former value
   if (dataset.theme !== shown) dataset.theme = shown;
 }
 

@@ -120,7 +120,7 @@ export class Readout {
       answer = await source.point({ view, ...aim.point });
     } catch (problem) {
       const { message, unreachable } = /** @type {Error & {unreachable?: boolean}} */ (problem);
-      // that nobody answers is said once, beside the map
+      // the notice below the map says that the server does not answer
       if (this.#aim === aim) this.#tell(unreachable ? "" : message, aim);
       return;
     }

@@ -167,7 +167,7 @@
  */
 
 /**
- * The start of a motion, and what is to be changed of it. `losses` holds what the controls ask for, in SI units.
+ * The start of a motion, with changes to it. `losses` holds what the controls ask for, in SI units.
  * @typedef {object} MotionRequest
  * @property {View} view
  * @property {number} x

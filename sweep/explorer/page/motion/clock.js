@@ -13,9 +13,9 @@ export class Clock {
   time = 0;
   playing = false;
   speed = 1;
-  /** @type {number|null} the speed that somebody has chosen; null: it follows from the length of the motions */
+  /** @type {number|null} the chosen speed; null: it follows from the length of the motions */
   chosen = null;
-  /** @type {number|null} where the clock stands although motions begin, until somebody moves it */
+  /** @type {number|null} where the clock stands although motions begin, until it is moved */
   #held = null;
   /** @type {Map<object, number>} length of the motion of each panel */
   #lengths = new Map();
@@ -53,7 +53,7 @@ export class Clock {
     this.#settle();
   }
 
-  /** The time at which somebody has put the clock to rest; null while it runs, and where it begins or ends. */
+  /** The time at which the clock was put to rest; null while it runs, and where it begins or ends. */
   get standing() {
     const within = !this.playing && this.time > 0 && this.time < this.length;
     return this.#held ?? (within ? this.time : null);
