@@ -16,7 +16,7 @@ from sweep.explorer.lines import lines
 from sweep.explorer.point import explanation, place, point
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import View
-from sweep.explorer.waiting import ended_with, turn
+from sweep.explorer.waiting import MOTIONS, ended_with
 from sweep.explorer.window import window
 from sweep.request.spec import SweepSpec
 
@@ -99,7 +99,7 @@ def _motion(view: View, fields: Mapping[str, Any], check: Callable[[], None]) ->
     # compiling takes seconds, and is no motion that others wait for
     make_ready(view.spec, losses)
     try:
-        with turn(check), ended_with(check) as begun:
+        with MOTIONS, ended_with(check) as begun:
             return _binary(*motion(view.spec, start, duration, losses, begun))
     except NoMotionError as error:
         # no motion is an answer; of a status of 400 browsers write into their consoles

@@ -13,10 +13,7 @@ from sweep.model.quantity import Array
 KERNELS = threading.RLock()
 
 #: One motion at a time is followed, beside the maps.
-_MOTIONS = threading.Lock()
-
-#: Seconds after which a request that waits for its turn looks whether its client is still there.
-_WAIT = 0.1
+MOTIONS = threading.Lock()
 
 #: Seconds between two looks whether the client of a motion is there. Most motions end before the first.
 _LOOK = 0.05
@@ -24,17 +21,6 @@ _LOOK = 0.05
 
 class ClientGoneError(Exception):
     """No client waits for the answer any more."""
-
-
-@contextmanager
-def turn(check: Callable[[], None]) -> Iterator[None]:
-    """Wait until a motion may be followed; `check` is called while it waits, and raises if that is in vain."""
-    while not _MOTIONS.acquire(timeout=_WAIT):
-        check()
-    try:
-        yield
-    finally:
-        _MOTIONS.release()
 
 
 @contextmanager
