@@ -225,11 +225,8 @@ class Stored:
         with self._reading():
             found = self._read(name, {**dict(place), **{side: slice(*span) for side, *span in parts}})
         (rows, *_), (columns, *_) = parts
-        return (
-            found
-            if self.spec.axes.index(rows) < self.spec.axes.index(columns)
-            else np.ascontiguousarray(found.T)
-        )
+        is_transposed = self.spec.axes.index(rows) > self.spec.axes.index(columns)
+        return np.ascontiguousarray(found.T) if is_transposed else found
 
     def _read(self, name: str, place: Mapping[str, int | slice]) -> npt.NDArray[Any]:
         """Read a variable at a place: an index or a slice for each of its dimensions, all of the others."""

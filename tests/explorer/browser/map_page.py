@@ -137,3 +137,12 @@ def cells(pixels, x, y, width, height, **words):
 def random_pixels(width, height, count):
     """Return pixels of a picture, others each time."""
     return [[random.randrange(width), random.randrange(height)] for _ in range(count)]
+
+
+def check_verdicts(page, count=12, **words):
+    """Hold the colours of random pixels against the verdicts that a run computes at their starts; return these."""
+    width, height = (shown(page)[name] for name in ("width", "height"))
+    pixels = random_pixels(width, height, count)
+    painted = [VERDICTS[colour] for colour in colours(page, pixels)]
+    assert painted == cells(pixels, axis(page, "x"), axis(page, "y"), width, height, **words)
+    return painted

@@ -13,16 +13,13 @@ from explorer_client import post
 
 from tests.explorer.browser.map_page import (
     BOTH,
-    VERDICTS,
     axis,
-    cells,
+    check_verdicts,
     click,
-    colours,
     entries,
     lines,
     plot,
     point,
-    random_pixels,
     shown,
     ticks,
     value_at,
@@ -34,12 +31,7 @@ from tests.explorer.browser.map_page import (
 def test_picture_shows_the_verdicts_of_the_exact_reduction(opened):
     """Pixels that are chosen by chance have the colours of the verdicts that a run computes at their starts."""
     page = opened(BOTH)
-    picture = shown(page)
-    width, height = picture["width"], picture["height"]
-    pixels = random_pixels(width, height, 40)
-    painted = [VERDICTS[colour] for colour in colours(page, pixels)]
-    assert painted == cells(pixels, axis(page, "x"), axis(page, "y"), width, height)
-    assert {1, 2} <= set(painted)
+    assert {1, 2} <= set(check_verdicts(page, 40))
 
 
 def test_wheel_zooms_about_the_pointer(opened):
@@ -180,10 +172,7 @@ def test_slider_acts_on_picture_and_lines(opened):
     assert float(entries(page)["with.alpha"]) == 1.0
     assert shown(page)["view"]["words"] == {"alpha": 1}
     check_analytic_line(page, alpha=1.0)
-    pixels = random_pixels(shown(page)["width"], shown(page)["height"], 12)
-    size = shown(page)["width"], shown(page)["height"]
-    painted = [VERDICTS[colour] for colour in colours(page, pixels)]
-    assert painted == cells(pixels, axis(page, "x"), axis(page, "y"), *size, alpha=1.0)
+    check_verdicts(page, alpha=1.0)
 
 
 def test_number_beside_a_slider_is_exact(opened):
@@ -218,10 +207,7 @@ def test_last_of_many_changes_is_shown(opened):
     last = float(entries(page)["with.alpha"])
     assert shown(page)["view"]["words"] == {"alpha": last}
     check_analytic_line(page, last)
-    pixels = random_pixels(shown(page)["width"], shown(page)["height"], 12)
-    size = shown(page)["width"], shown(page)["height"]
-    painted = [VERDICTS[colour] for colour in colours(page, pixels)]
-    assert painted == cells(pixels, axis(page, "x"), axis(page, "y"), *size, alpha=last)
+    check_verdicts(page, alpha=last)
 
 
 def test_a_criterion_without_a_slider_has_its_name(opened, served_with):
@@ -248,10 +234,7 @@ def test_criterion_acts(opened):
     page.keyboard.press("Enter")
     wait_for_picture(page)
     assert entries(page)["with.criterion"] == "departure:1.5deg"
-    size = shown(page)["width"], shown(page)["height"]
-    pixels = random_pixels(*size, 12)
-    painted = [VERDICTS[colour] for colour in colours(page, pixels)]
-    assert painted == cells(pixels, axis(page, "x"), axis(page, "y"), *size, criterion="departure:1.5deg")
+    check_verdicts(page, criterion="departure:1.5deg")
 
 
 def test_numbers_under_the_pointer_are_those_of_the_server(opened, explorer):
@@ -343,6 +326,23 @@ def test_refusal_is_told_in_words(opened):
     page.locator("#slide-alpha").fill("500")
     wait_for_picture(page)
     assert page.locator("#notice").text_content() == ""
+
+
+def test_the_scale_of_colours_can_be_held(opened, explorer):
+    """The ends of the colours are those of the window in which they were held, until they are let go."""
+    page = opened(BOTH.replace("stability", "peak_tilt"))
+    page.locator("#hold-colours").check()
+    wait_for_picture(page)
+    head, _ = post(explorer.url, "window", **shown(page))
+    held = entries(page)["range"]
+    assert [float(each) for each in held.split(",")] == [head["low"], head["high"]]
+    page.mouse.move(*point(page, 0.6, -0.5))
+    page.mouse.wheel(0, -400)
+    wait_for_picture(page)
+    assert entries(page)["range"] == held
+    page.locator("#hold-colours").uncheck()
+    wait_for_picture(page)
+    assert "range" not in entries(page)
 
 
 def test_axes_can_be_others(opened):

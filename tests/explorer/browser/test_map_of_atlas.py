@@ -33,21 +33,28 @@ def atlas(tmp_path_factory):
     return path
 
 
+def check_cells(page, atlas):
+    """Hold the colours of random pixels against the verdicts of their nearest cells; return the pixels."""
+    size, x, y = shown(page), axis(page, "x"), axis(page, "y")
+    pixels = random_pixels(size["width"], size["height"], 60)
+    stored, expected = sweep.open_atlas(atlas), []
+    for column, row in pixels:
+        roll = value_at(x, (2 * column + 1) / size["width"] - 1)
+        tilt = value_at(y, (2 * row + 1) / size["height"] - 1)
+        across = int(np.abs(stored.roll_rate.values - roll).argmin())
+        up = int(np.abs(np.log(stored.tilt.values) - math.log(tilt)).argmin())
+        expected.append(int(stored.stability.transpose("tilt", "roll_rate")[up, across]))
+    assert [VERDICTS[colour] for colour in colours(page, pixels)] == expected
+    return pixels
+
+
 def test_cells_of_a_file_are_told_from_computed_ones(opened, served_with, atlas):
     """Within the grid a pixel has the verdict of its cell, and says so; beyond it that of its own start."""
     served = served_with(atlas)
     page = opened("quantity=stability", url=served.url)
     wait_for_picture(page)
     size, x, y = shown(page), axis(page, "x"), axis(page, "y")
-    stored = sweep.open_atlas(atlas)
-    pixels = random_pixels(size["width"], size["height"], 60)
-    rolls = [value_at(x, (2 * column + 1) / size["width"] - 1) for column, _ in pixels]
-    tilts = [value_at(y, (2 * row + 1) / size["height"] - 1) for _, row in pixels]
-    verdicts = stored.stability.transpose("tilt", "roll_rate").values
-    rows = [int(np.abs(np.log(stored.tilt.values) - math.log(tilt)).argmin()) for tilt in tilts]
-    columns = [int(np.abs(stored.roll_rate.values - roll).argmin()) for roll in rolls]
-    painted = [VERDICTS[colour] for colour in colours(page, pixels)]
-    assert painted == [int(verdicts[row, column]) for row, column in zip(rows, columns, strict=True)]
+    pixels = check_cells(page, atlas)
     page.mouse.move(*point(page, 0.3, 0.3))
     wait_for_text(page, "#readout", "stored cell")
     page.locator("#show-stored").uncheck()
@@ -181,18 +188,7 @@ def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
     subprocess.run(command, check=True, capture_output=True)
     page = opened("quantity=stability", url=target.as_uri())
     wait_for_picture(page)
-    stored = sweep.open_atlas(atlas)
-    size, x, y = shown(page), axis(page, "x"), axis(page, "y")
-    pixels = random_pixels(size["width"], size["height"], 60)
-    verdicts = stored.stability.transpose("tilt", "roll_rate").values
-    expected = []
-    for column, row in pixels:
-        roll = value_at(x, (2 * column + 1) / size["width"] - 1)
-        tilt = value_at(y, (2 * row + 1) / size["height"] - 1)
-        across = int(np.abs(stored.roll_rate.values - roll).argmin())
-        up = int(np.abs(np.log(stored.tilt.values) - math.log(tilt)).argmin())
-        expected.append(int(verdicts[up, across]))
-    assert [VERDICTS[colour] for colour in colours(page, pixels)] == expected
+    check_cells(page, atlas)
     page.mouse.move(*point(page, 0.3, 0.3))
     wait_for_text(page, "#readout", "peak tilt")
     page.mouse.wheel(0, -1200)

@@ -249,3 +249,45 @@ def test_a_line_crosses_each_of_its_rows_once(quiet):
     assert len(found) == len(expected)
     for mine, told in zip(found, expected, strict=True):
         assert mine == pytest.approx(told, abs=1e-12)
+
+
+def test_cells_of_a_logarithmic_axis_meet_at_their_geometric_mean(quiet):
+    """An exported page has the cell of a value that is nearest on the axis of the atlas, and none far beyond it."""
+    found = quiet.evaluate(
+        """async values => {
+            const { StoredSource } = await import("eulerdisk/stored_source");
+            const atlas = { x: { scale: "linear" }, y: { scale: "log" } };
+            const sides = [[0, 100], [1, 100]].map((side) => Float64Array.from(side));
+            const source = new StoredSource({ about: { atlas } }, ...sides, {});
+            return values.map(([x, y]) => source.cellAt({ x, y }));
+        }""",
+        [[49.0, 9.9], [51.0, 10.1], [20.0, 999.0], [-40.0, 1001.0], [160.0, 9.9]],
+    )
+    assert found == [{"x": 0, "y": 1}, {"x": 100, "y": 100}, {"x": 0, "y": 100}, None, None]
+
+
+def test_sliders_have_their_values_where_they_stand(quiet):
+    """The middle of a slider is the mean of its ends, or the geometric one; a value leads back to its place."""
+    found = quiet.evaluate(
+        """async () => {
+            const { shareOnRuler, valueOnRuler } = await import("eulerdisk/elements");
+            const { placeOf, valueAt } = await import("eulerdisk/motion/loss_sliders");
+            const ruler = (scale) => ({ low: 0.1, high: 40, scale });
+            const shares = [0, 0.5, 1].flatMap((share) => ["linear", "log"].map((scale) => [share, scale]));
+            const control = (end) => ({ low: 1e-3, high: 0.1, end });
+            return {
+                values: shares.map(([share, scale]) => valueOnRuler(ruler(scale), share)),
+                back: shares.map(([share, scale]) => shareOnRuler(ruler(scale), valueOnRuler(ruler(scale), share))),
+                beyond: [0.01, 99].map((value) => shareOnRuler(ruler("log"), value)),
+                ends: ["low", "high"].map((end) => [0, 1, 120, 239, 240].map((at) => valueAt(control(end), at))),
+                places: ["low", "high"].map((end) => [null, 1e-3, 0.1].map((value) => placeOf(control(end), value))),
+            };
+        }"""
+    )
+    assert found["values"] == pytest.approx([0.1, 0.1, 20.05, 2.0, 40.0, 40.0])
+    assert found["back"] == pytest.approx([0.0, 0.0, 0.5, 0.5, 1.0, 1.0])
+    assert found["beyond"] == [0, 1]
+    low, high = found["ends"]
+    assert (low[:2], low[4], high[0], high[3:]) == ([None, 1e-3], 0.1, 1e-3, [0.1, None])
+    assert [low[2], high[2]] == pytest.approx([0.01, 0.01], rel=0.02)
+    assert found["places"] == [[0, 1, 240], [240, 0, 239]]
