@@ -56,6 +56,9 @@ def test_the_page_has_the_cells_of_the_atlas(page):
     for name in {*names} - {"regime"}:
         expected, found = atlas[name].values, array(held["cells"][name])
         assert np.array_equal(found.reshape(12, 20), expected.astype(found.dtype), equal_nan=True), name
+    crosses = (atlas["tilt_min"] < 0.0) & (atlas["tilt_max"] > 0.0)
+    regime = np.where(atlas["ending"] == 4, 4, 2 * (atlas["wells"] - 1) + crosses)
+    assert np.array_equal(array(held["cells"]["regime"]).reshape(12, 20), regime)
     assert np.array_equal(array(held["cells"]["verdict"]).reshape(12, 20), atlas["stability"].values)
     assert held["starts"] == {
         "tilt_rate": 0.0, "precession_rate": 0.0, "alpha": 0.5, "radius": 0.5, "gravity": 9.81,

@@ -38,12 +38,13 @@ def check_cells(page, atlas):
     size, x, y = shown(page), axis(page, "x"), axis(page, "y")
     pixels = random_pixels(size["width"], size["height"], 60)
     stored, expected = sweep.open_atlas(atlas), []
+    verdicts = stored.stability.transpose("tilt", "roll_rate").values
     for column, row in pixels:
         roll = value_at(x, (2 * column + 1) / size["width"] - 1)
         tilt = value_at(y, (2 * row + 1) / size["height"] - 1)
         across = int(np.abs(stored.roll_rate.values - roll).argmin())
         up = int(np.abs(np.log(stored.tilt.values) - math.log(tilt)).argmin())
-        expected.append(int(stored.stability.transpose("tilt", "roll_rate")[up, across]))
+        expected.append(int(verdicts[up, across]))
     assert [VERDICTS[colour] for colour in colours(page, pixels)] == expected
     return pixels
 
