@@ -47,6 +47,15 @@ def test_both_edges_of_a_band_through_zero():
     assert np.array_equal(found["critical_lower_roll_rate"], -found["critical_roll_rate"])
 
 
+def test_an_edge_that_theory_alone_has_is_there():
+    """Where no cell shows the lower edge that theory has, it is missing in every row, beside its lines."""
+    spec = SweepSpec(tilt="0.01,0.02", roll_rate="-4,-3,-1,0,1,3,4")
+    found = variables(spec, verdicts("uuuuuss", "uuuuuus"))
+    assert np.isnan(found["boundary_lower_roll_rate"]).all()
+    assert np.isfinite(found["critical_lower_roll_rate"]).all()
+    assert np.isfinite(found["boundary_roll_rate"]).all()
+
+
 def test_a_grid_without_a_rate_axis_has_no_boundary():
     """Over tilts alone no boundary along a rate is looked for."""
     spec = SweepSpec(tilt="0.01,0.02", roll_rate=3.0)

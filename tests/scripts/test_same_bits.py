@@ -1,0 +1,26 @@
+"""The script that holds the atlases of two checkouts against each other: one changed bit is told."""
+
+import shutil
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import same_bits
+
+CHECKOUT = Path(__file__).parents[2]
+
+
+def test_a_changed_bit_and_a_changed_attribute_are_told(tmp_path):
+    """A file is the same as itself; a bit, a type, a missing variable and an attribute are each a sentence."""
+    one = same_bits.computed(CHECKOUT, "cell", tmp_path / "one.nc")
+    other = Path(shutil.copy(one, tmp_path / "other.nc"))
+    assert list(same_bits.differences(one, other)) == []
+    with netCDF4.Dataset(other, "a") as file:
+        file["tilt_max"][...] = np.nextafter(file["tilt_max"][...], 9.0)
+        file["tilt_min"].units = "deg"
+        file.history = "free"
+        file.title = "another"
+        file.createVariable("more", "f8", ())
+    found = list(same_bits.differences(one, other))
+    assert [each.split()[0] for each in found] == ["only", "tilt_max", "units", "title"]
+    assert found[1] == "tilt_max has other bits in 1 of 1 values"
