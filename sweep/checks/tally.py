@@ -48,8 +48,8 @@ class Tally:
     first : list of int
         Flat indices of the first values beyond.
     largest, allowed, ratio : float
-        The largest difference where both values are there and none is excused, and what is allowed there; the largest
-        difference over what is allowed.
+        Where values were given: the largest difference where both are there and none is excused, and what is allowed
+        there; the largest difference over what is allowed.
     worst : Worst or None
         None until a value is judged.
     """
@@ -118,7 +118,8 @@ class Tally:
         ratio = np.zeros(apart.shape)
         with np.errstate(divide="ignore", invalid="ignore"):
             np.divide(apart, allowed, out=ratio, where=counted & (apart != 0.0))
-        self._keep_largest(np.where(counted, apart, 0.0), allowed, ratio)
+        if values:
+            self._keep_largest(np.where(counted, apart, 0.0), allowed, ratio)
         self._keep_worst(start, step, apart, allowed, ratio, wrong, counted, values)
         if not wrong.any():
             return None
@@ -164,11 +165,14 @@ class Tally:
 def difference(stored: Values, right: Values) -> Array:
     """Return the absolute differences: 0 where both values are missing, NaN where one of the two is."""
     one, other = np.asarray(stored, np.float64), np.asarray(right, np.float64)
-    found = np.zeros(one.shape)
-    unlike = ~((one == other) | (np.isnan(one) & np.isnan(other)))
-    with np.errstate(invalid="ignore"):
-        np.subtract(one, other, out=found, where=unlike)
-    return np.abs(found, out=found)
+    found, unlike = np.zeros(one.shape), one != other
+    # most values are the same
+    if unlike.any():
+        unlike &= ~(np.isnan(one) & np.isnan(other))
+        with np.errstate(invalid="ignore"):
+            np.subtract(one, other, out=found, where=unlike)
+        np.abs(found, out=found)
+    return found
 
 
 def other_bits(new: Values, old: Values) -> Truths:

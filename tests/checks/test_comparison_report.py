@@ -2,32 +2,21 @@
 
 import json
 import re
-import shlex
-import sys
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from comparing import SPEC, changed
 
 import sweep
 from sweep.checks.compare import compare
 from sweep.checks.comparison_report import in_words, to_junit
-from sweep.cli import main
-
-SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0:3:13", tilt="0.1deg:40deg:6:log")
 
 
 @pytest.fixture(scope="module")
 def reference():
     """Return an atlas with falls."""
     return sweep.run(SPEC)
-
-
-def changed(atlas, name, place, value):
-    """Return a copy of an atlas with one value changed."""
-    copy = atlas.copy(deep=True)
-    copy[name].values[place] = value
-    return copy
 
 
 def test_the_report_and_the_junit_file_tell_the_same(reference):
@@ -65,9 +54,8 @@ def test_the_outcome_is_identical_or_within_tolerance(reference):
     assert in_words(named).startswith("within tolerance: 78 cells\n")
 
 
-def test_the_command(tmp_path, monkeypatch, capsys, reference):
+def test_the_command(command, tmp_path, reference):
     """Exit 0 the same, 1 different, 2 not comparable; JSON on standard output and XML in a file for machines."""
-    monkeypatch.chdir(tmp_path)
     sweep.save(reference, "a.nc")
     sweep.save(changed(reference, "tilt_max", (2, 3), np.nan), "b.nc")
     sweep.save(sweep.reclassify(reference, "departure:2deg"), "c.nc")
@@ -75,14 +63,8 @@ def test_the_command(tmp_path, monkeypatch, capsys, reference):
     sweep.save(changed(reference, "tilt_max", (2, 3), value + 5e-7), "d.nc")
     (tmp_path / "text.nc").write_text("not netCDF")
 
-    def run(line):
-        monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        return end.value.code, *capsys.readouterr()
-
-    assert run("compare a.nc a.nc") == (0, in_words(compare(reference, reference)) + "\n", "")
-    status, out, err = run("compare b.nc a.nc --json --junit b.xml")
+    assert command("compare a.nc a.nc") == (0, in_words(compare(reference, reference)) + "\n", "")
+    status, out, err = command("compare b.nc a.nc --json --junit b.xml")
     assert (status, err) == (1, "")
     told = json.loads(out)
     assert (told["outcome"], told["same"], told["new"], told["reference"]) == (
@@ -93,10 +75,10 @@ def test_the_command(tmp_path, monkeypatch, capsys, reference):
     )
     assert next(each for each in told["findings"] if each["name"] == "tilt_max")["worst"]["new"] is None
     assert ElementTree.parse(tmp_path / "b.xml").getroot().get("failures") == "1"
-    assert run("compare d.nc a.nc")[0] == 1
-    assert run("compare d.nc a.nc --tolerance tilt_max=1e-6 --tolerance steps=3")[0] == 0
-    assert run("compare a.nc a.nc --exact")[0] == 0
-    assert run("compare d.nc a.nc --exact --json")[0] == 1
+    assert command("compare d.nc a.nc")[0] == 1
+    assert command("compare d.nc a.nc --tolerance tilt_max=1e-6 --tolerance steps=3")[0] == 0
+    assert command("compare a.nc a.nc --exact")[0] == 0
+    assert command("compare d.nc a.nc --exact --json")[0] == 1
     for line, said in [
         ("compare a.nc a.nc --tolerance tilt_max", "NAME=VALUE"),
         ("compare a.nc a.nc --tolerance ending=1", "no variable ending whose differences are measured"),
@@ -106,7 +88,7 @@ def test_the_command(tmp_path, monkeypatch, capsys, reference):
         ("compare a.nc missing.nc", "no such file"),
         ("compare a.nc a.nc --junit missing/a.xml", "no such folder"),
     ]:
-        status, out, err = run(line)
+        status, out, err = command(line)
         assert (status, out, err.count("\n")) == (2, "", 1)
         assert said in err
 

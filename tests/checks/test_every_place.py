@@ -4,7 +4,6 @@ import functools
 import itertools
 from functools import lru_cache
 
-import netCDF4
 import numpy as np
 import pytest
 from comparing import finding, found
@@ -128,55 +127,6 @@ def test_a_promise_of_a_share_is_broken_in_any_block(small_blocks, monkeypatch):
     line = next(each for each in findings(verify(corrupt)).statements if each.name == "tilt_error")
     assert len(wrong) - 5 < line.wrong <= len(wrong)
     assert line.named == [cell_in_words(SPEC, place) for place in (85, 86, 87)]
-
-
-@pytest.fixture(scope="module")
-def file(tmp_path_factory):
-    """Return the file of an atlas of several blocks, whose last chunk is not full."""
-    path = tmp_path_factory.mktemp("atlas") / "a.nc"
-    sweep.save(
-        sweep.run(SweepSpec.preset("rolling").replace(roll_rate="2:4:501", tilt="0.1deg:9deg:530")), path
-    )
-    return path
-
-
-def test_of_a_file_of_several_blocks(command, file, tmp_path):
-    """A file in which all variables have another value in one cell: at the ends of blocks and chunks, and between.
-
-    Chunks have 101 x 530 cells, blocks two of these, and the file is read without netCDF.
-    """
-    for place in (0, 53530, 90000, 107059, 107060, 501 * 530 - 1):
-        copy = tmp_path / "b.nc"
-        copy.write_bytes(file.read_bytes())
-        with netCDF4.Dataset(copy, "a") as changed:
-            changed.set_auto_maskandscale(False)
-            names = [
-                name for name, each in changed.variables.items() if each.dimensions == ("roll_rate", "tilt")
-            ]
-            index = np.unravel_index(place, (501, 530))
-            for number, name in enumerate(names):
-                value = changed[name][index].item()
-                # another change of each, or what follows from a wrong value would be right
-                small = 1.0 + (number + 1) * 1e-8
-                changed[name][index] = value + 1 if isinstance(value, int) else value * small + 1e-9
-        spec = SweepSpec.from_canonical(sweep.open_atlas(file).attrs["sweep_spec"])
-        status, text, _ = command(f"verify {copy}")
-        lines = text.splitlines()
-        assert status == 1
-        for name in names:
-            line = next(i for i, each in enumerate(lines) if each.startswith(f"{name} "))
-            assert f"wrong in 1 of {spec.size}: {cell_in_words(spec, place)}" in lines[line + 1], name
-        status, text, _ = command(f"compare {copy} {file} --exact")
-        assert status == 1
-        for name in names:
-            assert f"DIFFERS   {name} " in text
-        assert text.count(f"worst cell: {cell_in_words(spec, place)}") == len(names)
-
-
-def test_a_file_of_several_blocks_without_a_wrong_value(command, file):
-    """The same file as it was written is identical to itself and verified."""
-    assert command(f"compare {file} {file}")[1].startswith("identical: 265530 cells, all")
-    assert command(f"verify {file}")[0] == 0
 
 
 def test_neighbours_in_other_blocks(small_blocks):

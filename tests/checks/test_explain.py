@@ -2,8 +2,6 @@
 
 import json
 import math
-import shlex
-import sys
 
 import netCDF4
 import numpy as np
@@ -12,7 +10,6 @@ import referee
 
 import sweep
 from sweep.checks.explain import _folded, explain
-from sweep.cli import main
 from sweep.figures.disk import cell_plot
 from sweep.model.disk import theory
 
@@ -143,19 +140,10 @@ def test_a_row_without_a_boundary_says_why():
     assert "none as measured" not in text
 
 
-def run(monkeypatch, capsys, line):
-    """Run a command line and return status, output and messages."""
-    monkeypatch.setattr(sys, "argv", ["eulerdisk", *shlex.split(line)])
-    with pytest.raises(SystemExit) as end:
-        main()
-    return end.value.code, *capsys.readouterr()
-
-
-def test_the_command(tmp_path, monkeypatch, capsys):
+def test_the_command(command, tmp_path):
     """It prints the report, draws the figure when asked, and refuses a cell that is none before it draws."""
-    monkeypatch.chdir(tmp_path)
     sweep.run_to_file(ROLLING, "a.nc")
-    status, out, err = run(monkeypatch, capsys, "explain a.nc roll_rate=2.4 tilt=1deg --plot a.png")
+    status, out, err = command("explain a.nc roll_rate=2.4 tilt=1deg --plot a.png")
     assert (status, err) == (0, "")
     assert out.startswith("cell        roll_rate 2.5 rad s-1 (4 of 7)")
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
@@ -166,26 +154,25 @@ def test_the_command(tmp_path, monkeypatch, capsys):
         ),
         ("explain a.nc roll_rate=2 tilt=1deg --plot b.xyz", ".png"),
     ):
-        status, _, err = run(monkeypatch, capsys, line)
+        status, _, err = command(line)
         assert (status, said in err) == (2, True), err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.nc", "a.png"]
 
 
-def test_a_cell_that_was_tampered_with(tmp_path, monkeypatch, capsys):
+def test_a_cell_that_was_tampered_with(command, tmp_path):
     """A value that no run gives is named, and the status is 1; a last bit is told, and is no failure."""
-    monkeypatch.chdir(tmp_path)
     sweep.run_to_file(ROLLING, "a.nc")
     line = "explain a.nc roll_rate=2.5 tilt=0.01deg"
     with netCDF4.Dataset("a.nc", "a") as file:
         file["tilt_max"][3, 0] = np.nextafter(file["tilt_max"][3, 0], 2.0)
         file.kernel_hash = "0" * 64
-    status, out, _ = run(monkeypatch, capsys, line)
+    status, out, _ = command(line)
     words = " ".join(out.split())
     assert (status, "not to the bit (tilt_max), but within the tolerances" in words) == (0, True)
     assert "with other kernels than those of the file (000000000000)" in words
     with netCDF4.Dataset("a.nc", "a") as file:
         file["tilt_max"][3, 0] = 0.5
-    status, out, _ = run(monkeypatch, capsys, line)
+    status, out, _ = command(line)
     assert (status, "tilt_max DIFFER beyond the tolerance" in " ".join(out.split())) == (1, True)
 
 
@@ -216,18 +203,18 @@ def test_the_figure_has_the_extremes_and_the_limit():
     assert (left.get_xlabel(), right.get_xlabel()) == ("time (s)", "x (m)")
 
 
-def test_run_from_repeats_a_run_from_the_file_alone(tmp_path, monkeypatch, capsys):
+def test_run_from_repeats_a_run_from_the_file_alone(command, tmp_path):
     """--from needs nothing but the file: the new atlas has the same bits; changes and a second spec are told apart."""
-    monkeypatch.chdir(tmp_path)
-    with sweep.open_atlas(sweep_file(tmp_path)) as atlas:
+    sweep.run_to_file(ROLLING, "a.nc")
+    with sweep.open_atlas("a.nc") as atlas:
         before = atlas.load()
-    assert run(monkeypatch, capsys, "run --from a.nc -o b.nc")[::2] == (0, "eulerdisk: b.nc: 42 cells\n")
+    assert command("run --from a.nc -o b.nc")[::2] == (0, "eulerdisk: b.nc: 42 cells\n")
     with sweep.open_atlas("b.nc") as again:
         assert again.attrs["sweep_fingerprint"] == before.attrs["sweep_fingerprint"]
         for name in before.variables:
             assert again[name].values.tobytes() == before[name].values.tobytes(), name
         assert again.attrs["history"].endswith("eulerdisk run --from a.nc -o b.nc")
-    assert run(monkeypatch, capsys, "run --from a.nc alpha=1 tilt=1deg -o c.nc")[0] == 0
+    assert command("run --from a.nc alpha=1 tilt=1deg -o c.nc")[0] == 0
     with sweep.open_atlas("c.nc") as changed:
         spec = ROLLING.replace(alpha=1.0, tilt="1deg")
         assert json.loads(changed.attrs["sweep_spec"]) == json.loads(spec.canonical())
@@ -238,15 +225,9 @@ def test_run_from_repeats_a_run_from_the_file_alone(tmp_path, monkeypatch, capsy
         ("run --from missing.nc -o d.nc", "no such file"),
         ("run --from a.nc rol_rate=2 -o d.nc", "Did you mean roll_rate?"),
     ]:
-        status, out, err = run(monkeypatch, capsys, line)
+        status, out, err = command(line)
         assert (status, out) == (2, "")
         assert said in err
     with netCDF4.Dataset("a.nc", "a") as file:
         file.kernel_hash = "0" * 64
-    assert "was made by other kernels" in run(monkeypatch, capsys, "run --from a.nc -o e.nc")[2]
-
-
-def sweep_file(folder):
-    """Write the atlas of released disks and return its path."""
-    sweep.run_to_file(ROLLING, folder / "a.nc")
-    return folder / "a.nc"
+    assert "was made by other kernels" in command("run --from a.nc -o e.nc")[2]
