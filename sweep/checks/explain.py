@@ -16,9 +16,11 @@ from sweep.atlas import row_edges
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.parts import nearest_cell
+from sweep.checks.tally import difference, other_bits
 from sweep.checks.variables import Stated, allowed_of_cells
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
 from sweep.engine.grid import Span, starts_of
+from sweep.model.description import Starts
 from sweep.model.quantity import ERROR_GAUGE, FAILED, MISSING, STEP_COUNT, UNDISTURBED, UNSTABLE, Quantity
 from sweep.request.spec import SweepSpec
 
@@ -79,17 +81,19 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     exact = {}
     if model.exact is not None:
         exact = {name: float(values[0]) for name, values in model.exact.measures(spec, starts).items()}
-    computed = model.endings.of(stored["ending"]).role != MISSING
-    differing, beyond = _repeat(spec, span, cell, table) if computed else ([], [])
-    made = str(dataset.attrs.get("kernel_hash", "unknown"))
-    kernels = "the same kernels"
-    if made != arithmetic_hash(spec):
-        # other kernels make other errors with other work
-        beyond = [name for name in beyond if table[name].tolerance not in (ERROR_GAUGE, STEP_COUNT)]
-        kernels = f"other kernels than those of the file ({made[:12]})"
     repeated = "nothing to repeat: the cell has not been computed"
-    if computed:
-        repeated = f"from the file alone, with {kernels}: {_agreement(differing, beyond)}"
+    differing, beyond = list[str](), list[str]()
+    if model.endings.of(stored["ending"]).role != MISSING:
+        made = str(dataset.attrs.get("kernel_hash", "unknown"))
+        own = made == arithmetic_hash(spec)
+        differing, beyond = _repeat(spec, starts, cell, table, own)
+        kernels = "the same kernels" if own else f"other kernels than those of the file ({made[:12]})"
+        outcome = "every value agrees bit for bit"
+        if differing:
+            outcome = (
+                f"not to the bit ({', '.join(differing)}), but within the tolerances of eulerdisk compare"
+            )
+        repeated = f"from the file alone, with {kernels}: {_beyond(beyond) if beyond else outcome}"
     in_time = _followed(spec, start, stored)
     contradicted = [
         name for name, (value, error) in in_time.items() if _apart(table[name], stored[name], value, error)
@@ -134,25 +138,24 @@ def _value_at(dataset: "xr.Dataset", name: str, place: Mapping[str, int]) -> Any
 
 
 def _repeat(
-    spec: SweepSpec, span: Span, cell: Mapping[str, Any], table: Mapping[str, Quantity]
+    spec: SweepSpec, starts: Starts, cell: Mapping[str, Any], table: Mapping[str, Quantity], own: bool
 ) -> tuple[list[str], list[str]]:
     """Compute one cell again: the names of the values that differ in any bit, and of those beyond their tolerance.
 
-    `cell` holds the stored values in their types.
+    `cell` holds the stored values in their types; `own` says whether the same kernels made them.
     """
     differing, beyond = [], []
-    starts = starts_of(spec, span)
-    columns = compute(spec, starts)
+    again = compute(spec, starts)
     stored = {name: np.atleast_1d(value) for name, value in cell.items()}
-    both = Stated(spec, columns), Stated(spec, stored)
-    for name, column in columns.items():
-        if name not in cell:
-            continue
-        new, old = column[0], cell[name]
-        if new.tobytes() == old.tobytes() or (np.isnan(new) and np.isnan(old)):
+    both = Stated(spec, again), Stated(spec, stored)
+    for name in [each for each in again if each in stored]:
+        if not other_bits(again[name], stored[name])[0]:
             continue
         differing.append(name)
-        if not abs(float(new) - float(old)) <= allowed_of_cells(table[name], *both, starts)[0]:
+        # other kernels make other errors with other work
+        judged = own or table[name].tolerance not in (ERROR_GAUGE, STEP_COUNT)
+        most = allowed_of_cells(table[name], *both, starts)
+        if judged and not (difference(again[name], stored[name]) <= most)[0]:
             beyond.append(name)
     return differing, beyond
 
@@ -167,17 +170,12 @@ def _where(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object
 
 
 def _start(spec: SweepSpec, start: Mapping[str, float]) -> Iterator[str]:
-    fixed = [
-        f"{name} {getattr(spec, name) if name in spec.constants else _spelled(spec, name, value)}"
-        for name, value in start.items()
-        if name not in spec.axes
-    ]
+    fixed = []
+    for name in [each for each in start if each not in spec.axes]:
+        spelled = spec.model.parameters[name].spell(start[name]) if np.isfinite(start[name]) else "none"
+        fixed.append(f"{name} {getattr(spec, name) if name in spec.constants else spelled}")
     yield f"start       {', '.join(fixed)}"
     yield f"disturbed   {spec.model.disturbed_motion(spec)}"
-
-
-def _spelled(spec: SweepSpec, name: str, value: float) -> str:
-    return spec.model.parameters[name].spell(value) if np.isfinite(value) else "none"
 
 
 def _stored(spec: SweepSpec, stored: Mapping[str, float]) -> Iterator[str]:
@@ -192,27 +190,41 @@ def _stored(spec: SweepSpec, stored: Mapping[str, float]) -> Iterator[str]:
         yield f"  {name:<17} {says:<22} {quantity.long_name}"
 
 
-def _agreement(differing: list[str], beyond: list[str]) -> str:
-    if beyond:
-        return f"{', '.join(beyond)} DIFFER beyond the tolerance"
-    if differing:
-        return f"not to the bit ({', '.join(differing)}), but within the tolerances of eulerdisk compare"
-    return "every value agrees bit for bit"
-
-
 def _exact(spec: SweepSpec, exact: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
     if spec.model.exact is None:
         return
     variables = spec.model.variables
     yield f"exact       without time stepping: {variables['ending'].flag(exact['ending'])}"
     for name in spec.model.exact.compared:
-        quantity, value = variables[name], exact[name]
-        if np.isfinite(value):
-            apart = abs(value - stored[name])
-            # a difference is compared with a tolerance, which is in SI
-            off = f"the cell is off by {apart:.1e} {quantity.units}"
-            says = off if np.isfinite(apart) else "the cell has none"
-            yield f"  {name:<17} {quantity.spell(value):<22} {says}"
+        if np.isfinite(exact[name]):
+            yield f"  {name:<17} {_beside(variables[name], exact[name], stored[name], 22)}"
+
+
+def _in_time(
+    spec: SweepSpec,
+    found: Mapping[str, tuple[float, float]],
+    stored: Mapping[str, float],
+    contradicted: Sequence[str],
+) -> Iterator[str]:
+    if not found:
+        return
+    says = _beyond(contradicted) if contradicted else "nothing contradicts it"
+    yield f"in time     the motion followed in time: {says}"
+    variables = spec.model.cell_variables(spec)
+    for name, (value, _) in found.items():
+        yield f"  {name:<18} {_beside(variables[name], value, stored[name], 21)}"
+
+
+def _beside(quantity: Quantity, value: float, stored: float, width: int) -> str:
+    """Return another value of a variable, and how far the stored one is from it."""
+    apart, shown = abs(value - stored), quantity.spell(value) if np.isfinite(value) else "none"
+    # a difference is compared with a tolerance, which is in SI
+    off = f"the cell is off by {apart:.1e} {quantity.units}".removesuffix(" 1")
+    return f"{shown:<{width}} {off if np.isfinite(apart) else 'the cell has none'}"
+
+
+def _beyond(names: Sequence[str]) -> str:
+    return f"{', '.join(names)} DIFFER beyond the tolerance"
 
 
 def _followed(
@@ -232,26 +244,6 @@ def _apart(quantity: Quantity, stored: float, value: float, error: float) -> boo
         return False
     tolerance = quantity.tolerance
     return not abs(stored - value) <= tolerance.absolute + tolerance.relative * abs(stored) + error
-
-
-def _in_time(
-    spec: SweepSpec,
-    found: Mapping[str, tuple[float, float]],
-    stored: Mapping[str, float],
-    contradicted: Sequence[str],
-) -> Iterator[str]:
-    if not found:
-        return
-    says = (
-        f"{', '.join(contradicted)} DIFFER beyond the tolerance" if contradicted else "nothing contradicts it"
-    )
-    yield f"in time     the motion followed in time: {says}"
-    variables = spec.model.cell_variables(spec)
-    for name, (value, _) in found.items():
-        apart = abs(value - stored[name])
-        off = f"the cell is off by {apart:.1e} {variables[name].units}".removesuffix(" 1")
-        shown = variables[name].spell(value) if np.isfinite(value) else "none"
-        yield f"  {name:<18} {shown:<21} {off if np.isfinite(apart) else 'the cell has none'}"
 
 
 def _lines(
