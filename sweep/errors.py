@@ -34,7 +34,7 @@ class RequestError(Exception):
         self.message, self.hint, self.where = message, hint, where
 
     def __str__(self) -> str:
-        """Return the error as one line that prints, whatever the words of the user or of a file hold."""
+        """Return the error as one line that prints, also where words of the user or of a file would not."""
         place = f"{self.where}: " if self.where else ""
         text = printable(f"{place}{self.message} {self.hint}".rstrip())
         # the sentence is at the end, behind what was given

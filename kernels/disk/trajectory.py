@@ -158,7 +158,7 @@ def trajectory(start, settings, times, samples):
 
 @entry(start="float64[::1]", states="float64[:, ::1]", results="float64[:, ::1], written")
 def derived(start, states, results):
-    """Compute what follows from sampled states, by whatever method they were integrated.
+    """Compute what follows from sampled states, integrated by any method.
 
     Parameters
     ----------

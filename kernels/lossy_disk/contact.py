@@ -1,4 +1,4 @@
-"""The force of the plane on a disk with losses, whatever dry friction holds."""
+"""The force of the plane on a disk with losses, sliding or held by dry friction."""
 
 from kernels.jit import kernel
 from kernels.lossy_disk.contact_motion import Forces, compliance, contact_rates

@@ -67,7 +67,7 @@ def contact_state(state, inertia):
 def spin_state(state, inertia):
     """State (S, C, K, w, o, p) of a state (S, C, w, f, v)."""
     S, C, w, f, v = state
-    # the inverse of `contact_state` whatever the error of the steps in S^2 + C^2 = 1: motions go to and fro often
+    # the inverse of `contact_state` for any error of the steps in S^2 + C^2 = 1: motions go to and fro often
     square = S * S + C * C
     return S, C, 1.0 / C, w, C * (v - f * S) / square, inertia.i_roll * (f * C * C + v * S) / square
 
@@ -94,7 +94,7 @@ def pull_at_rest(S, C, turning, inertia):
 
 @kernel
 def contact_rates(state, senses, inertia, losses):
-    """How a motion and its ledger change in scaled time, whatever friction holds but the tilt.
+    """How a motion and its ledger change in scaled time, if friction does not hold the tilt.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """One motion in scalar code: steps, events, what friction holds or lets go, the ledger, until an ending.
 
-The lanes step what slides; whatever is decided at an event is decided here, and what friction holds is followed here
+The lanes step what slides; what an event decides is decided here, and what friction holds is followed here
 until it slides again.
 """
 

@@ -15,7 +15,7 @@ Never raises. A cell's bits depend on the cell and the settings alone.
 
 There is a variant for each set of laws, which leaves out what the others would cost: `variant` says its name, and it is
 made when the module is first asked for it. `integrate` has both contour frictions and no other law. A variant takes no
-notice of the coefficients of a law that it leaves out, and reports no loss to it: whoever calls one must know that they
+notice of the coefficients of a law that it leaves out, and reports no loss to it: a caller must know that they
 are zero in all cells, as `sweep.model.lossy_disk.model` does by `variant`.
 """
 

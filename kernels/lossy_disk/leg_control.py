@@ -2,7 +2,7 @@
 
 `lanes` is the flat array of `kernels.lossy_disk.layout`.
 
-A leg ends with whatever a sliding motion in a lane cannot decide. The lane goes back by some of its steps, to a moment
+A leg ends with what a sliding motion in a lane cannot decide. The lane goes back by some of its steps, to a moment
 before the event, and `kernels.lossy_disk.follow` goes on from there in scalar code: to the ending of the cell, or until
 the disk slides again, when the lane takes it over.
 """

@@ -57,7 +57,7 @@ class Look(NamedTuple):
     error : float
         Its imbalance (`imbalance_of`).
     spent : float
-        The part of it that stays, whatever comes.
+        The part of it that stays to the end.
     progress : float
         Part of its energy that it has lost.
     scale : float

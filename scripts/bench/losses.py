@@ -130,7 +130,7 @@ def _error(found: Array, truth: Array) -> float:
 def _row(
     name: str, task: tuple[_Solve, Array, float], error: float, first: dict[str, Any] | None, repeats: int
 ) -> dict[str, Any]:
-    """Return the row of a contender; the least time of several counts, whatever else the machine does."""
+    """Return the row of a contender; the least time of several counts, beside any other work of the machine."""
     solve, given, setting = task
     runs = [_timed(solve, given, setting) for _ in range(repeats)]
     seconds, steps = min(run[0] for run in runs), runs[0][2]

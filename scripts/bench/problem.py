@@ -119,7 +119,7 @@ def longest(given: Array, duration: float = LONGEST) -> float:
 
 
 def timed(solve: Callable[[Array, float], Array]) -> Solve:
-    """Return a `Solve` that takes the processor time of the whole call, whatever else the machine is doing."""
+    """Return a `Solve` that takes the processor time of the whole call, beside any other work of the machine."""
 
     def run(given: Array, setting: float) -> tuple[float, Array]:
         began = time.process_time()

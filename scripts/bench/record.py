@@ -85,7 +85,7 @@ def ratios(found: dict[str, Any]) -> dict[str, float]:
     for row in found["field"]["contenders"]:
         if row["name"] == "eulerdisk exact":
             named["eulerdisk rk4 / exact"] = 1.0 / row["ratio"]["median"]
-    # one thread: several wait for whatever else the machine is doing
+    # one thread: several wait for the other work of the machine
     for kernel, words in zip(found["kernel"][:2], ("own steps", "short steps"), strict=True):
         named[f"plain loop / lane kernel, {words}"] = kernel["ratio"]["median"]
         named[f"share of the multiply-adds, {words}"] = kernel["share"]

@@ -86,7 +86,7 @@ def _probe() -> Callable[..., None]:
 
 
 def _seconds(work: Callable[[], object]) -> float:
-    # One thread is timed in processor time, whatever else the machine is doing; threads that wait for each other
+    # One thread is timed in processor time, beside any other work of the machine; threads that wait for each other
     # spend that too, so several are timed by the clock.
     clock = time.process_time if numba.get_num_threads() == 1 else time.perf_counter
     began = clock()

@@ -16,7 +16,7 @@ _GRID = ("roll_rate=2:4:50", "tilt=0.001deg:5deg:50:log")
 def measure(repeats: int) -> dict[str, Any]:
     """Return the least seconds of each command on 2,500 cells, and of bare imports of the same libraries.
 
-    `warm` with all kernels in the cache, `cold` with an empty cache: whatever a command needs is compiled then.
+    `warm` with all kernels in the cache, `cold` with an empty cache: all that a command needs is compiled then.
     """
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)

@@ -84,7 +84,7 @@ def tell_warnings() -> None:
             before(message, category, *place)
 
     warnings.showwarning = show  # type: ignore[assignment]  # the names of the rest do not matter here
-    # whatever is asked for otherwise: it ends no command
+    # also under -W error: it ends no command
     for each in _FOR_USERS:
         warnings.filterwarnings("default", category=each)
 
@@ -130,7 +130,7 @@ def _status(command: Callable[[], None]) -> int:
         if problem.errno not in _SURROUNDINGS:
             return _defect(problem)
         return _refused(f"The system refuses: {problem}.", "Remove the cause and run the same command again.")
-    # whatever else arrives here is a defect
+    # any other error that arrives here is a defect
     except Exception as problem:
         return _defect(problem)
     return 0
@@ -142,7 +142,7 @@ def _code(end: SystemExit) -> int:
 
 def _interrupted() -> int:
     # An interrupt that came while a text was executed, as `dataclasses` do, would decide how the interpreter ends,
-    # whatever its status: it remembers the last text.
+    # with any status: it remembers the last text.
     exec("")
     say("interrupted; no unfinished file was written.")
     return 128 + signal.SIGINT

@@ -224,7 +224,7 @@ def check_room(path: Path, needed: float) -> None:
 
 
 def free_bytes(path: Path) -> float:
-    """Return the bytes that are free on the disk of a file, which need not exist; infinite if nobody knows."""
+    """Return the bytes that are free on the disk of a file, which need not exist; infinite if that is not known."""
     # a file system that has no size does not say what it takes: /proc takes nothing, some network mounts anything
     usage = shutil.disk_usage(path.parent)
     return usage.free if usage.total else math.inf

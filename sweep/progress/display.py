@@ -177,7 +177,7 @@ def _notebook() -> Iterator[Show]:
     from rich.console import Console
 
     bar, take = _rich_bar(Console())
-    # by its name: whoever has no notebook need not have IPython
+    # by its name: without a notebook there may be no IPython
     place: Any = import_module("IPython.display").display(bar.make_tasks_table(bar.tasks), display_id=True)
     drawn, stage = time.monotonic(), ""
 

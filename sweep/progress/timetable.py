@@ -29,7 +29,7 @@ class Status:
 class Stage:
     """A stage of some work: its name, how many cells it goes through, and the seconds expected for one.
 
-    `pace` is None for a stage that integrates cells: nobody knows beforehand how long that takes.
+    `pace` is None for a stage that integrates cells: how long that takes is not known beforehand.
     """
 
     name: str

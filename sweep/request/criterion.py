@@ -136,7 +136,7 @@ class Limit(_Limited):
         -----
         A lost motion is unstable (a fall). A departure beyond the limit is unstable, even if time ran out after it.
         Only a cell whose extremes are final and within the limit is stable. All others are undecided, and so is every
-        cell that could not be resolved, whatever its extremes say.
+        cell that could not be resolved, also where its extremes say something.
         """
         ending, limit = measured["ending"], self.allowed(scale)
         final = endings.have(FINAL, ending)
@@ -299,7 +299,7 @@ class Aloft(_Limited):
         Notes
         -----
         A motion that ended otherwise than by a loss before the time is stable if it goes on for all time or for the
-        duration, and undecided if nobody knows how it went on.
+        duration, and undecided if how it went on is not known.
         """
         ending = measured["ending"]
         # no comparison with a missing time holds: such a motion ended with the duration

@@ -1,7 +1,7 @@
 """Random values of a parameter: ``uniform:2:4``, ``loguniform:0.1:10``, ``normal:1deg:0.2deg``.
 
 A value is a function of the seed, the name of its parameter and the number of its start alone. So the same starts come
-out whatever the blocks, threads and machines of a run, and however many starts there are.
+out for any blocks, threads and machines of a run, and for any number of starts.
 """
 
 import hashlib
@@ -176,7 +176,7 @@ def is_distribution(raw: object) -> bool:
 
 
 def parse_distribution(raw: object, quantity: Quantity) -> Distribution:
-    """Return the distribution that was given for a quantity, in its SI units, whatever its values.
+    """Return the distribution that was given for a quantity, in its SI units, with any values.
 
     Raises
     ------

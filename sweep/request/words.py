@@ -184,7 +184,7 @@ def split_words(
 
 
 def pairs(words: Iterable[str]) -> dict[str, str]:
-    """Return the names and values of ``NAME=VALUE`` words, whatever the names.
+    """Return the names and values of ``NAME=VALUE`` words with any names.
 
     Raises
     ------

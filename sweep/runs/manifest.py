@@ -174,7 +174,7 @@ def _with_starts(spec: SweepSpec, path: Path) -> SweepSpec:
 
 
 def discard(folder: Path) -> str:
-    """Return the shell command that removes a run's folder, whatever characters its name has."""
+    """Return the shell command that removes a run's folder; its name may have any characters."""
     return f"`rm -r {shlex.quote(str(folder))}`"
 
 

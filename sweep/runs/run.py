@@ -101,7 +101,7 @@ class Failures:
         ]
 
     def __repr__(self) -> str:
-        """Return what `describe` says, for whoever looks at the result of a call."""
+        """Return what `describe` says, which an interpreter shows of the result of a call."""
         return "\n".join(self.describe()) if self.total else _all_computed(self.spec.size)
 
     def _coordinates(self, cell: int) -> str:
