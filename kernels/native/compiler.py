@@ -4,7 +4,7 @@ Vectors
     For most Intel processors with AVX-512 LLVM prefers vectors of half their width, because the early ones ran slower
     for a while after a wide instruction; on later ones loops over lanes lose a third of their speed by it. An attribute
     of each function asks for the full width, or for that of EULERDISK_VECTOR_BITS. Numba's settings would change it
-    for whatever a program compiles. The width changes no bit of a result: lanes never exchange a number.
+    for all that a program compiles. The width changes no bit of a result: lanes never exchange a number.
 
 Parts
     Numba makes machine code of every function, also of those that only other kernels call and that are part of these

@@ -1,6 +1,6 @@
 """What other programs leave out of an atlas, made again from its spec and its verdicts.
 
-CDO writes no scalar variables, so that the fixed parameters are lost; ``ncks -v`` and ``drop_vars`` leave out whatever
+CDO writes no scalar variables, so that the fixed parameters are lost; ``ncks -v`` and ``drop_vars`` leave out what
 they are told to.
 """
 
