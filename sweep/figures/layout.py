@@ -53,16 +53,23 @@ _ROUNDS = 2
 class Block:
     """A panel in a figure: its map or profile, the strip below it if there is one, and their words.
 
-    `regions` are the names and cells that are written into a map where they have room.
+    `regions` are the names and cells that are written into a map where they have room. `signs` are labelled handles
+    that the legend has beside those of the axes.
     """
 
     axes: "Axes"
-    panel: Panel
+    panel: Panel | None = None
     title: str = ""
     caption: tuple[str, ...] = ()
     strip: "Axes | None" = None
     regions: Sequence[tuple[str, Truths]] = ()
     is_mathematics: bool = False
+    signs: Sequence[Any] = ()
+
+    @property
+    def is_profile(self) -> bool:
+        """Whether it is drawn over one axis of the atlas."""
+        return self.panel is not None and self.panel.y is None
 
     @property
     def lowest(self) -> "Axes":
@@ -150,7 +157,7 @@ def _put_below(axes: "Axes", block: Block) -> None:
     assert drawn is not None
     drawn.draw_without_rendering()
     width = axes.get_window_extent().width / axes.figure.dpi
-    legend = _add_legend(axes, _entries(axes), block.caption, width)
+    legend = _add_legend(axes, _entries(block), block.caption, width)
     tight = axes.get_tightbbox(for_layout_only=True)
     assert tight is not None
     below = (tight.y0 - axes.get_window_extent().y0) / axes.figure.dpi - 0.5 * _letter()
@@ -220,7 +227,7 @@ class _Layout:
 
     def write_legends(self, common: Sequence[str] | None) -> None:
         """Write the legends, as wide as the columns are, or one with a caption that is common to all panels."""
-        found = [_entries(block.axes) for block in self.blocks]
+        found = [_entries(block) for block in self.blocks]
         if common is None:
             for block, named in zip(self.blocks, found, strict=True):
                 self.legends.append(_add_legend(block.lowest, named, block.caption, self._column()))
@@ -295,7 +302,7 @@ class _Layout:
         if self.height is not None:
             panel = (self.height - fixed) / self.rows
             return panel, max((panel - extra) * share / (1.0 + share), least), self.height
-        high = across * (_SHAPE if any(block.panel.y is not None for block in self.blocks) else _PROFILE)
+        high = across * (_PROFILE if all(block.is_profile for block in self.blocks) else _SHAPE)
         strip = max(share * high, least)
         return high + extra + strip, strip, fixed + self.rows * (high + extra + strip)
 
@@ -371,7 +378,7 @@ def _generous(inches: float) -> str:
 def _write_names(block: Block) -> None:
     """Write names into a map that has its final size; a name without room is left out."""
     panel = block.panel
-    if panel.y is None:
+    if panel is None or panel.y is None:
         return
     room = Room(block.axes)
     if panel.joined is None and panel.edges:
@@ -385,10 +392,10 @@ def _write_names(block: Block) -> None:
                 name_end(room, text, (0.0, height))
 
 
-def _entries(axes: "Axes") -> dict[str, Any]:
+def _entries(block: Block) -> dict[str, Any]:
     """Return labels and handles of a panel, the measurement first."""
-    handles, labels = axes.get_legend_handles_labels()
-    named = dict(zip(labels, handles, strict=True))
+    handles, labels = block.axes.get_legend_handles_labels()
+    named = {each.get_label(): each for each in block.signs} | dict(zip(labels, handles, strict=True))
     order = sorted(named, key=lambda label: not isinstance(named[label], ErrorbarContainer))
     return {label: named[label] for label in order}
 

@@ -1,25 +1,23 @@
 """Figures of lists of starts: a point for every start in the plane of two parameters, coloured by its verdict."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-from matplotlib import rcParams
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.transforms import ScaledTranslation
 
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.dataset import require, spec_named
 from sweep.atlas.share import Share, unstable_share
 from sweep.errors import RequestError, are, counted, plain_text
 from sweep.figures.drawing import HALO, INK, sheet
+from sweep.figures.layout import Block, arrange, finish_in
 from sweep.figures.look import LINEAR, Look, columns_of, inches, size_of
 from sweep.figures.panels import fixed_parameters, formula
 from sweep.figures.scales import SQUEEZED, set_log_ticks
-from sweep.figures.texts import broken, wrapped
 from sweep.model.quantity import FAILED, MISSING, STABLE, UNDECIDED, UNSTABLE, Array, Input, Quantity
 from sweep.request.axes import Range
 from sweep.request.spec import SweepSpec
@@ -31,17 +29,8 @@ if TYPE_CHECKING:
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Size of a panel [in]: the axes with their labels, and the legend below.
-_WIDTH, _LEAST_WIDTH, _HEIGHT, _LEGEND = 3.9, 2.6, 3.2, 1.25
-
-#: The width [in] from which a legend has two columns; in letters, what numbers and label of an axis take at most.
-_TWO_COLUMNS, _BESIDE = 2.5, 6.5
-
-#: In letters: from the axes down to the legend, and the height of a line of a title. How often a sheet is laid out.
-_BELOW, _LINE, _LAYOUTS = 4.0, 1.2, 2
-
-#: Letters [points] for which these sizes are meant; the title is larger by one point.
-_LETTERS = 8.0
+#: Width of a panel with its labels [in], and the least one.
+_WIDTH, _LEAST_WIDTH = 3.9, 2.6
 
 #: Points that are drawn at most: more cover each other.
 _MOST_POINTS = 20_000
@@ -134,33 +123,12 @@ def figure(datasets: Sequence["xr.Dataset"], look: Look, axes: "Axes | None" = N
             raise RequestError(
                 f"Axes hold one atlas; got {len(datasets)}.", hint="Give one, or leave ax out.", where="ax"
             )
-        _draw(axes, datasets[0], _WIDTH)
-        found = axes.get_figure(root=True)
-        assert isinstance(found, Figure)
-        return found
+        return finish_in(_block(axes, datasets[0]), look)
     columns = columns_of(len(datasets), look, _WIDTH, _LEAST_WIDTH)
-    rows, width = -(-len(datasets) // columns), size_of(columns, look, _WIDTH)[0]
-    height = inches(look.height) or rows * (_HEIGHT + _LEGEND) * look.font_size / _LETTERS
-    with sheet(width, height, look.font_size) as drawn:
-        panels = np.atleast_1d(drawn.subplots(rows, columns, squeeze=False)).ravel()
-        for each, dataset in zip(panels, datasets, strict=False):
-            _draw(each, dataset, width / columns)
-        for each in panels[len(datasets) :]:
-            each.set_visible(False)
-        if look.height is None:
-            drawn.set_figheight(height + sum(map(_further_lines, panels.reshape(rows, columns))))
-        # the layout needs the numbers that follow from it, and moves them: without this, labels leave the sheet by
-        # some dots
-        for _ in range(_LAYOUTS):
-            drawn.draw_without_rendering()
+    with sheet(*size_of(columns, look, _WIDTH), look.font_size, "none") as drawn:
+        blocks = [_block(drawn.add_axes((0.2, 0.2, 0.6, 0.6)), dataset) for dataset in datasets]
+        arrange(drawn, blocks, columns, height=inches(look.height))
     return drawn
-
-
-def _further_lines(panels: "Iterable[Axes]") -> float:
-    """Return the height [in] that titles of several lines take more than those of one, in a row of panels."""
-    return max(
-        each.get_title().count("\n") * _LINE * float(each.title.get_fontsize()) / 72.0 for each in panels
-    )
 
 
 def _check_look(look: Look) -> None:
@@ -177,7 +145,7 @@ def _check_look(look: Look) -> None:
         )
 
 
-def _draw(axes: "Axes", dataset: "xr.Dataset", width: float) -> None:
+def _block(axes: "Axes", dataset: "xr.Dataset") -> Block:
     spec = spec_named(dataset)
     plane = plane_of(spec)
     require(dataset, (plane.x.name, plane.y.name, "stability", "ending"))
@@ -186,17 +154,12 @@ def _draw(axes: "Axes", dataset: "xr.Dataset", width: float) -> None:
     x, y = (dataset[each.name].values[some] * each.plot_scale for each in (plane.x, plane.y))
     codes, endings = dataset["stability"].values[some], dataset["ending"].values[some]
     failed = np.logical_or(*(spec.model.endings.have(role, endings) for role in (FAILED, MISSING)))
-    handles = _draw_points(axes, x, y, codes, failed)
+    signs = _draw_points(axes, x, y, codes, failed)
     for which, values, quantity in (("x", x, plane.x), ("y", y, plane.y)):
         _set_scale(axes, which, values, quantity, spec)
-    handles += _draw_theory(axes, spec, plane, y if spec.model.controls([plane.y.name]) else x)
-    title = spec.headline.partition(":")[0]
-    size = float(axes.title.get_fontsize())
-    # both begin where the axes do
-    room = width - _BESIDE * float(rcParams["font.size"]) / 72.0
-    axes.set_title(wrapped(title, size, room), parse_math=False)
+    _draw_theory(axes, spec, plane, y if spec.model.controls([plane.y.name]) else x)
     caption = _caption(spec, plane, unstable_share(dataset), some.size, count)
-    _add_legend(axes, handles, caption, room)
+    return Block(axes, title=spec.headline.partition(":")[0], caption=caption, signs=signs)
 
 
 def _draw_points(
@@ -242,13 +205,13 @@ def _set_scale(axes: "Axes", which: str, values: Array, quantity: Quantity, spec
     getattr(axes, f"set_{which}lim")(known.min() - margin, known.max() + margin)
 
 
-def _draw_theory(axes: "Axes", spec: SweepSpec, plane: Plane, values_of_control: Array) -> list[Line2D]:
-    """Draw the lines of theory, which are seen if no third parameter varies; return them."""
+def _draw_theory(axes: "Axes", spec: SweepSpec, plane: Plane, values_of_control: Array) -> None:
+    """Draw the lines of theory, which are seen if no third parameter varies."""
     control = next(iter(spec.model.controls(spec.listed)), None)
     # not the ends of the axis: theory has other edges where rates of both signs are possible
     low, high = float(values_of_control.min()), float(values_of_control.max())
     if plane.hidden or control is None or not low < high:
-        return []
+        return
     upward = control == plane.y.name
     ends = {which: getattr(axes, f"get_{which}lim")() for which in "xy"}
     across = _across(axes, plane.x) if upward else np.zeros(0)
@@ -258,7 +221,6 @@ def _draw_theory(axes: "Axes", spec: SweepSpec, plane: Plane, values_of_control:
         f"analytic: ${' = '.join(formula(spec, control, low < 0.0))}$",
         spec.model.line_words.label.format(spec.criterion.label(spec.model)),
     )
-    drawn: dict[str, Line2D] = {}
     for edge in theory_lines(grid, control).values():
         for label, look, line in zip(labels, looks, edge, strict=True):
             values = np.atleast_1d(line) * scale
@@ -266,11 +228,10 @@ def _draw_theory(axes: "Axes", spec: SweepSpec, plane: Plane, values_of_control:
                 continue
             if upward:
                 x = across * plane.x.plot_scale
-                (drawn[label],) = axes.plot(x, values, path_effects=HALO, label=label, **look)
+                axes.plot(x, values, path_effects=HALO, label=label, **look)
             else:
-                drawn[label] = axes.axvline(values[0], label=label, **look)
+                axes.axvline(values[0], label=label, **look)
     axes.set(xlim=ends["x"], ylim=ends["y"])
-    return list(drawn.values())
 
 
 def _across(axes: "Axes", quantity: Quantity) -> Array:
@@ -290,7 +251,7 @@ def _grid(spec: SweepSpec, control: str, ends: tuple[float, float], name: str, a
     return SweepSpec(**{"model": spec.model.name, **words, **axes})
 
 
-def _caption(spec: SweepSpec, plane: Plane, share: Share, drawn: int, count: int) -> list[str]:
+def _caption(spec: SweepSpec, plane: Plane, share: Share, drawn: int, count: int) -> tuple[str, ...]:
     lines = [f"unstable: {spec.criterion.caption(spec.model)}", fixed_parameters(spec)]
     if share.decided:
         value, low, high = share.percentages()
@@ -300,22 +261,4 @@ def _caption(spec: SweepSpec, plane: Plane, share: Share, drawn: int, count: int
     if plane.hidden:
         verb = are(len(plane.hidden), "varies", "vary")
         lines.append(f"not seen: {' and '.join(plane.hidden)} {verb} too")
-    return list(filter(None, lines))
-
-
-def _add_legend(axes: "Axes", handles: list[Line2D], caption: list[str], width: float) -> None:
-    """Write the legend below the axes, `width` [in] wide at most."""
-    drawn = axes.get_figure(root=True)
-    assert drawn is not None
-    probe = drawn.text(0.0, 0.0, "")
-    probe.set_fontsize(rcParams["legend.title_fontsize"] or rcParams["legend.fontsize"])
-    title = "\n".join(line for part in caption for line in broken(probe, part, width * drawn.dpi))
-    probe.remove()
-    # below the numbers and the label, however high the axes are
-    down = ScaledTranslation(0.0, -_BELOW * float(rcParams["font.size"]) / 72.0, drawn.dpi_scale_trans)
-    axes.legend(
-        handles=handles, title=title, loc="upper left", bbox_to_anchor=(0.0, 0.0),
-        bbox_transform=axes.transAxes + down, alignment="left",
-        frameon=False, borderpad=0.0, borderaxespad=0.0, ncols=2 if width > _TWO_COLUMNS else 1, handlelength=2.4,
-        columnspacing=1.2,
-    )  # fmt: skip
+    return tuple(filter(None, lines))
