@@ -39,10 +39,8 @@ class Page {
   #timer = 0;
   /** @type {State|null} what was shown before the last click */
   #before = null;
-  /** @type {Error|null} what the notice tells */
+  /** @type {Error|null} why there is no picture, or no answer, until there is one */
   #problem = null;
-  /** @type {Error|null} why there are no lines, though they could be had; until their next answer */
-  #linesProblem = null;
 
   /**
    * @param {About} about
@@ -58,9 +56,12 @@ class Page {
       onChoose: (aim, second) => this.#choose(aim, second),
       onAim: (aim) => this.#aim(aim),
       onReset: (chosen) => this.#reset(chosen),
-      onShown: () => this.#shown(),
-      onLines: () => this.#hearLines(),
-      onProblem: (problem) => this.#say(problem),
+      onShown: () => {
+        this.#problem = null;
+        this.#shown();
+      },
+      onLines: () => this.#shown(),
+      onProblem: (problem) => this.#note(problem),
     });
     this.#controls = new Controls(part("controls"), about, change, () => {
       const { low, high } = this.#map.picture.range;
@@ -85,11 +86,11 @@ class Page {
       map: this.#map,
       motions: this.#motions,
       source,
-      say: (words) => this.#tell(words),
+      say: (words) => tell(part("notice"), words),
     });
     this.#choices.push(followMenus);
     if (source.reach) {
-      source.reach.onLost = (problem) => this.#say(problem);
+      source.reach.onLost = (problem) => this.#note(problem);
       source.reach.onBack = () => {
         this.#map.again();
         this.#motions.again();
@@ -97,7 +98,7 @@ class Page {
       };
     }
     window.addEventListener("hashchange", () => this.#restore());
-    this.#tell("");
+    tell(part("notice"), "");
     this.#show(this.#state);
     const [first] = this.#state.points;
     if (first) this.#aim({ point: first, shown: null, keys: false });
@@ -211,38 +212,26 @@ class Page {
     this.#begin({ ...this.#state, view: { ...view, x, y } });
   }
 
-  #hearLines() {
-    this.#controls.show(this.#state, this.#map.lines);
-    const { linesProblem } = this.#map;
-    const isToldOfLines = this.#problem !== null && this.#problem === this.#linesProblem;
-    this.#linesProblem = linesProblem;
-    if (linesProblem) this.#say(linesProblem);
-    else if (isToldOfLines) this.#tellOfPicture();
-  }
-
-  /** New numbers are shown. */
+  /** New numbers are shown, or other lines. */
   #shown() {
     this.#controls.show(this.#state, this.#map.lines);
-    if (this.#linesProblem) this.#say(this.#linesProblem);
-    else this.#tellOfPicture();
+    this.#tell();
   }
 
-  #tellOfPicture() {
-    const note = this.#map.picture.answer?.head.note ?? "";
-    const end = this.#map.atEnd || this.#map.picture.answer?.head.end;
-    this.#tell(end ? "Zoom ends here: a pixel is 8 units in the last place wide." : note);
+  /** Tell what is wrong with the picture or with its lines; else the note of the picture. */
+  #tell() {
+    const problem = this.#problem ?? this.#map.linesProblem;
+    const { answer } = this.#map.picture;
+    const end = this.#map.atEnd || answer?.head.end;
+    if (problem) tellProblem(part("notice"), problem, () => this.#map.again());
+    else if (end) tell(part("notice"), "Zoom ends here: a pixel is 8 units in the last place wide.");
+    else tell(part("notice"), answer?.head.note ?? "");
   }
 
-  /** @param {Error} problem */
-  #say(problem) {
+  /** @param {Error|null} problem */
+  #note(problem) {
     this.#problem = problem;
-    tellProblem(part("notice"), problem, () => this.#map.again());
-  }
-
-  /** @param {string} words */
-  #tell(words) {
-    this.#problem = null;
-    tell(part("notice"), words);
+    this.#tell();
   }
 }
 
