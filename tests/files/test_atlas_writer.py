@@ -211,7 +211,7 @@ def test_the_check_finds_a_chunk_that_was_never_stored(tmp_path, small_chunks, m
 
 
 def test_filters_that_netcdf_does_not_undo_are_noticed(written, monkeypatch):
-    """The first and the last chunk are read by netCDF, through its filters: a file that only we can read is refused."""
+    """The first chunk is read by netCDF, through its filters: a file that only we can read is refused."""
     monkeypatch.setattr(raw_chunks, "_shuffled", lambda values, cells: values.view(np.uint8))
     _, path = written
     writer = AtlasWriter(path, SPEC, {})
