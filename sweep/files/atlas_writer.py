@@ -153,8 +153,8 @@ class AtlasWriter:
     def check(self, seen: Callable[[int], None] = lambda _: None) -> None:
         """Read the file again; an OSError says that it does not hold what was written.
 
-        All chunks are read as they are stored; each one has been inflated before it was written. The first chunk and all
-        other variables are read by netCDF through its filters, as readers will. `seen` is called with the
+        All chunks are read as they are stored; each one has been inflated before it was written. The first chunk and
+        all other variables are read by netCDF through its filters, as readers will. `seen` is called with the
         number of cells that have been looked at.
         """
         wrong, cells = list[str](), 0
