@@ -4,7 +4,6 @@ import errno
 import os
 import re
 import shlex
-import stat
 from pathlib import Path
 
 from sweep.atomic import try_publishing
@@ -103,8 +102,6 @@ def check_target(path: Path, overwrite: bool) -> None:
             hint="Choose another folder.",
             where=where,
         )
-    if exists:
-        _check_replaceable(path)
     try:
         # what os.access does not know: a user that the file server maps to another, a folder of the kernel, ...
         try_publishing(path)
@@ -155,20 +152,6 @@ def check_name(path: Path) -> None:
     else:
         return
     raise RequestError(f"{wrong}.", hint="Give another name.", where=str(path))
-
-
-def _check_replaceable(path: Path) -> None:
-    """Refuse a file that no other can be renamed to."""
-    file, folder = os.lstat(path), os.stat(path.parent)
-    if file.st_dev != folder.st_dev:
-        wrong = "The file is a mount point"
-    elif folder.st_mode & stat.S_ISVTX and os.geteuid() not in (0, file.st_uid, folder.st_uid):
-        wrong = (
-            "The file belongs to another user, in a folder where everybody may replace only what is theirs"
-        )
-    else:
-        return
-    raise RequestError(f"{wrong}; it cannot be replaced.", hint="Give another name.", where=str(path))
 
 
 def check_apart(target: Path, *sources: Path) -> None:

@@ -22,7 +22,7 @@ from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas
 from sweep.progress.timetable import COMPUTING
 from sweep.request.spec import SweepSpec
-from sweep.runs import executor, run
+from sweep.runs import array_jobs, executor, run
 from sweep.runs.forecast import of_run
 from sweep.runs.run import run_to_file
 
@@ -177,6 +177,19 @@ def test_a_disk_that_is_too_small(path, monkeypatch):
     assert "1.0 MB are free" in text
     assert list(path.parent.iterdir()) == []
     estimate.check_room(path, 0.9e6)
+
+
+def test_a_run_that_goes_on_needs_room_too(path, monkeypatch):
+    """What is kept stays, and nothing is computed."""
+    large = SPEC.replace(tilt="1deg:5deg:20000")
+    journal = array_jobs.prepare(large, path, block_cells=10_000)
+    array_jobs.compute_part(journal.folder, 1, 2)
+    held = journal.held()
+    usage = namedtuple("usage", "total used free")
+    monkeypatch.setattr(estimate.shutil, "disk_usage", lambda _: usage(10**9, 0, 10**6))
+    monkeypatch.setattr(executor, "measure_block", None)
+    refused("does not fit on the disk", run_to_file, large, path)
+    assert journal.held() == held != {}
 
 
 def test_the_room_that_is_asked_for_is_enough(path, monkeypatch):
