@@ -3,8 +3,10 @@
 import math
 
 import numpy as np
+import pytest
 
 from sweep.checks.statement import Checks
+from sweep.checks.tally import Tally, difference, other_bits
 from sweep.model.description import CellCheck
 
 
@@ -39,8 +41,36 @@ def test_without_a_share_one_wrong_value_is_one_too_many():
 
 
 def test_values_are_counted_that_nothing_is_held_against():
-    """Of every third value of a block the two between are not checked."""
-    checks = Checks("steps", "1")
-    five = np.zeros(5)
+    """Of every third value of a block the two between are not checked; a wrong one is named by its place in the whole."""
+    checks, five = Checks("steps", "1"), np.zeros(5)
+    apart = np.array([0.0, 0.0, 2.0, 0.0, 0.0])
     checks.add(0, CellCheck("steps", "its repetition", five, five, np.ones(5, bool)), step=3)
-    assert checks.statement(str).against == "its repetition; otherwise not checked: 10 values"
+    checks.add(16, CellCheck("steps", "its repetition", apart, five, np.ones(5, bool)), step=3)
+    found = checks.statement(str)
+    assert found.against == "its repetition; otherwise not checked: 20 values"
+    assert (found.judged, found.wrong, found.named) == (10, 1, ["22"])
+
+
+def test_differences_have_no_sign_and_one_missing_value_is_none():
+    """Of values that are both missing, or infinite alike, the difference is 0; where one is missing, it is missing."""
+    stored = np.array([1.0, 3.0, np.nan, np.nan, 1.0, np.inf, -np.inf])
+    right = np.array([3.0, 1.0, np.nan, 1.0, np.nan, np.inf, 1.0])
+    assert difference(stored, right).tolist() == pytest.approx(
+        [2, 2, 0, np.nan, np.nan, 0, np.inf], nan_ok=True
+    )
+    assert other_bits(np.array([0.0, np.nan, 1.0]), np.array([-0.0, -np.nan, 1.0])).tolist() == [
+        True,
+        False,
+        False,
+    ]
+
+
+def test_the_worst_value_is_one_that_is_too_far_off():
+    """One beyond what is allowed before a larger share of it; excused ones are counted apart."""
+    tally, one = Tally(), np.ones(4)
+    apart, allowed = np.array([0.9, 3.0, 0.0, 5.0]), np.array([1.0, 2.0, 1.0, 1.0])
+    beyond, excused = np.array([False, False, True, True]), np.array([False, False, False, True])
+    tally.add(10, apart, allowed, beyond=beyond, excused=excused, values=(one, one))
+    assert (tally.judged, tally.beyond, tally.excused, tally.first) == (4, 1, 1, [12])
+    assert (tally.worst.place, tally.worst.beyond) == (12, True)
+    assert (tally.largest, tally.allowed, tally.ratio) == (3.0, 2.0, 1.5)

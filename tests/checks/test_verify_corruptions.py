@@ -50,59 +50,40 @@ def small(preset, **words):
 
 
 ROLLING = {"roll_rate": "2:4:6", "tilt": "0.1deg,1deg,4deg"}
-KINDS = {
-    "rolling": lambda: sweep.run(small("rolling", **ROLLING)),
-    "spinning": lambda: sweep.run(small("spinning", precession_rate="3:5:6", tilt="0.1deg,1deg")),
-    "circling": lambda: sweep.run(
-        small("circling", precession_rate="0.1:5:9", tilt="2deg,9deg", contact="yes")
+SPECS = {
+    "rolling": small("rolling", **ROLLING),
+    "spinning": small("spinning", precession_rate="3:5:6", tilt="0.1deg,1deg"),
+    "circling": small("circling", precession_rate="0.1:5:9", tilt="2deg,9deg", contact="yes"),
+    "steady": SweepSpec(tilt="5deg,10deg", precession_rate="steady-slow", roll_rate="-8:8:5", tilt_rate=1e-3),
+    "refined": small("rolling", **ROLLING, boundary="refined:1e-9"),
+    "edges": small("circling", precession_rate="0.05:6:14", tilt="2deg,9deg", boundary="refined:1e-8"),
+    "cube": SweepSpec(
+        alpha="0.5,1", roll_rate="2:3.5:4", tilt="1deg,4deg", boundary="refined", criterion="amplification:9"
     ),
-    "steady": lambda: sweep.run(
-        SweepSpec(tilt="5deg,10deg", precession_rate="steady-slow", roll_rate="-8:8:5", tilt_rate=1e-3)
+    "exact": small("rolling", **ROLLING, method="exact", contact="yes"),
+    "falls": SweepSpec(tilt="-50deg,20deg", roll_rate="0:3:7", tilt_rate="-1,1", contact="yes"),
+    "horizon": small("rolling", **ROLLING, duration=1.2),
+    "cell": SweepSpec(tilt="1deg", roll_rate=3, contact="yes"),
+    "partial": small("rolling", **{**ROLLING, "roll_rate": "2:4:9"}),
+    "own": small(
+        "rolling", **ROLLING, boundary="refined:1e-6", criterion="peak_tilt > 3*tilt and nutation_period > 3s"
     ),
-    "refined": lambda: sweep.run(small("rolling", **ROLLING, boundary="refined:1e-9")),
-    "edges": lambda: sweep.run(
-        small("circling", precession_rate="0.05:6:14", tilt="2deg,9deg", boundary="refined:1e-8")
+    "own falls": SweepSpec(
+        tilt="-50deg,20deg",
+        roll_rate="0:3:7",
+        criterion="fall_time < 0.3s or ending != fell",
+        boundary="refined:1e-3",
     ),
-    "cube": lambda: sweep.run(
-        SweepSpec(
-            alpha="0.5,1",
-            roll_rate="2:3.5:4",
-            tilt="1deg,4deg",
-            boundary="refined",
-            criterion="amplification:9",
-        )
-    ),
-    "exact": lambda: sweep.run(small("rolling", **ROLLING, method="exact", contact="yes")),
-    "falls": lambda: sweep.run(
-        SweepSpec(tilt="-50deg,20deg", roll_rate="0:3:7", tilt_rate="-1,1", contact="yes")
-    ),
-    "horizon": lambda: sweep.run(small("rolling", **ROLLING, duration=1.2)),
-    "cell": lambda: sweep.run(SweepSpec(tilt="1deg", roll_rate=3, contact="yes")),
-    "partial": lambda: partial(small("rolling", **{**ROLLING, "roll_rate": "2:4:9"})),
-    "own": lambda: sweep.run(
-        small(
-            "rolling",
-            **ROLLING,
-            boundary="refined:1e-6",
-            criterion="peak_tilt > 3*tilt and nutation_period > 3s",
-        )
-    ),
-    "own falls": lambda: sweep.run(
-        SweepSpec(
-            tilt="-50deg,20deg",
-            roll_rate="0:3:7",
-            criterion="fall_time < 0.3s or ending != fell",
-            boundary="refined:1e-3",
-        )
-    ),
-    "reclassified": lambda: sweep.reclassify(sweep.run(small("rolling", **ROLLING)), "departure:2deg"),
+    "reclassified": small("rolling", **ROLLING),
 }
+KINDS = tuple(SPECS)
 
 
 @lru_cache
 def atlas(kind):
     """Return the atlas of a kind, not to be changed."""
-    return KINDS[kind]()
+    found = partial(SPECS[kind]) if kind == "partial" else sweep.run(SPECS[kind])
+    return sweep.reclassify(found, "departure:2deg") if kind == "reclassified" else found
 
 
 @pytest.fixture(autouse=True)
