@@ -26,7 +26,7 @@ class Statement:
     against : str
         What it was held against; where nothing was, the reason.
     judged, wrong : int
-        Values that were held against something, and those of them that are wrong.
+        Values that were held against something, and those of them that are wrong, by the check that finds most.
     difference, allowed : float
         Largest difference, as a multiple of what is allowed for it, and what is allowed there, in `units`; NaN where
         values are words, or missing.

@@ -41,7 +41,7 @@ def test_without_a_share_one_wrong_value_is_one_too_many():
 
 
 def test_values_are_counted_that_nothing_is_held_against():
-    """Of every third value of a block the two between are not checked; a wrong one is named by its place in the whole."""
+    """Of every third value of a block the two between are not checked; a wrong one is named by its place."""
     checks, five = Checks("steps", "1"), np.zeros(5)
     apart = np.array([0.0, 0.0, 2.0, 0.0, 0.0])
     checks.add(0, CellCheck("steps", "its repetition", five, five, np.ones(5, bool)), step=3)
