@@ -84,6 +84,8 @@ def test_a_verdict_may_flip_on_the_edge_alone(reference):
     assert comparison.same
     assert finding(comparison, "stability").on_edge == 1
     assert "1 on an edge flipped" in in_words(comparison)
+    # an ending that no neighbour has excuses no verdict
+    assert found(compare(changed(new, "ending", place, 77), edge)) == {"ending": 1, "stability": 1}
     # the same flip where the limit is 1e-4 rad further is no matter of the last bit
     inside = sweep.reclassify(reference, f"departure:{reach + 1e-4!r}rad")
     assert found(compare(changed(inside, "stability", place, UNSTABLE), inside)) == {"stability": 1}

@@ -8,7 +8,7 @@ import json
 
 import numpy as np
 import pytest
-from comparing import CIRCLING, REFINED, SPEC, STEADY, found
+from comparing import CIRCLING, REFINED, SPEC, STEADY, changed, found
 
 import sweep
 from sweep.atlas.completion import BOUNDARY
@@ -243,6 +243,9 @@ def test_times_and_errors_are_not_negative():
         broken = atlas.copy(deep=True)
         broken[name] = -broken[name] - (name == "energy_drift") * 1e-12
         assert name in found(compare(broken, atlas)), name
+    # less than what is allowed of an error, which says only how large it is
+    for name in ("tilt_error", "energy_drift"):
+        assert found(compare(changed(atlas, name, (2, 2), -1e-12), atlas)) == {name: 1}, name
 
 
 def test_the_exact_reduction_takes_no_steps(atlases):
