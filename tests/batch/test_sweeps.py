@@ -62,9 +62,9 @@ def test_a_table_may_give_a_rate_in_another_way(spec_file):
     assert (both.spec, "roll_rate is given once: speed and roll_rate" in both.problem) == (None, True)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
+def test_a_spec_that_is_wrong_is_kept_as_a_problem(spec_file):
+    """It says where it stands and what is wrong: the other sweeps can be computed."""
+    for text, message in [
         ("rol_rate = 3\n", "a.toml: rol_rate: rol_rate is no word"),
         ("[[sweep]]\nname = 'b'\nrol_rate = 3\n", r"a.toml, \[\[sweep\]\] 1: rol_rate"),
         ("tilt = 3\n", "a.toml: tilt"),
@@ -72,21 +72,18 @@ def test_a_table_may_give_a_rate_in_another_way(spec_file):
         ("sweep = []\n", "must be tables"),
         ("sweep = [3]\n", "must be tables"),
         ("]", "not TOML"),
-    ],
-)
-def test_a_spec_that_is_wrong_is_kept_as_a_problem(spec_file, text, message):
-    """It says where it stands and what is wrong: the other sweeps can be computed."""
-    spec_file(text, "a.toml")
-    (found,) = read_sweeps(["a.toml"])
-    assert found.spec is None
-    with pytest.raises(RequestError, match=message):
-        raise RequestError(found.problem)
+    ]:
+        spec_file(text, "a.toml")
+        (found,) = read_sweeps(["a.toml"])
+        assert found.spec is None, text
+        with pytest.raises(RequestError, match=message):
+            raise RequestError(found.problem)
     assert read_sweeps(["missing.toml"])[0].problem.startswith("missing.toml: ")
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
+def test_names_that_cannot_be_those_of_files_are_problems(spec_file):
+    """Of their sweeps alone, which have no name then: the others can be computed."""
+    for text, message in [
         ("[[sweep]]\nroll_rate = 3\n", "becomes that of a file.*got none"),
         ("[[sweep]]\nname = 3\n", "becomes that of a file"),
         ("[[sweep]]\nname = '../b'\n", r"got \.\./b"),
@@ -94,15 +91,12 @@ def test_a_spec_that_is_wrong_is_kept_as_a_problem(spec_file, text, message):
         (f"[[sweep]]\nname = '{'a' * 101}'\n", "at most 100"),
         ("[[sweep]]\nname = 'A'\n[[sweep]]\nname = 'a'\n", "Two sweeps have the name a"),
         ("[[sweep]]\nname = 'rolling'\n", "Two sweeps have the name rolling"),
-    ],
-)
-def test_names_that_cannot_be_those_of_files_are_problems(spec_file, text, message):
-    """Of their sweeps alone, which have no name then: the others can be computed."""
-    spec_file(text, "a.toml")
-    *others, found = read_sweeps(["rolling", "a.toml"])
-    assert all(each.spec for each in others)
-    assert (found.name, found.spec, found.label) == ("", None, found.source)
-    assert re.search(rf"^a\.toml, \[\[sweep\]\] \d: .*{message}", found.problem)
+    ]:
+        spec_file(text, "a.toml")
+        *others, found = read_sweeps(["rolling", "a.toml"])
+        assert all(each.spec for each in others), text
+        assert (found.name, found.spec, found.label) == ("", None, found.source), text
+        assert re.search(rf"^a\.toml, \[\[sweep\]\] \d: .*{message}", found.problem)
     with pytest.raises(RequestError, match="needs sweeps"):
         read_sweeps([])
 

@@ -18,8 +18,15 @@ pytestmark = pytest.mark.compiled
 def test_the_presets_agree():
     """Every cell of the RK4 presets agrees: none is marginal, unresolved or left out."""
     for preset in PRESETS:
-        found = findings(verify(atlas(preset)))
+        audited = verify(atlas(preset))
+        found, worst = findings(audited), audited.tilt_difference
         assert {name: count for name, count in found.counts.items() if count} == {"agrees": 1200}, preset
+        where = {
+            name: float(each)
+            for name, each in worst.isel(worst.argmax(...)).coords.items()
+            if name in worst.dims
+        }
+        assert found.named == [("agrees", where)], preset
         assert found.passed, preset
         assert (found.cells, found.agreeing, found.disagreeing, found.missing) == (1200, 1200, 0, 0), preset
         assert 0.0 < found.extremes[0] < found.extremes[1] <= found.extremes[2] <= 1e-8, preset

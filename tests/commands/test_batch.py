@@ -180,6 +180,16 @@ def test_every_atlas_is_compared_with_the_trusted_one_of_its_name(batch, tmp_pat
     assert found["sweeps"][0]["comparison"]["outcome"] == "identical"
 
 
+def test_an_atlas_that_states_what_is_wrong_is_not_verified(batch, tmp_path):
+    """No cell disagrees, and one attribute does: status 1, with the name of the attribute."""
+    batch()
+    with netCDF4.Dataset(tmp_path / "tonight" / "hoop.nc", "a") as file:
+        file.license = "mine"
+    status, out, _ = batch("--verify")
+    assert (status, out.splitlines()[2].split()[4]) == (1, "WRONG")
+    assert "hoop: 0 cells disagree with the exact reduction, 0 lack a value; wrong: license. " in out
+
+
 def test_cells_that_could_not_be_computed_are_counted(batch, spec_file):
     """More of them than --max-failed make the status 1."""
     # no roll rate keeps a tilt without precession: invalid
@@ -190,9 +200,9 @@ def test_cells_that_could_not_be_computed_are_counted(batch, spec_file):
     assert batch("--max-failed 50", specs="odd.toml")[0] == 0
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
+def test_bad_words_are_refused(batch, command, tmp_path):
+    """Status 2, and nothing is written."""
+    for words, message in [
         ("batch -o tonight", "SPEC"),
         ("batch rolling -o two.toml", "this is a file"),
         ("batch rolling -o tonight --reference missing", "there is none of this name"),
@@ -208,14 +218,11 @@ def test_cells_that_could_not_be_computed_are_counted(batch, spec_file):
         ("batch rolling -o tonight --threads 0", "threads"),
         ("batch rolling -o tonight --max-failed 101", "percentage"),
         ("batch rolling -o . --reference .", "compared with themselves"),
-    ],
-)
-def test_bad_words_are_refused(batch, command, tmp_path, words, message):
-    """Status 2, and nothing is written."""
-    status, out, err = command(words)
-    assert (status, out) == (2, "")
-    assert message in err
-    assert [path.name for path in tmp_path.iterdir()] == ["two.toml"]
+    ]:
+        status, out, err = command(words)
+        assert (status, out) == (2, "")
+        assert message in err
+        assert [path.name for path in tmp_path.iterdir()] == ["two.toml"]
 
 
 def test_a_name_that_is_wrong_is_the_problem_of_its_sweep(command, spec_file, tmp_path):
