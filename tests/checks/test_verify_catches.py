@@ -1,4 +1,5 @@
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,8 +9,9 @@ from scipy.integrate import solve_ivp
 
 import sweep
 from sweep.checks import cell_audit
+from sweep.checks.statement import Statement
 from sweep.checks.verify import findings, verify
-from sweep.commands.audit_report import audit_text
+from sweep.commands.audit_report import audit_line, audit_text
 from sweep.engine.compute import measure
 from sweep.model.disk.exact import ExactReduction
 from sweep.model.disk.tables import PARAMETERS
@@ -124,11 +126,16 @@ def test_cells_that_are_not_computed_do_not_pass():
 
 
 def test_at_most_five_wrong_cells_are_named():
-    """The first five cells are named, the number of the others is told."""
+    """The first five cells are named, three values of a variable, six variables, and the number of the others."""
     dataset = changed(atlas("rolling"), (slice(2), slice(4)), stability=0)
-    text = audit_text(findings(verify(dataset)), SweepSpec.preset("rolling"))
-    assert text.count("\nwrong ") == 5
-    assert "and 3 more" in text
+    found = findings(verify(dataset))
+    lines = audit_text(found, SweepSpec.preset("rolling")).splitlines()
+    assert sum(line.startswith("wrong ") for line in lines) == 5
+    assert "             and 3 more" in lines
+    (named,) = (line for line in lines if line.startswith("    wrong in 8 of 1200: "))
+    assert (named.count("roll_rate"), named.endswith(", and 5 more")) == (3, True)
+    several = [Statement(name, "nothing", judged=1, wrong=1) for name in "abcdefgh"]
+    assert audit_line(replace(found, statements=several)).endswith("; wrong: a, b, c, d, e, f and 2 more")
 
 
 def wrong_equation(spec, coefficient):
