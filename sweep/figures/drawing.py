@@ -145,12 +145,7 @@ def draw_map(axes: "Axes", panel: Panel, colouring: Colouring, second: bool = Tr
     values, norm = panel.shade.values, colouring.norm
     if panel.shade.quantity.flags is None:
         values = np.clip(values, norm.vmin, norm.vmax)
-    axes.pcolormesh(
-        panel.x.borders, panel.y.borders, np.ma.masked_invalid(values), norm=norm, cmap=colouring.colours,
-        rasterized=True, zorder=0,
-    )  # fmt: skip
-    set_scale(axes, "x", panel.x)
-    set_scale(axes, "y", panel.y)
+    draw_cells(axes, panel, np.ma.masked_invalid(values), second, norm=norm, cmap=colouring.colours)
     missing = np.isnan(panel.shade.values)
     hatch(axes, panel, panel.no_result & missing, panel.lost, **_LOST)
     hatch(axes, panel, panel.shade.absent, panel.shade.absence, **_ABSENT)
@@ -164,8 +159,23 @@ def draw_map(axes: "Axes", panel: Panel, colouring: Colouring, second: bool = Tr
         _draw_edges(axes, panel)
     if not any(edge.measured.size and np.isfinite(edge.critical).any() for edge in panel.edges):
         _draw_outline(axes, panel)
+
+
+def draw_cells(axes: "Axes", panel: Panel, colours: Any, second: bool = True, **look: Any) -> None:
+    """Draw the colours of the cells of a map, and set its axes; `second` as in `draw_map`."""
+    assert panel.y is not None
+    axes.pcolormesh(panel.x.borders, panel.y.borders, colours, rasterized=True, zorder=0, **look)
+    set_scale(axes, "x", panel.x)
+    set_scale(axes, "y", panel.y)
     if second:
         add_second_axis(axes, "y", panel.y)
+
+
+def explain_colour(axes: "Axes", colour: Any, label: str) -> None:
+    """Give a colour its entry in the legend."""
+    axes.add_patch(
+        Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=colour, edgecolor=INK, linewidth=0.4, label=label)
+    )
 
 
 def draw_ratio(axes: "Axes", panel: Panel) -> None:
@@ -388,11 +398,8 @@ def _draw_contours(axes: "Axes", panel: Panel, levels: Sequence[float]) -> None:
 def _draw_flags(axes: "Axes", panel: Panel, colouring: Colouring) -> None:
     """Give every flag of a map its entry in the legend."""
     for code in panel.shade.codes:
-        colour = colouring.colours(colouring.norm(code))
         name = f"{panel.shade.quantity.name.replace('_', ' ')}: {panel.shade.quantity.flag(code)}"
-        axes.add_patch(
-            Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=colour, edgecolor=INK, linewidth=0.4, label=name)
-        )
+        explain_colour(axes, colouring.colours(colouring.norm(code)), name)
 
 
 def _draw_outline(axes: "Axes", panel: Panel) -> None:

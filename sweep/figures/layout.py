@@ -5,7 +5,7 @@ legend that is wider than its panel take the width of the panel.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -17,8 +17,8 @@ from matplotlib.text import Text
 from matplotlib.transforms import ScaledTranslation
 
 from sweep.errors import RequestError
-from sweep.figures.drawing import OUTSIDE, analytic_lines, joined, joined_heights
-from sweep.figures.look import Look
+from sweep.figures.drawing import OUTSIDE, analytic_lines, joined, joined_heights, sheet
+from sweep.figures.look import Look, inches, size_of
 from sweep.figures.panels import Panel
 from sweep.figures.room import Room, name_end, name_line, name_regions
 from sweep.figures.scales import name_ends, thin_ticks
@@ -75,6 +75,55 @@ class Block:
     def lowest(self) -> "Axes":
         """The lower of both axes."""
         return self.strip or self.axes
+
+
+def figure_of(
+    items: Sequence[Any],
+    block: "Callable[[Axes, Any], Block]",
+    columns: int,
+    look: Look,
+    width: float,
+    *,
+    bar: "Callable[[Figure], Axes | None] | None" = None,
+    common: Sequence[str] | None = None,
+    title: str = "",
+) -> "Figure":
+    """Draw a figure with a panel for each of some items.
+
+    Parameters
+    ----------
+    items : sequence
+        Row by row.
+    block : callable
+        Draws an item into axes, and returns them with their words.
+    columns : int
+        Panels in a row.
+    look : Look
+        Its sizes.
+    width : float
+        That of a panel [in], where the look has no width.
+    bar : callable, optional
+        Adds the bar of colours.
+    common, title
+        As in `arrange`.
+
+    Raises
+    ------
+    RequestError
+        If there is no room.
+    """
+    with sheet(*size_of(columns, look, width), look.font_size, "none") as drawn:
+        blocks = [block(drawn.add_axes((0.2, 0.2, 0.6, 0.6)), each) for each in items]
+        arrange(
+            drawn,
+            blocks,
+            columns,
+            height=inches(look.height),
+            bar=bar and bar(drawn),
+            common=common,
+            title=title,
+        )
+    return drawn
 
 
 def arrange(

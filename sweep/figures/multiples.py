@@ -21,11 +21,10 @@ from sweep.figures.drawing import (
     colours_of,
     draw_map,
     draw_points,
-    sheet,
     thinning,
 )
-from sweep.figures.layout import Block, arrange, finish_in
-from sweep.figures.look import SPEED, Look, columns_of, inches, size_of
+from sweep.figures.layout import Block, figure_of, finish_in
+from sweep.figures.look import SPEED, Look, columns_of
 from sweep.figures.panels import (
     Panel,
     drawn_dims,
@@ -107,6 +106,7 @@ def _multiples(dataset: "xr.Dataset", further: Sequence[str], friction: float | 
         for place, part in _parts(dataset, further)
     ]
     panels = [_plain(each, dataset) for _, each in parts]
+    titles = [_values_text(part, further) for part, _ in parts]
     check_same_quantity(panels)
     count = len(panels)
     columns = dataset.sizes[further[-1]] if len(further) > 1 else 2 if count == 4 else 3
@@ -114,50 +114,43 @@ def _multiples(dataset: "xr.Dataset", further: Sequence[str], friction: float | 
     # panels that are too narrow for their words go into another row
     for fewer in range(columns, 1, -1):
         try:
-            drawn = _maps(dataset, further, parts, panels, fewer, look)
+            drawn = _maps(dataset, panels, titles, fewer, look)
             break
         except RequestError:
             continue
     else:
-        drawn = _maps(dataset, further, parts, panels, 1, look)
+        drawn = _maps(dataset, panels, titles, 1, look)
     _check_page(drawn, look, count)
     return drawn
 
 
 def _maps(
-    dataset: "xr.Dataset",
-    further: Sequence[str],
-    parts: Sequence[tuple[Any, Any]],
-    panels: Sequence[Panel],
-    columns: int,
-    look: Look,
+    dataset: "xr.Dataset", panels: Sequence[Panel], titles: Sequence[str], columns: int, look: Look
 ) -> Figure:
     """Draw maps, so many side by side; refused if they have no room."""
-    spec, count = spec_named(dataset), len(panels)
-    with sheet(*size_of(columns, look, _WIDTH), look.font_size, "none") as drawn:
-        colouring, blocks = colours_of(panels, look), []
-        # scaled rates of disks of unlike radius have unlike ends
-        same = len({each.y.ends for each in panels if each.y}) == 1
-        for i, ((part, _), each) in enumerate(zip(parts, panels, strict=True)):
-            axes = drawn.add_axes((0.2, 0.2, 0.6, 0.6))
-            draw_map(axes, each, colouring, second=False)
-            _hide_inner(axes, i % columns == 0 or not same, i + columns >= count)
-            title = ", ".join(value_text(drawn_spec(part), name) for name in further)
-            blocks.append(
-                Block(
-                    axes,
-                    each,
-                    title,
-                    regions=each.regions(),
-                    is_mathematics=True,
-                )
-            )
-        bar = add_bar(drawn, panels, colouring)
-        caption = (panels[0].caption[0], fixed_parameters(spec), _sides(panels))
-        arrange(
-            drawn, blocks, columns, height=inches(look.height), bar=bar, common=caption, title=panels[0].title
-        )
-    return drawn
+    colouring = colours_of(panels, look)
+    # scaled rates of disks of unlike radius have unlike ends
+    same = len({each.y.ends for each in panels if each.y}) == 1
+
+    def block(axes: "Axes", i: int) -> Block:
+        each = panels[i]
+        draw_map(axes, each, colouring, second=False)
+        _hide_inner(axes, i % columns == 0 or not same, i + columns >= len(panels))
+        return Block(axes, each, titles[i], regions=each.regions(), is_mathematics=True)
+
+    return figure_of(
+        range(len(panels)), block, columns, look, _WIDTH, bar=lambda drawn: add_bar(drawn, panels, colouring),
+        common=_caption(dataset, panels), title=panels[0].title,
+    )  # fmt: skip
+
+
+def _caption(dataset: "xr.Dataset", panels: Sequence[Panel]) -> tuple[str, ...]:
+    return (panels[0].caption[0], fixed_parameters(spec_named(dataset)), _sides(panels))
+
+
+def _values_text(part: "xr.Dataset", further: Sequence[str]) -> str:
+    """Return the values of the further axes in a part of an atlas."""
+    return ", ".join(value_text(drawn_spec(part), name) for name in further)
 
 
 def _check_page(drawn: Figure, look: Look, count: int) -> None:
@@ -192,18 +185,15 @@ def _family(dataset: "xr.Dataset", look: Look, axes: "Axes | None") -> Figure:
         )
     parts = list(_parts(dataset, further))
     panels = [_plain(panel(part, None, look), dataset) for _, part in parts]
-    names = [", ".join(value_text(drawn_spec(part), name) for name in further) for _, part in parts]
-    caption = (panels[0].caption[0], fixed_parameters(spec_named(dataset)), _sides(panels))
-    if axes is not None:
-        _draw_family(axes, panels, names)
-        block = Block(axes, replace(panels[0], line_name=""), panels[0].title, caption)
-        return finish_in(block, look)
-    with sheet(*size_of(1, look, _FAMILY), look.font_size, "none") as drawn:
-        own = drawn.add_axes((0.2, 0.2, 0.6, 0.6))
+    names = [_values_text(part, further) for _, part in parts]
+
+    def block(own: "Axes", first: Panel) -> Block:
         _draw_family(own, panels, names)
-        block = Block(own, replace(panels[0], line_name=""), panels[0].title, caption)
-        arrange(drawn, [block], 1, height=inches(look.height))
-    return drawn
+        return Block(own, replace(first, line_name=""), first.title, _caption(dataset, panels))
+
+    if axes is not None:
+        return finish_in(block(axes, panels[0]), look)
+    return figure_of(panels[:1], block, 1, look, _FAMILY)
 
 
 def _draw_family(axes: "Axes", panels: Sequence[Panel], names: Sequence[str]) -> None:

@@ -1,7 +1,7 @@
 """The contents of a panel: the arrays, labels and words that are drawn of an atlas."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -185,6 +185,23 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Loo
         marking="" if marked is None else str(marked.name),
         peak=model.peak,
     )
+
+
+def map_panel(dataset: "xr.Dataset", look: Look | None, option: str) -> Panel:
+    """Return the panel of a map that shows no verdicts, called like its option: without the lines of the verdict.
+
+    Raises
+    ------
+    RequestError
+        If the atlas has not two axes.
+    """
+    drawn = panel(dataset, look=look)
+    if drawn.y is None:
+        raise RequestError(
+            f"A map of {option} has two axes; this atlas has one, {drawn.x.quantity.name}.",
+            hint=f"Give another axis, or draw it without --{option}.",
+        )
+    return replace(drawn, edges=(), joined=None)
 
 
 def _row_notes(dataset: "xr.Dataset", control: str) -> list[str]:

@@ -22,11 +22,10 @@ from sweep.figures.drawing import (
     draw_map,
     draw_profile,
     draw_ratio,
-    sheet,
     styled,
 )
-from sweep.figures.layout import Block, arrange, finish_in, lettered
-from sweep.figures.look import BAR, Look, check_friction, columns_of, inches, size_of
+from sweep.figures.layout import Block, figure_of, finish_in, lettered
+from sweep.figures.look import BAR, Look, check_friction, columns_of, size_of
 from sweep.figures.multiples import figure as figure_of_many
 from sweep.figures.panels import Panel, drawn_dims, panel
 from sweep.figures.scales import name_ends
@@ -98,8 +97,7 @@ def figure(
             hint="Leave it out for a figure of its own.",
             where="ax",
         )
-    if not datasets:
-        raise RequestError("There is nothing to draw: a figure has a panel or more.", hint="Give an atlas.")
+    _check_any(datasets)
     for dataset in datasets:
         require(dataset, (spec_named(dataset).model.peak,))
     if any(spec_named(dataset).is_list for dataset in datasets):
@@ -120,14 +118,17 @@ def figure(
     if axes is not None:
         return _draw_into(axes, panels, look)
     columns = columns_of(len(panels), look, _WIDTH, _LEAST_WIDTH)
-    with sheet(*size_of(columns, look, _WIDTH), look.font_size, "none") as drawn:
-        colouring = colours_of(panels, look)
-        scale = look.font_size / 8.0
-        second = size_of(columns, look, _WIDTH)[0] >= columns * _SECOND * scale + BAR * scale
-        blocks = [_block(drawn, each, colouring, second) for each in panels]
-        bar = add_bar(drawn, panels, colouring)
-        arrange(drawn, blocks, columns, height=inches(look.height), bar=bar)
-    return drawn
+    colouring, scale = colours_of(panels, look), look.font_size / 8.0
+    second = size_of(columns, look, _WIDTH)[0] >= columns * _SECOND * scale + BAR * scale
+    return figure_of(
+        panels, lambda own, each: _block(own, each, colouring, second), columns, look, _WIDTH,
+        bar=lambda drawn: add_bar(drawn, panels, colouring),
+    )  # fmt: skip
+
+
+def _check_any(datasets: Sequence["xr.Dataset"]) -> None:
+    if not datasets:
+        raise RequestError("There is nothing to draw: a figure has a panel or more.", hint="Give an atlas.")
 
 
 def _check_own(look: Look) -> None:
@@ -140,15 +141,14 @@ def _check_own(look: Look) -> None:
         )
 
 
-def _block(drawn: Figure, each: Panel, colouring: Colouring, second: bool) -> Block:
-    axes = drawn.add_axes((0.2, 0.2, 0.6, 0.6))
+def _block(axes: "Axes", each: Panel, colouring: Colouring, second: bool) -> Block:
     block = Block(axes, each, each.title, each.caption, regions=each.regions())
     if each.y is None:
         draw_profile(axes, each)
         return block
     draw_map(axes, each, colouring, second)
     if each.has_ratio:
-        block.strip = drawn.add_axes((0.2, 0.1, 0.6, 0.1), sharex=axes)
+        block.strip = axes.figure.add_axes((0.2, 0.1, 0.6, 0.1), sharex=axes)
         draw_ratio(block.strip, each)
         block.strip.set_xlabel(axes.get_xlabel())
         axes.set_xlabel("")
@@ -234,6 +234,7 @@ def losses(datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
 
 def _as_models_do(what: str, datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
     """Draw maps by the functions that the models name in an attribute, called like the option."""
+    _check_any(datasets)
     if any(spec_named(each).is_list for each in datasets):
         _refuse_lists(f"--{what} draws maps")
     draw = [of_the_model(spec_named(each).model, what, f"--{what}") for each in datasets]

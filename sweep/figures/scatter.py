@@ -13,9 +13,9 @@ from sweep.atlas.boundary import theory_lines
 from sweep.atlas.dataset import require, spec_named
 from sweep.atlas.share import Share, unstable_share
 from sweep.errors import RequestError, are, counted, plain_text
-from sweep.figures.drawing import HALO, INK, sheet
-from sweep.figures.layout import Block, arrange, finish_in
-from sweep.figures.look import LINEAR, Look, columns_of, inches, size_of
+from sweep.figures.drawing import HALO, LINES
+from sweep.figures.layout import Block, figure_of, finish_in
+from sweep.figures.look import LINEAR, Look, columns_of
 from sweep.figures.panels import fixed_parameters, formula
 from sweep.figures.scales import SQUEEZED, set_log_ticks
 from sweep.model.quantity import FAILED, MISSING, STABLE, UNDECIDED, UNSTABLE, Array, Input, Quantity
@@ -51,9 +51,6 @@ _VERDICTS: dict[int, tuple[str, str, str]] = {
     UNDECIDED: ("undecided", "0.45", "x"),
 }
 _FAILED = ("failed", "#c8380a", "+")
-
-_ANALYTIC: dict[str, Any] = {"color": INK, "linewidth": 1.3, "zorder": 3}
-_PREDICTED: dict[str, Any] = {"color": "#e8500a", "linewidth": 1.5, "linestyle": (0, (4, 2)), "zorder": 4}
 
 
 @dataclass(frozen=True)
@@ -125,10 +122,7 @@ def figure(datasets: Sequence["xr.Dataset"], look: Look, axes: "Axes | None" = N
             )
         return finish_in(_block(axes, datasets[0]), look)
     columns = columns_of(len(datasets), look, _WIDTH, _LEAST_WIDTH)
-    with sheet(*size_of(columns, look, _WIDTH), look.font_size, "none") as drawn:
-        blocks = [_block(drawn.add_axes((0.2, 0.2, 0.6, 0.6)), dataset) for dataset in datasets]
-        arrange(drawn, blocks, columns, height=inches(look.height))
-    return drawn
+    return figure_of(datasets, _block, columns, look, _WIDTH)
 
 
 def _check_look(look: Look) -> None:
@@ -216,13 +210,13 @@ def _draw_theory(axes: "Axes", spec: SweepSpec, plane: Plane, values_of_control:
     ends = {which: getattr(axes, f"get_{which}lim")() for which in "xy"}
     across = _across(axes, plane.x) if upward else np.zeros(0)
     grid = _grid(spec, control, (low, high), plane.x.name, across)
-    scale, looks = spec.model.parameters[control].plot_scale, (_ANALYTIC, _PREDICTED)
+    scale = spec.model.parameters[control].plot_scale
     labels = (
         f"analytic: ${' = '.join(formula(spec, control, low < 0.0))}$",
         spec.model.line_words.label.format(spec.criterion.label(spec.model)),
     )
     for edge in theory_lines(grid, control).values():
-        for label, look, line in zip(labels, looks, edge, strict=True):
+        for label, look, line in zip(labels, LINES.values(), edge, strict=True):
             values = np.atleast_1d(line) * scale
             if not np.any((values >= low) & (values <= high)):
                 continue

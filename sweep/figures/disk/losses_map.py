@@ -9,17 +9,14 @@ import numpy.typing as npt
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 from matplotlib.ticker import LogLocator, MaxNLocator
 
-from sweep.atlas.curves import without_curves
 from sweep.atlas.dataset import in_order, require
-from sweep.errors import RequestError
-from sweep.figures.drawing import INK, hatch, sheet
-from sweep.figures.layout import Block, arrange
-from sweep.figures.look import Look, columns_of, inches, size_of
-from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, panel
-from sweep.figures.scales import add_second_axis, set_log_ticks, set_scale
+from sweep.figures.drawing import INK, draw_cells, explain_colour, hatch
+from sweep.figures.layout import Block, figure_of
+from sweep.figures.look import Look, columns_of
+from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, map_panel
+from sweep.figures.scales import set_log_ticks
 from sweep.figures.shade import common_norm, is_wide
 from sweep.model.lossy_disk.tables import ENDINGS, LOSSES, VARIABLES
 from sweep.model.quantity import Array, Truths
@@ -99,14 +96,9 @@ def in_words(name: str) -> str:
 
 def losses_map(dataset: "xr.Dataset", look: Look | None = None) -> LossesMap:
     """Return what is drawn of an atlas of two axes, or of a selection from one; raises as `figure` does."""
-    dataset = without_curves(dataset).squeeze()
     require(dataset, _NEEDED)
-    drawn = panel(dataset, look=look)
-    if drawn.y is None:
-        raise RequestError(
-            f"A map of losses has two axes; this atlas has one, {drawn.x.quantity.name}.",
-            hint="Give another axis, or draw it without --losses.",
-        )
+    drawn = map_panel(dataset, look, "losses")
+    assert drawn.y is not None
     order = (drawn.y.quantity.name, drawn.x.quantity.name)
     times, loss, ending = (in_order(dataset[name], order) for name in _NEEDED)
     ended = {name: np.asarray(ending == ENDINGS.code(name)) for name in _ENDS}
@@ -134,19 +126,16 @@ def figure(datasets: "Sequence[xr.Dataset]", look: Look | None = None) -> Figure
     Raises
     ------
     RequestError
-        If there is no atlas, or one of them has not two axes or no losses.
+        If one of them has not two axes or no losses.
     """
-    if not datasets:
-        raise RequestError("There is nothing to draw: a figure has a panel or more.", hint="Give an atlas.")
     look = look or Look()
     maps = [losses_map(dataset, look) for dataset in datasets]
     norm = _common_norm(maps)
     columns = min(_IN_ROW, columns_of(len(maps), look, _WIDTH, _LEAST_WIDTH))
-    with sheet(*size_of(columns, look, _WIDTH), look.font_size, "none") as drawn:
-        blocks = [_block(drawn.add_axes((0.2, 0.2, 0.6, 0.6)), each, norm) for each in maps]
-        bar = _bar(drawn, norm)
-        arrange(drawn, blocks, columns, height=inches(look.height), bar=bar)
-    return drawn
+    return figure_of(
+        maps, lambda axes, each: _block(axes, each, norm), columns, look, _WIDTH,
+        bar=lambda drawn: _bar(drawn, norm),
+    )  # fmt: skip
 
 
 def _common_norm(maps: Sequence[LossesMap]) -> Normalize:
@@ -156,24 +145,14 @@ def _common_norm(maps: Sequence[LossesMap]) -> Normalize:
 
 def _block(axes: "Axes", each: LossesMap, norm: Normalize) -> Block:
     panel = each.panel
-    assert panel.y is not None
-    axes.pcolormesh(panel.x.borders, panel.y.borders, _colours(each, norm), rasterized=True, zorder=0)
-    set_scale(axes, "x", panel.x)
-    set_scale(axes, "y", panel.y)
+    draw_cells(axes, panel, _colours(each, norm))
     for name, (words, look) in _ENDS.items():
         hatch(axes, panel, each.ended[name], words, **look)
     hatch(axes, panel, panel.no_result, panel.lost, facecolor="0.85", hatch="xxxx")
     _draw_lines(axes, each)
     for code, name in enumerate(LOSSES, 1):
         if (np.isfinite(each.times) & (each.loss == code)).any():
-            colour = COLOURS[LOSSES[name][1]]
-            label = f"{in_words(name)} took most"
-            axes.add_patch(
-                Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=colour, edgecolor=INK, linewidth=0.4, label=label)
-            )
-    add_second_axis(axes, "y", panel.y)
-    # the lines of the verdict are not drawn, so none is named
-    panel = replace(panel, edges=(), joined=None)
+            explain_colour(axes, COLOURS[LOSSES[name][1]], f"{in_words(name)} took most")
     return Block(axes, panel, panel.title, each.caption, regions=each.regions())
 
 

@@ -4,24 +4,20 @@ Both follow from the exact reduction: of an atlas only its starts are used.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 
-from sweep.atlas.curves import without_curves
 from sweep.engine.compute import use_threads
 from sweep.engine.grid import whole
-from sweep.errors import RequestError
-from sweep.figures.drawing import HALO, INK, hatch, sheet
-from sweep.figures.layout import Block, arrange
-from sweep.figures.look import Look, columns_of, inches, size_of
-from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, panel
-from sweep.figures.scales import add_second_axis, set_scale
+from sweep.figures.drawing import HALO, INK, draw_cells, explain_colour, hatch
+from sweep.figures.layout import Block, figure_of
+from sweep.figures.look import Look, columns_of
+from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, map_panel
 from sweep.model.disk.model import DISK
 from sweep.model.disk.theory import saddle_node_rates
 from sweep.model.quantity import Array, Truths
@@ -73,13 +69,8 @@ class Regimes:
 
 def regimes(dataset: "xr.Dataset", look: Look | None = None) -> Regimes:
     """Return the regimes of the starts of an atlas of two axes, or of a selection from one; raises as `figure` does."""
-    dataset = without_curves(dataset).squeeze()
-    drawn = panel(dataset, look=look)
-    if drawn.y is None:
-        raise RequestError(
-            f"A map of regimes has two axes; this atlas has one, {drawn.x.quantity.name}.",
-            hint="Give another axis.",
-        )
+    drawn = map_panel(dataset, look, "regimes")
+    assert drawn.y is not None
     spec = drawn_spec(dataset)
     spec = spec.replace(**{name: Values(tuple(dataset[name].values.tolist())) for name in spec.axes})
     use_threads(None)
@@ -133,44 +124,27 @@ def figure(datasets: "Sequence[xr.Dataset]", look: Look | None = None) -> Figure
     Raises
     ------
     RequestError
-        If there is no atlas, or one of them has not two axes.
+        If one of them has not two axes.
     """
-    if not datasets:
-        raise RequestError("There is nothing to draw: a figure has a panel or more.", hint="Give an atlas.")
     look = look or Look()
     panels = [regimes(dataset, look) for dataset in datasets]
     columns = min(_IN_ROW, columns_of(len(panels), look, _WIDTH, _LEAST_WIDTH))
-    with sheet(*size_of(columns, look, _WIDTH), look.font_size, "none") as drawn:
-        blocks = [_block(drawn.add_axes((0.2, 0.2, 0.6, 0.6)), each) for each in panels]
-        arrange(drawn, blocks, columns, height=inches(look.height))
-    return drawn
+    return figure_of(panels, _block, columns, look, _WIDTH)
 
 
 def _block(axes: "Axes", each: Regimes) -> Block:
     panel = each.panel
-    assert panel.y is not None
     shown = np.ma.masked_less(each.regime, 0)
-    axes.pcolormesh(
-        panel.x.borders, panel.y.borders, shown, cmap=ListedColormap(_COLOURS), vmin=-0.5, vmax=len(NAMES) - 0.5,
-        rasterized=True, zorder=0,
-    )  # fmt: skip
-    set_scale(axes, "x", panel.x)
-    set_scale(axes, "y", panel.y)
-    for name, colour, code in zip(NAMES, _COLOURS, range(len(NAMES)), strict=True):
+    draw_cells(axes, panel, shown, cmap=ListedColormap(_COLOURS), vmin=-0.5, vmax=len(NAMES) - 0.5)
+    for code, (name, colour) in enumerate(zip(NAMES, _COLOURS, strict=True)):
         if (each.regime == code).any():
-            words = name.replace("\n", ", ")
-            axes.add_patch(
-                Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=colour, edgecolor=INK, linewidth=0.4, label=words)
-            )
+            explain_colour(axes, colour, name.replace("\n", ", "))
     hatch(axes, panel, each.fell, "falls", **_FALLS)
     hatch(axes, panel, each.unknown, each.lost, facecolor="0.7", hatch="xxxx")
     for x, y in each.folds:
         label = "fold: one well above, two below (theory)"
         axes.plot(x, y, color=INK, linewidth=1.4, path_effects=HALO, label=label)
     _draw_separatrix(axes, each)
-    add_second_axis(axes, "y", panel.y)
-    # the lines of the verdict are not drawn, so none is named
-    panel = replace(panel, edges=(), joined=None)
     return Block(axes, panel, panel.title, each.caption, regions=each.regions())
 
 

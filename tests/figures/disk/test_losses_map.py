@@ -126,7 +126,7 @@ def test_what_has_no_losses_or_no_two_axes_is_refused(atlas):
     with pytest.raises(RequestError, match="end_time"):
         figure([atlas.drop_vars("end_time")])
     with pytest.raises(RequestError, match="nothing to draw"):
-        figure([])
+        plots.losses([], Look())
 
 
 def test_the_command_draws_it(command, atlas, tmp_path):

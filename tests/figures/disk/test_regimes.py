@@ -7,6 +7,7 @@ import sweep
 from sweep.errors import RequestError
 from sweep.figures import plots
 from sweep.figures.disk.regimes import NAMES, figure, regimes
+from sweep.figures.look import Look
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.disk.theory import saddle_node_rates
@@ -140,7 +141,7 @@ def test_the_drawn_separatrix_is_where_the_saddle_is_just_reached(atlas):
 def test_what_is_no_map_is_refused():
     """One axis, none, three, or no atlas at all: refused with the reason."""
     for draw, message in (
-        (lambda: figure([]), "nothing to draw"),
+        (lambda: plots.regimes([], Look()), "nothing to draw"),
         (
             lambda: figure([sweep.run(SweepSpec(roll_rate="2:4:5", tilt="1deg"))]),
             r"two axes.*has one, roll_rate",
