@@ -68,7 +68,6 @@ class Panel:
 
     title: str
     caption: tuple[str, ...]
-    criterion: str
     predicted: str
     line: str
     line_name: str
@@ -168,7 +167,6 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Loo
             fixed_parameters(spec),
             *(_row_notes(dataset, control) if control else ()),
         ),
-        criterion=spec.criterion.label(model),
         predicted=model.line_words.label.format(spec.criterion.label(model)),
         line=line,
         line_name=line_name,
