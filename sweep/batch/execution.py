@@ -1,4 +1,4 @@
-"""A batch from its sweeps to its outcomes: each is computed, verified and compared, however the others end."""
+"""A batch from its sweeps to its outcomes: each is computed, verified and compared; one that fails stops no other."""
 
 import os
 import shlex
@@ -62,7 +62,7 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Wishes:
+class Options:
     """What is asked of every sweep.
 
     Parameters
@@ -91,7 +91,7 @@ class Wishes:
 
 def carry_out(
     sweeps: Sequence[Sweep],
-    wishes: Wishes,
+    options: Options,
     *,
     show: Show = no_op,
     say: Say = no_op,
@@ -102,7 +102,7 @@ def carry_out(
     Parameters
     ----------
     sweeps : sequence of Sweep
-    wishes : Wishes
+    options : Options
     show, say, stopping
         As in `sweep.runs.run.run_to_file`.
 
@@ -115,29 +115,29 @@ def carry_out(
         if stopping():
             raise StoppedError(f"{counted(number, 'sweep', len(sweeps))} {are(number)} finished")
         show(Status("preparing", 0, 0, None))
-        found = Outcome(sweep, wishes.folder / f"{sweep.name}.nc")
+        found = Outcome(sweep, options.folder / f"{sweep.name}.nc")
         if sweep.spec is None:
             found.state, found.problems["run"] = REFUSED, sweep.problem
             yield found
             continue
         with _step(found, "run", say):
-            _compute(found, sweep.spec, wishes, show, say, stopping)
-        if wishes.verify and found.state != FAILED:
+            _compute(found, sweep.spec, options, show, say, stopping)
+        if options.verify and found.state != FAILED:
             with _step(found, "verify", say):
                 _verify(found, _of_step("verify", show))
-        if wishes.reference is not None and found.state != FAILED:
+        if options.reference is not None and found.state != FAILED:
             with _step(found, "compare", say):
-                _compare(found, wishes.reference / found.path.name, _of_step("compare", show))
+                _compare(found, options.reference / found.path.name, _of_step("compare", show))
         yield found
 
 
 def _compute(
-    found: Outcome, spec: SweepSpec, wishes: Wishes, show: Show, say: Say, stopping: Stopping
+    found: Outcome, spec: SweepSpec, options: Options, show: Show, say: Say, stopping: Stopping
 ) -> None:
     other = _other_maker(found.path, spec)
     if other == "":
         found.failures, found.state = Failures.in_file(found.path, spec), KEPT
-    elif other and not wishes.overwrite:
+    elif other and not options.overwrite:
         raise RequestError(
             f"Nothing is written, because the atlas that is there was made {other}; what is finished is not replaced "
             "by accident.",
@@ -148,15 +148,15 @@ def _compute(
         found.failures = run_to_file(
             spec,
             found.path,
-            overwrite=wishes.overwrite,
-            threads=wishes.threads,
+            overwrite=options.overwrite,
+            threads=options.threads,
             command=_command(found.sweep, found.path),
             progress=show,
             say=say,
             stopping=stopping,
         )
         found.state = COMPUTED
-    if 100.0 * found.failures.total > wishes.max_failed * spec.size:
+    if 100.0 * found.failures.total > options.max_failed * spec.size:
         found.problems["run"] = "; ".join(line.strip() for line in found.failures.describe())
 
 

@@ -265,7 +265,7 @@ def _elsewhere(variable: Variable, pair: Pair) -> str:
     if along := cut_along(variable, pair):
         return along
     ways = pair.boundaries
-    # brackets around one place can be compared, however wide
+    # brackets around one place of any width can be compared
     if ways[0] != ways[1] and (variable.kind == CURVE or variable.quantity.tolerance == EDGE_HALFWIDTH):
         return f"boundary differs: {' and '.join(ways)}"
     return ""

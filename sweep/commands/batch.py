@@ -55,7 +55,7 @@ def batch(
     """
     import json
 
-    from sweep.batch.execution import FAILED, REFUSED, Outcome, Wishes, carry_out
+    from sweep.batch.execution import FAILED, REFUSED, Options, Outcome, carry_out
     from sweep.batch.report import in_words, to_json, to_junit
     from sweep.batch.sweeps import read_sweeps
     from sweep.engine.compute import usable_threads
@@ -81,12 +81,12 @@ def batch(
             with published(junit) as unfinished:
                 unfinished.write_text(to_junit(outcomes, sweeps[len(outcomes) :]), encoding="utf-8")
 
-    wishes = Wishes(output, verify, reference, overwrite, threads, max_failed)
+    options = Options(output, verify, reference, overwrite, threads, max_failed)
     # a server that reads the file alone does not take an older one for that of a batch that was killed
     write_junit()
     try:
         with stoppable() as stopping, showing(quiet=quiet) as progress:
-            for found in carry_out(sweeps, wishes, show=progress, say=say, stopping=stopping):
+            for found in carry_out(sweeps, options, show=progress, say=say, stopping=stopping):
                 outcomes.append(found)
                 if quiet or found.state == REFUSED:
                     continue

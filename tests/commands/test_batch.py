@@ -90,12 +90,12 @@ def test_a_stop_ends_the_batch_and_keeps_what_is_finished(batch, tmp_path):
     """Between two sweeps as within one; the next call goes on."""
     (tmp_path / "tonight").mkdir()
     sweeps, done = read_sweeps(["two.toml"]), []
-    wishes = execution.Wishes(tmp_path / "tonight")
+    options = execution.Options(tmp_path / "tonight")
     with pytest.raises(StoppedError, match="1 of 2 sweeps is finished"):
         done.extend(
-            execution.carry_out(sweeps, wishes, stopping=lambda: (tmp_path / "tonight" / "disk.nc").exists())
+            execution.carry_out(sweeps, options, stopping=lambda: (tmp_path / "tonight" / "disk.nc").exists())
         )
-    assert [each.state for each in execution.carry_out(sweeps, wishes)] == [
+    assert [each.state for each in execution.carry_out(sweeps, options)] == [
         execution.KEPT,
         execution.COMPUTED,
     ]
@@ -107,8 +107,8 @@ def test_every_step_tells_its_own_progress(batch, tmp_path):
     shutil.copytree(tmp_path / "tonight", tmp_path / "trusted")
     heard, folder = [], tmp_path / "again"
     folder.mkdir()
-    wishes = execution.Wishes(folder, verify=True, reference=tmp_path / "trusted")
-    list(execution.carry_out(read_sweeps(["two.toml"]), wishes, show=heard.append))
+    options = execution.Options(folder, verify=True, reference=tmp_path / "trusted")
+    list(execution.carry_out(read_sweeps(["two.toml"]), options, show=heard.append))
     stages = [each.stage for each in heard]
     first = [heard[stages.index(name)] for name in ("preparing", "verify", "compare")]
     assert [(each.size, each.seconds) for each in first] == [(0, None)] * 3
