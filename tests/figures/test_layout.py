@@ -215,6 +215,19 @@ def test_a_long_title_of_a_motion_is_whole():
         assert LONG in [" ".join(each.get_text().split()) for each, _ in words_drawn(drawn)]
 
 
+def test_the_legend_of_a_narrow_figure_is_inside_it_and_begins_with_the_measurement():
+    """Lines as wide as the figure begin further left than the axes; the measurement comes before colours and lines."""
+    criterion = "peak_tilt > 10deg or fall_time < 2s or tilt_max > 20deg and tilt_min < 1deg"
+    look = Look.read(width="70mm", quantity="ending")
+    drawn = plots.figure([sweep.run(PLAIN.replace(criterion=criterion))], look=look)
+    drawn.draw_without_rendering()
+    (legend,) = (axes.get_legend() for axes in drawn.axes if axes.get_legend() is not None)
+    box, axes = legend.get_window_extent(), legend.axes.get_window_extent()
+    assert box.x1 <= drawn.bbox.x1
+    assert axes.x0 > box.x0 >= drawn.bbox.x0
+    assert legend.get_texts()[0].get_text().startswith("RK4 boundary")
+
+
 def check_words(drawn, case):
     """Hold the boxes of all words of a figure against each other and against its panels."""
     words = words_of(drawn)
