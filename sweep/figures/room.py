@@ -53,8 +53,6 @@ class Room:
                     for path in each.get_paths():
                         for corners in axes.transData.transform_path(path).to_polygons(closed_only=False):
                             self._cover(corners, 1.0)
-        for word in axes.texts:
-            self.take(word)
 
     def take(self, word: Text) -> None:
         """Cover the place of a word."""

@@ -1,5 +1,7 @@
 """The map of losses: hues are the largest losses, their strength and the lines are the times that are stored."""
 
+import itertools
+
 import lossy_runner
 import matplotlib
 import numpy as np
@@ -54,6 +56,17 @@ def test_the_hue_of_a_cell_is_its_largest_loss(atlas):
         assert 0.15 < strength < 1.0
         np.testing.assert_allclose(away[row, column], strength * whole, atol=1e-12)
     assert {name for name, _ in found.regions()} == {"rolling\nfriction", "contour\nfriction", "air"}
+
+
+@pytest.mark.parametrize("width", ["86mm", "70mm", "172mm"])
+def test_names_and_numbers_lie_apart(atlas, width):
+    """The names of the losses leave the numbers on the lines of equal times free."""
+    drawn = figure([atlas], Look.read(width=width))
+    drawn.draw_without_rendering()
+    words = [(each.get_text(), each.get_window_extent()) for each in drawn.axes[0].texts]
+    assert len(words) >= 4
+    for (one, box), (other, beside) in itertools.combinations(words, 2):
+        assert not box.overlaps(beside), (one, other)
 
 
 def test_the_longer_aloft_the_stronger_the_hue(atlas):
