@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from figure_cli import run_script
+from matplotlib.font_manager import FontProperties
 
 import sweep
-from sweep.figures import plots
+from sweep.figures import drawing, plots
 from sweep.figures.disk import motion_plots
 from sweep.files.paths import check_format
 
@@ -39,6 +40,17 @@ FIGURES = {
 }
 
 
+def side_by_side(motions: Any, draw: Any) -> Any:
+    """Return a figure of motions, one panel each under its title."""
+    with drawing.sheet(3.5 * len(motions), 3.0) as drawn:
+        panels = list(drawn.subplots(1, len(motions), squeeze=False).flat)
+        for axes, motion in zip(panels, motions, strict=True):
+            draw(axes, motion)
+            axes.get_legend().set_title(motion.attrs["title"], FontProperties(size=8.5, weight="bold"))
+        motion_plots.thin_panels(panels)
+    return drawn
+
+
 def main() -> None:
     """Write the figures into the output folder, which is made if need be."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -53,7 +65,7 @@ def main() -> None:
     request.output.mkdir(parents=True, exist_ok=True)
     motions = {name: sweep.simulate(**words) for name, words in RUNS.items()}
     for name, (draw, runs) in FIGURES.items():
-        plots.save(motion_plots.side_by_side([motions[run] for run in runs], draw), files[name])
+        plots.save(side_by_side([motions[run] for run in runs], draw), files[name])
         print(files[name])
 
 

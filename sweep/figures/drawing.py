@@ -225,16 +225,21 @@ def _thinned(cells: Truths) -> Any:
     """Return the places of some of the cells, the first and the last of every run among them."""
     places = np.flatnonzero(cells)
     step = -(-len(cells) // _MOST_CELLS)
-    first = np.flatnonzero(np.diff(np.pad(cells.astype(int), 1)) == 1)
-    last = np.flatnonzero(np.diff(np.pad(cells.astype(int), 1)) == -1) - 1
-    return np.union1d(places[places % step == 0], np.concatenate((first, last)))
+    _, first, last = _runs(cells[:, np.newaxis])
+    return np.union1d(places[places % step == 0], np.concatenate((first, last - 1)))
+
+
+def _runs(cells: Truths) -> tuple[Any, Any, Any]:
+    """Return the runs of cells in the columns of a map: their columns, their first rows, and the rows after them."""
+    ends = np.diff(np.pad(cells.astype(int), ((1, 1), (0, 0))), axis=0).T
+    columns, first = np.nonzero(ends == 1)
+    return columns, first, np.nonzero(ends == -1)[1]
 
 
 def _span(axes: "Axes", panel: Panel, cells: Truths, label: str, **look: Any) -> None:
     """Hatch runs of cells of a profile from the bottom to the top."""
-    ends = np.diff(np.pad(cells.astype(int), 1))
-    for first, last in zip(np.flatnonzero(ends == 1), np.flatnonzero(ends == -1), strict=True):
-        low, high = panel.x.borders[first], panel.x.borders[last]
+    _, first, last = _runs(cells[:, np.newaxis])
+    for low, high in zip(panel.x.borders[first], panel.x.borders[last], strict=True):
         axes.axvspan(low, high, label=label, edgecolor=_EDGE, linewidth=0.0, zorder=0, **look)
 
 
@@ -425,12 +430,9 @@ def hatch(axes: "Axes", panel: Panel, cells: Truths, label: str, **look: Any) ->
         return
     assert panel.y is not None
     x, y = panel.x.borders, panel.y.borders
-    ends = np.diff(np.pad(cells.astype(int), ((1, 1), (0, 0))), axis=0)
-    columns, first = np.nonzero(ends.T == 1)
-    last = np.nonzero(ends.T == -1)[1]
     corners = [
         Outline([(x[i], y[a]), (x[i + 1], y[a]), (x[i + 1], y[b]), (x[i], y[b]), (x[i], y[a])], closed=True)
-        for i, a, b in zip(columns, first, last, strict=True)
+        for i, a, b in zip(*_runs(cells), strict=True)
     ]
     shape = Outline.make_compound_path(*corners)
     axes.add_patch(PathPatch(shape, label=label, edgecolor=_EDGE, linewidth=0.0, zorder=1, **look))

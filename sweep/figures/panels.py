@@ -158,6 +158,8 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Loo
     lost = [each for each in model.endings if each.role in (MISSING, FAILED) and np.any(ending == each.code)]
     up, across = (y, x) if y else (x, None)
     edges = tuple(_edges(dataset, spec, control, up, across)) if control else ()
+    # of one branch of steady motions there is one edge alone
+    is_one_curve = len(edges) > 1 and over_coordinate and x.ends[0] == 0.0 and up.values[0] >= 0.0
     line, line_name = _line(spec, control, up, edges) if control else ("theory", "")
     without = np.isin(ending, [each.code for each in lost])
     return Panel(
@@ -177,7 +179,7 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Loo
         no_result=without,
         lost=", ".join(each.name for each in lost).replace("_", " "),
         edges=edges,
-        joined=joined if over_coordinate and x.ends[0] == 0.0 and up.values[0] >= 0.0 else None,
+        joined=joined if is_one_curve else None,
         method={"rk4": "RK4"}.get(spec.method, spec.method),
         marked=np.zeros(ending.shape, bool) if marked is None else in_order(marked, order),
         marking="" if marked is None else str(marked.name),

@@ -9,6 +9,7 @@ import sweep
 from sweep.figures import plots
 from sweep.figures.drawing import MOST_POINTS, evenly, joined
 from sweep.figures.look import Look
+from sweep.model.disk.tables import ENDINGS
 from sweep.model.quantity import UNSTABLE
 
 # physics.md, sections 4 and 6: uniform disk, R = 0.5 m, g = 9.81 m/s2
@@ -161,7 +162,7 @@ def test_boundary_is_the_atlas_s(atlases, panels):
     np.testing.assert_allclose(bars[1], (rate + half)[has][shown], rtol=1e-12)
 
 
-def test_points_are_thinnedevenly():
+def test_points_are_thinned_evenly():
     """No more points than can be told apart, at even distances, the first and the last among them; no pairs."""
     for count in (*range(2, 8), MOST_POINTS, MOST_POINTS + 1, 39, 60, 90, 500):
         places = evenly(count)
@@ -282,6 +283,34 @@ def test_hatching_is_explained_only_where_it_is(panels):
     assert not {"undecided", "invalid"} & set(words(map_and_strip(panels["rolling"])[1]))
     assert "undecided" in said_in(plots.figure([sweep.run(ROLLING.replace(duration="2s"))]))
     assert "invalid" in said_in(plots.figure([sweep.run(CIRCLING.replace(precession_rate="-1:1:5"))]))
+
+
+def test_hatching_covers_the_cells_that_it_is_for():
+    """On a map and on profiles along both axes the hatched patches hold the middles of the invalid cells, no other."""
+    spec = sweep.SweepSpec(
+        roll_rate="1:6:6", tilt="5deg:30deg:6", precession_rate="steady-slow", tilt_rate=1e-3
+    )
+    atlas = sweep.run(spec)
+    rates, tilts = atlas["roll_rate"].values, np.degrees(atlas["tilt"].values)
+    invalid = atlas["ending"].transpose("roll_rate", "tilt").values == ENDINGS.code("invalid")
+    assert 0 < invalid.sum() < invalid.size
+
+    def patches(drawn):
+        return [each for each in drawn.axes[0].patches if each.get_label() == "invalid"]
+
+    [patch] = patches(plots.figure([atlas]))
+    middles = np.column_stack([each.ravel() for each in np.meshgrid(tilts, rates)])
+    np.testing.assert_array_equal(patch.get_path().contains_points(middles), invalid.ravel())
+    for part, x, cells in (
+        (atlas.isel(tilt=4), rates, invalid[:, 4]),
+        (atlas.isel(roll_rate=2), tilts, invalid[2]),
+    ):
+        spans = [
+            each.get_path().transformed(each.get_patch_transform()).get_extents()
+            for each in patches(plots.figure([part]))
+        ]
+        hatched = [any(box.x0 < middle < box.x1 for box in spans) for middle in x]
+        np.testing.assert_array_equal(hatched, cells)
 
 
 def test_legend_names_the_criterion(atlases):

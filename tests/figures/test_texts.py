@@ -50,7 +50,6 @@ def test_the_figure_of_a_motion_takes_any_title_too(tmp_path):
         sweep.TrajectorySpec.read(tilt_rate=0.01, roll_rate=3, duration=0.1, title="$^$ \u6eda")
     )
     plots.save(motion_plots.figure(motion), tmp_path / "motion.png")
-    plots.save(motion_plots.side_by_side([motion], motion_plots.draw_path), tmp_path / "path.png")
 
 
 def test_what_fits_stays(spec):

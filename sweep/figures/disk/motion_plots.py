@@ -4,12 +4,11 @@ Where rolling without slipping is impossible (`sweep.motion.contact`) the figure
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
 from matplotlib.ticker import MaxNLocator
 
 from sweep.errors import plain_text
@@ -106,21 +105,6 @@ def figure(dataset: "xr.Dataset") -> Figure:
         for axes, draw in zip(panels, (draw_tilt, draw_path, draw_contact), strict=True):
             draw(axes, motion)
         write_head(drawn, plain_text(dataset.attrs.get("title", "")), caption(motion))
-        thin_panels(panels)
-    return drawn
-
-
-def side_by_side(datasets: "Sequence[xr.Dataset]", draw: "Callable[[Axes, xr.Dataset], None]") -> Figure:
-    """Draw motions by `draw_tilt`, `draw_path` or `draw_momentum`, one panel each under its title."""
-    with sheet(3.5 * len(datasets), 3.0) as drawn:
-        panels = list(drawn.subplots(1, len(datasets), squeeze=False).flat)
-        for axes, dataset in zip(panels, datasets, strict=True):
-            draw(axes, dataset)
-            legend = axes.get_legend()
-            assert legend is not None
-            title = wrapped(plain_text(dataset.attrs["title"]), 8.5, 3.2)
-            legend.set_title(title, FontProperties(size=8.5, weight="bold"))
-            legend.get_title().set_parse_math(False)
         thin_panels(panels)
     return drawn
 

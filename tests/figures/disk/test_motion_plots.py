@@ -150,8 +150,7 @@ def test_far_samples_draw_the_same_figure():
 
 def test_linear_theory_ends_where_it_fails(unstable):
     """The growth of linear theory is drawn up to 1.15 of the largest tilt; its label states the growth rate."""
-    axes = motion_plots.side_by_side([unstable], motion_plots.draw_tilt).axes[0]
-    motion, theory = axes.get_lines()
+    motion, theory = panels(unstable)[1].get_lines()
     assert np.abs(theory.get_ydata()).max() <= 1.15 * np.abs(motion.get_ydata()).max() + 1e-9
     # k = [4 (1+alpha) roll^2 - 2 g/R]/(2+alpha), by hand
     assert f"{np.sqrt((2.0 * 9.81 / 0.5 - 6.0 * 4.0) / 2.5):.3g}" in str(theory.get_label())
