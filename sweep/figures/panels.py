@@ -158,8 +158,9 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Loo
     lost = [each for each in model.endings if each.role in (MISSING, FAILED) and np.any(ending == each.code)]
     up, across = (y, x) if y else (x, None)
     edges = tuple(_edges(dataset, spec, control, up, across)) if control else ()
-    # of one branch of steady motions there is one edge alone
-    is_one_curve = len(edges) > 1 and over_coordinate and x.ends[0] == 0.0 and up.values[0] >= 0.0
+    # of one branch of steady motions there is one edge alone, or no line of theory
+    has_both = len(edges) > 1 and all(np.isfinite(each.critical).any() for each in edges)
+    is_one_curve = has_both and over_coordinate and x.ends[0] == 0.0 and up.values[0] >= 0.0
     line, line_name = _line(spec, control, up, edges) if control else ("theory", "")
     without = np.isin(ending, [each.code for each in lost])
     return Panel(

@@ -234,6 +234,17 @@ def test_circling_curve_ends_at_both_lines(panels):
     assert ends[r"rolling: $\dot\phi^2 = g/3R$"] == pytest.approx(0.0, abs=1e-4)
 
 
+def test_one_branch_of_steady_motions_is_no_curve():
+    """Its figure has no ends of a curve, whether the atlas has one edge or theory no line."""
+    for branch in ("steady-slow", "steady-fast"):
+        for count in (6, 26):
+            spec = sweep.SweepSpec(
+                roll_rate=f"1:6:{count}", tilt=f"1deg:30deg:{count}", precession_rate=branch, tilt_rate=1e-4
+            )
+            top = plots.figure([sweep.run(spec)]).axes[0]
+            assert not [each for each in top.get_lines() if each.get_marker() == "D"], spec
+
+
 def test_circling_shows_both_edges(atlases, panels):
     """The upper and the lower edge are told apart, and the lower one is not squeezed out of sight."""
     top, _, _ = map_and_strip(panels["circling"])
