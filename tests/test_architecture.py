@@ -38,7 +38,7 @@ WRITTEN = (
     "scripts/plot_falls.py",
 )
 DRAWERS = {"utils", "util", "common", "helpers", "helper", "core", "misc", "lib", "tools"}
-HEAVY = {"numba", "scipy", "xarray", "netCDF4", "pandas", "matplotlib", "pint", "typer", "rich"}
+HEAVY = {"numba", "scipy", "xarray", "netCDF4", "pandas", "matplotlib", "typer", "rich"}
 
 
 def named(path: Path) -> str:

@@ -7,7 +7,6 @@ list or a range is an axis of the grid even if it holds one value; a number is n
 import math
 import re
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
 from numbers import Real
 from typing import Any, NoReturn
 
@@ -17,6 +16,7 @@ import numpy.typing as npt
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Quantity
 from sweep.request.axes import AxisError, Range, Values
+from sweep.request.units import read_unit
 
 Value = float | Range | Values
 
@@ -24,43 +24,6 @@ _VALUE = (
     "a number, a list a,b,c or a range start:stop:count[:log], each number finite and with an optional unit"
 )
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
-#: The name of a unit with a small power.
-_FACTOR = r"(?:[^\W\d]\w*|[\u00b0%])(?:(?:\*\*|\^)[+-]?[0-9]{1,2}|[+-][0-9]{1,2})?"
-
-
-def _product(factor: str) -> str:
-    """Return the pattern of factors multiplied and divided, the number 1 among them."""
-    return rf"(?:{factor}|1(?= ?/))(?: ?[*/] ?(?:{factor}|1(?!\w))| {factor}){{0,9}}"
-
-
-_BRACKETS = rf"(?:{_FACTOR}|\({_product(_FACTOR)}\))"
-
-
-@lru_cache
-def _unit() -> re.Pattern[str]:
-    """Return the pattern of units multiplied and divided, in brackets within brackets at most.
-
-    Nothing else reaches pint, which calculates what it is given (``m*(9**9**9)`` takes for ever). Compiling the pattern
-    takes 15 ms, more than all the rest of a request.
-    """
-    return re.compile(_product(rf"(?:{_FACTOR}|\({_product(_BRACKETS)}\))"))
-
-
-#: Digits and signs of powers as printed pages have them, and the same in ASCII.
-_RAISED = str.maketrans(
-    "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079\u207b\u207a", "0123456789-+"
-)
-#: Spellings of a product or a power -> those of `_unit`: dots between units, powers that end in .0, raised powers.
-_SPELLINGS = (
-    (re.compile(r" ?[\u00b7\u22c5] ?"), lambda _: "*"),
-    (re.compile(r"(?<=[\w)])\.(?=[^\W\d])"), lambda _: "*"),
-    (re.compile(r"(?<=[0-9])\.0+(?![\w.])"), lambda _: ""),
-    (
-        re.compile(r"[\u207a\u207b]?[\u2070\u00b9\u00b2\u00b3\u2074-\u2079]+"),
-        lambda found: f"**{found[0].translate(_RAISED)}",
-    ),
-)
-_MOST_UNIT, _LONG_NUMBER = 80, re.compile(r"\d{3}")
 NOT_FINITE = re.compile(r"[+-]?(inf|infinity|nan)", re.IGNORECASE)
 #: Signs that printed pages have for minus: the hyphens and dashes of Unicode, and its minus.
 _MINUS = "\u2010\u2011\u2012\u2013\u2014\u2212"
@@ -79,21 +42,6 @@ _FITTING: Mapping[str, str] = {
     "kg m-3": "kg/m3, g/cm3",
     "Pa s": "Pa s, uPa s",
     "N m s": "N m s",
-}
-
-#: Spelling in a request -> (units, factor). Any other spelling is looked up in pint, which takes a quarter of a second
-#: to load: these are the ones that should not wait for it.
-_EVERYDAY: Mapping[str, tuple[str, float]] = {units: (units, 1.0) for units in _FITTING if units != "1"} | {
-    "deg": ("rad", math.radians(1.0)),
-    "°": ("rad", math.radians(1.0)),
-    "rad/s": ("rad s-1", 1.0),
-    "deg/s": ("rad s-1", math.radians(1.0)),
-    "m/s": ("m s-1", 1.0),
-    "cm/s": ("m s-1", 0.01),
-    "mm": ("m", 0.001),
-    "um": ("m", 1e-6),
-    "g": ("kg", 0.001),
-    "m/s2": ("m s-2", 1.0),
 }
 
 
@@ -283,8 +231,8 @@ def factor_to_si(unit: str, quantity: Quantity) -> float:
     Parameters
     ----------
     unit : str
-        Names that pint knows, multiplied and divided, with whole powers below 100: ``m s-2`` as in CF, ``m/s2``,
-        ``m/s**2``, ``m/(s*s)``, ``m·s⁻²``, ``meter per second``; empty for none.
+        Names of `sweep.request.units`, multiplied and divided, with whole powers below 100: ``m s-2`` as in CF,
+        ``m/s2``, ``m/s**2``, ``m/(s*s)``, ``m·s⁻²``, ``meter per second``; empty for none.
     quantity : Quantity
         Says which units fit.
 
@@ -300,61 +248,22 @@ def factor_to_si(unit: str, quantity: Quantity) -> float:
     """
     if not unit:
         return 1.0
-    units, factor = _EVERYDAY.get(unit, ("", 1.0))
-    if not units:
-        units, factor = _ask_pint(unit, quantity.units)
-    if units != quantity.units:
-        fitting = _FITTING.get(quantity.units, quantity.units)
-        raise RequestError(
-            f"The unit {shown(unit)!r} does not fit: {quantity.name} takes {fitting}.",
-            hint="Use a unit that fits, or a bare number in SI.",
-        )
-    return factor
-
-
-@lru_cache
-def _ask_pint(unit: str, units: str) -> tuple[str, float]:
-    """Return `units` with the factor from `unit` to them; other units where the two do not measure the same."""
-    spelled = unit
-    for pattern, written in _SPELLINGS if len(unit) <= _MOST_UNIT else ():
-        spelled = pattern.sub(written, spelled)
+    found, si = read_unit(unit), read_unit("dimensionless" if quantity.units == "1" else quantity.units)
     if unit.startswith("."):
         raise RequestError(
             f"Behind a number comes its unit, not {shown(unit)!r}.",
             hint="A number has one decimal point, as in 0.25; a range is start:stop:count, as in 2:4:300.",
         )
-    if len(unit) > _MOST_UNIT or not _unit().fullmatch(spelled) or _LONG_NUMBER.search(spelled):
+    if found is None or si is None:
         raise RequestError(
-            f"The unit {shown(unit)!r} is not known: units are names that pint knows, multiplied and divided, each "
-            "with a whole power below 100.",
-            hint="Write it as in deg, rpm, m/s2, rad s-1.",
+            f"The unit {shown(unit)!r} is not known: units are names such as deg, rpm, mm or kg, multiplied and "
+            "divided, each with a whole power below 100.",
+            hint="Check the spelling, as in deg, rpm, m/s2, rad s-1.",
         )
-    try:
-        root = _root(spelled)
-    except Exception as problem:  # pint meets bad text with assertions, tokenizer errors and more of its own
+    if found[0] != si[0]:
+        fitting = _FITTING.get(quantity.units, quantity.units)
         raise RequestError(
-            f"The unit {shown(unit)!r} is not known; units are those of pint.",
-            hint="Check the spelling, as in deg, rpm, m/s2.",
-        ) from problem
-    if units == "1":
-        same, one = str(root.units) == "dimensionless", 1.0
-    else:
-        # the size of the SI unit in roots: pint's root of mass is the gram
-        wanted = _root(units)
-        same, one = root.units == wanted.units, float(wanted.magnitude)
-    return (units if same else "", float(root.magnitude) / one)
-
-
-@lru_cache
-def _root(unit: str) -> Any:
-    # Roots, not dimensions, are compared: in pint an angle has no dimension, but its root unit is the radian.
-    # pint wants s**-1 where CF writes s-1 and a hand writes m/s2.
-    spelled = re.sub(r"(?<=[A-Za-z])([+-]?\d+)", r"**\1", unit)
-    return _registry().Quantity(1.0, spelled).to_root_units()
-
-
-@lru_cache
-def _registry() -> Any:
-    from pint import UnitRegistry
-
-    return UnitRegistry()
+            f"The unit {shown(unit)!r} does not fit: {quantity.name} takes {fitting}.",
+            hint="Use a unit that fits, or a bare number in SI.",
+        )
+    return found[1] / si[1]

@@ -14,7 +14,7 @@ from sweep import cli
 from sweep.errors import FailedBlocksError, RequestError, StorageError
 
 CHECKOUT = Path(__file__).parents[2]
-SLOW_TO_LOAD = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "matplotlib", "pandas", "pint"}
+SLOW_TO_LOAD = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "matplotlib", "pandas"}
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ CHECKOUT = Path(__file__).parents[2]
 
 #: Libraries that take a tenth of a second or more to load, some through others.
 HEAVY = {
-    "numba", "llvmlite", "scipy", "xarray", "pandas", "pyarrow", "dask", "pint", "matplotlib", "netCDF4", "numpy",
+    "numba", "llvmlite", "scipy", "xarray", "pandas", "pyarrow", "dask", "matplotlib", "netCDF4", "numpy",
     "pydantic", "rich",
 }  # fmt: skip
 

@@ -10,7 +10,7 @@ import pytest
 CHECKOUT = Path(__file__).resolve().parents[2]
 
 #: Libraries that take a tenth of a second or more to load.
-HEAVY = {"numba", "scipy", "xarray", "pandas", "dask", "pint", "matplotlib", "netCDF4", "rich", "pydantic"}
+HEAVY = {"numba", "scipy", "xarray", "pandas", "dask", "matplotlib", "netCDF4", "rich", "pydantic"}
 
 FIRST_WINDOW = """
 import sys

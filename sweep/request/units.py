@@ -1,0 +1,135 @@
+"""Units of a request: a closed table of names, multiplied and divided: ``rad s-1``, ``m/(s*s)``, ``um``, ``m·s⁻²``."""
+
+import math
+import re
+from functools import lru_cache
+
+#: Powers of m, g, s, rad and K: an angle is no pure number here.
+Dimension = tuple[int, ...]
+
+_LENGTH, _MASS, _TIME = (1, 0, 0, 0, 0), (0, 1, 0, 0, 0), (0, 0, 1, 0, 0)
+_ANGLE, _TEMPERATURE, _NUMBER = (0, 0, 0, 1, 0), (0, 0, 0, 0, 1), (0, 0, 0, 0, 0)
+_RATE, _SPEED, _ACCELERATION = (0, 0, -1, 1, 0), (1, 0, -1, 0, 0), (1, 0, -2, 0, 0)
+_FORCE, _PRESSURE, _ENERGY = (1, 1, -2, 0, 0), (-1, 1, -2, 0, 0), (2, 1, -2, 0, 0)
+
+#: The last digits are those in the canonical texts of specs.
+_ARCMINUTE, _POUND = 0.00029088820866572163, 453.5923700000001
+
+#: The names of each unit -> its dimension, and its size in m, g, s and rad.
+_TABLE: dict[str, tuple[Dimension, float]] = {
+    "m metre meter": (_LENGTH, 1.0),
+    "micron": (_LENGTH, 1e-6),
+    "angstrom": (_LENGTH, 1e-10),
+    "in inch inches": (_LENGTH, 0.0254),
+    "ft foot feet": (_LENGTH, 12.0 * 0.0254),
+    "yd yard": (_LENGTH, 0.9144),
+    "mi mile": (_LENGTH, 1609.344),
+    "nmi nautical_mile": (_LENGTH, 1852.0),
+    "l L litre liter": ((3, 0, 0, 0, 0), 1e-3),
+    "g gram": (_MASS, 1.0),
+    "t tonne metric_ton": (_MASS, 1e6),
+    "lb pound": (_MASS, _POUND),
+    "oz ounce": (_MASS, _POUND / 16.0),
+    "s sec second": (_TIME, 1.0),
+    "min minute": (_TIME, 60.0),
+    "h hr hour": (_TIME, 3600.0),
+    "d day": (_TIME, 86400.0),
+    "week": (_TIME, 604800.0),
+    "Hz hertz": ((0, 0, -1, 0, 0), 1.0),
+    "rad radian": (_ANGLE, 1.0),
+    "deg degree °": (_ANGLE, math.radians(1.0)),
+    "arcmin arcminute": (_ANGLE, _ARCMINUTE),
+    "arcsec arcsecond": (_ANGLE, math.radians(1.0 / 3600.0)),
+    "grad grade gon": (_ANGLE, math.pi / 200.0),
+    "turn revolution cycle circle": (_ANGLE, 2.0 * math.pi),
+    "rpm revolutions_per_minute": (_RATE, 2.0 * math.pi / 60.0),
+    "rps revolutions_per_second": (_RATE, 2.0 * math.pi),
+    "kph": (_SPEED, 1000.0 / 3600.0),
+    "mph": (_SPEED, 1609.344 / 3600.0),
+    "kt knot": (_SPEED, 1852.0 / 3600.0),
+    "g_0 g_n gravity standard_gravity": (_ACCELERATION, 9.80665),
+    "N newton": (_FORCE, 1000.0),
+    "dyn dyne": (_FORCE, 0.01),
+    "lbf pound_force": (_FORCE, 4448.2216152605),
+    "Pa pascal": (_PRESSURE, 1000.0),
+    "bar": (_PRESSURE, 1e8),
+    "P poise": ((-1, 1, -1, 0, 0), 100.0),
+    "J joule": (_ENERGY, 1000.0),
+    "W watt": ((2, 1, -3, 0, 0), 1000.0),
+    "K kelvin degC degF": (_TEMPERATURE, 1.0),
+    "dimensionless": (_NUMBER, 1.0),
+    "% percent": (_NUMBER, 0.01),
+}
+_UNITS = {name: unit for names, unit in _TABLE.items() for name in names.split()}
+_PREFIXES = {
+    "p": 1e-12, "n": 1e-9, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "m": 1e-3, "c": 1e-2, "d": 1e-1, "da": 10.0, "h": 100.0,
+    "k": 1e3, "M": 1e6, "G": 1e9, "pico": 1e-12, "nano": 1e-9, "micro": 1e-6, "milli": 1e-3, "centi": 1e-2,
+    "deci": 1e-1, "deca": 10.0, "hecto": 100.0, "kilo": 1e3, "mega": 1e6, "giga": 1e9,
+}  # fmt: skip
+
+#: Digits and signs of powers as printed pages have them, and the same in ASCII.
+_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
+_TOKEN = re.compile(
+    r" ?(?P<sign>[*/·⋅]|\.(?=[^\W\d])|\bper\b) ?|(?P<bracket>[()])"
+    r"|(?P<name>g_0\b|[^\W\d⁰¹²³⁴⁵⁶⁷⁸⁹]+|[°%])"
+    r"(?P<power>(?:\*\*|\^)[+-]?[0-9]{1,2}(?:\.0+)?|[+-]?[0-9]{1,2}|[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]{1,2})?(?![\w^]|\*\*|\.[0-9])"
+    r"|(?P<one>1)(?!\w| [^*/])|(?P<space> )"
+)
+_MOST_CHARACTERS = 80
+
+
+@lru_cache
+def read_unit(text: str) -> tuple[Dimension, float] | None:
+    """Return the dimension of a unit and its size in m, g, s and rad; None if it is not of the table.
+
+    Parameters
+    ----------
+    text : str
+        Names of the table with a prefix or without, multiplied and divided, each with a whole power below 100.
+    """
+    if len(text) > _MOST_CHARACTERS:
+        return None
+    powers, size = [0] * len(_NUMBER), 1.0
+    # the power of the next factor, and that of each bracket that is open
+    sign, brackets, wanted, named, at = 1, [1], True, False, 0
+    while at < len(text):
+        found = _TOKEN.match(text, at)
+        if found is None:
+            return None
+        at, kind = found.end(), found.lastgroup
+        if found["sign"] or found["space"]:
+            if wanted:
+                return None
+            sign, wanted = (-1 if found["sign"] in ("/", "per") else 1), True
+        elif found["bracket"] == ")":
+            if wanted or len(brackets) == 1:
+                return None
+            brackets.pop()
+        elif not wanted:
+            return None
+        elif found["bracket"]:
+            brackets.append(brackets[-1] * sign)
+            sign = 1
+        else:
+            wanted = False
+            if kind == "one":
+                continue
+            unit = _unit(found["name"])
+            power = (found["power"] or "1").translate(_RAISED).lstrip("*^").partition(".")[0]
+            exponent, named = brackets[-1] * sign * int(power), True
+            if unit is None or not exponent:
+                return None
+            powers = [each + exponent * base for each, base in zip(powers, unit[0], strict=True)]
+            size *= unit[1] ** exponent
+    return (tuple(powers), size) if named and not wanted and len(brackets) == 1 else None
+
+
+def _unit(name: str) -> tuple[Dimension, float] | None:
+    """Return the unit of a name, which may have a prefix and be a plural."""
+    for word in (name, name.removesuffix("s")):
+        if word in _UNITS:
+            return _UNITS[word]
+        for prefix, scale in _PREFIXES.items():
+            if word.startswith(prefix) and (unit := _UNITS.get(word[len(prefix) :])):
+                return unit[0], scale * unit[1]
+    return None
