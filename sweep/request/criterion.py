@@ -16,7 +16,6 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
-from sweep.model.cells import stated_error
 from sweep.model.description import Columns, Model, Request, Starts
 from sweep.model.quantity import (
     DECISION,
@@ -315,12 +314,3 @@ class Aloft(_Limited):
         lost = np.any([spec.model.endings.have(LOST, each["ending"]) for each in columns], axis=0)
         least, most = np.fmin.reduce(times) - slack, np.fmax.reduce(times) + slack
         return np.asarray(lost & (least <= self.limit) & (self.limit <= most))
-
-    def is_open(self, spec: Request, starts: Starts, measured: Columns, error: Array) -> Truths:
-        """Return where the error of the time leaves the verdict open, or the motion may be lost."""
-        model = spec.model
-        quantity = model.variables[model.endings.lost_time]
-        slack = stated_error(quantity, spec, starts, measured, error)
-        found = self.on_edge(spec, starts, [measured], lambda _: slack)
-        found |= ~model.endings.have(LOST, measured["ending"]) & model.may_be_lost(spec, measured, error)
-        return np.asarray(found & (measured["stability"] != UNDECIDED))

@@ -9,8 +9,9 @@ import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
 from sweep.model import registry
+from sweep.model.cells import stated_error
 from sweep.model.description import Columns, Model, Request, Starts
-from sweep.model.quantity import Array, Endings, Truths
+from sweep.model.quantity import LOST, UNDECIDED, Array, Endings, Truths
 
 #: Variable -> how far its values may be off, in its unit.
 Errors = Callable[[str], Array | float]
@@ -227,8 +228,22 @@ class Criterion:
         Returns
         -------
         array of bool, shape (n,)
+            Where the errors of the variables leave the verdict open, or a loss may add what it follows from.
         """
-        raise NotImplementedError
+        model, quantities = spec.model, spec.model.cell_variables(spec)
+        found = self.on_edge(
+            spec,
+            starts,
+            [measured],
+            lambda name: stated_error(quantities[name], spec, starts, measured, error),
+        )
+        if self.follows_from_loss(model):
+            found |= ~model.endings.have(LOST, measured["ending"]) & model.may_be_lost(spec, measured, error)
+        return np.asarray(found & (measured["stability"] != UNDECIDED))
+
+    def follows_from_loss(self, model: Model) -> bool:
+        """Return whether the verdict may be another one where a motion is lost that seemed not to be."""
+        return True
 
 
 def _unknown(text: str) -> RequestError:

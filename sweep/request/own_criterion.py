@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
-from sweep.model.cells import stated_error
 from sweep.model.description import Columns, Model, Request, Starts
 from sweep.model.quantity import (
     FINAL,
@@ -167,18 +166,9 @@ class Expression(Criterion):
         sure, possible = self.tree.truth(low, high)
         return np.asarray(possible & ~sure)
 
-    def is_open(self, spec: Request, starts: Starts, measured: Columns, error: Array) -> Truths:
-        """Return where the errors of the variables leave the expression open, or a fall may add what it judges by."""
-        model, quantities = spec.model, spec.model.cell_variables(spec)
-        found = self.on_edge(
-            spec,
-            starts,
-            [measured],
-            lambda name: stated_error(quantities[name], spec, starts, measured, error),
-        )
-        if not set(expression.variables(self.tree)) <= {*model.parameters, *model.from_extremes}:
-            found |= ~model.endings.have(LOST, measured["ending"]) & model.may_be_lost(spec, measured, error)
-        return np.asarray(found & (measured["stability"] != UNDECIDED))
+    def follows_from_loss(self, model: Model) -> bool:
+        """Return whether a variable in the expression is known of lost motions alone."""
+        return not set(expression.variables(self.tree)) <= {*model.parameters, *model.from_extremes}
 
     def _values(self, columns: Mapping[str, Any], among: Collection[str] | None = None) -> dict[str, Array]:
         """Return the numbers that the expression names, as float64 and NaN where they are missing."""

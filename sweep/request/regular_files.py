@@ -20,25 +20,21 @@ def read_regular(path: Path, most: int) -> bytes:
     OSError
         If it cannot be read, is no regular file, or has more bytes; `strerror` says which.
     """
-    _check(os.stat(path), most)
-    # without waiting: the name may have become that of a pipe since
-    with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
-        _check(os.fstat(file.fileno()), most)
-        # what /proc shows as empty may have content
-        content = file.read(most + 1)
-    if len(content) > most:
-        raise _too_large(len(content), most)
-    return content
-
-
-def _check(found: os.stat_result, most: int) -> None:
-    if stat.S_ISDIR(found.st_mode):
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
-    if not stat.S_ISREG(found.st_mode):
-        raise OSError(errno.EINVAL, "It is not a regular file")
-    if found.st_size > most:
-        raise _too_large(found.st_size, most)
-
-
-def _too_large(size: int, most: int) -> OSError:
-    return OSError(errno.EFBIG, f"It has {size} bytes or more, of at most {most}")
+    # without waiting: it may be a pipe to which no process writes
+    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    try:
+        found = os.fstat(descriptor)
+        if stat.S_ISDIR(found.st_mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+        if not stat.S_ISREG(found.st_mode):
+            raise OSError(errno.EINVAL, "It is not a regular file")
+        size, content = found.st_size, b""
+        if size <= most:
+            with open(descriptor, "rb", closefd=False) as file:
+                # what /proc shows as empty may have content
+                content = file.read(most + 1)
+        if max(size, len(content)) > most:
+            raise OSError(errno.EFBIG, f"It has {max(size, len(content))} bytes or more, of at most {most}")
+        return content
+    finally:
+        os.close(descriptor)
