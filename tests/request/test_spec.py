@@ -24,7 +24,7 @@ from sweep.request.words import presets
 POSITIVE = st.floats(1e-3, 1e3)
 AXES = st.one_of(
     POSITIVE,
-    st.builds(lambda start, count: Range(start, 2 * start, count, "log"), POSITIVE, st.integers(2, 99)),
+    st.builds(lambda start, count: Range(start, 2 * start, count, "log"), POSITIVE, st.integers(2, 60)),
     st.lists(POSITIVE, min_size=1, max_size=4, unique=True).map(lambda values: Values(tuple(sorted(values)))),
 )
 SPECS = st.builds(

@@ -213,7 +213,7 @@ def test_units_have_their_defined_sizes():
         "m s-2": "g_0 9.80665 gravity 9.80665 N/kg 1 dyn/g 0.01 lbf/lb 9.80665 cm/s2 0.01 kph/s 0.2777777777777778 "
         "mph/s 0.44704 knot/s 0.5144444444444445",
         "1": "% 0.01 percent 0.01 m/cm 100",
-        "Pa s": "Pa*s 1 uPa*s 1e-6 poise 0.1 cP 1e-3 hPa*s 100 "
+        "Pa s": "Pa*s 1 uPa*s 1e-6 poise 0.1 cP 1e-3 hPa*s 100 hectopascal*s 100 "
         "kPa*s 1e3 MPa*s 1e6 GPa*s 1e9 dPa*s 0.1 daPa*s 10 nPa*s 1e-9 pPa*s 1e-12 bar*s 1e5",
         "kg m-3": "kg/m3 1 g/cm3 1000 kg/l 1000 kg/L 1000",
         "N m s": "N*m*s 1 J*s 1 W*s2 1",
