@@ -9,6 +9,7 @@ import sweep
 from sweep.figures import plots
 from sweep.figures.drawing import MOST_POINTS, evenly, joined
 from sweep.figures.look import Look
+from sweep.figures.panels import panel
 from sweep.model.disk.tables import ENDINGS
 from sweep.model.quantity import UNSTABLE
 
@@ -464,3 +465,11 @@ def test_points_that_are_thinned_differently_have_one_entry():
         "points, not every one": 1, "other": 3,
     }  # fmt: skip
     assert joined({"points, every 3rd": 1, "other": 3}) == {"points, every 3rd": 1, "other": 3}
+
+
+def test_a_cell_without_a_result_is_hatched_once():
+    """It is named by its ending, not as a cell that lacks the quantity."""
+    drawn = panel(sweep.run(CIRCLING.replace(precession_rate="-1:1:5")))
+    assert drawn.no_result.any()
+    assert np.isnan(drawn.shade.values[drawn.no_result]).all()
+    assert not (drawn.shade.absent & drawn.no_result).any()
