@@ -5,7 +5,7 @@ import xarray as xr
 from auditing import ENDINGS, PRESETS, atlas, changed, coarse, counts, flags, moved
 
 import sweep
-from sweep.checks.verify import findings, verify
+from sweep.checks.verify import findings, findings_of, verify
 from sweep.commands.audit_report import audit_line
 from sweep.errors import RequestError
 from sweep.model.disk.tables import PARAMETERS
@@ -237,3 +237,14 @@ def test_the_atlas_is_not_changed():
     before = atlas("circling").copy(deep=True)
     verify(atlas("circling"))
     xr.testing.assert_identical(atlas("circling"), before)
+
+
+def test_a_cell_on_the_limit_may_have_either_verdict():
+    """Another processor rounds the largest tilt, and so the verdict, otherwise; away from the limit it does not."""
+    atlas = sweep.run("rolling", roll_rate="2:4:9", tilt="0.5deg:5deg:7")
+    limit = float(atlas["tilt_max"][4, 3])
+    for shift, is_wrong in ((0.0, False), (1e-3, True)):
+        flipped = sweep.reclassify(atlas, f"departure:{limit + shift!r}rad").copy(deep=True)
+        flipped["stability"][4, 3] = 3 - int(flipped["stability"][4, 3])
+        wrong = {each.name for each in findings_of(flipped).statements if each.wrong}
+        assert ("stability" in wrong) == is_wrong, shift
