@@ -40,7 +40,7 @@ class Eulerdisk:
 
     def __init__(self, dataset: xr.Dataset) -> None:
         self._dataset = dataset
-        self._settled: xr.Dataset | None = None
+        self._own: xr.Dataset | None = None
 
     @property
     def atlas(self) -> xr.Dataset:
@@ -53,12 +53,12 @@ class Eulerdisk:
         RequestError
             If it is no atlas, or the selection has lost a coordinate or its order.
         """
-        if self._settled is None:
-            from sweep.atlas.selection import settled
+        if self._own is None:
+            from sweep.atlas.selection import as_atlas
 
             self._check()
-            self._settled = settled(self._dataset)
-        return self._settled
+            self._own = as_atlas(self._dataset)
+        return self._own
 
     @property
     def spec(self) -> "SweepSpec":

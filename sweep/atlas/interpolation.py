@@ -26,7 +26,7 @@ def interpolated(atlas: "xr.Dataset", given: Mapping[str, Any]) -> "xr.Dataset":
     Parameters
     ----------
     atlas : xarray.Dataset
-        A whole one, see `sweep.atlas.selection.settled`.
+        A whole one, see `sweep.atlas.selection.as_atlas`.
     given : mapping of str to number, text with a unit, array, or xarray.DataArray
         Axis -> the places; along the other axes the values stay. A rate may be given scaled, or as a speed. Arrays span
         a grid; an xarray.DataArray [SI] gives points along its own dimensions, as in xarray.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import numpy as np
 
-from sweep.atlas.selection import selected_spec, settled
+from sweep.atlas.selection import as_atlas, selected_spec
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Array, Input
 from sweep.request.as_given import as_given, in_unit
@@ -179,7 +179,7 @@ def part_of(dataset: "xr.Dataset", words: Mapping[str, str]) -> tuple["xr.Datase
     Returns
     -------
     part : xarray.Dataset
-        As from `settled`.
+        As from `as_atlas`.
     notes : list of str
         Which values stand for others that the atlas does not have.
 
@@ -201,7 +201,7 @@ def part_of(dataset: "xr.Dataset", words: Mapping[str, str]) -> tuple["xr.Datase
             places[name] = _places(getattr(spec, name), text, quantity, notes, _Given(word, given))
         except RequestError as error:
             raise error.at(error.where if error.where and word == name else f"{word}={given}") from None
-    return settled(dataset.isel(places)), notes
+    return as_atlas(dataset.isel(places)), notes
 
 
 def _parameter(spec: SweepSpec, name: str, text: str) -> tuple[str, str]:

@@ -10,7 +10,7 @@ from sweep.atlas.boundary import Seen, unseen
 from sweep.atlas.cf_metadata import ascii_text, cell_declarations, created, spec_attributes
 from sweep.atlas.completion import without_boundary
 from sweep.atlas.dataset import edge_variables, require, spec_of
-from sweep.atlas.selection import require_atlas, settled
+from sweep.atlas.selection import as_atlas, require_atlas
 from sweep.engine.compute import reach_and_scale
 from sweep.engine.grid import blocks, starts_of
 from sweep.errors import RequestError, printable, shown
@@ -59,7 +59,7 @@ def reclassify(
         function returns something else than one bool for each cell.
     """
     require_atlas(dataset)
-    atlas = settled(dataset)
+    atlas = as_atlas(dataset)
     spec = spec_of(atlas)
     if isinstance(criterion, Criterion | str) or not callable(criterion):
         new = spec.replace(criterion=criterion)
@@ -96,7 +96,7 @@ def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH, *, progress: Pro
         function.
     """
     require_atlas(dataset)
-    atlas = settled(dataset)
+    atlas = as_atlas(dataset)
     spec = spec_of(atlas).replace(boundary=f"{REFINED}:{width!r}")
     spec.criterion.check_new_cells()
     with following(progress) as show:

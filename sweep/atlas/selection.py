@@ -246,7 +246,7 @@ def _other_cells(dataset: "xr.Dataset", name: str, what: str) -> NoReturn:
     )
 
 
-def settled(dataset: "xr.Dataset", trusting: bool = False) -> "xr.Dataset":
+def as_atlas(dataset: "xr.Dataset", trusting: bool = False) -> "xr.Dataset":
     """Return the atlas that a dataset is: itself, or, of a selection, one whose spec asks for its cells alone.
 
     Parameters

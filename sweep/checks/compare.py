@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from sweep.atlas.selection import require_atlas, settled
+from sweep.atlas.selection import as_atlas, require_atlas
 from sweep.checks.alignment import Pair, align
 from sweep.checks.cell_pair import CellPair
 from sweep.checks.finding import MEANING, Finding, HeldVariable
@@ -118,7 +118,7 @@ def compare(
     """
     for dataset in (new, reference):
         require_atlas(dataset)
-    new, reference = settled(new, trusting=True), settled(reference, trusting=True)
+    new, reference = as_atlas(new, trusting=True), as_atlas(reference, trusting=True)
     pair = align(new, reference, common=common)
     held = [HeldVariable(each, pair, exact) for each in variables(pair)]
     if exact and tolerances:

@@ -17,7 +17,7 @@ from sweep.atlas.cf_metadata import (
 )
 from sweep.atlas.dataset import as_variable, coordinates, place_of, require, spec_named, spec_of
 from sweep.atlas.row_edges import legal
-from sweep.atlas.selection import require_atlas, settled
+from sweep.atlas.selection import as_atlas, require_atlas
 from sweep.checks.alignment import coordinate_tallies
 from sweep.checks.attribute_audit import attribute_statements
 from sweep.checks.boundary_audit import boundary_statements
@@ -185,7 +185,7 @@ class _Audit:
     """
 
     def __init__(self, dataset: "xr.Dataset", seed: int | None) -> None:
-        self.dataset = settled(dataset, trusting=True)
+        self.dataset = as_atlas(dataset, trusting=True)
         self.spec, self._reference = _checked(self.dataset, seed)
         self.declared = declare_cells(self.spec, self._reference.audit.variables, "audit")
         self.summary = AuditSummary(self._reference.audit)

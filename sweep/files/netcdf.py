@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sweep.atlas.selection import BETWEEN, require_atlas, settled
+from sweep.atlas.selection import BETWEEN, as_atlas, require_atlas
 from sweep.engine.estimate import FILE_SHARE, check_room
 from sweep.errors import RequestError, shown
 from sweep.files.paths import check_target
@@ -32,7 +32,7 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
         If the file system refuses.
     """
     _check_kind(dataset)
-    path, dataset = Path(path), _rechunked(settled(dataset))
+    path, dataset = Path(path), _rechunked(as_atlas(dataset))
     _check_criterion(dataset, path)
     check_target(path, overwrite)
     needed = dataset.nbytes * FILE_SHARE

@@ -11,7 +11,7 @@ import numpy as np
 
 from sweep.atlas.cf_metadata import FORMAT
 from sweep.atlas.dataset import place_of, require, spec_named
-from sweep.atlas.selection import settled
+from sweep.atlas.selection import as_atlas
 from sweep.atlas.structure import check_structure, known_names, strangers
 from sweep.engine.grid import chunks
 from sweep.errors import LeftOutWarning, RequestError, printable, shown
@@ -131,10 +131,10 @@ def _as_atlas(dataset: "xr.Dataset", path: Path) -> "xr.Dataset":
 def opened(path: Path, *, indexed: bool = True) -> Iterator["xr.Dataset"]:
     """Open an atlas as `open_atlas` does; if the ``with`` block fails on a damaged variable, the error names it.
 
-    A file that holds a selection from an atlas is an atlas of its own (`sweep.atlas.selection.settled`).
+    A file that holds a selection from an atlas is an atlas of its own (`sweep.atlas.selection.as_atlas`).
     """
     with open_atlas(path, indexed=indexed) as dataset, damage_named(dataset):
-        yield settled(dataset, trusting=True)
+        yield as_atlas(dataset, trusting=True)
 
 
 def loaded(dataset: "xr.Dataset") -> "xr.Dataset":

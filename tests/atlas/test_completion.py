@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import sweep
-from sweep.atlas.selection import settled
+from sweep.atlas.selection import as_atlas
 
 SPEC = sweep.SweepSpec(roll_rate="2:4:9", tilt="1deg:4deg:4", boundary="refined:1e-6")
 
@@ -18,7 +18,7 @@ def atlas():
 
 def test_an_atlas_that_lacks_nothing_is_returned_itself(atlas):
     """Nothing is computed or copied for it."""
-    assert settled(atlas) is atlas
+    assert as_atlas(atlas) is atlas
 
 
 def test_what_was_left_out_is_found_again(atlas):
@@ -30,7 +30,7 @@ def test_what_was_left_out_is_found_again(atlas):
         ["alpha", "gravity"],
     ]:
         part = atlas.drop_vars(names)
-        found = settled(part)
+        found = as_atlas(part)
         assert set(found.variables) == set(atlas.variables)
         for name in atlas.variables:
             xr.testing.assert_identical(found[name].variable, atlas[name].variable)
