@@ -1,6 +1,8 @@
 """From text to values: numbers, lists and ranges with units, read in SI or refused."""
 
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from sweep.errors import RequestError, shown
 from sweep.model.disk.tables import PARAMETERS, SETTINGS
 from sweep.model.quantity import DECISION, Quantity
 from sweep.request.axes import Range, Values
+from sweep.request.units import read_unit
 from sweep.request.values import factor_to_si, plain_number, read_number, read_value
 
 TILT, RATE, ROLL = PARAMETERS["tilt"], PARAMETERS["precession_rate"], PARAMETERS["roll_rate"]
@@ -221,6 +224,16 @@ def test_units_have_their_defined_sizes():
         words, quantity = sizes.split(), Quantity("size", "", units, "", DECISION)
         for unit, size in zip(words[::2], words[1::2], strict=True):
             assert factor_to_si(unit, quantity) == pytest.approx(float(size), rel=1e-14), unit
+
+
+def test_the_units_of_the_page_are_read():
+    """docs/words.md lists them, and spells one unit in several ways."""
+    page = (Path(__file__).parents[2] / "docs" / "words.md").read_text(encoding="utf-8")
+    section = page.partition("## Units")[2].partition("\n## ")[0]
+    names = re.findall("`([^`]+)`", section)
+    assert len(names) > 40
+    assert [name for name in names if read_unit(name) is None] == []
+    assert {read_unit(name) for name in names[:5]} == {read_unit("m/s2")}
 
 
 def test_no_unit_is_si():
