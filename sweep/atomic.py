@@ -5,7 +5,6 @@ a name that is taken is an error, and so is a symbolic link, which somebody else
 """
 
 import contextlib
-import io
 import os
 import re
 import secrets
@@ -35,15 +34,6 @@ def create_temporary(folder: Path, mode: int = 0o666) -> Path:
     path = folder / _temporary_name()
     os.close(create(path, mode))
     return path
-
-
-def open_scratch(folder: Path) -> io.FileIO:
-    """Create a file without a name, for what is needed only as long as it is open: a killed process leaves nothing."""
-    path = create_temporary(folder, 0o600)
-    try:
-        return open(path, "rb+", buffering=0)
-    finally:
-        path.unlink()
 
 
 def create_temporary_folder(folder: Path) -> Path:

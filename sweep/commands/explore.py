@@ -51,13 +51,14 @@ def explore(
         say(f"{export}: {export.stat().st_size / 1e6:.1f} MB")
         return
     explorer = Explorer(subject, port)
-    if browser:
-        explorer.open_browser()
-    show(explorer.url)
-    # who reads a pipe waits for the address
-    sys.stdout.flush()
-    say("the explorer answers at this address until Ctrl-C")
+    # Ctrl-C ends it well from the moment on at which the address is told
     try:
+        if browser:
+            explorer.open_browser()
+        show(explorer.url)
+        # who reads a pipe waits for the address
+        sys.stdout.flush()
+        say("the explorer answers at this address until Ctrl-C")
         explorer.wait()
     except KeyboardInterrupt:
         explorer.close()
