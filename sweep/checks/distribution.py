@@ -1,23 +1,15 @@
 """The distribution of many values in constant memory."""
 
 import numpy as np
-import numpy.typing as npt
 
 from sweep.model.quantity import Array
 
-#: Values of which quantiles are exact: more are counted in bins.
-_MOST_KEPT = 2**20
-
-#: A bin holds the single-precision values with the same exponent and the same first 11 bits of the mantissa: its middle
-#: is within a part in 2**12 of each of them. Larger values than those count as the largest of them.
-_SHIFT, _GREATEST = 23 - 11, float(np.finfo(np.float32).max)
-_BINS = 2**31 >> _SHIFT
-
-_QUANTILES = (0.5, 0.99)
+#: Values that are kept at most.
+_MOST_KEPT = 2**21
 
 
 class Distribution:
-    """The finite values among all that were added, which must not be negative.
+    """The finite values among all that were added.
 
     Attributes
     ----------
@@ -26,49 +18,31 @@ class Distribution:
 
     Notes
     -----
-    Quantiles are those of `numpy.percentile`. Of more than 2**20 values they come from a histogram: the middle of the
-    bin, at most 0.05 % from the value. The largest value is always exact.
+    Quantiles are those of `numpy.percentile`, of more than 2**21 values those of an even part of them: every second
+    one, every fourth, and so on. The largest value is that of all.
     """
 
     def __init__(self) -> None:
         self._kept: list[Array] = []
-        self._counts = np.zeros(_BINS, np.int64)
-        self._number, self.largest = 0, np.nan
+        self._number, self._stride, self.largest = 0, 1, np.nan
 
     def add(self, values: Array) -> None:
         """Add an array of any shape; what is not finite is left out."""
         known = np.asarray(values, np.float64)
-        # a copy: what was given may be changed later
         known = known[np.isfinite(known)]
         if not known.size:
             return
-        self._number += known.size
         self.largest = float(np.fmax(self.largest, known.max()))
-        self._kept.append(known)
-        if self._number > _MOST_KEPT:
-            for each in self._kept:
-                self._counts += _histogram(each)
-            self._kept.clear()
+        # the place of a value among all decides whether it is kept, not the part that it came in
+        self._kept.append(known[-self._number % self._stride :: self._stride].copy())
+        self._number += known.size
+        while self._number > self._stride * _MOST_KEPT:
+            self._kept = [np.concatenate(self._kept)[::2]]
+            self._stride *= 2
 
     def summary(self) -> tuple[float, float, float]:
         """Return median, 99 % and largest; NaN if there is none."""
         if not self._number:
             return (np.nan,) * 3
-        if self._kept:
-            median, high = np.percentile(np.concatenate(self._kept), [100.0 * each for each in _QUANTILES])
-        else:
-            ranks = [share * (self._number - 1) for share in _QUANTILES]
-            places = np.searchsorted(np.cumsum(self._counts), ranks, side="right")
-            median, high = (min(_middle(int(place)), self.largest) for place in places)
+        median, high = np.percentile(np.concatenate(self._kept), [50.0, 99.0])
         return float(median), float(high), self.largest
-
-
-def _histogram(values: Array) -> npt.NDArray[np.int64]:
-    single = np.minimum(values, _GREATEST).astype(np.float32)
-    return np.bincount(single.view(np.int32) >> _SHIFT, minlength=_BINS)
-
-
-def _middle(place: int) -> float:
-    """Return the middle of a bin; 0 of the first, which holds 0 too."""
-    edges = (np.arange(place, place + 2) << _SHIFT).astype(np.int32).view(np.float32)
-    return float(edges.astype(np.float64).mean()) if place else 0.0

@@ -31,7 +31,7 @@ class Findings:
         Whose extremes were held against the exact ones, and their unit.
     extremes : (median, 99 %, largest)
         Distribution of the error of the extremes [SI], over the cells that have one and were not ended by time; NaN if
-        none. Of more than 2**20 cells median and 99 % are known to 0.05 %.
+        none. Of more than 2**21 cells median and 99 % are those of an even part of them.
     period : (median, 99 %, largest)
         The same of the error of the period over the exact period.
     period_share : float

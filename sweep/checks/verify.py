@@ -2,8 +2,7 @@
 
 from collections.abc import Generator, Iterator
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -24,23 +23,22 @@ from sweep.checks.boundary_audit import boundary_statements
 from sweep.checks.cell_audit import STEPS, AuditedBlock, CellAudit, stride_of
 from sweep.checks.findings import AuditSummary, Findings
 from sweep.checks.statement import Checks, Statement, from_text, row_in_words, to_text
-from sweep.engine.compute import Block, arithmetic_hash, usable_threads, use_threads
-from sweep.engine.estimate import FILE_SHARE, check_room
+from sweep.engine.compute import arithmetic_hash, use_threads
 from sweep.engine.grid import Span, blocks
 from sweep.errors import RequestError
-from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.cell_reader import CellReader, UnreadableError
-from sweep.files.paths import check_target
-from sweep.files.publish import published
 from sweep.model.description import Reference
 from sweep.progress.display import following
 from sweep.progress.timetable import SEARCHING, Progress, Show, Stage, Timetable
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import no_op, prefetch
-from sweep.runs.forecast import CHECKING, bisected_cells
+from sweep.runs.forecast import bisected_cells
 
 if TYPE_CHECKING:
     import xarray as xr
+
+#: Name of the stage.
+CHECKING: Final = "checking"
 
 #: The attributes of an audit that hold its statements, and which cells were a sample.
 _STATEMENTS, _SAMPLE = "audit_statements", "audit_sample"
@@ -91,54 +89,6 @@ def verify(dataset: "xr.Dataset", *, seed: int | None = None, progress: Progress
         {each.name: as_variable(each, values, spec) for each, values in (*coordinates(spec), *starts)},
         attributes,
     )
-
-
-def verify_to_file(
-    dataset: "xr.Dataset",
-    path: Path,
-    *,
-    overwrite: bool = False,
-    seed: int | None = None,
-) -> Findings:
-    """Write the audit of an atlas, as `verify` returns it, to a new file, and return its `findings`.
-
-    The cells are written while the next ones are audited: no more than some blocks are in memory at once.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-    path : Path
-        The file; it appears only when it is complete.
-    overwrite : bool
-        Replace an existing file, at the very end.
-    seed : int, optional
-        As in `verify`.
-
-    Raises
-    ------
-    RequestError
-        As from `verify`, and if the file exists, its folder does not or cannot be written, or the disk has not enough
-        room; nothing has been touched then.
-    StorageError
-        If the file system refuses.
-    """
-    audit = _Audit(dataset, seed)
-    spec, declared = audit.spec, audit.declared
-    check_target(path, overwrite)
-    needed = FILE_SHARE * spec.size * sum(np.dtype(each.dtype).itemsize for each in declared) + 1e5
-    check_room(path, needed)
-    with published(path, needed) as unfinished:
-        writer = AtlasWriter(unfinished, spec, audit.attributes(), usable_threads(None), declared)
-        stored = (
-            Block(span, {each.name: np.asarray(found[each.name], each.dtype) for each in declared})
-            for span, found in audit.blocks()
-        )
-        for block in writer.write_cells(stored):
-            audit.summary.add(block.span.start, block.columns)
-        result = audit.result()
-        writer.add_attributes(result)
-        writer.check()
-    return audit.summary.findings(spec, from_text(result[_STATEMENTS]), result.get(_SAMPLE, ""))
 
 
 def findings(audited: "xr.Dataset") -> Findings:

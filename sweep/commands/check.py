@@ -30,8 +30,10 @@ def verify(
     Exit status 0 if all cells agree within the tolerance that the atlas records, 1 otherwise.
     """
     from sweep.atlas.dataset import spec_named
-    from sweep.checks.verify import findings_of, verify_to_file
+    from sweep.checks.verify import findings, findings_of
+    from sweep.checks.verify import verify as audit_of
     from sweep.commands.audit_report import audit_text
+    from sweep.files.netcdf import save
     from sweep.files.paths import check_apart, check_atlas_name, check_target
     from sweep.files.reading import opened
 
@@ -41,11 +43,14 @@ def verify(
         spec = spec_named(dataset)
         if write is None:
             found = findings_of(dataset, seed)
+            show(audit_text(found, spec))
         else:
             check_apart(write, atlas)
             check_target(write, overwrite)
-            found = verify_to_file(dataset, write, overwrite=overwrite, seed=seed)
-    show(audit_text(found, spec))
+            audit = audit_of(dataset, seed=seed)
+            found = findings(audit)
+            show(audit_text(found, spec))
+            save(audit, write, overwrite=overwrite)
     if not found.passed:
         raise typer.Exit(1)
 

@@ -6,17 +6,15 @@ libraries bring an HDF5 each, so the file is never open in both.
 """
 
 import contextlib
-import errno
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
-from isal.isal_zlib import crc32
 
 from sweep.atlas.boundary import Seen, unseen
 from sweep.atlas.cf_metadata import COMPRESSION, Declaration, cell_declarations
@@ -49,26 +47,24 @@ class _Chunk(NamedTuple):
 
 
 class AtlasWriter:
-    """The netCDF file of an atlas while it is written: cells first, then the boundary, and a check at the end.
+    """The netCDF file of an atlas while it is written: cells first, then the boundary.
 
     All methods have to be called in one thread, since neither netCDF nor HDF5 may be called in two.
 
     Parameters
     ----------
     path : Path
-        A temporary name: until `check` has returned, the file is not complete.
+        A temporary name: until the boundary is written, the file is not complete.
     spec : SweepSpec
     attributes : mapping
         The global attributes.
     threads : int
         Threads that filter chunks, beside the one that writes them.
-    cells : sequence of Declaration, optional
-        The variables with one value per cell; those of an atlas if not given.
 
     Raises
     ------
     OSError, RuntimeError
-        From every method: if the file system or netCDF refuses, or the file does not hold what was written.
+        From every method: if the file system or netCDF refuses.
     """
 
     def __init__(
@@ -77,16 +73,11 @@ class AtlasWriter:
         spec: SweepSpec,
         attributes: Mapping[str, Any],
         threads: int = 1,
-        cells: Sequence[Declaration] | None = None,
     ) -> None:
         # absolute, because netCDF-C leaves out blanks at the begin of a name
         self._path, self.spec, self._threads = path.absolute(), spec, min(threads, _MOST_THREADS)
-        self._cells = cell_declarations(spec) if cells is None else cells
+        self._cells = cell_declarations(spec)
         self._chunk = chunk_shape(spec.shape)
-        # checksums of what was written: the stored chunks of a variable, its first values, and all values of others
-        self._stored = dict.fromkeys((each.name for each in self._cells if spec.axes), 0)
-        self._values = list[tuple[str, tuple[slice, ...], int]]()
-        self._attributes: dict[str, Mapping[str, Any]] = {"": dict(attributes)}
         with self._opened("w") as file:
             file.setncatts(dict(attributes))
             for name, count in zip(spec.axes, spec.shape, strict=True):
@@ -125,9 +116,11 @@ class AtlasWriter:
         places = (slices for _, slices in chunks(self.spec.shape))
         spans = (span for span, _ in chunks(self.spec.shape))
         jobs = zip(places, regroup(blocks, spans), strict=True)
-        with RawChunks(self._path, "r+") as file, _in_order(filtered, jobs, self._threads) as filtered_chunks:
+        with RawChunks(self._path) as file, _in_order(filtered, jobs, self._threads) as filtered_chunks:
             for chunk in filtered_chunks:
-                self._write_chunk(file, chunk)
+                offset = tuple(part.start for part in chunk.slices)
+                for each, content in zip(self._cells, chunk.contents, strict=True):
+                    file.write(each.name, offset, content)
                 yield chunk.block
 
     def write_boundary(self, seen: Seen = unseen) -> None:
@@ -144,42 +137,7 @@ class AtlasWriter:
                         file.createDimension(name, count)
                 self._write_whole(file, declared, values)
 
-    def add_attributes(self, attributes: Mapping[str, Any]) -> None:
-        """Write global attributes that were not known before the cells."""
-        with self._opened("a") as file:
-            file.setncatts(dict(attributes))
-        self._attributes[""] = {**self._attributes[""], **attributes}
-
-    def check(self, seen: Callable[[int], None] = lambda _: None) -> None:
-        """Read the file again; an OSError says that it does not hold what was written.
-
-        All chunks are read as they are stored; each one has been inflated before it was written. The first chunk and
-        all other variables are read by netCDF through its filters, as readers will. `seen` is called with the
-        number of cells that have been looked at.
-        """
-        wrong, cells = list[str](), 0
-        with RawChunks(self._path, "r") as raw:
-            for name, checksum in self._stored.items():
-                found = 0
-                for (span, _), content in zip(chunks(self.spec.shape), raw.stored(name), strict=False):
-                    seen(cells // len(self._stored))
-                    found = crc32(content, found)
-                    cells += len(span)
-                if found != checksum:
-                    wrong.append(name)
-        with self._opened("r") as file:
-            file.set_auto_maskandscale(False)
-            for name, slices, checksum in self._values:
-                if crc32(np.asarray(file[name][slices or ...], order="C")) != checksum:
-                    wrong.append(name)
-            for name, attributes in self._attributes.items():
-                wrong += _wrong_attributes(file[name] if name else file, attributes, name)
-        if wrong:
-            raise OSError(
-                errno.EIO, f"the file does not hold what was written: {', '.join(dict.fromkeys(wrong))}"
-            )
-
-    def _opened(self, mode: Literal["w", "a", "r"]) -> Any:
+    def _opened(self, mode: Literal["w", "a"]) -> Any:
         # not at the top: a request that is refused before any file is opened need not wait for this import
         import netCDF4
 
@@ -200,18 +158,7 @@ class AtlasWriter:
 
     def _write_whole(self, file: Any, declared: Declaration, values: npt.NDArray[Any]) -> None:
         variable = self._declare(file, declared, self._chunk if self._is_compressed(declared) else ())
-        filled = np.asarray(_filled(declared, values), declared.dtype, order="C")
-        variable[...] = filled
-        self._values.append((declared.name, (), crc32(filled)))
-
-    def _write_chunk(self, file: RawChunks, chunk: _Chunk) -> None:
-        span, columns = chunk.block.span, chunk.block.columns
-        offset = tuple(part.start for part in chunk.slices)
-        for each, content in zip(self._cells, chunk.contents, strict=True):
-            file.write(each.name, offset, content)
-            self._stored[each.name] = crc32(content, self._stored[each.name])
-            if span.start == 0:
-                self._values.append((each.name, chunk.slices, crc32(_filled(each, columns[each.name]))))
+        variable[...] = np.asarray(_filled(declared, values), declared.dtype)
 
     def _declare(self, file: Any, declared: Declaration, chunk: tuple[int, ...] = ()) -> Any:
         packed: dict[str, Any] = {}
@@ -222,20 +169,7 @@ class AtlasWriter:
         )
         variable.set_auto_maskandscale(False)
         variable.setncatts(declared.attributes)
-        fill = {} if declared.fill is None else {"_FillValue": declared.fill}
-        self._attributes[declared.name] = {**declared.attributes, **fill}
         return variable
-
-
-def _wrong_attributes(found: Any, attributes: Mapping[str, Any], name: str) -> Iterator[str]:
-    """Yield the attributes of a variable, or of the file, that are not what was written."""
-    named = f"of {name}" if name else "of the file"
-    if set(found.ncattrs()) != attributes.keys():
-        yield f"the names of the attributes {named}"
-        return
-    for key, value in attributes.items():
-        if not np.array_equal(found.getncattr(key), value):
-            yield f"{key} {named}"
 
 
 def _filled(declared: Declaration, values: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The chunks of a netCDF file as HDF5 stores them, filtered here, written and read past the filters of HDF5.
+"""The chunks of a netCDF file as HDF5 stores them, filtered here and written past the filters of HDF5.
 
 netCDF and HDF5 filter in the one thread that may call them, with zlib: 5 s of processor time for 1e7 cells. Here any
 thread filters, with ISA-L, whose streams every zlib inflates: 1.2 s at level 3 for a file that is 2 % larger (0.6 s at
@@ -13,7 +13,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -29,8 +29,6 @@ class RawChunks:
     Parameters
     ----------
     path : Path
-    mode : {"r", "r+"}
-        To read, or to write too.
 
     Raises
     ------
@@ -38,39 +36,20 @@ class RawChunks:
         From every method: if HDF5 refuses; with the number of the system's error where HDF5 tells it.
     """
 
-    def __init__(self, path: Path, mode: Literal["r", "r+"]) -> None:
+    def __init__(self, path: Path) -> None:
         # not at the top: a request that is refused before any file is opened need not wait for this import
         import h5py
 
         with _os_errors():
-            self._file = h5py.File(path, mode)
-        self._path = path
+            self._file = h5py.File(path, "r+")
         self._variables: dict[str, Any] = {}
 
     def write(self, name: str, offset: tuple[int, ...], content: bytes) -> None:
         """Store the chunk of a variable that begins at some place of its grid."""
         with _os_errors():
-            self._identifier(name).write_direct_chunk(offset, content)
-
-    def stored(self, name: str) -> Iterator[bytes]:
-        """Yield the stored form of each chunk of a variable that passed all filters, in C order.
-
-        The bytes are read from the file itself, wherever its index says that they are.
-        """
-        # one walk through the index: to look one chunk up by its place HDF5 walks through the index from its begin, and
-        # to read one that is not there it asks for endless memory
-        index: list[Any] = []
-        with _os_errors():
-            self._identifier(name).chunk_iter(index.append)
-        with open(self._path, "rb") as file:
-            for chunk in index:
-                if not chunk.filter_mask:
-                    yield os.pread(file.fileno(), chunk.size, chunk.byte_offset)
-
-    def _identifier(self, name: str) -> Any:
-        if name not in self._variables:
-            self._variables[name] = self._file[name].id
-        return self._variables[name]
+            if name not in self._variables:
+                self._variables[name] = self._file[name].id
+            self._variables[name].write_direct_chunk(offset, content)
 
     def __enter__(self) -> Self:
         return self

@@ -17,15 +17,14 @@ from sweep.progress.timetable import COMPUTING, SEARCHING, Show, Stage, Timetabl
 from sweep.request.spec import SweepSpec
 from sweep.runs.journal import encode
 
-#: Seconds per cell to read and check a block of the journal; of one thread to derive, filter and write a cell; and to
-#: check the file and synchronise it. Measured with 1e7 cells of 52 bytes on a busy machine.
-_READING, _WRITING, CHECKING_PACE = 8e-8, 5e-7, 5e-8
+#: Seconds per cell to read and check a block of the journal; and of one thread to derive, filter and write a cell.
+#: Measured with 1e7 cells of 52 bytes on a busy machine.
+_READING, _WRITING = 8e-8, 5e-7
 
 
 #: Names of stages, beside those that every sweep has.
 READING: Final = "reading what is there"
 WRITING: Final = "writing"
-CHECKING: Final = "checking"
 
 
 def of_run(spec: SweepSpec, missing: int, threads: int | None, show: Show) -> Timetable:
@@ -35,7 +34,7 @@ def of_run(spec: SweepSpec, missing: int, threads: int | None, show: Show) -> Ti
     """
     computing = [Stage(COMPUTING, spec.size)] if missing else []
     writing = [Stage(WRITING, spec.size, _WRITING / threads)] if threads else []
-    return Timetable([*computing, *writing, *_last_stages(spec)], show)
+    return Timetable([*computing, *writing, Stage(SEARCHING, bisected_cells(spec))], show)
 
 
 def of_part(cells: int, show: Show) -> Timetable:
@@ -46,11 +45,7 @@ def of_part(cells: int, show: Show) -> Timetable:
 def of_journal(spec: SweepSpec, threads: int, show: Show) -> Timetable:
     """Return the timetable of making the file of a run whose cells are all computed."""
     stages = [Stage(READING, spec.size, _READING), Stage(WRITING, spec.size, _WRITING / threads)]
-    return Timetable([*stages, *_last_stages(spec)], show)
-
-
-def _last_stages(spec: SweepSpec) -> list[Stage]:
-    return [Stage(SEARCHING, bisected_cells(spec)), Stage(CHECKING, spec.size, CHECKING_PACE)]
+    return Timetable([*stages, Stage(SEARCHING, bisected_cells(spec))], show)
 
 
 def bisected_cells(spec: SweepSpec) -> int:
@@ -137,7 +132,7 @@ class Forecast:
         computing, keeping = spec.size / self.rate, spec.size * self.keeping
         used = min(threads, processors)
         beside = max(computing, keeping / used, (used * computing + keeping) / processors)
-        return self.start + beside + self.search + CHECKING_PACE * spec.size
+        return self.start + beside + self.search
 
     def journal_bytes(self, spec: SweepSpec) -> float:
         """Return the bytes of the journal."""

@@ -27,7 +27,6 @@ from sweep.request.spec import SweepSpec
 from sweep.runs import run_directory
 from sweep.runs.executor import Executor, FinishedBlock, Say, Stopping, interruptible, local, no_op, prefetch
 from sweep.runs.forecast import (
-    CHECKING,
     READING,
     WRITING,
     bisected_cells,
@@ -318,7 +317,7 @@ def write_atlas(
     timetable: Timetable,
     go_on: Callable[[], None] = lambda: None,
 ) -> Failures:
-    """Take the cells of an atlas from `AtlasWriter.write_cells`, find its boundary, write it, and check the file.
+    """Take the cells of an atlas from `AtlasWriter.write_cells`, find its boundary, and write it.
 
     Returns the cells that could not be computed. `go_on` is called again and again after the last cell; what it raises
     ends the work. Other errors are those of `AtlasWriter`.
@@ -335,8 +334,7 @@ def write_atlas(
     timetable.begin(SEARCHING)
     bisected = bisected_cells(spec)
     writer.write_boundary(lambda share: seen(share * bisected))
-    timetable.begin(CHECKING)
-    writer.check(seen)
+    seen(bisected)
     return failures
 
 

@@ -33,24 +33,25 @@ def test_of_none():
         assert np.isnan(summary(parts)).all()
 
 
-def test_of_many_values_it_is_known_to_a_part_in_two_thousand(monkeypatch):
-    """Two digits, which `verify` prints, are right; the largest is exact; parts and zeros make no difference."""
+def test_of_many_values_an_even_part_is_kept(monkeypatch):
+    """Median and 99 % are those of the part; the largest is that of all; parts of any size make no difference."""
+    monkeypatch.setattr(distribution, "_MOST_KEPT", 5000)
     for spread in [1e-6, 0.01, 3.0]:
-        monkeypatch.setattr(distribution, "_MOST_KEPT", 5000)
         values = np.random.default_rng(3).lognormal(-20.0, spread, 200_000)
         values[::50] = np.nan
-        values[1::50] = 0.0
         found = summary(np.array_split(values, 13))
-        assert found == summary([values])
-        np.testing.assert_allclose(found, exact(values), rtol=2.0**-11)
+        assert found == summary([values]) == summary(np.array_split(values, 1000))
         assert found[2] == np.nanmax(values)
+        # of 3063 values, every 64th of 196,000, five standard deviations of the share below a quantile
+        for value, share in zip(found, [0.5, 0.99], strict=False):
+            below = np.mean(values[np.isfinite(values)] < value)
+            assert abs(below - share) < 5.0 * np.sqrt(share * (1.0 - share) / 3063)
 
 
-def test_of_zeros_and_of_what_is_out_of_the_range_of_bins(monkeypatch):
-    """Values too small for a bin of their own are 0, larger ones than any bin the largest that there is."""
-    monkeypatch.setattr(distribution, "_MOST_KEPT", 10)
-    assert summary([np.zeros(100)]) == (0.0, 0.0, 0.0)
-    assert summary([np.full(100, 1e-300)]) == (0.0, 0.0, 1e-300)
-    most = summary([np.full(100, 1e300)])
-    assert most[2] == 1e300
-    assert most[0] > 1e19
+def test_little_is_kept(monkeypatch):
+    """However many values there are, no more than twice the limit are held."""
+    monkeypatch.setattr(distribution, "_MOST_KEPT", 100)
+    found = Distribution()
+    for _ in range(500):
+        found.add(np.arange(37.0))
+        assert sum(each.size for each in found._kept) <= 100

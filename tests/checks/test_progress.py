@@ -10,9 +10,9 @@ import sweep
 from sweep.checks import verify as verifying
 from sweep.checks.cell_audit import CellAudit
 from sweep.checks.compare import COMPARING
+from sweep.checks.verify import CHECKING
 from sweep.errors import RequestError
 from sweep.progress.timetable import SEARCHING, Timetable
-from sweep.runs.forecast import CHECKING
 
 #: More cells than a block of a reader has.
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:600", tilt="0.1deg:5deg:400", method="exact")

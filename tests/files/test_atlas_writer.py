@@ -1,4 +1,4 @@
-"""The file of an atlas while it is written: filters like those of HDF5, order, memory, and what the check finds."""
+"""The file of an atlas while it is written: filters like those of HDF5, order, memory, and what netCDF reads."""
 
 import errno
 import threading
@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import sweep
 from sweep.engine.compute import Block, run_blocks
 from sweep.engine.grid import Span
 from sweep.files import raw_chunks
@@ -28,16 +29,6 @@ def small_chunks(monkeypatch):
     """Let a chunk hold 64 cells: here one row of 40."""
     monkeypatch.setattr("sweep.engine.grid.chunk_shape.__defaults__", (64,))
     monkeypatch.setattr("sweep.engine.grid.chunks.__defaults__", (64,))
-
-
-@pytest.fixture
-def written(tmp_path, small_chunks):
-    """Return a writer whose file is complete, but not checked yet, and the path of that file."""
-    writer = AtlasWriter(tmp_path / "a.nc", SPEC, {"title": "x"}, 2)
-    for _ in writer.write_cells(run_blocks(SPEC)):
-        pass
-    writer.write_boundary()
-    return writer, tmp_path / "a.nc"
 
 
 @pytest.mark.parametrize("dtype", ["i1", "i4", "f4", "f8"])
@@ -74,151 +65,42 @@ def test_a_chunk_that_does_not_inflate_is_noticed(monkeypatch):
     assert caught.value.errno == errno.EIO
 
 
-def test_the_check_passes_what_is_whole(written):
-    """A file that nobody has touched is what was written; the caller hears how many cells have been looked at."""
-    writer, _ = written
-    heard = []
-    writer.check(heard.append)
-    assert heard == sorted(heard)
-    assert 0.9 * SPEC.size < heard[-1] < SPEC.size
-
-
-def in_a_stored_chunk(path):
-    """Flip one bit of one stored chunk, in the bytes of the file."""
-    with h5py.File(path) as file:
-        place = file["tilt_max"].id.get_chunk_info_by_coord((17, 0))
-    content = bytearray(path.read_bytes())
-    content[place.byte_offset + place.size // 2] ^= 1
-    path.write_bytes(content)
-
-
-def a_whole_chunk(path):
-    """Put a good chunk in the place of another one."""
-    with h5py.File(path, "r+") as file:
-        content = file["tilt_max"].id.read_direct_chunk((3, 0))[1]
-        file["tilt_max"].id.write_direct_chunk((5, 0), content)
-
-
-def a_coordinate(path):
-    """Change a value that netCDF has written."""
-    with netCDF4.Dataset(path, "a") as file:
-        file["tilt"][11] += 1e-15
-
-
-def an_attribute(path):
-    """Change a text that stands beside a variable."""
-    with netCDF4.Dataset(path, "a") as file:
-        file["tilt_max"].units = "deg"
-
-
-def a_missing_attribute(path):
-    """Take an attribute away."""
-    with netCDF4.Dataset(path, "a") as file:
-        file["stability"].delncattr("flag_meanings")
-
-
-def a_text_of_the_file(path):
-    """Change what the file says of itself."""
-    with netCDF4.Dataset(path, "a") as file:
-        file.title = "another"
-
-
-def the_boundary(path):
-    """Change a value of the boundary."""
-    with netCDF4.Dataset(path, "a") as file:
-        file["boundary_roll_rate_status"][0] = 5
-
-
-#: Rows along both rates, some with a lower edge; curves; no axis at all.
+#: Rows along both rates, some with a lower edge; curves; no axis at all; more chunks than one.
 WRITTEN_WHOLE = {
     "both rates": SweepSpec(alpha="0.5,1", roll_rate="-4:4:9", precession_rate="0:2:4", tilt="1deg:9deg:3"),
     "curves": SweepSpec.preset("circling").replace(
         tilt="2deg:25deg:16", precession_rate="0.2:5:17", boundary="refined:1e-3"
     ),
     "one cell": SweepSpec(roll_rate=3.0),
+    "chunks": SPEC,
 }
 
 
-def finished(path, spec):
-    """Return the writer of a whole atlas."""
-    writer = AtlasWriter(path, spec, {"title": "x"})
+@pytest.mark.parametrize("name", WRITTEN_WHOLE)
+def test_netcdf_reads_what_was_written(tmp_path, small_chunks, name):
+    """Every value of every variable and every attribute, through the filters of netCDF's own library."""
+    spec, path = WRITTEN_WHOLE[name], tmp_path / "a.nc"
+    writer = AtlasWriter(path, spec, {"title": "x"}, 2)
     for _ in writer.write_cells(run_blocks(spec)):
         pass
     writer.write_boundary()
-    return writer
-
-
-@pytest.mark.parametrize("name", WRITTEN_WHOLE)
-def test_the_last_value_of_every_small_variable_is_checked(tmp_path, name):
-    """Axes, edges and curves are written whole, and a change of their last value is found."""
-    spec, path = WRITTEN_WHOLE[name], tmp_path / "a.nc"
-    writer = finished(path, spec)
-    writer.check()
+    expected = sweep.run(spec)
     with netCDF4.Dataset(path) as file:
-        names = [each.name for each in file.variables.values() if each.dimensions != spec.axes]
-    assert any(name.startswith(("boundary_lower", "curve")) for name in names) == bool(spec.axes)
-    for each in names:
-        with netCDF4.Dataset(path, "a") as file:
-            file.set_auto_maskandscale(False)
-            last = (-1,) * file[each].ndim or ...
-            before = file[each][last]
-            file[each][last] = 3 if before != 3 else 4
-        with pytest.raises(OSError, match=rf"\b{each}$"):
-            writer.check()
-        with netCDF4.Dataset(path, "a") as file:
-            file.set_auto_maskandscale(False)
-            file[each][last] = before
-    writer.check()
-
-
-@pytest.mark.parametrize(
-    ("damage", "named"),
-    [
-        (in_a_stored_chunk, "tilt_max"),
-        (a_whole_chunk, "tilt_max"),
-        (a_coordinate, "tilt"),
-        (the_boundary, "boundary_roll_rate_status"),
-        (an_attribute, "units of tilt_max"),
-        (a_missing_attribute, "the names of the attributes of stability"),
-        (a_text_of_the_file, "title of the file"),
-    ],
-)
-def test_the_check_finds_damage(written, damage, named):
-    """Whatever has changed in the file since it was written, the check names the variable."""
-    writer, path = written
-    damage(path)
-    with pytest.raises(OSError, match=rf"\b{named}\b"):
-        writer.check()
-
-
-@pytest.mark.parametrize("fault", ["left out", "past the filters"])
-def test_the_check_finds_a_chunk_that_was_never_stored(tmp_path, small_chunks, monkeypatch, fault):
-    """A chunk that is not there is no chunk of missing values, nor is one that HDF5 would not filter when it reads."""
-    write = RawChunks.write
-
-    def wrong(self, name, offset, content):
-        if (name, offset) != ("steps", (9, 0)):
-            write(self, name, offset, content)
-        elif fault == "past the filters":
-            self._identifier(name).write_direct_chunk(offset, content, 3)
-
-    monkeypatch.setattr(RawChunks, "write", wrong)
-    writer = AtlasWriter(tmp_path / "a.nc", SPEC, {})
-    for _ in writer.write_cells(run_blocks(SPEC)):
-        pass
-    with pytest.raises(OSError, match=r"does not hold what was written: steps$"):
-        writer.check()
-
-
-def test_filters_that_netcdf_does_not_undo_are_noticed(written, monkeypatch):
-    """The first chunk is read by netCDF, through its filters: a file that only we can read is refused."""
-    monkeypatch.setattr(raw_chunks, "_shuffled", lambda values, cells: values.view(np.uint8))
-    _, path = written
-    writer = AtlasWriter(path, SPEC, {})
-    for _ in writer.write_cells(run_blocks(SPEC)):
-        pass
-    with pytest.raises(OSError, match="does not hold what was written: tilt_min, tilt_max"):
-        writer.check()
+        file.set_auto_maskandscale(False)
+        assert file.title == "x"
+        assert set(file.variables) == set(map(str, expected.variables))
+        for each, values in expected.variables.items():
+            stored, fill = file[each], values.encoding.get("_FillValue")
+            held = values.values if fill is None else np.where(np.isnan(values.values), fill, values.values)
+            np.testing.assert_array_equal(stored[...], held, each)
+            attributes = dict(values.attrs)
+            attributes |= (
+                {"coordinates": values.encoding["coordinates"]} if "coordinates" in values.encoding else {}
+            )
+            attributes |= {} if fill is None else {"_FillValue": fill}
+            assert set(stored.ncattrs()) == attributes.keys()
+            for key, value in attributes.items():
+                np.testing.assert_array_equal(stored.getncattr(key), value, f"{each}:{key}")
 
 
 @pytest.mark.parametrize("threads", [1, 3])
@@ -285,11 +167,11 @@ def test_the_error_of_a_block_passes(tmp_path, small_chunks, problem):
 
 def test_a_refusal_of_the_system_keeps_its_number(tmp_path):
     """HDF5 tells the error of the system in words only; here it has its number, so that the hint is the right one."""
-    with pytest.raises(FileNotFoundError) as caught, RawChunks(tmp_path / "missing.nc", "r+"):
+    with pytest.raises(FileNotFoundError) as caught, RawChunks(tmp_path / "missing.nc"):
         pass
     assert str(caught.value) == "[Errno 2] No such file or directory"
     (tmp_path / "a.nc").write_bytes(b"no file of HDF5")
-    with pytest.raises(OSError, match="HDF5: ") as caught, RawChunks(tmp_path / "a.nc", "r+"):
+    with pytest.raises(OSError, match="HDF5: ") as caught, RawChunks(tmp_path / "a.nc"):
         pass
     assert caught.value.errno is None
 

@@ -13,7 +13,7 @@ import xarray as xr
 import sweep
 from sweep.errors import RequestError, are
 from sweep.progress.timetable import COMPUTING, SEARCHING
-from sweep.runs import in_memory
+from sweep.runs import in_memory, run_directory
 
 CHECKOUT = Path(__file__).parents[2]
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:20", tilt="0.1deg:5deg:10")
@@ -145,10 +145,17 @@ def test_another_thread_computes_too():
     same(found[0], sweep.run(SPEC))
 
 
-def test_an_interrupt_at_the_very_end_is_not_lost(tmp_path):
+def test_an_interrupt_at_the_very_end_is_not_lost(tmp_path, monkeypatch):
     """A notebook stops there too; the file is finished."""
+
+    def interrupted_there(*given):
+        os.kill(os.getpid(), signal.SIGINT)
+        publish(*given)
+
+    publish = run_directory.publish_file
+    monkeypatch.setattr(run_directory, "publish_file", interrupted_there)
     with pytest.raises(KeyboardInterrupt, match="all was done when it came"):
-        sweep.run_to_file(SPEC, tmp_path / "a.nc", progress=Interrupter(183, stage="checking"))
+        sweep.run_to_file(SPEC, tmp_path / "a.nc")
     with sweep.open_atlas(tmp_path / "a.nc") as atlas:
         assert atlas.sizes == {"roll_rate": 20, "tilt": 10}
 
