@@ -13,7 +13,6 @@ import sweep
 from sweep.figures import drawing, plots
 from sweep.files.paths import check_format
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
-from sweep.request.criterion import Amplification
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,7 +56,7 @@ def agreement(atlas: "xr.Dataset") -> str:
     """Return in words how verdicts agree with the sign of k, and measured rates with its root."""
     spec = sweep.SweepSpec.from_canonical(atlas.attrs["sweep_spec"])
     k, verdict = atlas.stability_coefficient.values, atlas.stability.values
-    assert isinstance(spec.criterion, Amplification)
+    assert spec.criterion.kind == "amplification"
     offset = FALL_RATE_SQUARED / spec.criterion.limit**2
     inside, outside = k < 0.0, k > 1.01 * offset
     decided = verdict != UNDECIDED

@@ -17,7 +17,7 @@ from sweep.errors import RequestError, printable, shown
 from sweep.model.quantity import Truths
 from sweep.progress.display import following
 from sweep.progress.timetable import SEARCHING, Progress, Stage, Timetable
-from sweep.request.criterion import Criterion, Function, where_true
+from sweep.request.criterion import Criterion
 from sweep.request.spec import SweepSpec
 from sweep.request.words import GRID, REFINED, REFINED_WIDTH
 
@@ -66,9 +66,9 @@ def reclassify(
         return _with_verdicts(atlas, new, _judged(atlas, new), f"reclassified with {criterion}")
     name = shown(printable(ascii_text(str(getattr(criterion, "__qualname__", type(criterion).__qualname__)))))
     # between its cells nobody can ask the function
-    new = spec.replace(criterion=Function("function", name), boundary=GRID)
+    new = spec.replace(criterion=Criterion("function", name), boundary=GRID)
     truths = _truths(criterion(atlas), atlas["ending"])
-    verdicts = where_true(truths, spec.model.endings, atlas["ending"].values)
+    verdicts = new.criterion.outcome(spec.model.endings, atlas["ending"].values, truths)
     return _with_verdicts(atlas, new, verdicts, f"reclassified in memory with the {new.criterion}")
 
 

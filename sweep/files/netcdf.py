@@ -8,7 +8,7 @@ from sweep.engine.estimate import FILE_SHARE, check_room
 from sweep.errors import RequestError, shown
 from sweep.files.paths import check_target
 from sweep.files.publish import published
-from sweep.request.criterion import Function
+from sweep.request.criterion import Criterion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,7 +67,7 @@ def _check_kind(dataset: "xr.Dataset") -> None:
 def _check_criterion(dataset: "xr.Dataset", path: Path) -> None:
     """Refuse an atlas whose verdicts only a function in memory can give."""
     criterion = str(dataset.attrs.get("criterion", ""))
-    if Function.is_text(criterion):
+    if Criterion.named_function(criterion):
         raise RequestError(
             f"The {criterion} has judged these cells, and no file can state it: its verdicts could not be found again.",
             hint='Save the atlas as it was, or reclassify with an expression, as in "peak_tilt > 10deg".',

@@ -16,7 +16,6 @@ from sweep.atlas.structure import check_structure, known_names, strangers
 from sweep.engine.grid import chunks
 from sweep.errors import LeftOutWarning, RequestError, printable, shown
 from sweep.files.paths import check_atlas
-from sweep.request.criterion import Function
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -215,7 +214,7 @@ def _check(file: "xr.Dataset", path: Path, unread: Sequence[str]) -> dict[str, s
             where=str(path),
         )
     spec = spec_named(file)
-    if isinstance(spec.criterion, Function):
+    if spec.criterion.kind == "function":
         raise no_atlas(path, f"it states the {spec.criterion}, which judged an atlas in memory")
     names = known_names(spec)
     if mistyped := sorted(names.intersection(unread)):

@@ -1,24 +1,25 @@
-"""What counts as unstable: the criteria of stability.
+"""What counts as unstable: a condition on the variables of a cell, and the verdict that follows from it.
 
-``departure:5deg``: the tilt leaves its steady value by more than 5 degrees. ``amplification:10``: it leaves it by
-more than ten times the scale of the perturbation that was put in. ``aloft:10s``: the disk falls before 10 seconds are
-over (`sweep.request.criterion`). ``peak_tilt > 10deg or fall_time < 2s``: a criterion
-of one's own (`sweep.request.own_criterion`). A criterion is one class: how it is written, its verdict, the limit that
-theory and figures draw, if it has one, and its words.
+A condition is an expression, such as ``peak_tilt > 10deg or fall_time < 2s``, or one of those that are written shorter,
+such as ``departure:5deg`` (`sweep.request.criterion_kinds`).
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+import re
+import textwrap
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
+from sweep.model import registry
+from sweep.model.cells import stated_error
 from sweep.model.description import Columns, Model, Request, Starts
 from sweep.model.quantity import (
-    DECISION,
     FINAL,
     LOST,
     OPEN,
@@ -30,218 +31,255 @@ from sweep.model.quantity import (
     Quantity,
     Truths,
 )
-from sweep.request.criterion_base import Criterion as Criterion
-from sweep.request.criterion_base import Errors
-from sweep.request.expression import spell_angle
-from sweep.request.own_criterion import Expression as Expression
-from sweep.request.own_criterion import Function as Function
-from sweep.request.own_criterion import where_true as where_true
+from sweep.request.criterion_kinds import BY_REACH, KINDS, LOST_TIME, REACH, SCALE, Kind
+from sweep.request.expression import Comparison, Expression, Number, spelled, variables
+from sweep.request.expression_text import read_expression
 from sweep.request.values import read_number
 
-_DEPARTURE = Quantity("departure", "", "rad", "largest distance from the steady value", DECISION)
-_TIME = Quantity("aloft", "", "s", "time before which the motion must not be lost", DECISION)
-_AMPLIFICATION = Quantity("amplification", "", "1", "that distance over the perturbation", DECISION)
+#: Variable -> how far its values may be off, in its unit.
+Errors = Callable[[str], Array | float]
+
+#: What only the text of a comparison holds, also one that is written with the signs of printed pages.
+_COMPARING = "<>=!\u2264\u2265\u2260"
+
+#: Characters of a line of a caption, and room for what stands before its first one.
+_CAPTION, _BEFORE = 60, " " * 10
 
 
 @dataclass(frozen=True)
-class _Limited(Criterion):
-    """A criterion that is written ``KIND:LIMIT``."""
+class Criterion:
+    """A rule for which cells are unstable, made by ``Criterion(kind, limit)`` or `sweep.Criterion.parse`.
+
+    Parameters
+    ----------
+    kind : {"departure", "amplification", "aloft"}
+        What is limited: the distance from the steady tilt, that distance over the scale of the perturbation, or the
+        time before which the motion must not be lost.
+    limit : float
+        The largest stable value: rad, between 0 and pi (departure), or a positive number (amplification); the time, s.
+
+    Raises
+    ------
+    RequestError
+        If the kind is not known or the limit out of its range.
+
+    Notes
+    -----
+    An expression is of the kind ``expression``, and its `limit` is the tree of it. A Python function that has judged
+    the cells of an atlas in memory is a ``function``, of which `limit` is the name.
+    """
 
     kind: str
-    limit: float
-
-    #: The quantity that the limit is read as, and why it has to be above 0.
-    quantity: ClassVar[Quantity]
-    positive: ClassVar[str]
-    predictable: ClassVar[bool] = True
+    limit: Any
 
     def __post_init__(self) -> None:
         """Read the limit, and refuse one that is not possible."""
-        given = f"{self.kind}:{shown(self.limit)}"
-        object.__setattr__(self, "limit", read_number(self.limit, self.quantity))
+        if self.kind == "function" and not (isinstance(self.limit, str) and self.limit.isprintable()):
+            raise RequestError(f"The name of a function is text; got {shown(self.limit)}.", where="criterion")
+        if self.kind not in KINDS or (self.kind == "expression" and not isinstance(self.limit, Expression)):
+            raise _unknown(self.kind)
+        quantity, given = self.row.quantity, f"{self.kind}:{shown(self.limit)}"
+        if quantity is None:
+            return
+        object.__setattr__(self, "limit", read_number(self.limit, quantity))
         if not self.limit > 0.0:
-            raise RequestError(
-                f"{self.positive}; got {given}.", hint=f"Write {self.example}.", where="criterion"
-            )
+            problem = f"{self.row.positive}; got {given}."
+        # two tilts inside +-90 deg are never further apart: such a limit is degrees taken for radians
+        elif quantity.units == "rad" and self.limit >= math.pi:
+            problem = f"A {self.kind} must be below 180 deg; a bare number is in rad. Got {given}."
+        else:
+            return
+        raise RequestError(problem, hint=f"Write {self.row.example}.", where="criterion")
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Return what pickle makes the criterion again from."""
         return Criterion, (self.kind, self.limit)
 
-    @classmethod
-    def read(cls, text: str, model: Model) -> Self | None:
-        """Return the criterion that ``KIND:LIMIT`` spells."""
+    @staticmethod
+    def parse(text: str, model: Model | None = None) -> "Criterion":
+        """Return the criterion that a text spells; `str` gives the text back.
+
+        Parameters
+        ----------
+        text : str
+            ``departure:ANGLE``, ``amplification:NUMBER``, ``aloft:TIME``, or an expression (docs/atlas.md).
+        model : Model, optional
+            Whose variables and parameters an expression may name; the default one, the disk, if not given.
+
+        Raises
+        ------
+        RequestError
+            If it is the text of none.
+        """
         word, colon, limit = text.partition(":")
-        if word.strip() != cls.word or not colon:
-            return None
-        return cls(cls.word, limit)  # type: ignore[arg-type]  # it is read when it is made
+        try:
+            if colon and word.strip() in KINDS and KINDS[word.strip()].quantity is not None:
+                return Criterion(word.strip(), limit)
+            if any(sign in text for sign in _COMPARING):
+                named = _quantities(model or registry.named(registry.DEFAULT))
+                return Criterion("expression", read_expression(text, named))
+        except RequestError as error:
+            raise error.at(f"criterion={shown(text)}") from None
+        raise _unknown(text)
 
+    @staticmethod
+    def named_function(text: str) -> bool:
+        """Return whether this is what an atlas in memory says of a function that has judged it."""
+        return text.startswith("function ")
 
-class Limit(_Limited):
-    """A limit for the distance of the coordinate from its undisturbed value; see `Criterion`."""
+    @property
+    def row(self) -> Kind:
+        """The row of its kind."""
+        return KINDS[self.kind]
 
-    positive = "The limit of a criterion must be above 0, or nothing is stable"
-    limits_reach: ClassVar[bool] = True
+    @cached_property
+    def condition(self) -> Expression | None:
+        """Where a cell is unstable; None of a function."""
+        if self.kind == "expression":
+            return self.limit  # type: ignore[no-any-return]
+        return None if self.row.condition is None else self.row.condition(self.limit)
 
-    def limit_text(self, coordinate: Quantity) -> str:
-        """Return how far the coordinate must not go, in words: ``5 deg``, ``10 times the perturbation``."""
-        raise NotImplementedError
+    @property
+    def limits_reach(self) -> bool:
+        """Whether it limits how far the coordinate goes.
 
-    def limit_label(self, coordinate: Quantity) -> str:
-        """Return the limit as a figure writes it: ``5°``."""
-        raise NotImplementedError
+        Then a lost motion is unstable, and what was unstable when time ran out stays so.
+        """
+        return self.row.outcomes is BY_REACH
+
+    @property
+    def predictable(self) -> bool:
+        """Whether theory may predict its boundary."""
+        return self.row.quantity is not None
+
+    def kept(self) -> Any:
+        """Return what the canonical text of a spec holds of it: plain types."""
+        return str(self) if self.kind == "expression" else asdict(self)
+
+    def __str__(self) -> str:
+        """Return the criterion as it is written in a request; `parse` gives exactly this criterion back."""
+        if self.row.quantity is not None:
+            return f"{self.kind}:{Number(self.limit, self.row.quantity.units)}"
+        return str(self.limit) if self.kind == "expression" else f"{self.kind} {self.limit}"
+
+    # -- in words
+
+    def limit_text(self, digits: int = 6) -> str:
+        """Return the limit in words: ``5 deg``, ``10 times the perturbation``; empty if there is none."""
+        quantity = self.row.quantity
+        return "" if quantity is None else self.row.limit.format(quantity.spell(self.limit, digits))
+
+    def words(self, model: Model) -> dict[str, str]:
+        """Return what the sentences of a kind have places for, of a model."""
+        lost, quantity = model.lost_name, self.row.quantity
+        short = "" if quantity is None else quantity.spell(self.limit, 4).replace(" deg", "°")
+        return {
+            "kind": self.kind,
+            "text": str(self),
+            "limit": self.limit_text(),
+            "short": short,
+            "coordinate": model.coordinate.replace("_", " "),
+            "lost": lost,
+            "or_lost": f", or {lost}" if lost else "",
+            "lost_time": model.endings.lost_time,
+            "final": " or ".join(each.name for each in model.endings if each.role in (FINAL, LOST)),
+        }
 
     def unstable_if(self, model: Model) -> str:
-        """Return how far is too far, and what else is lost."""
-        lost = f", or {model.lost_name}" if model.lost_name else ""
-        limit = self.limit_text(model.parameters[model.coordinate])
-        return f"the {_plain(model.coordinate)} leaves its steady value by more than {limit}{lost}"
+        """Return what makes a cell unstable, in words."""
+        return self.row.unstable.format(**self.words(model))
 
     def label(self, model: Model) -> str:
-        """Return the kind and the limit."""
-        return f"{self.kind} {self.limit_label(model.parameters[model.coordinate])}"
+        """Return the criterion as a figure names it: ``departure 5°``."""
+        return self.row.label.format(**self.words(model))
 
     def caption(self, model: Model) -> str:
-        """Return the kind and the limit, and what else is lost."""
-        lost = f", or {model.lost_name}" if model.lost_name else ""
-        return f"{self.kind} above {self.limit_label(model.parameters[model.coordinate])}{lost}"
+        """Return what makes a cell unstable, as short as a figure says it; on several lines if it is long."""
+        text = re.sub(r"(?<=\d)deg\b", "°", self.row.caption.format(**self.words(model)))
+        return textwrap.fill(text, _CAPTION, initial_indent=_BEFORE).removeprefix(_BEFORE)
+
+    def comment(self, model: Model) -> str:
+        """Return what the file says of the verdicts, if it is not what it says of them by a limit; ASCII."""
+        return self.row.comment.format(**self.words(model))
 
     def reason(self, spec: Request, cell: Mapping[str, float], reach: float, scale: float) -> str:
-        """Return how far the cell went, beside the limit."""
+        """Return why a cell that was computed has its verdict.
+
+        Parameters
+        ----------
+        spec : Request
+        cell : mapping of str to float
+            The start and the variables of the cell.
+        reach, scale : float
+            How far it went from its undisturbed value, and the size of its perturbation, in the unit of the coordinate.
+        """
+        if self.limits_reach:
+            return self._reason_of_reach(spec, cell, reach, scale)
+        return self._reason_of_time(spec, cell) if self.predictable else self._reason_of_tree(spec, cell)
+
+    def _reason_of_reach(self, spec: Request, cell: Mapping[str, float], reach: float, scale: float) -> str:
         model, ending = spec.model, spec.model.endings.of(cell["ending"])
         if ending.role == LOST:
             return model.lost_in_words(spec, cell)
         coordinate = model.parameters[model.coordinate]
-        far, name = coordinate.spell(reach, 6), _plain(model.coordinate)
+        far, name = coordinate.spell(reach, 6), model.coordinate.replace("_", " ")
         limit = f"the {coordinate.spell(float(self.allowed(np.array(scale))), 6)} of the criterion"
-        if self.limit_text(coordinate) != coordinate.spell(self.limit, 6):
-            limit += f" ({self.limit_text(coordinate)}, {coordinate.spell(scale, 6)})"
+        if self.limit_text() != coordinate.spell(self.limit, 6):
+            limit += f" ({self.limit_text()}, {coordinate.spell(scale, 6)})"
         if cell["stability"] == UNSTABLE:
             return f"the {name} left its steady value by {far}, more than {limit}"
         if cell["stability"] == STABLE:
             return f"the {name} never leaves its steady value by more than {far}, at most {limit}; {ending.reason}"
         return f"the {name} has left its steady value by {far}, at most {limit}, but {model.open_in_words(spec, cell)}"
 
+    def _reason_of_time(self, spec: Request, cell: Mapping[str, float]) -> str:
+        model, ending = spec.model, spec.model.endings.of(cell["ending"])
+        time, limit = cell[model.endings.lost_time], f"the {self.limit_text()} of the criterion"
+        if ending.role == LOST:
+            order = "less than" if cell["stability"] == UNSTABLE else "not before"
+            return f"{model.lost_name} after {time:.6g} s, {order} {limit}"
+        if ending.role == OPEN and cell["stability"] == UNDECIDED:
+            return f"before {limit} {model.open_in_words(spec, cell)}"
+        lasts = ending.reason if ending.role == FINAL else model.open_in_words(spec, cell)
+        return f"the motion was not lost in {limit}; {lasts}"
+
+    def _reason_of_tree(self, spec: Request, cell: Mapping[str, float]) -> str:
+        """Return which comparisons are true, with the values."""
+        model, quantities = spec.model, {**spec.model.parameters, **spec.model.cell_variables(spec)}
+        ending, sentences = model.endings.of(cell["ending"]), []
+        for comparison in self.limit.comparisons():
+            values = {name: _number(cell[name]) for name in variables(comparison)}
+            holds = "true" if comparison.truth(values, values)[0] else "false"
+            named = (f"{name} is {spelled(quantities[name], float(each))}" for name, each in values.items())
+            sentences.append(f"{comparison} is {holds}: {', '.join(named)}")
+        found = "; ".join(sentences)
+        if ending.role == OPEN and cell["stability"] != UNSTABLE:
+            return f"{found}; but {model.open_in_words(spec, cell)}"
+        return found if cell["stability"] == UNSTABLE else f"{found}; the ending, {ending.name}, is final"
+
+    # -- what it judges by
+
     def needs(self, model: Model) -> tuple[str, ...]:
-        """Return the ending and both extremes."""
-        return ("ending", *model.extremes)
+        """Return the variables of an atlas from which the verdicts follow."""
+        stands_for = {REACH: model.extremes, SCALE: (), LOST_TIME: (model.endings.lost_time,)}
+        found = ["ending"]
+        for name in self._named:
+            found += [] if name in model.parameters else stands_for.get(name, (name,))
+        return tuple(dict.fromkeys(found))
 
-    def verdict(
-        self, endings: Endings, measured: Columns, reach: Array, scale: Array
-    ) -> npt.NDArray[np.int8]:
-        """Return the stability of cells; see `Criterion.verdict`.
-
-        Notes
-        -----
-        A lost motion is unstable (a fall). A departure beyond the limit is unstable, even if time ran out after it.
-        Only a cell whose extremes are final and within the limit is stable. All others are undecided, and so is every
-        cell that could not be resolved, also where its extremes say something.
-        """
-        ending, limit = measured["ending"], self.allowed(scale)
-        final = endings.have(FINAL, ending)
-        # Both comparisons are false for NaN: a cell without numbers is neither stable nor unstable.
-        beyond = (final | endings.have(OPEN, ending)) & (reach > limit)
-        kept = np.where(final & (reach <= limit), STABLE, UNDECIDED)
-        return np.where(beyond | endings.have(LOST, ending), UNSTABLE, kept).astype(np.int8)
-
-    def on_edge(self, spec: Request, starts: Starts, columns: Sequence[Columns], errors: Errors) -> Truths:
-        """Return which cells may go exactly as far as the limit; see `Criterion.on_edge`."""
-        model = spec.model
-        with np.errstate(invalid="ignore"):
-            reaches = [model.reach(spec, starts, each) for each in columns]
-        limit = np.nan_to_num(self.allowed(model.perturbation(spec, starts)))
-        slack = errors(model.extremes[1])
-        least, most = np.minimum.reduce(reaches) - slack, np.maximum.reduce(reaches) + slack
-        return np.asarray((least <= limit) & (limit <= most))
-
-    def is_open(self, spec: Request, starts: Starts, measured: Columns, error: Array) -> Truths:
-        """Return where wider and narrower extremes have another verdict, or the motion may be lost."""
-        model = spec.model
-        low, high = (np.asarray(measured[name], np.float64) for name in model.extremes)
-        scale, codes = model.perturbation(spec, starts), []
-        for by in (error, -error):
-            moved = {**measured, model.extremes[0]: low - by, model.extremes[1]: high + by}
-            with np.errstate(invalid="ignore"):
-                codes.append(self.verdict(model.endings, moved, model.reach(spec, starts, moved), scale))
-        whole = (measured["stability"] == STABLE) & ~model.endings.have(LOST, measured["ending"])
-        return np.asarray((codes[0] != codes[1]) | (whole & model.may_be_lost(spec, measured, error)))
-
-
-class Departure(Limit):
-    """The coordinate leaves its undisturbed value by more than an angle."""
-
-    word = "departure"
-    form, example, quantity = "departure:ANGLE", "departure:5deg", _DEPARTURE
-
-    def __post_init__(self) -> None:
-        """Refuse an angle that no motion can reach."""
-        given = f"{self.kind}:{shown(self.limit)}"
-        super().__post_init__()
-        # Two tilts inside +-90 deg are never further apart: such a limit is degrees taken for radians.
-        if self.limit >= math.pi:
-            raise RequestError(
-                f"A departure must be below 180 deg; a bare number is in rad. Got {given}.",
-                hint=f"Write {self.example}.",
-                where="criterion",
-            )
-
-    def __str__(self) -> str:
-        """Return ``departure:ANGLE``."""
-        return f"{self.kind}:{spell_angle(self.limit)}"
-
-    def allowed(self, scale: Array) -> Array:
-        """Return the limit."""
-        return np.full(np.shape(scale), self.limit)
-
-    def limit_text(self, coordinate: Quantity) -> str:
-        """Return the angle."""
-        return coordinate.spell(self.limit, 6)
-
-    def limit_label(self, coordinate: Quantity) -> str:
-        """Return the angle."""
-        return coordinate.spell(self.limit, 4).replace(" deg", "°")
-
-
-class Amplification(Limit):
-    """The coordinate leaves its undisturbed value by more than a multiple of the perturbation."""
-
-    word = "amplification"
-    form, example, quantity = "amplification:NUMBER", "amplification:10", _AMPLIFICATION
-
-    def __str__(self) -> str:
-        """Return ``amplification:NUMBER``."""
-        return f"{self.kind}:{self.limit!r}".removesuffix(".0")
-
-    def allowed(self, scale: Array) -> Array:
-        """Return the multiple of the perturbation; NaN without one, for nothing is amplified there."""
-        return np.where(np.asarray(scale) > 0.0, self.limit * np.asarray(scale), np.nan)
-
-    def limit_text(self, coordinate: Quantity) -> str:
-        """Return the multiple."""
-        return f"{self.limit:.6g} times the perturbation"
-
-    def limit_label(self, coordinate: Quantity) -> str:
-        """Return the multiple."""
-        return f"{self.limit:.4g}"
-
-
-def _plain(name: str) -> str:
-    return name.replace("_", " ")
-
-
-class Aloft(_Limited):
-    """A cell is unstable where the motion is lost before a time; see `Criterion`."""
-
-    word = "aloft"
-    form, example, quantity = "aloft:TIME", "aloft:10s", _TIME
-    positive = "The time of a criterion must be above 0, or every motion lasts as long"
-
-    def __str__(self) -> str:
-        """Return ``aloft:TIME``."""
-        return f"{self.word}:{self.limit!r}".removesuffix(".0") + "s"
+    @property
+    def _named(self) -> tuple[str, ...]:
+        return () if self.condition is None else variables(self.condition)
 
     def check(self, spec: Request) -> None:
-        """Refuse a model that loses no motion, and a duration in which the time cannot come."""
+        """Refuse a spec that the criterion cannot judge; most criteria judge any.
+
+        Raises
+        ------
+        RequestError
+        """
+        if LOST_TIME not in self._named:
+            return
         if not spec.model.endings.lost_time:
             raise RequestError(
                 f"The model {spec.model.name} states of no motion when it is lost: {self} judges by that.",
@@ -255,62 +293,213 @@ class Aloft(_Limited):
                 where="criterion",
             )
 
-    def unstable_if(self, model: Model) -> str:
-        """Return what must not happen, and by when."""
-        return f"{model.lost_name} in less than {self.limit:.6g} s"
+    def check_new_cells(self) -> None:
+        """Refuse to judge cells that have not been computed yet; all but a function can.
 
-    def label(self, model: Model) -> str:
-        """Return the kind and the time."""
-        return f"{self.word} {self.limit:.4g} s"
+        Raises
+        ------
+        RequestError
+        """
+        if self.condition is None:
+            raise RequestError(
+                f"The {self} judged the cells of an atlas in memory, and can judge no other ones; it is in no file.",
+                hint='Write the criterion as an expression, as in "peak_tilt > 10deg", or use reclassify with another '
+                "one.",
+                where="criterion",
+            )
 
-    def caption(self, model: Model) -> str:
-        """Return what is unstable."""
-        return f"{self.word} for less than {self.limit:.4g} s"
+    # -- verdicts
 
-    def comment(self, model: Model) -> str:
-        """Return what the file says of the verdicts."""
-        return (
-            f"unstable where {model.endings.lost_time} of a lost motion is below {self.limit:g} s; stable where the "
-            "motion lasts as long; an unresolved cell is undecided"
-        )
+    def allowed(self, scale: Array) -> Array:
+        """Return the largest stable distance from the undisturbed value, for perturbations of a given size.
 
-    def reason(self, spec: Request, cell: Mapping[str, float], reach: float, scale: float) -> str:
-        """Return how long the motion lasted, beside the time."""
-        model, ending = spec.model, spec.model.endings.of(cell["ending"])
-        time, limit = cell[model.endings.lost_time], f"the {self.limit:.6g} s of the criterion"
-        if ending.role == LOST:
-            order = "less than" if cell["stability"] == UNSTABLE else "not before"
-            return f"{model.lost_name} after {time:.6g} s, {order} {limit}"
-        if ending.role == OPEN and cell["stability"] == UNDECIDED:
-            return f"before {limit} {model.open_in_words(spec, cell)}"
-        lasts = ending.reason if ending.role == FINAL else model.open_in_words(spec, cell)
-        return f"the motion was not lost in {limit}; {lasts}"
+        Parameters
+        ----------
+        scale : array of float, shape (...)
+            Size of the perturbation (`sweep.model.description.Model.perturbation`), in the unit of the coordinate.
 
-    def needs(self, model: Model) -> tuple[str, ...]:
-        """Return the ending and its time."""
-        return ("ending", model.endings.lost_time)
+        Returns
+        -------
+        array of float, shape (...)
+            In the same unit; NaN where the criterion says nothing.
+        """
+        if not self.limits_reach or not isinstance(self.condition, Comparison):
+            return np.full(np.shape(scale), np.nan)
+        known = {SCALE: _perturbed(scale)}
+        return np.broadcast_to(self.condition.terms[1].between(known, known)[0], np.shape(scale)).copy()
+
+    def outcome(
+        self, endings: Endings, ending: npt.NDArray[Any], true: Truths, missing: Truths | bool = False
+    ) -> npt.NDArray[np.int8]:
+        """Return the stability of cells by where the condition is true, and where a value for it is missing.
+
+        Parameters
+        ----------
+        endings : Endings
+            Those of the model.
+        ending : array of int, shape (...)
+            Codes of `endings`.
+        true, missing : array of bool, shape (...)
+
+        Returns
+        -------
+        array of int8, shape (...)
+        """
+        # a code that is none of the model's, as in a damaged file, has the last row
+        rows = np.full((max(each.code for each in endings) + 2, 3), UNDECIDED, np.int8)
+        for each in endings:
+            rows[each.code] = self.row.outcomes.get(each.role, (UNDECIDED,) * 3)
+        codes = np.minimum(np.asarray(ending).astype(np.uint8), len(rows) - 1)
+        return np.asarray(rows[codes, np.where(true, 0, np.where(missing, 2, 1))])
 
     def verdict(
         self, endings: Endings, measured: Columns, reach: Array, scale: Array
     ) -> npt.NDArray[np.int8]:
-        """Return the stability of cells; see `Criterion.verdict`.
+        """Return the stability of cells: 0 undecided, 1 stable, 2 unstable.
 
-        Notes
-        -----
-        A motion that ended otherwise than by a loss before the time is stable if it goes on for all time or for the
-        duration, and undecided if how it went on is not known.
+        Parameters
+        ----------
+        endings : Endings
+            Those of the model.
+        measured : mapping of str to array, shape (...)
+            The variables of the cells that the criterion `needs`, and their starts; ``ending`` holds codes of
+            `endings`.
+        reach : array of float, shape (...)
+            How far the coordinate went from its undisturbed value; NaN where a cell has no extremes.
+        scale : array of float, broadcastable
+            Size of the perturbation, in the same unit.
+
+        Returns
+        -------
+        array of int8, shape (...)
         """
-        ending = measured["ending"]
-        # no comparison with a missing time holds: such a motion ended with the duration
-        early = np.asarray(measured[endings.lost_time]) < self.limit
-        lost, open_ = endings.have(LOST, ending), endings.have(OPEN, ending)
-        lasts = endings.have(FINAL, ending) | ((lost | open_) & ~early)
-        return np.where(lost & early, UNSTABLE, np.where(lasts, STABLE, UNDECIDED)).astype(np.int8)
+        self.check_new_cells()
+        assert self.condition is not None
+        known: Mapping[str, Any] = {**measured, REACH: reach, SCALE: _perturbed(scale)}
+        if LOST_TIME in self._named:
+            known = {**known, LOST_TIME: measured[endings.lost_time]}
+        values = {name: _number(known[name]) for name in self._named}
+        true = self.condition.truth(values, values)[0]
+        missing = np.logical_or.reduce(np.broadcast_arrays(*(np.isnan(each) for each in values.values())))
+        return self.outcome(endings, measured["ending"], true, missing)
 
     def on_edge(self, spec: Request, starts: Starts, columns: Sequence[Columns], errors: Errors) -> Truths:
-        """Return which motions may be lost exactly at the time; see `Criterion.on_edge`."""
-        name = spec.model.endings.lost_time
-        times, slack = [each[name] for each in columns], errors(name)
-        lost = np.any([spec.model.endings.have(LOST, each["ending"]) for each in columns], axis=0)
-        least, most = np.fmin.reduce(times) - slack, np.fmax.reduce(times) + slack
-        return np.asarray(lost & (least <= self.limit) & (self.limit <= most))
+        """Return which cells have the edge of the criterion within the span of their variables.
+
+        Parameters
+        ----------
+        spec : Request
+        starts : mapping of str to array, shape (n,)
+        columns : sequence of mapping of str to array, shape (n,)
+            One or more sets of the variables that the criterion `needs`, and of the extremes, of the same cells.
+        errors : Errors
+            By how much each of them may be off.
+
+        Returns
+        -------
+        array of bool, shape (n,)
+            False where a value is missing.
+        """
+        self.check_new_cells()
+        assert self.condition is not None
+        spans = {name: self._span(name, spec, starts, columns, errors) for name in self._named}
+        low, high = ({name: ends[i] for name, ends in spans.items()} for i in (0, 1))
+        sure, possible = self.condition.truth(low, high)
+        found = possible & ~sure
+        if LOST_TIME in spans:
+            found &= np.any([spec.model.endings.have(LOST, each["ending"]) for each in columns], axis=0)
+        return np.asarray(found)
+
+    @staticmethod
+    def _span(
+        name: str, spec: Request, starts: Starts, columns: Sequence[Columns], errors: Errors
+    ) -> tuple[Array, Array]:
+        """Return the least and the largest value that a variable of the condition may have."""
+        model = spec.model
+        if name == SCALE:
+            scale = _perturbed(model.perturbation(spec, starts))
+            return scale, scale
+        if name in starts and name in model.parameters:
+            start = _number(starts[name])
+            return start, start
+        if name == LOST_TIME:
+            # a motion that was not lost may have no time
+            times, error = (
+                [each[model.endings.lost_time] for each in columns],
+                errors(model.endings.lost_time),
+            )
+            return np.fmin.reduce(times) - error, np.fmax.reduce(times) + error
+        if name == REACH:
+            with np.errstate(invalid="ignore"):
+                several = [model.reach(spec, starts, each) for each in columns]
+            error = errors(model.extremes[1])
+        else:
+            several = [_number(each[name]) for each in columns]
+            # a rate that each cell computes is known to rounding, and a flag is what it is
+            known = name in model.parameters or model.cell_variables(spec)[name].flags is not None
+            error = 0.0 if known else errors(name)
+        return np.minimum.reduce(several) - error, np.maximum.reduce(several) + error
+
+    def is_open(self, spec: Request, starts: Starts, measured: Columns, error: Array) -> Truths:
+        """Return which cells may have another verdict because their extremes are off by `error`.
+
+        Parameters
+        ----------
+        spec : Request
+        starts : mapping of str to array, shape (n,)
+        measured : mapping of str to array, shape (n,)
+            All variables of the cells.
+        error : array of float, shape (n,)
+            In the unit of the coordinate.
+
+        Returns
+        -------
+        array of bool, shape (n,)
+            Where the errors of the variables leave the verdict open, or a loss may add what it follows from.
+        """
+        model, stability = spec.model, measured["stability"]
+        quantities, lost = model.cell_variables(spec), model.endings.have(LOST, measured["ending"])
+
+        def error_of(name: str) -> Array:
+            if self.limits_reach:
+                return error
+            return stated_error(quantities[name], spec, starts, measured, error)
+
+        found = self.on_edge(spec, starts, [measured], error_of)
+        may_change = ~lost
+        if self.limits_reach:
+            # a lost motion is unstable in any case
+            found, may_change = found & ~lost, may_change & (stability == STABLE)
+        if not set(self._named) <= {*model.parameters, *model.from_extremes}:
+            found = found | (may_change & model.may_be_lost(spec, measured, error))
+        return np.asarray(found & (stability != UNDECIDED))
+
+
+def _perturbed(scale: Array) -> Array:
+    """Return the size of perturbations; NaN without one, for nothing is amplified there."""
+    return np.where(np.asarray(scale) > 0.0, scale, np.nan)
+
+
+def _number(values: Any) -> Array:
+    """Return values as float64, and NaN where they are missing."""
+    found = np.asarray(values, np.float64)
+    return found if np.isfinite(found).all() else np.where(np.isfinite(found), found, np.nan)
+
+
+def _quantities(model: Model) -> dict[str, Quantity]:
+    """Return what an expression may name; what a request adds to the variables is refused later, with that request."""
+    added = {name: each for table in model.additions.values() for name, each in table.items()}
+    named: dict[str, Quantity] = {**model.variables, **added, **model.parameters}
+    # it follows from the criterion
+    named.pop("stability", None)
+    return named
+
+
+def _unknown(text: str) -> RequestError:
+    written = [each for each in KINDS.values() if each.form]
+    forms = [each.form for each in written]
+    return RequestError(
+        f"{shown(text)} is no criterion. A criterion is {', '.join(forms[:-1])} or {forms[-1]}.",
+        hint=f"Write {' or '.join(each.example for each in written)}.",
+        where="criterion",
+    )

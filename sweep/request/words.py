@@ -11,7 +11,7 @@ from sweep.model import registry
 from sweep.model.description import Model
 from sweep.model.quantity import Array, Input, Word, table
 from sweep.request.as_given import as_given, numbers_in, rule_in
-from sweep.request.criterion import Criterion, Expression
+from sweep.request.criterion import Criterion
 from sweep.request.distributions import Distribution, is_distribution, read_distribution
 from sweep.request.regular_files import read_regular
 from sweep.request.start_list import WORDS, read_list_word
@@ -240,9 +240,9 @@ def read_word(
         return read_input(model.settings[name], raw, read_number)
     if name == "criterion":
         # a criterion was perhaps read for another model, whose variables have the same names
-        if isinstance(raw, Criterion) and not isinstance(raw, Expression):
+        if isinstance(raw, Criterion) and raw.kind != "expression":
             return raw
-        text = str(raw) if isinstance(raw, Expression) else _text(name, raw)
+        text = str(raw) if isinstance(raw, Criterion) else _text(name, raw)
         return Criterion.parse(text, model)
     if name == "title":
         return read_title(raw)

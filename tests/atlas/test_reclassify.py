@@ -10,7 +10,7 @@ from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas
 from sweep.model.disk.tables import VARIABLES
 from sweep.model.quantity import STABLE, UNSTABLE
-from sweep.request.criterion import Departure
+from sweep.request.criterion import Criterion
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
 
@@ -103,8 +103,8 @@ def test_a_criterion_that_judges_by_other_variables(monkeypatch):
     def verdict(self, endings, measured, reach, scale):
         return np.where(measured["fall_time"] < middle, UNSTABLE, STABLE).astype(np.int8)
 
-    monkeypatch.setattr(Departure, "needs", lambda self, model: ("ending", "fall_time"))
-    monkeypatch.setattr(Departure, "verdict", verdict)
+    monkeypatch.setattr(Criterion, "needs", lambda self, model: ("ending", "fall_time"))
+    monkeypatch.setattr(Criterion, "verdict", verdict)
     found = sweep.reclassify(atlas, "departure:2deg").stability
     assert ((found == UNSTABLE) == (atlas.fall_time < middle)).all()
     assert 0 < (found == UNSTABLE).sum() < found.size

@@ -12,7 +12,7 @@ from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
-from sweep.request.criterion import Aloft, Criterion
+from sweep.request.criterion import Criterion
 from sweep.request.spec import SweepSpec
 
 NONE = np.array([np.nan])
@@ -23,7 +23,7 @@ def test_it_is_read_and_written():
     """Text, kind and number make the same criterion, and so do its text, its plain types and its pickle."""
     for text, limit in [("aloft:10s", 10.0), (" aloft : 2min", 120.0), ("aloft:0.5", 0.5)]:
         found = Criterion.parse(text)
-        assert found == Criterion("aloft", limit) == Aloft("aloft", limit)
+        assert found == Criterion("aloft", limit)
         assert Criterion.parse(str(found)) == found == pickle.loads(pickle.dumps(found))
         assert Criterion(**found.kept()) == found
         spec = SweepSpec(**LOSSY | {"criterion": text})
@@ -52,7 +52,7 @@ def test_motions_have_to_be_followed_as_long():
 def verdict(model, ending, time):
     """Return the verdict of aloft:10s on one cell."""
     measured = {"ending": np.array([model.endings.code(ending)]), model.endings.lost_time: np.array([time])}
-    return int(Aloft("aloft", 10.0).verdict(model.endings, measured, NONE, NONE)[0])
+    return int(Criterion("aloft", 10.0).verdict(model.endings, measured, NONE, NONE)[0])
 
 
 def test_the_verdict():
@@ -119,7 +119,7 @@ def test_a_time_within_its_error_leaves_the_verdict_open():
 
 def test_its_words():
     """What is unstable, as messages, figures and the file say it."""
-    found = Aloft("aloft", 10.0)
+    found = Criterion("aloft", 10.0)
     assert found.unstable_if(LOSSY_DISK) == "the disk falls flat in less than 10 s"
     assert (found.label(DISK), found.caption(DISK)) == ("aloft 10 s", "aloft for less than 10 s")
     assert "end_time" in found.comment(LOSSY_DISK)

@@ -175,7 +175,7 @@ class LossyDisk(Model):
         ]
         told = f"with {', '.join(losses)}" if losses else "without any loss"
         motion, _, looked_at = DISK.headline(spec).partition(": ")
-        if spec.criterion.word == "aloft":
+        if spec.criterion.kind == "aloft":
             looked_at = "how long the disk stays aloft"
         return f"{motion} {told}: {looked_at}"
 
@@ -222,7 +222,7 @@ class LossyDisk(Model):
 
     def kernel_settings(self, spec: Request) -> Array:
         """Return the settings, what the criterion limits, and the law of the air."""
-        limited = _LIMITED.get(spec.criterion.word, 0.0)
+        limited = _LIMITED.get(spec.criterion.kind, 0.0)
         limit = spec.criterion.limit if limited else 0.0
         judged = [limited, limit, float(circling(spec)), float(tables.AIR_LAWS.index(spec.air_law))]
         return np.concatenate([super().kernel_settings(spec), judged])

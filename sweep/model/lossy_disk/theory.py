@@ -92,9 +92,9 @@ def unsteadied(spec: Request, starts: Starts, axis: str) -> npt.NDArray[np.bool_
 
 def lasting(spec: Request) -> float:
     """Return the time [s] for which the criterion asks that a motion lasts; NaN if it asks something else."""
-    if spec.criterion.word == "departure":
+    if spec.criterion.kind == "departure":
         return float(spec.duration)
-    return float(spec.criterion.limit) if spec.criterion.word == "aloft" else math.nan
+    return float(spec.criterion.limit) if spec.criterion.kind == "aloft" else math.nan
 
 
 def critical_rate(starts: Starts, axis: str) -> Array:
