@@ -18,7 +18,7 @@ from sweep.atlas.completion import completed, is_complete, without_boundary
 from sweep.atlas.dataset import as_variable, coordinates, edge_variables, encoding_of, place_of, spec_named
 from sweep.engine.grid import blocks, starts_of
 from sweep.errors import RequestError, printable, shown
-from sweep.model.quantity import Array
+from sweep.model.quantity import Array, Input
 from sweep.request.axes import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.start_list import START, WORDS
@@ -205,23 +205,14 @@ def _check_coordinates(dataset: "xr.Dataset", stated: SweepSpec) -> None:
     An axis that was not cut has the values of the spec in their order; so has every fixed parameter that is there.
     """
     sizes = dict(zip(dataset["ending"].dims, dataset["ending"].shape, strict=True))
-    for name in (*stated.axes, *stated.fixed):
-        axis = getattr(stated, name)
-        if name in stated.axes and sizes.get(name) != len(axis):
+    for declared, expected in coordinates(stated):
+        name = declared.name
+        if declared.dims and sizes.get(name) != expected.size:
             continue
-        if name not in dataset.variables:
-            if name in stated.axes:
-                _other_cells(dataset, name, "is missing")
-            continue
-        for span in blocks(len(axis) if name in stated.axes else 1):
-            part = slice(span.start, span.stop) if name in stated.axes else ...
-            expected = np.float64(axis.at(np.arange(span.start, span.stop)) if name in stated.axes else axis)
-            found = np.asarray(dataset[name][part], np.float64)
-            # written so that NaN is beyond
-            if found.shape != expected.shape or not np.all(
-                np.abs(found - expected) <= _ROUNDING * np.abs(expected) + _ROUNDING * _largest(axis)
-            ):
-                _other_cells(dataset, name, "has other values than its spec, or another order of them")
+        if name in dataset.variables:
+            _check_values(dataset, name, dataset[name], expected, stated.quantities[name])
+        elif declared.dims:
+            _other_cells(dataset, name, "is missing")
 
 
 def _check_starts(dataset: "xr.Dataset", spec: SweepSpec) -> None:
@@ -229,19 +220,40 @@ def _check_starts(dataset: "xr.Dataset", spec: SweepSpec) -> None:
     for span in blocks(spec.size) if spec.listed and not spec.starts else ():
         starts = starts_of(spec, span)
         for name in spec.listed:
-            found = np.asarray(dataset[name][span.start : span.stop], np.float64)
-            if not np.all(np.abs(found - starts[name]) <= _ROUNDING * np.abs(starts[name])):
-                _other_cells(dataset, name, "has other values than its spec, or another order of them")
+            part = dataset[name][span.start : span.stop]
+            _check_values(dataset, name, part, starts[name], spec.quantities[name])
 
 
-def _largest(axis: float | Range | Values) -> float:
-    return abs(axis) if isinstance(axis, float) else float(np.abs(axis.ends()).max())
+def _check_values(
+    dataset: "xr.Dataset", name: str, found: "xr.DataArray", expected: Array, quantity: Input
+) -> None:
+    # computing with xarray drops attributes
+    units = found.attrs.get("units", quantity.units)
+    if units != quantity.units:
+        _other_cells(dataset, name, f"must have the units {quantity.units}; got {units}")
+    if found.dtype.kind not in "fiu" or found.shape != expected.shape:
+        _other_cells(
+            dataset, name, f"must be {expected.size} numbers; got {found.size} of type {found.dtype}"
+        )
+    stored = np.asarray(found, np.float64)
+    # written so that NaN is beyond; a value near 0 inside a range is known to the rounding of its ends
+    apart = ~(np.abs(stored - expected) <= _ROUNDING * (np.abs(expected) + np.abs(expected).max()))
+    if apart.any():
+        first = np.flatnonzero(apart)[0]
+        values = f"one of them {stored.flat[first]!r} instead of {expected.flat[first]!r}"
+        _other_cells(
+            dataset,
+            name,
+            f"has other values than its spec, or another order of them: {np.count_nonzero(apart)} of {expected.size} "
+            f"are others, {values}",
+        )
 
 
 def _other_cells(dataset: "xr.Dataset", name: str, what: str) -> NoReturn:
     raise RequestError(
-        f"The coordinate {name} {what}: it cannot be told which cells these are.",
-        hint=f"Select with isel or sel, and keep the order of the axes, as by dataset.sortby({name!r}).",
+        f"The coordinate {name} {what}. It cannot be told which cells these are.",
+        hint=f"Select with isel or sel, and keep the order of the axes, as by dataset.sortby({name!r}); a damaged file "
+        "is made again with eulerdisk run.",
         where=place_of(dataset),
     )
 

@@ -1,15 +1,13 @@
-"""Two atlases brought side by side: each against its own spec, then the cells that both have."""
+"""Two atlases brought side by side: the cells that both have."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.dataset import coordinates, place_of, spec_of
-from sweep.checks.tally import Tally, difference
-from sweep.engine.grid import blocks, starts_of
+from sweep.atlas.dataset import spec_of
 from sweep.errors import RequestError, counted
 from sweep.model.quantity import Array, Quantity
 from sweep.request.axes import Range, Values
@@ -20,88 +18,6 @@ from sweep.request.start_table import Column, StartTable
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-#: Rounding of a value of a range, as a share of its larger end.
-_ROUNDING = 1e-15
-
-
-def check_coordinates(dataset: "xr.Dataset", spec: SweepSpec) -> None:
-    """Refuse an atlas whose axes or fixed parameters are not those of its spec.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-    spec : SweepSpec
-        The spec that the atlas states.
-
-    Raises
-    ------
-    RequestError
-        If a coordinate is missing, has other units, or holds other values; a parameter that was added later may be
-        missing where it has its default.
-    """
-    for name in (*spec.axes, *spec.fixed, *spec.listed):
-        quantity = spec.quantities[name]
-        if name not in dataset.variables:
-            if quantity.added_later and getattr(spec, name) == quantity.default:
-                continue
-            _refuse(dataset, name, "is missing")
-        found = dataset[name]
-        size = spec.size if name in spec.listed else len(getattr(spec, name)) if name in spec.axes else 1
-        units = found.attrs.get("units")
-        if units != quantity.units:
-            _refuse(dataset, name, f"must have the units {quantity.units}; got {units}")
-        if found.dtype.kind not in "fiu" or found.size != size:
-            _refuse(dataset, name, f"must be {size} numbers; got {found.size} of type {found.dtype}")
-    for name, tally in coordinate_tallies(dataset, spec):
-        if tally.beyond and tally.worst:
-            stored, expected = tally.worst.values
-            _refuse(
-                dataset,
-                name,
-                f"must hold the values of the spec of its file; {tally.beyond} of {tally.judged} are others, one of "
-                f"them {stored!r} instead of {expected!r}",
-            )
-
-
-def coordinate_tallies(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, Tally]]:
-    """Yield what holding the axes, the fixed parameters and the starts of a list against the spec finds.
-
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        The shapes of its coordinates are those of the spec; one that it lacks is passed over.
-    spec : SweepSpec
-    """
-    for declared, expected in coordinates(spec):
-        if declared.name in dataset.variables:
-            tally = Tally()
-            _hold(tally, 0, dataset[declared.name], expected.reshape(-1), spec.quantities[declared.name])
-            yield declared.name, tally
-    tallies = {name: Tally() for name in spec.listed}
-    for span in blocks(spec.size) if tallies else ():
-        starts = starts_of(spec, span)
-        for name, tally in tallies.items():
-            stored = dataset[name][span.start : span.stop]
-            _hold(tally, span.start, stored, starts[name], spec.model.parameters[name])
-    yield from tallies.items()
-
-
-def _hold(tally: Tally, start: int, found: "xr.DataArray", expected: Array, quantity: Quantity) -> None:
-    """Hold some values of a coordinate against those of the spec, from a flat index on."""
-    stored, rule = np.asarray(found, np.float64).reshape(-1), quantity.tolerance
-    # a value near 0 inside a range is known to the rounding of its ends
-    allowed = rule.absolute + rule.relative * np.abs(expected) + _ROUNDING * np.abs(expected).max()
-    tally.add(start, difference(stored, expected), allowed, values=(stored, expected))
-
-
-def _refuse(dataset: "xr.Dataset", name: str, what: str) -> NoReturn:
-    raise RequestError(
-        f"The coordinate {name} {what}. The cells of this atlas cannot be told apart.",
-        hint="Make the file again with eulerdisk run, or compare with an undamaged copy.",
-        where=place_of(dataset),
-    )
 
 
 #: Settings that change the errors of the measures of a cell and not their meaning.
@@ -173,12 +89,9 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
     Raises
     ------
     RequestError
-        If the coordinates of one are not those of its spec, if they are of different motions or criteria, or if their
-        grids differ.
+        If they are of different motions or criteria, or if their grids differ.
     """
     specs = spec_of(new), spec_of(reference)
-    for dataset, spec in zip((new, reference), specs, strict=True):
-        check_coordinates(dataset, spec)
     _check_meaning(*specs)
     axes = tuple(dict.fromkeys((*specs[1].axes, *specs[0].axes)))
     places = {name: _places(specs, name) for name in axes}

@@ -118,7 +118,7 @@ def compare(
     """
     for dataset in (new, reference):
         require_atlas(dataset)
-    new, reference = as_atlas(new, trusting=True), as_atlas(reference, trusting=True)
+    new, reference = as_atlas(new), as_atlas(reference)
     pair = align(new, reference, common=common)
     held = [HeldVariable(each, pair, exact) for each in variables(pair)]
     if exact and tolerances:

@@ -17,17 +17,18 @@ from sweep.atlas.cf_metadata import (
 from sweep.atlas.dataset import as_variable, coordinates, place_of, require, spec_named, spec_of
 from sweep.atlas.row_edges import legal
 from sweep.atlas.selection import as_atlas, require_atlas
-from sweep.checks.alignment import coordinate_tallies
 from sweep.checks.attribute_audit import attribute_statements
 from sweep.checks.boundary_audit import boundary_statements
 from sweep.checks.cell_audit import STEPS, AuditedBlock, CellAudit, stride_of
 from sweep.checks.findings import AuditSummary, Findings
 from sweep.checks.statement import Checks, Statement, from_text, row_in_words, to_text
+from sweep.checks.tally import Tally, difference
 from sweep.engine.compute import arithmetic_hash, use_threads
-from sweep.engine.grid import Span, blocks
+from sweep.engine.grid import Span, blocks, starts_of
 from sweep.errors import RequestError
 from sweep.files.cell_reader import CellReader, UnreadableError
 from sweep.model.description import Reference
+from sweep.model.quantity import Array, Quantity
 from sweep.progress.display import following
 from sweep.progress.timetable import SEARCHING, Progress, Show, Stage, Timetable
 from sweep.request.spec import SweepSpec
@@ -39,6 +40,9 @@ if TYPE_CHECKING:
 
 #: Name of the stage.
 CHECKING: Final = "checking"
+
+#: Rounding of a value of a range, as a share of its larger end.
+_ROUNDING = 1e-15
 
 #: The attributes of an audit that hold its statements, and which cells were a sample.
 _STATEMENTS, _SAMPLE = "audit_statements", "audit_sample"
@@ -208,15 +212,32 @@ class _Audit:
 
 
 def _coordinate_statements(spec: SweepSpec, dataset: "xr.Dataset") -> Iterator[Statement]:
-    """Yield what is found of the coordinates, whose shapes are known to be right."""
-    for name, tally in coordinate_tallies(dataset, spec):
-        checks = Checks(name, spec.quantities[name].units)
-        dims = tuple(map(str, dataset[name].dims))
-        against = "the value in the spec"
-        if dims:
-            against = "the axis of the spec" if name in spec.axes else f"{getattr(spec, name)} of the spec"
-        checks.tallies[against] = tally
-        yield checks.statement(partial(_value_in_words, spec, dims))
+    """Yield what is found of the coordinates that are there, whose shapes are known to be right."""
+    found = {
+        name: Checks(name, spec.quantities[name].units) for name in (*spec.axes, *spec.fixed, *spec.listed)
+    }
+    for declared, expected in coordinates(spec):
+        if (name := declared.name) in dataset.variables:
+            against = "the axis of the spec" if declared.dims else "the value in the spec"
+            _hold(found[name], against, 0, dataset[name], expected, spec.quantities[name])
+    for span in blocks(spec.size) if spec.listed else ():
+        starts = starts_of(spec, span)
+        for name in spec.listed:
+            stored, against = dataset[name][span.start : span.stop], f"{getattr(spec, name)} of the spec"
+            _hold(found[name], against, span.start, stored, starts[name], spec.quantities[name])
+    for name, checks in found.items():
+        if checks.tallies:
+            yield checks.statement(partial(_value_in_words, spec, tuple(map(str, dataset[name].dims))))
+
+
+def _hold(
+    checks: Checks, against: str, start: int, found: "xr.DataArray", expected: Array, quantity: Quantity
+) -> None:
+    """Hold some values of a coordinate against those of the spec, from a flat index on."""
+    stored, right, rule = np.asarray(found, np.float64).reshape(-1), expected.reshape(-1), quantity.tolerance
+    # a value near 0 inside a range is known to the rounding of its ends
+    allowed = rule.absolute + rule.relative * np.abs(right) + _ROUNDING * np.abs(right).max()
+    checks.tallies.setdefault(against, Tally()).add(start, difference(stored, right), allowed)
 
 
 def _value_in_words(spec: SweepSpec, dims: tuple[str, ...], place: int) -> str:

@@ -161,8 +161,8 @@ def test_known_regressions_are_found(atlases):
 
 #: What becomes of a coordinate, and what the refusal says.
 DAMAGES = (
-    (lambda axis: axis * np.nan, "must have the units|nan instead"),
-    (lambda axis: (axis * 0 + 0.3).assign_attrs(axis.attrs), "0.3"),
+    (lambda axis: axis * np.nan, r"nan\)? instead"),
+    (lambda axis: axis * 0 + 0.3, r"0.3\)? instead"),
     (lambda axis: (axis * (1 + 1e-9)).assign_attrs(axis.attrs), "instead of"),
     (lambda axis: axis.assign_attrs(units="degree"), "got degree"),
     (lambda axis: axis.astype(str), "must be"),
