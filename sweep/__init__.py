@@ -38,9 +38,9 @@ if TYPE_CHECKING:
     from sweep.motion.request import TrajectorySpec as TrajectorySpec
     from sweep.motion.trajectory import simulate as simulate
     from sweep.progress.timetable import Status as Status
-    from sweep.request.axes import Range as Range
-    from sweep.request.axes import Values as Values
     from sweep.request.criterion import Criterion as Criterion
+    from sweep.request.sources import Range as Range
+    from sweep.request.sources import Values as Values
     from sweep.request.spec import SweepSpec as SweepSpec
     from sweep.runs.in_memory import forget as forget
     from sweep.runs.in_memory import run as run
@@ -56,7 +56,7 @@ _HOME = {
     "Failures": "sweep.runs.run",
     "Findings": "sweep.checks.findings",
     "LeftOutWarning": "sweep.errors",
-    "Range": "sweep.request.axes",
+    "Range": "sweep.request.sources",
     "RequestError": "sweep.errors",
     "Status": "sweep.progress.timetable",
     "StoppedError": "sweep.errors",
@@ -64,7 +64,7 @@ _HOME = {
     "SurroundingsWarning": "sweep.errors",
     "SweepSpec": "sweep.request.spec",
     "TrajectorySpec": "sweep.motion.request",
-    "Values": "sweep.request.axes",
+    "Values": "sweep.request.sources",
     "compare": "sweep.checks.compare",
     "explore": "sweep.explorer.explorer",
     "findings": "sweep.checks.verify",

@@ -9,7 +9,7 @@ from sweep.checks.verify import findings, verify
 from sweep.model.disk.exact import AUDIT
 from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.tables import ENDINGS as TABLE
-from sweep.request.axes import Range
+from sweep.request.sources import Range
 from sweep.request.spec import SweepSpec
 
 PRESETS = ("rolling", "spinning", "circling")

@@ -27,7 +27,7 @@ from kernels.disk.arrays import (
 from kernels.native import workers
 from sweep.engine.grid import whole
 from sweep.model.disk.model import DISK
-from sweep.request.axes import Range
+from sweep.request.sources import Range
 from sweep.request.spec import SweepSpec
 
 _TESTS = Path(__file__).parent

@@ -12,7 +12,7 @@ from sweep.atlas.curves import Curves
 from sweep.atlas.row_edges import NOWHERE, Places, RowEdges, Verdicts
 from sweep.engine.grid import starts_at
 from sweep.model.quantity import STABLE, UNSTABLE, Array
-from sweep.request.axes import Range, Values
+from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 
 #: Variables of one shape with their values: those of one edge, of the curves, or of their points.

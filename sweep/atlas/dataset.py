@@ -22,7 +22,7 @@ from sweep.atlas.row_edges import ROW_STATUS, ROW_UNDECIDED, RowEdges, legal
 from sweep.engine.grid import chunk_shape
 from sweep.errors import RequestError
 from sweep.model.description import Columns
-from sweep.request.axes import Range, Values
+from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:

@@ -9,12 +9,10 @@ from sweep.atlas.dataset import spec_of
 from sweep.atlas.selection import BETWEEN
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Array
-from sweep.request.as_given import as_given, limit_in
 from sweep.request.spec import SweepSpec
 from sweep.request.substitutes import parameter_of
 from sweep.request.suggestions import unknown_word
-from sweep.request.values import Value, read_value
-from sweep.request.words import degrees_meant
+from sweep.request.values import Value, as_given, degrees_meant, limit_in, read_value
 
 if TYPE_CHECKING:
     import xarray as xr

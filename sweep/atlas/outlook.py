@@ -9,7 +9,7 @@ import numpy as np
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.cf_metadata import EDGES, edge_names
 from sweep.model.quantity import Array
-from sweep.request.axes import Range
+from sweep.request.sources import Range
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:

@@ -9,14 +9,12 @@ import numpy as np
 from sweep.atlas.selection import as_atlas, selected_spec
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Array, Input
-from sweep.request.as_given import as_given, in_unit
-from sweep.request.axes import Range, Values
+from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.start_list import START
 from sweep.request.substitutes import check_once, parameter_of
 from sweep.request.suggestions import unknown_word
-from sweep.request.values import read_number, read_value
-from sweep.request.words import degrees_meant
+from sweep.request.values import as_given, degrees_meant, in_unit, read_number, read_value
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -19,7 +19,7 @@ from sweep.atlas.dataset import as_variable, coordinates, edge_variables, encodi
 from sweep.engine.grid import blocks, starts_of
 from sweep.errors import RequestError, printable, shown
 from sweep.model.quantity import Array, Input
-from sweep.request.axes import Range, Values
+from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.start_list import START, WORDS
 from sweep.request.start_table import StartTable

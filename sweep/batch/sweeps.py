@@ -10,8 +10,9 @@ from typing import Any
 
 from sweep.errors import RequestError, shown
 from sweep.request.spec import SweepSpec
-from sweep.request.spec_changes import beside, changed_words, given_in
-from sweep.request.words import SWEEP_TABLES, find_spec_file, model_for, read_file
+from sweep.request.spec_file import SWEEP_TABLES, find_spec_file, read_file
+from sweep.request.substitutes import changed
+from sweep.request.words import beside, given_in, model_for, with_table
 
 #: What the name of a sweep may be: that of its files.
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,99}")
@@ -150,9 +151,9 @@ def _no_file(file: str) -> RequestError | None:
 def _read(sweep: Sweep, path: Path, words: Mapping[str, Any], own: Mapping[str, Any]) -> Sweep:
     """Return a sweep with the spec that the words of its file and its own ones make, or with why they make none."""
     try:
-        given = (*given_in(beside(path, words)), *given_in(beside(path, own)))
-        model = model_for({**words, **own}.get("model"), given)
-        return replace(sweep, spec=SweepSpec(**changed_words(words, path, beside(path, own), model)))
+        words, own = beside(path, words), beside(path, own)
+        model = model_for({**words, **own}.get("model"), (*given_in(words), *given_in(own)))
+        return replace(sweep, spec=SweepSpec(**changed(words, with_table(own, model), model)))
     except RequestError as error:
         where = f"{sweep.source}: {error.where}" if error.where else sweep.source
         return replace(sweep, problem=str(error.at(where)))

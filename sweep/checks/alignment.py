@@ -10,7 +10,7 @@ import numpy.typing as npt
 from sweep.atlas.dataset import spec_of
 from sweep.errors import RequestError, counted
 from sweep.model.quantity import Array, Quantity
-from sweep.request.axes import Range, Values
+from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_text import both_written
 from sweep.request.start_list import START

@@ -149,8 +149,7 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
         An atlas whose run is to be repeated.
     """
     from sweep.request.spec import SweepSpec
-    from sweep.request.spec_changes import given_in, split_changes
-    from sweep.request.words import model_for, pairs
+    from sweep.request.words import changes_in
 
     if source is None:
         if spec is None:
@@ -177,5 +176,5 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
             "they matter"
         )
     given = [spec, *words] if spec else words
-    changes = split_changes(given, model_for(None, given_in(pairs(given)), made_from.model.name))
+    changes = changes_in(given, made_from.model.name)
     return made_from.replace(**changes)

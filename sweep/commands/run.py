@@ -220,7 +220,7 @@ def warmup() -> None:
     from sweep.model import registry
     from sweep.model.kernel import Kernel, cache_root, check_cache
     from sweep.request.spec import SweepSpec
-    from sweep.request.words import presets
+    from sweep.request.spec_file import presets
     from sweep.runs.in_memory import run
 
     kernels: list[Kernel] = []

@@ -15,8 +15,7 @@ from sweep.model.description import Columns, Model, Starts
 from sweep.model.kernel import Kernel, code_hash
 from sweep.model.quantity import Quantity
 from sweep.platforms import most_threads, usual_threads
-from sweep.request.axes import Range, Values
-from sweep.request.distributions import Distribution, philox
+from sweep.request.sources import Distribution, Range, Values, philox
 from sweep.request.spec import SweepSpec
 from sweep.request.start_table import Column
 

@@ -12,8 +12,7 @@ import numpy.typing as npt
 
 from sweep.model.description import Starts
 from sweep.model.quantity import Array
-from sweep.request.axes import Range, Values
-from sweep.request.distributions import Distribution
+from sweep.request.sources import Distribution, Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.start_table import Column
 

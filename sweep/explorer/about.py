@@ -13,7 +13,7 @@ from sweep.explorer.quantities import Shown, shown_of
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import base_names, exact, middle, other_names, preset
 from sweep.model.quantity import Array, Input, Quantity
-from sweep.request.axes import Range, Values
+from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 
 #: Parameter or setting -> the ends of its slider in SI, and how it is spread.

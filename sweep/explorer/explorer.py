@@ -108,15 +108,14 @@ def _subject_of_spec(spec: SweepSpec) -> Subject:
 
 def subject_of_words(what: str | None, words: Sequence[str]) -> Subject:
     """Return what the words of a command line name; raises as `subject_of`."""
-    from sweep.request.spec_changes import given_in, split_changes
-    from sweep.request.words import model_for, pairs
+    from sweep.request.words import changes_in
 
     # the name of a file may have such a sign, too: hoop_alpha=1.nc; Path.is_file raises for a name that is too long
     if what is not None and "=" in what and not isfile(what):
         words, what = [what, *words], None
     if words and not _is_atlas(what):
         return _subject_of_spec(SweepSpec.from_words("rolling" if what is None else what, words))
-    return subject_of(what, split_changes(words, model_for(None, given_in(pairs(words)))))
+    return subject_of(what, changes_in(words))
 
 
 def _is_atlas(given: Any) -> bool:

@@ -14,7 +14,7 @@ from sweep.explorer.stored import Stored
 from sweep.explorer.view import Side, View
 from sweep.explorer.waiting import KERNELS
 from sweep.model.quantity import Array
-from sweep.request.axes import Values
+from sweep.request.sources import Values
 
 #: Cells along both sides among which the measured boundary is looked for.
 COARSE = 96, 72

@@ -13,7 +13,7 @@ from sweep.explorer.view import View
 from sweep.explorer.waiting import KERNELS
 from sweep.model.description import Columns
 from sweep.model.quantity import Array, Quantity
-from sweep.request.axes import Values
+from sweep.request.sources import Values
 from sweep.request.spec import SweepSpec
 
 #: Said of a place where nothing is stored and nothing can be computed.

@@ -19,7 +19,7 @@ from sweep.explorer.view import View
 from sweep.explorer.waiting import ClientGoneError
 from sweep.model.description import Columns
 from sweep.model.quantity import Array, Truths
-from sweep.request.axes import Range, Values
+from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:

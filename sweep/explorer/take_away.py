@@ -18,9 +18,9 @@ from sweep.explorer.view import Side, View
 from sweep.explorer.waiting import KERNELS
 from sweep.explorer.window import MOST_PIXELS
 from sweep.model.description import Model
-from sweep.request.axes import Range, Values
+from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
-from sweep.request.words import presets
+from sweep.request.spec_file import presets
 
 #: Cells of a file at most: a table of them has 200 MB.
 MOST_CELLS = 1_000_000

@@ -13,9 +13,9 @@ from sweep.explorer.fields import read_choice, read_number, read_object, read_te
 from sweep.model import registry
 from sweep.model.description import Model, Starts
 from sweep.model.quantity import Array, Truths
-from sweep.request.axes import Range, Values
+from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
-from sweep.request.words import presets
+from sweep.request.spec_file import presets
 
 #: A pixel is at least so many units in the last place wide.
 ULPS = 8

@@ -16,7 +16,7 @@ from sweep.figures.look import LINEAR, SCALED, SPEED, SQUARED, Look
 from sweep.figures.scales import Scale, Speed, check_rate_is_drawn, readable, scale
 from sweep.figures.shade import Shade, drawable, shade
 from sweep.model.quantity import FAILED, MISSING, STABLE, UNDECIDED, UNSTABLE, Array, Truths
-from sweep.request.axes import Values
+from sweep.request.sources import Values
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from sweep.figures.look import LINEAR, Look, columns_of
 from sweep.figures.panels import fixed_parameters, formula
 from sweep.figures.scales import SQUEEZED, set_log_ticks
 from sweep.model.quantity import FAILED, MISSING, STABLE, UNDECIDED, UNSTABLE, Array, Input, Quantity
-from sweep.request.axes import Range
+from sweep.request.sources import Range
 from sweep.request.spec import SweepSpec
 from sweep.request.start_list import WORDS
 

@@ -12,9 +12,9 @@ from sweep.errors import RequestError
 from sweep.model.disk.tables import WOBBLE
 from sweep.motion.request import REQUESTS, MotionRequest, check_names, known_names, request_class
 from sweep.request.spec import SweepSpec
+from sweep.request.spec_file import find_spec_file, place, read_file
 from sweep.request.substitutes import changed, check_once, parameter_of
 from sweep.request.values import read_number
-from sweep.request.words import find_spec_file, place, read_file
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,7 +11,7 @@ import hashlib
 import json
 import math
 import shlex
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NoReturn, Self
@@ -20,39 +20,26 @@ from sweep.errors import RequestError, shown
 from sweep.model import registry
 from sweep.model.description import Model
 from sweep.model.quantity import Input, Quantity, Word
-from sweep.request.as_given import at_word
-from sweep.request.axes import Range, Values
 from sweep.request.criterion import Criterion
-from sweep.request.distributions import Distribution
-from sweep.request.spec_changes import (
-    beside,
-    changed_words,
-    elsewhere,
-    given_in,
-    known_changes,
-    split_changes,
-    with_table,
-    without_columns,
-)
+from sweep.request.sources import Distribution, Range, Values
 from sweep.request.spec_checks import check_criterion, check_size, check_steps, read_axes
+from sweep.request.spec_file import SWEEP_TABLES, find_spec_file, place, read_file
 from sweep.request.spec_text import from_json, to_json, toml_value
 from sweep.request.start_list import START, WORDS, implied, with_list
 from sweep.request.start_table import Column, StartTable
 from sweep.request.substitutes import changed, parameter_of, resolved
-from sweep.request.suggestions import unknown_word
-from sweep.request.values import Value, read_value
+from sweep.request.values import Value, at_word, read_value
 from sweep.request.words import (
     GRID,
-    SWEEP_TABLES,
-    find_spec_file,
-    known_words,
+    beside,
+    check_known,
+    given_in,
     model_for,
     names,
     options,
     pairs,
-    place,
-    read_file,
     read_word,
+    with_table,
 )
 
 
@@ -127,10 +114,7 @@ class SweepSpec:
     def __init__(self, /, **words: Any) -> None:
         model = model_for(words.pop("model", None), given_in(words))
         order = words.pop("axes", None)
-        known = known_words(model)
-        for name in words:
-            if name not in known:
-                unknown_word(name, known, model, elsewhere())
+        check_known(words, model)
         words = resolved(with_table(words, model), model)
         defaults = _defaults(model)
         values = {**defaults, **{name: read_word(name, raw, model) for name, raw in words.items()}}
@@ -258,9 +242,7 @@ class SweepSpec:
         RequestError
             If there is no such preset, or the result is not a request.
         """
-        return cls._changed_file(
-            find_spec_file(name), given_in(changes), lambda model: known_changes(changes, model)
-        )
+        return cls._of_file(find_spec_file(name), changes)
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
@@ -271,7 +253,7 @@ class SweepSpec:
         RequestError
             If the file cannot be read, is not TOML, or is not a request.
         """
-        return cls.from_words(Path(path), ())
+        return cls._of_file(Path(path), {})
 
     @classmethod
     def from_words(cls, spec: str | Path, words: Sequence[str]) -> Self:
@@ -290,8 +272,8 @@ class SweepSpec:
         RequestError
             If the file or a word cannot be read, or the result is not a request.
         """
-        given = given_in(pairs(words))
-        return cls._changed_file(find_spec_file(spec), given, lambda model: split_changes(words, model))
+        changes = pairs(words)
+        return cls._of_file(find_spec_file(spec), changes, ())
 
     @classmethod
     def read(cls, spec: "SweepSpec | str | Path", /, **changes: Any) -> "SweepSpec":
@@ -317,16 +299,12 @@ class SweepSpec:
                 f"{'a dataset' if hasattr(spec, 'data_vars') else shown(spec)}.",
                 hint='Write "rolling", for instance; the spec of an atlas is atlas.eulerdisk.spec.',
             )
-        return cls._changed_file(
-            find_spec_file(spec), given_in(changes), lambda model: known_changes(changes, model)
-        )
+        return cls._of_file(find_spec_file(spec), changes)
 
     @classmethod
-    def _changed_file(
-        cls, path: Path, given: Iterable[str], changes_of: Callable[[Model], Mapping[str, Any]]
-    ) -> Self:
-        """Return the spec in a file with the changes that a function gives for its model, whose names are `given`."""
-        held = read_file(path)
+    def _of_file(cls, path: Path, changes: Mapping[str, Any], others: Sequence[str] = ("axes",)) -> Self:
+        """Return the spec in a file with changes of its words, or of `others`."""
+        held = beside(path, read_file(path))
         if any(isinstance(held.get(name), list) for name in SWEEP_TABLES):
             raise RequestError(
                 f"This file has tables [[{SWEEP_TABLES[0]}]]: it holds several sweeps, and one is asked for here.",
@@ -335,13 +313,14 @@ class SweepSpec:
                 where=place(path),
             )
         try:
-            model = model_for(held.get("model"), (*given_in(beside(path, held)), *given))
+            model = model_for(held.get("model"), (*given_in(held), *given_in(changes)))
         except RequestError as error:
             raise error.at(f"{place(path)}: {error.where}") from None
-        changes = with_table(changes_of(model), model)
+        check_known(changes, model, others)
+        changes = with_table(changes, model)
         theirs = {*changes, *(parameter_of(name, model) for name in changes)}
         try:
-            return cls(**changed_words(held, path, changes, model))
+            return cls(**changed(held, changes, model))
         except RequestError as error:
             if error.where is None or error.where == str(path) or error.where.partition("=")[0] in theirs:
                 raise
@@ -360,18 +339,15 @@ class SweepSpec:
             If the result is not a request.
         """
         model = model_for(changes.get("model"), given_in(changes), self.model.name)
-        changes = with_table(changes, model)
-        words = without_columns(self._words_for(model), changes, model)
+        # of another model those that have not their defaults
+        defaults = {} if model is self.model else _defaults(self.model)
         given = {parameter_of(name, model) for name in changes}
-        kept = {name: words[name] for name in words if name in self.axes or name not in given}
-        return type(self)(**{"model": model.name, **changed(kept, changes, model)})
-
-    def _words_for(self, model: Model) -> dict[str, Any]:
-        """Return every word with its value; for another model those that have not their defaults."""
-        if model is self.model:
-            return self.words()
-        defaults = _defaults(self.model)
-        return {name: value for name, value in self.words().items() if value != defaults[name]}
+        kept = {
+            name: value
+            for name, value in self.words().items()
+            if (name in self.axes or name not in given) and not (name in defaults and value == defaults[name])
+        }
+        return type(self)(**{"model": model.name, **changed(kept, with_table(changes, model), model)})
 
     def resolve(
         self, words: Mapping[str, Any], read: Callable[[object, Quantity], Value] = read_value

@@ -7,7 +7,7 @@ from typing import Any
 from sweep.errors import RequestError, shown
 from sweep.model.description import Request
 from sweep.model.quantity import DURATION, STEP
-from sweep.request.as_given import words_given
+from sweep.request.values import words_given
 
 #: Cells of a grid at most: their verdicts, a byte each, are in memory while the boundary is sought.
 _MOST_CELLS = 10**9

@@ -7,9 +7,8 @@ from typing import Any
 from sweep.errors import shown
 from sweep.model.description import Request
 from sweep.model.quantity import Quantity
-from sweep.request.axes import Range, Values
 from sweep.request.criterion import Criterion
-from sweep.request.distributions import Distribution
+from sweep.request.sources import Distribution, Range, Values
 from sweep.request.start_table import Column, StartTable
 
 

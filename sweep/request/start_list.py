@@ -14,10 +14,10 @@ import numpy as np
 from sweep.errors import RequestError, shown
 from sweep.model.description import Model
 from sweep.model.quantity import DECISION, Array, Input, Truths, Word, table
-from sweep.request.axes import Range, Values
-from sweep.request.distributions import KINDS, Distribution
+from sweep.request.sources import KINDS, Distribution, Range, Values
 from sweep.request.start_table import Column, StartTable, read_table
-from sweep.request.values import NoCountError, plain_number, read_value
+from sweep.request.units import plain_number
+from sweep.request.values import NoCountError, read_value
 
 #: The most starts of a list: their numbers are 32-bit integers in the file.
 _MOST_STARTS = 2**31 - 1
@@ -76,9 +76,7 @@ def read_list_word(name: str, raw: object, model: Model) -> int | str | Range | 
 
 def _whole(raw: object) -> int | None:
     """Return the whole number that was given, as text also in the form 1e6; None if it is none."""
-    if isinstance(raw, bool):
-        return None
-    if isinstance(raw, int | np.integer):
+    if isinstance(raw, int | np.integer) and not isinstance(raw, bool):
         return int(raw)
     if isinstance(raw, str) and raw.strip().isascii() and raw.strip().isdigit():
         # all digits, of which a float keeps 16
@@ -113,11 +111,6 @@ def _refuse_numbers(raw: object) -> NoReturn:
     )
 
 
-def every_start(count: int) -> Range:
-    """Return the numbers of all starts of a list."""
-    return Range(0.0, count - 1.0, count)
-
-
 def with_list(
     model: Model, values: Mapping[str, Any], axes: tuple[str, ...], given: Mapping[str, Any]
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
@@ -145,46 +138,10 @@ def with_list(
     RequestError
         If words of lists and of grids, or samples and no distribution, are given together.
     """
-    random = [name for name in model.parameters if isinstance(values[name], Distribution)]
-    if values["starts"]:
-        return _of_table(model, values, axes, given)
-    if not values["samples"]:
-        _check_no_list(values, random, given)
+    if not values["starts"] and not values["samples"]:
+        _check_no_list(values, given)
         return dict(values), axes
-    if not random:
-        raise RequestError(
-            f"samples counts random starts, and no parameter has a distribution; got samples={values['samples']}.",
-            hint=f"Give one, as in {_example(model)}, or leave samples out.",
-            where="samples",
-        )
-    crossed = [name for name in axes if name != START.name]
-    if crossed:
-        raise RequestError(
-            f"samples and axes do not go together: every start has one value of each parameter; got samples="
-            f"{values['samples']} and {_said(crossed[0], given, values)}.",
-            hint=f"Give {' and '.join(crossed)} one number or a distribution ({', '.join(KINDS.values())}), or leave "
-            "samples out.",
-            where=crossed[0],
-        )
-    _check_no_boundary(values)
-    count = int(values["samples"])
-    numbers = values["start"] or every_start(count)
-    if numbers.ends()[1] >= count:
-        raise RequestError(
-            f"The starts have the numbers 0 to {count - 1}; got {_said(START.name, given, values)}.",
-            hint="Choose numbers of that range, or leave start out for all.",
-            where="start",
-        )
-    return {**values, START.name: numbers}, (START.name,)
-
-
-def _said(name: str, given: Mapping[str, Any], values: Mapping[str, Any]) -> str:
-    """Return a word as a request gave it; what it did not give as text, as it is written in SI."""
-    raw = given.get(name)
-    return f"{name}={shown(raw if isinstance(raw, str) else str(values[name]))}"
-
-
-def _check_no_boundary(values: Mapping[str, Any]) -> None:
+    own = _of_table(model, values, axes, given) if values["starts"] else _drawn(model, values, axes, given)
     if values["boundary"] != "grid":
         raise RequestError(
             "A list of starts has no rows in which a boundary is sought; got "
@@ -192,12 +149,43 @@ def _check_no_boundary(values: Mapping[str, Any]) -> None:
             hint="Leave boundary out, or give axes.",
             where="boundary",
         )
+    return {**values, **own}, (START.name,)
+
+
+def _drawn(
+    model: Model, values: Mapping[str, Any], axes: tuple[str, ...], given: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the numbers of random starts."""
+    count = int(values["samples"])
+    if not any(isinstance(values[name], Distribution) for name in model.parameters):
+        control = next(iter(model.controls(model.parameters)), next(iter(model.parameters)))
+        raise RequestError(
+            f"samples counts random starts, and no parameter has a distribution; got samples={count}.",
+            hint=f"Give one, as in {control}=uniform:2:4, or leave samples out.",
+            where="samples",
+        )
+    if crossed := [name for name in axes if name != START.name]:
+        raise RequestError(
+            f"samples and axes do not go together: every start has one value of each parameter; got samples={count} "
+            f"and {_said(crossed[0], given, values)}.",
+            hint=f"Give {' and '.join(crossed)} one number or a distribution ({', '.join(KINDS.values())}), or leave "
+            "samples out.",
+            where=crossed[0],
+        )
+    numbers = values["start"] or every_start(count)
+    if numbers.ends()[1] >= count:
+        raise RequestError(
+            f"The starts have the numbers 0 to {count - 1}; got {_said(START.name, given, values)}.",
+            hint="Choose numbers of that range, or leave start out for all.",
+            where="start",
+        )
+    return {START.name: numbers}
 
 
 def _of_table(
     model: Model, values: Mapping[str, Any], axes: tuple[str, ...], given: Mapping[str, Any]
-) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Return the values and axes of a request with a table; its columns take the place of defaults."""
+) -> dict[str, Any]:
+    """Return a table, its columns and the numbers of its starts: columns take the place of defaults."""
     table: StartTable = values["starts"]
     if foreign := [name for name in table.names if name not in model.parameters]:
         raise ValueError(f"{foreign[0]} is no parameter of the model {model.name}")
@@ -217,29 +205,28 @@ def _of_table(
             else f"Give {other[0]} one number, or a column of the table.",
             where=other[0],
         )
-    _check_no_boundary(values)
     if values["start"] and values["start"] != table.numbers:
         table = table.part(values["start"])
     columns = {name: Column(name, table) for name in table.names}
-    return {**values, **columns, "starts": table, START.name: table.numbers}, (START.name,)
+    return {**columns, "starts": table, START.name: table.numbers}
 
 
-def _check_no_list(values: Mapping[str, Any], random: list[str], given: Mapping[str, Any]) -> None:
+def _check_no_list(values: Mapping[str, Any], given: Mapping[str, Any]) -> None:
     """Refuse the words of a list where there is none."""
-    if lost := [name for name, value in values.items() if isinstance(value, Column)]:
-        raise RequestError(
-            f"{lost[0]} is a column of a table, and there is no table.",
-            hint="Give the table as starts, or a number.",
-            where=lost[0],
-        )
-    if random:
-        raise RequestError(
-            f"{_said(random[0], given, values)} is a distribution, and how many starts are drawn from it is not said.",
-            hint="Add samples=1e6, for instance.",
-            where=random[0],
-        )
-    for name in ("seed", START.name):
-        if values[name]:
+    for name, value in values.items():
+        if isinstance(value, Column):
+            raise RequestError(
+                f"{name} is a column of a table, and there is no table.",
+                hint="Give the table as starts, or a number.",
+                where=name,
+            )
+        if isinstance(value, Distribution):
+            raise RequestError(
+                f"{_said(name, given, values)} is a distribution, and how many starts are drawn from it is not said.",
+                hint="Add samples=1e6, for instance.",
+                where=name,
+            )
+        if name in ("seed", START.name) and value:
             raise RequestError(
                 f"{name} belongs to random starts, which samples counts; got {_said(name, given, values)} without "
                 "samples.",
@@ -248,9 +235,15 @@ def _check_no_list(values: Mapping[str, Any], random: list[str], given: Mapping[
             )
 
 
-def _example(model: Model) -> str:
-    control = next(iter(model.controls(model.parameters)), next(iter(model.parameters)))
-    return f"{control}=uniform:2:4"
+def _said(name: str, given: Mapping[str, Any], values: Mapping[str, Any]) -> str:
+    """Return a word as a request gave it; what it did not give as text, as it is written in SI."""
+    raw = given.get(name)
+    return f"{name}={shown(raw if isinstance(raw, str) else str(values[name]))}"
+
+
+def every_start(count: int) -> Range:
+    """Return the numbers of all starts of a list."""
+    return Range(0.0, count - 1.0, count)
 
 
 def implied(name: str, values: Mapping[str, Any]) -> bool:
@@ -259,9 +252,7 @@ def implied(name: str, values: Mapping[str, Any]) -> bool:
         return False
     if name == "starts":
         return not values[name]
-    if name == START.name:
-        # a table holds the numbers of its starts
-        return bool(
-            not values[name] or values["starts"] or values[name] == every_start(int(values["samples"]))
-        )
-    return not values["samples"]
+    if name != START.name:
+        return not values["samples"]
+    # a table holds the numbers of its starts
+    return bool(not values[name] or values["starts"] or values[name] == every_start(int(values["samples"])))

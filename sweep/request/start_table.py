@@ -9,10 +9,11 @@ import csv
 import hashlib
 import io
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NoReturn, Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -20,14 +21,14 @@ import numpy.typing as npt
 from sweep.errors import RequestError, are, counted, shown
 from sweep.model.description import Model
 from sweep.model.quantity import Array, Input, Quantity
-from sweep.request.as_given import in_unit, rule_in
-from sweep.request.axes import Range, Values
-from sweep.request.regular_files import read_regular
+from sweep.request.sources import Range, Values
+from sweep.request.spec_file import read_regular
 from sweep.request.suggestions import unknown_word
-from sweep.request.values import factor_to_si
+from sweep.request.units import factor_to_si
+from sweep.request.values import in_unit, rule_in
 
-#: Rows, and bytes of a CSV file, at most; rows that are converted at a time.
-_MOST_ROWS, _MOST_BYTES, _AT_ONCE = 10_000_000, 2**30, 2**16
+#: Rows, and bytes of a CSV file, at most.
+_MOST_ROWS, _MOST_BYTES = 10_000_000, 2**30
 
 #: Name of a column, and a unit in brackets or after a blank.
 _HEAD = re.compile(r"\s*([^\s\[(]+)\s*(?:\[([^\]]*)\]|\(([^)]*)\)|([^\[\](]*))\s*")
@@ -211,8 +212,8 @@ def names_in(raw: object) -> tuple[str, ...]:
     heads = list(raw.keys()) if hasattr(raw, "keys") else []
     if isinstance(raw, str | Path):
         with contextlib.suppress(OSError, ValueError, csv.Error):
-            content = read_regular(Path(raw), _MOST_BYTES).decode("utf-8-sig").splitlines()
-            heads = _first_row(next(iter(_Lines(content)), ""))
+            content = read_regular(Path(raw), _MOST_BYTES).decode("utf-8-sig")
+            heads = next(_rows(content.splitlines()), (0, []))[1]
     found = (_HEAD.fullmatch(str(head)) for head in heads)
     return tuple(each[1] for each in found if each)
 
@@ -257,20 +258,6 @@ class _Head:
     unit: str
 
 
-def _read_heads(texts: Iterable[object], model: Model, place: str) -> list[_Head]:
-    heads = [_read_head(str(text), model, place) for text in texts]
-    names = [head.quantity.name for head in heads]
-    if double := [name for name in names if names.count(name) > 1]:
-        raise RequestError(
-            f"Each parameter has one column; {double[0]} has {names.count(double[0])}.",
-            hint="Leave all but one out.",
-            where=place,
-        )
-    if not heads:
-        raise RequestError("A table of starts has a column or more; got none.", "Name a parameter.", place)
-    return heads
-
-
 def _read_head(text: str, model: Model, place: str) -> _Head:
     found = _HEAD.fullmatch(text)
     name = found[1] if found else text.strip()
@@ -286,7 +273,7 @@ def _read_head(text: str, model: Model, place: str) -> _Head:
                 place,
             ) from None
     quantity = model.parameters[name]
-    unit = next((part.strip() for part in found.groups()[1:] if part), "") if found else ""
+    unit = next((part.strip() for part in found.groups()[1:] if part), "")
     try:
         pure = unit in ("1", "-") and quantity.units == "1"
         factor = factor_to_si("" if pure else unit, quantity)
@@ -295,71 +282,84 @@ def _read_head(text: str, model: Model, place: str) -> _Head:
     return _Head(quantity, factor, text.strip(), "" if pure else unit)
 
 
-def _in_order(heads: list[_Head], columns: list[Array], model: Model) -> StartTable:
-    held = {head.quantity.name: values for head, values in zip(heads, columns, strict=True)}
+def _read_heads(texts: Iterable[object], model: Model, place: str) -> list[_Head]:
+    heads = [_read_head(str(text), model, place) for text in texts]
+    names = [head.quantity.name for head in heads]
+    if double := [name for name in names if names.count(name) > 1]:
+        raise RequestError(
+            f"Each parameter has one column; {double[0]} has {names.count(double[0])}.",
+            hint="Leave all but one out.",
+            where=place,
+        )
+    if not heads:
+        raise RequestError("A table of starts has a column or more; got none.", "Name a parameter.", place)
+    return heads
+
+
+def _table_of(
+    heads: list[_Head],
+    columns: list[Array],
+    model: Model,
+    place: str,
+    place_of: Callable[[_Head, int], str],
+) -> StartTable:
+    """Return the table of some columns, as given; `place_of` says where the value of a column stands."""
+    if not 1 <= columns[0].size <= _MOST_ROWS:
+        raise RequestError(
+            f"A table has 1 to {_MOST_ROWS} starts; got {columns[0].size}.",
+            "Give more rows, or fewer.",
+            place,
+        )
+    held = {}
+    for head, given in zip(heads, columns, strict=True):
+        values = held[head.quantity.name] = given * head.factor
+        finite = np.isfinite(values)
+        good = finite & head.quantity.allows(np.where(finite, values, 0.0))
+        if not good.all():
+            first = int(np.argmin(good))
+            what = f"a finite number; got {given[first]:g}"
+            if finite[first]:
+                got = in_unit(float(values[first]), head.quantity, head.unit)
+                what = f"possible, {rule_in(head.quantity, head.unit)}; got {got}"
+            raise _bad_value(place_of(head, first), what)
     return StartTable.of({name: held[name] for name in model.parameters if name in held})
+
+
+def _bad_value(place: str, what: str) -> RequestError:
+    return RequestError(
+        f"The value must be {what}.",
+        hint="Correct it; the unit of a column stands in its head, as in tilt [deg], and a bare column is in SI.",
+        where=place,
+    )
 
 
 def _read_columns(raw: Any, model: Model) -> StartTable:
     names = list(raw.keys())
     heads, columns = _read_heads(names, model, "starts"), []
-    for head, name in zip(heads, names, strict=True):
+    for number, name in enumerate(names):
         units = getattr(raw[name], "attrs", {}).get("units")
-        if isinstance(units, str) and head.text == head.quantity.name:
-            head = _read_head(f"{name} [{units}]", model, "starts")
-        values = _array(raw[name])
+        if isinstance(units, str) and heads[number].text == heads[number].quantity.name:
+            heads[number] = _read_head(f"{name} [{units}]", model, "starts")
+        try:
+            values = np.asarray(raw[name])
+        except ValueError:
+            values = np.asarray("rows of unlike length")
         if masked := np.count_nonzero(raw[name].mask) if isinstance(raw[name], np.ma.MaskedArray) else 0:
-            _refuse_value(f"starts: {head.text}", f"there in every start; got {masked} that are masked")
-        if values.ndim != 1 or values.dtype.kind not in "fiu":
-            _refuse_value(
-                f"starts: {head.text}", f"a column of numbers; got {values.dtype} of shape {values.shape}"
+            raise _bad_value(
+                f"starts: {heads[number].text}", f"there in every start; got {masked} that are masked"
             )
-        columns.append(values.astype(np.float64) * head.factor)
-        if bad := _first_bad(head, columns[-1]):
-            _refuse_value(f"starts: {head.text}, start {bad[0]}", bad[1])
-    if len(sizes := {values.size for values in columns}) > 1:
+        if values.ndim != 1 or values.dtype.kind not in "fiu":
+            raise _bad_value(
+                f"starts: {heads[number].text}",
+                f"a column of numbers; got {values.dtype} of shape {values.shape}",
+            )
+        columns.append(values.astype(np.float64))
+    if len({values.size for values in columns}) > 1:
         listed = ", ".join(f"{head.text} {values.size}" for head, values in zip(heads, columns, strict=True))
         raise RequestError(
             f"Columns must be equally long; got {listed}.", "Give each start all values.", "starts"
         )
-    _check_count(sizes.pop(), "starts")
-    return _in_order(heads, columns, model)
-
-
-def _array(column: Any) -> npt.NDArray[Any]:
-    """Return a column as numpy has it; without dimensions if numpy makes no array of it."""
-    try:
-        return np.asarray(column)
-    except ValueError:
-        return np.asarray("rows of unlike length")
-
-
-def _check_count(count: int, place: str) -> None:
-    if not 1 <= count <= _MOST_ROWS:
-        raise RequestError(
-            f"A table has 1 to {_MOST_ROWS} starts; got {count}.", "Give more rows, or fewer.", place
-        )
-
-
-def _first_bad(head: _Head, values: Array) -> tuple[int, str] | None:
-    """Return the place of the first value that no start can have, and what it must be."""
-    finite = np.isfinite(values)
-    good = finite & head.quantity.allows(np.where(finite, values, 0.0))
-    if good.all():
-        return None
-    place = int(np.argmin(good))
-    if not finite[place]:
-        return place, f"a finite number; got {values[place] / head.factor:g}"
-    got = in_unit(float(values[place]), head.quantity, head.unit)
-    return place, f"possible, {rule_in(head.quantity, head.unit)}; got {got}"
-
-
-def _refuse_value(place: str, what: str) -> NoReturn:
-    raise RequestError(
-        f"The value must be {what}.",
-        hint="Correct it; the unit of a column stands in its head, as in tilt [deg], and a bare column is in SI.",
-        where=place,
-    )
+    return _table_of(heads, columns, model, "starts", lambda head, row: f"starts: {head.text}, start {row}")
 
 
 def _read_csv(path: Path, model: Model) -> StartTable:
@@ -373,72 +373,37 @@ def _read_csv(path: Path, model: Model) -> StartTable:
             hint="Check the path: a table is a CSV file whose first line names the columns.",
             where=str(path),
         ) from problem
-    lines = io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig", newline="")
+    # row after row, and the line of each
+    numbers, lines = array("d"), array("q")
     try:
-        return _parse(lines, path, model)
+        rows = _rows(io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig", newline=""))
+        heads = _read_heads(next(rows, (0, []))[1], model, str(path))
+        for line, row in rows:
+            numbers.extend(_numbers_of(row, heads, f"{path}: line {line}"))
+            lines.append(line)
     except (csv.Error, UnicodeDecodeError) as problem:
         raise RequestError(
             f"The table of starts is no CSV file in UTF-8: {problem}.",
             hint="Write one line for each start, numbers with commas between them.",
             where=str(path),
         ) from problem
+    columns = list(np.frombuffer(numbers).reshape(-1, len(heads)).T)
+    return _table_of(
+        heads, columns, model, str(path), lambda head, row: f"{path}: line {lines[row]}, column {head.text}"
+    )
 
 
-class _Lines:
-    """The lines of a file that are neither blank nor comments.
-
-    `number` is that of the last one, from 1; it is `odd` if Python would read numbers in it that are none elsewhere:
-    with digits of other scripts, or underscores.
-    """
-
-    def __init__(self, lines: Iterable[str]) -> None:
-        self.number, self.odd = 0, False
-        self._lines = lines
-
-    def __iter__(self) -> Iterator[str]:
-        for line in self._lines:
-            self.number += 1
-            if line.strip() and not line.startswith("#"):
-                self.odd = "_" in line or not line.isascii()
-                yield line
+def _rows(text: Iterable[str]) -> Iterator[tuple[int, list[str]]]:
+    """Yield the cells of each line that is neither blank nor a comment, with its number from 1."""
+    separator = ""
+    for number, line in enumerate(text, 1):
+        if line.strip() and not line.startswith("#"):
+            separator = separator or next((each for each in ",;\t" if each in line), ",")
+            yield number, next(csv.reader([line], delimiter=separator, strict=True))
 
 
-def _parse(text: Iterable[str], path: Path, model: Model) -> StartTable:
-    lines = _Lines(text)
-    kept = iter(lines)
-    first = next(kept, "")
-    separator = _separator(first)
-    heads = _read_heads(_first_row(first), model, str(path))
-    rows, parts, numbers = csv.reader(kept, delimiter=separator, strict=True), list[Array](), list[int]()
-    values: list[list[float]] = []
-    for row in rows:
-        values.append(_numbers_of(row, heads, lines, path))
-        numbers.append(lines.number)
-        if len(values) == _AT_ONCE:
-            parts.append(_converted(values, heads, numbers, path))
-            _check_count(sum(part.shape[1] for part in parts), str(path))
-            values, numbers = [], []
-    if values or not parts:
-        parts.append(_converted(values, heads, numbers, path))
-    _check_count(sum(part.shape[1] for part in parts), str(path))
-    return _in_order(heads, list(np.concatenate(parts, axis=1)), model)
-
-
-def _separator(line: str) -> str:
-    return next((each for each in ",;\t" if each in line), ",")
-
-
-def _first_row(line: str) -> list[str]:
-    """Return the cells of the first line of a file."""
-    return next(csv.reader([line], delimiter=_separator(line), strict=True), [])
-
-
-def _numbers_of(row: list[str], heads: list[_Head], lines: _Lines, path: Path) -> list[float]:
+def _numbers_of(row: list[str], heads: list[_Head], place: str) -> list[float]:
     """Return the numbers of a row, or refuse the first cell that is none."""
-    if len(row) == len(heads) and not lines.odd:
-        with contextlib.suppress(ValueError):
-            return [*map(float, row)]
-    place = f"{path}: line {lines.number}"
     if len(row) != len(heads):
         raise RequestError(
             f"Every line has {counted(len(heads), 'cell')}, as the first has; got {len(row)}.",
@@ -448,20 +413,10 @@ def _numbers_of(row: list[str], heads: list[_Head], lines: _Lines, path: Path) -
     found = []
     for cell, head in zip(row, heads, strict=True):
         try:
-            number = float(cell)
-            if not cell.isascii() or "_" in cell:
-                raise ValueError
+            # Python reads digits of other scripts, and underscores
+            found.append(float(cell if cell.isascii() and "_" not in cell else ""))
         except ValueError:
-            _refuse_value(f"{place}, column {head.text}", f"a number; got {shown(cell) or 'nothing'}")
-        found.append(number)
+            raise _bad_value(
+                f"{place}, column {head.text}", f"a number; got {shown(cell) or 'nothing'}"
+            ) from None
     return found
-
-
-def _converted(values: list[list[float]], heads: list[_Head], lines: list[int], path: Path) -> Array:
-    """Return rows of numbers as columns in SI, shape (len(heads), len(values)), or refuse the first bad one."""
-    columns = np.array(values, np.float64).reshape(-1, len(heads)).T
-    columns *= np.array([[head.factor] for head in heads])
-    for head, column in zip(heads, columns, strict=True):
-        if bad := _first_bad(head, column):
-            _refuse_value(f"{path}: line {lines[bad[0]]}, column {head.text}", bad[1])
-    return columns

@@ -1,8 +1,12 @@
-"""Units of a request: a closed table of names, multiplied and divided: ``rad s-1``, ``m/(s*s)``, ``um``, ``m·s⁻²``."""
+"""Numbers of a request with their units: a closed table of names, multiplied and divided: ``rad s-1``, ``m/(s*s)``."""
 
 import math
 import re
+from collections.abc import Mapping
 from functools import lru_cache
+
+from sweep.errors import RequestError, shown
+from sweep.model.quantity import Quantity
 
 #: Powers of m, g, s, rad and K: an angle is no pure number here.
 Dimension = tuple[int, ...]
@@ -77,6 +81,23 @@ _TOKEN = re.compile(
 )
 _MOST_CHARACTERS = 80
 
+_A_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
+
+#: units -> what a request may write, for messages.
+_FITTING: Mapping[str, str] = {
+    "1": "no unit, it is a pure number",
+    "rad": "deg, rad, arcmin",
+    "rad s-1": "rad/s, deg/s, rpm, turn/s",
+    "m": "m, cm, inch",
+    "m s-1": "m/s, cm/s, km/h",
+    "m s-2": "m/s2, cm/s2, g_0",
+    "s": "s, ms, min",
+    "kg": "kg, g, pound",
+    "kg m-3": "kg/m3, g/cm3",
+    "Pa s": "Pa s, uPa s",
+    "N m s": "N m s",
+}
+
 
 @lru_cache
 def read_unit(text: str) -> tuple[Dimension, float] | None:
@@ -133,3 +154,59 @@ def _unit(name: str) -> tuple[Dimension, float] | None:
             if word.startswith(prefix) and (unit := _UNITS.get(word[len(prefix) :])):
                 return unit[0], scale * unit[1]
     return None
+
+
+def number_and_unit(text: str) -> tuple[str, str] | None:
+    """Return the texts of the number and of the unit behind it, which may be empty; None if there is no number."""
+    match = _A_NUMBER.fullmatch(text.strip())
+    return (match[1], " ".join(match[2].split())) if match else None
+
+
+def plain_number(text: str) -> float:
+    """Return the number that a text spells in ASCII, without a unit; NaN if it spells none."""
+    match = _A_NUMBER.fullmatch(text.strip())
+    return float(match[1]) if match and not match[2] else math.nan
+
+
+def factor_to_si(unit: str, quantity: Quantity) -> float:
+    """Return the factor from a number in `unit` to the SI units of a quantity.
+
+    Parameters
+    ----------
+    unit : str
+        Names of this module, multiplied and divided, with whole powers below 100: ``m s-2`` as in CF,
+        ``m/s2``, ``m/s**2``, ``m/(s*s)``, ``m·s⁻²``, ``meter per second``; empty for none.
+    quantity : Quantity
+        Says which units fit.
+
+    Raises
+    ------
+    RequestError
+        If the unit is not known, or measures something else.
+
+    Notes
+    -----
+    An angle is not a pure number here: ``alpha=3deg`` does not fit, nor does ``precession_rate=5Hz``, which leaves
+    open whether it counts radians or turns (say rad/s or turn/s).
+    """
+    if not unit:
+        return 1.0
+    found, si = read_unit(unit), read_unit("dimensionless" if quantity.units == "1" else quantity.units)
+    if unit.startswith("."):
+        raise RequestError(
+            f"Behind a number comes its unit, not {shown(unit)!r}.",
+            hint="A number has one decimal point, as in 0.25; a range is start:stop:count, as in 2:4:300.",
+        )
+    if found is None or si is None:
+        raise RequestError(
+            f"The unit {shown(unit)!r} is not known: units are names such as deg, rpm, mm or kg, multiplied and "
+            "divided, each with a whole power below 100.",
+            hint="Check the spelling, as in deg, rpm, m/s2, rad s-1.",
+        )
+    if found[0] != si[0]:
+        fitting = _FITTING.get(quantity.units, quantity.units)
+        raise RequestError(
+            f"The unit {shown(unit)!r} does not fit: {quantity.name} takes {fitting}.",
+            hint="Use a unit that fits, or a bare number in SI.",
+        )
+    return found[1] / si[1]

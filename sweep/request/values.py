@@ -1,48 +1,40 @@
-"""From text to values: ``0.5``, ``10deg``, ``0.5,1``, ``0.01deg:20deg:300:log``.
+"""From text to values and back: ``0.5``, ``10deg``, ``0.5,1``, ``0.01deg:20deg:300:log``, ``normal:1deg:0.2deg``.
 
 A value is a number, a list or a range (both ends included), each number with a unit of its own or bare in SI. A
-list or a range is an axis of the grid even if it holds one value; a number is not.
+list or a range is an axis of the grid even if it holds one value; a number is not. A message says a value as it was
+given, beside what is allowed in the same unit.
 """
 
+import contextlib
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from numbers import Real
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
-from sweep.model.quantity import Quantity
-from sweep.request.axes import AxisError, Range, Values
-from sweep.request.units import read_unit
+from sweep.model.quantity import Array, Input, Quantity
+from sweep.request.sources import KINDS, Distribution, Range, SourceError, Values
+from sweep.request.units import factor_to_si, number_and_unit
 
 Value = float | Range | Values
+Source = float | Range | Values | Distribution
 
 _VALUE = (
     "a number, a list a,b,c or a range start:stop:count[:log], each number finite and with an optional unit"
 )
-_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
 NOT_FINITE = re.compile(r"[+-]?(inf|infinity|nan)", re.IGNORECASE)
 #: Signs that printed pages have for minus: the hyphens and dashes of Unicode, and its minus.
 _MINUS = "\u2010\u2011\u2012\u2013\u2014\u2212"
 _COUNT = re.compile(r"[+-]?\d{1,18}", re.ASCII)
 
-#: units -> what a request may write, for messages.
-_FITTING: Mapping[str, str] = {
-    "1": "no unit, it is a pure number",
-    "rad": "deg, rad, arcmin",
-    "rad s-1": "rad/s, deg/s, rpm, turn/s",
-    "m": "m, cm, inch",
-    "m s-1": "m/s, cm/s, km/h",
-    "m s-2": "m/s2, cm/s2, g_0",
-    "s": "s, ms, min",
-    "kg": "kg, g, pound",
-    "kg m-3": "kg/m3, g/cm3",
-    "Pa s": "Pa s, uPa s",
-    "N m s": "N m s",
-}
+#: A number of a rule, and the unit of an angle after it; what stands before the largest value that it allows.
+_IN_A_RULE = re.compile(r"(?<![\w.])([0-9][0-9.]*(?:e[+-]?[0-9]+)?)( deg| rad)?(?![\w.])")
+_BEFORE_THE_LARGEST = re.compile("<=? *$")
 
 
 class NoCountError(RequestError):
@@ -68,22 +60,18 @@ def read_value(raw: object, quantity: Quantity) -> Value:
     RequestError
         If it is none of these, or a unit does not fit the quantity.
     """
-    try:
+    with _at(raw, quantity):
         if isinstance(raw, Range | Values):
             return raw
-        if isinstance(raw, str):
-            return _read_text(raw, quantity)
         if isinstance(raw, np.ndarray):
             return _read_array(raw, quantity)
-        if isinstance(raw, Sequence) and not isinstance(raw, bytes | bytearray):
+        if isinstance(raw, Sequence) and not isinstance(raw, str | bytes | bytearray):
             return Values(_read_numbers(raw, quantity))
-        return _read_numbers([raw], quantity)[0]
-    except AxisError as error:
-        # the ends of a range are in SI by now
-        said = error.with_given(raw.strip() if isinstance(raw, str) else raw) if _has_text(raw) else error
-        raise said.at(f"{quantity.name}={shown(raw)}") from None
-    except RequestError as error:
-        raise error.at(f"{quantity.name}={shown(raw)}") from None
+        if not isinstance(raw, str) or not (":" in raw or "," in raw):
+            return _read_numbers([raw], quantity)[0]
+        if ":" not in raw:
+            return Values(_read_numbers(raw.removesuffix(",").split(","), quantity))
+        return _read_range(raw, quantity)
 
 
 def read_number(raw: object, quantity: Quantity) -> float:
@@ -94,13 +82,11 @@ def read_number(raw: object, quantity: Quantity) -> float:
     RequestError
         If it is not a single number, or a unit does not fit the quantity.
     """
-    try:
+    # with a count two numbers would be a range, which is refused too
+    with contextlib.suppress(NoCountError):
         value = read_value(raw, quantity)
         if isinstance(value, float):
             return value
-    except NoCountError:
-        # with a count it would be a range, which is refused too
-        pass
     raise RequestError(
         f"{quantity.name} must be one number here; it cannot be an axis.",
         hint="Give one number, and run once per value.",
@@ -108,45 +94,60 @@ def read_number(raw: object, quantity: Quantity) -> float:
     )
 
 
-def read_numbers(raw: Sequence[object], quantity: Quantity) -> tuple[float, ...]:
-    """Return numbers that were given together for a quantity, in its SI units: all with a unit, or none.
+def read_distribution(raw: object, quantity: Quantity) -> Distribution | None:
+    """Return the distribution that was given for a quantity, in its SI units; None if it is another kind of value.
 
     Raises
     ------
     RequestError
-        If one of them cannot be read, or a unit does not fit the quantity.
+        If text that begins like a distribution is none.
     """
-    return _read_numbers(raw, quantity)
+    if not isinstance(raw, str):
+        return raw if isinstance(raw, Distribution) else None
+    kind, *numbers = (part.strip() for part in raw.split(":"))
+    if not numbers or not kind.replace("-", "").isalpha() or NOT_FINITE.fullmatch(kind):
+        return None
+    with _at(raw, quantity):
+        if kind in KINDS and len(numbers) == 2:
+            return Distribution(kind, *_read_numbers(numbers, quantity))
+        raise RequestError(
+            f"{shown(raw)} is no distribution. A distribution is {', '.join(KINDS.values())}.",
+            hint="Write one of these, as in normal:1deg:0.2deg.",
+        )
 
 
-def _has_text(raw: object) -> bool:
-    """Return whether what was given is text or a list that holds text: numbers that may have units."""
-    return isinstance(raw, str) or (
-        isinstance(raw, list | tuple) and any(isinstance(each, str) for each in raw)
-    )
-
-
-def _read_text(text: str, quantity: Quantity) -> Value:
-    if ":" in text and "," in text:
-        _refuse(text)
-    if ":" in text:
-        return _read_range(text, quantity)
-    if "," in text:
-        return Values(_read_numbers(text.removesuffix(",").split(","), quantity))
-    return _read_numbers([text], quantity)[0]
+@contextlib.contextmanager
+def _at(raw: object, quantity: Quantity) -> Iterator[None]:
+    """Say of an error where it stands, and what was given: the ends of a range are in SI when it is refused."""
+    try:
+        yield
+    except SourceError as error:
+        texts = raw if isinstance(raw, list | tuple) else [raw]
+        said = raw.strip() if isinstance(raw, str) else raw
+        found = error.with_given(said) if any(isinstance(each, str) for each in texts) else error
+        raise found.at(f"{quantity.name}={shown(raw)}") from None
+    except RequestError as error:
+        raise error.at(f"{quantity.name}={shown(raw)}") from None
 
 
 def _read_range(text: str, quantity: Quantity) -> Range:
     parts = [part.strip() for part in text.split(":")]
+    if "," in text or len(parts) > 4:
+        _refuse(text)
     if len(parts) == 2 and all(map(number_and_unit, parts)):
         raise NoCountError(
             f"A range is start:stop:count, with how many values it has; got {shown(text)}.",
             hint=f"Write {shown(text.strip())}:100, for instance.",
         )
-    if len(parts) not in (3, 4):
+    if len(parts) == 2:
         _refuse(text)
     start, stop = _read_numbers(parts[:2], quantity)
-    return Range(start, stop, _read_count(parts[2]), parts[3] if len(parts) == 4 else "linear")
+    if not _COUNT.fullmatch(parts[2]):
+        raise RequestError(
+            f"The count of a range must be a whole number; got {shown(parts[2])}.",
+            hint="Write a range as in 0.5:6:400.",
+        )
+    return Range(start, stop, int(parts[2]), parts[3] if len(parts) == 4 else "linear")
 
 
 def _read_array(raw: npt.NDArray[Any], quantity: Quantity) -> Value:
@@ -171,39 +172,22 @@ def _read_numbers(raw: Sequence[object], quantity: Quantity) -> tuple[float, ...
 
 
 def _read_number(raw: object, quantity: Quantity) -> tuple[float, str]:
-    number, unit = _split(raw.strip()) if isinstance(raw, str) else (_plain(raw), "")
-    number = number * factor_to_si(unit, quantity) + 0.0
+    number, unit = math.nan, ""
+    if isinstance(raw, str):
+        found = number_and_unit(raw)
+        if found is not None:
+            number, unit = float(found[0]) * factor_to_si(found[1], quantity) + 0.0, found[1]
+        elif not NOT_FINITE.fullmatch(raw.strip()):
+            _refuse(raw.strip())
+    # bool is an int to Python; as a tilt it is a mistake
+    elif isinstance(raw, bool | np.bool_) or not isinstance(raw, Real):
+        _refuse(raw)
+    else:
+        with contextlib.suppress(OverflowError):
+            number = float(raw) + 0.0
     if not math.isfinite(number):
         raise RequestError(f"Every number must be finite; got {shown(raw)}.", hint="Give a finite number.")
     return number, unit
-
-
-def _split(text: str) -> tuple[float, str]:
-    if NOT_FINITE.fullmatch(text):
-        return math.nan, ""
-    found = number_and_unit(text)
-    if found is None:
-        _refuse(text)
-    return float(found[0]), found[1]
-
-
-def _plain(raw: object) -> float:
-    # bool is an int to Python; as a tilt it is a mistake.
-    if isinstance(raw, bool | np.bool_) or not isinstance(raw, Real):
-        _refuse(raw)
-    try:
-        return float(raw)
-    except OverflowError:
-        return math.inf
-
-
-def _read_count(text: str) -> int:
-    if _COUNT.fullmatch(text):
-        return int(text)
-    raise RequestError(
-        f"The count of a range must be a whole number; got {shown(text)}.",
-        hint="Write a range as in 0.5:6:400.",
-    )
 
 
 def _refuse(raw: object) -> NoReturn:
@@ -213,57 +197,172 @@ def _refuse(raw: object) -> NoReturn:
     raise RequestError(f"{shown(raw)} is no value. A value is {_VALUE}.", hint=hint)
 
 
-def number_and_unit(text: str) -> tuple[str, str] | None:
-    """Return the texts of the number and of the unit behind it, which may be empty; None if there is no number."""
-    match = _NUMBER.fullmatch(text.strip())
-    return (match[1], " ".join(match[2].split())) if match else None
+# -- what is allowed
+
+_Given = TypeVar("_Given", float, Value, Source)
 
 
-def plain_number(text: str) -> float:
-    """Return the number that a text spells in ASCII, without a unit; NaN if it spells none."""
-    match = _NUMBER.fullmatch(text.strip())
-    return float(match[1]) if match and not match[2] else math.nan
-
-
-def factor_to_si(unit: str, quantity: Quantity) -> float:
-    """Return the factor from a number in `unit` to the SI units of a quantity.
-
-    Parameters
-    ----------
-    unit : str
-        Names of `sweep.request.units`, multiplied and divided, with whole powers below 100: ``m s-2`` as in CF,
-        ``m/s2``, ``m/s**2``, ``m/(s*s)``, ``m·s⁻²``, ``meter per second``; empty for none.
-    quantity : Quantity
-        Says which units fit.
+def allowed(value: _Given, quantity: Input, raw: object) -> _Given:
+    """Return a value that the rule of its quantity allows: of a normal distribution its mean has to be possible.
 
     Raises
     ------
     RequestError
-        If the unit is not known, or measures something else.
-
-    Notes
-    -----
-    An angle is not a pure number here: ``alpha=3deg`` does not fit, nor does ``precession_rate=5Hz``, which leaves
-    open whether it counts radians or turns (say rad/s or turn/s).
+        If the rule does not allow it; `raw` is what was given.
     """
-    if not unit:
-        return 1.0
-    found, si = read_unit(unit), read_unit("dimensionless" if quantity.units == "1" else quantity.units)
-    if unit.startswith("."):
-        raise RequestError(
-            f"Behind a number comes its unit, not {shown(unit)!r}.",
-            hint="A number has one decimal point, as in 0.25; a range is start:stop:count, as in 2:4:300.",
-        )
-    if found is None or si is None:
-        raise RequestError(
-            f"The unit {shown(unit)!r} is not known: units are names such as deg, rpm, mm or kg, multiplied and "
-            "divided, each with a whole power below 100.",
-            hint="Check the spelling, as in deg, rpm, m/s2, rad s-1.",
-        )
-    if found[0] != si[0]:
-        fitting = _FITTING.get(quantity.units, quantity.units)
-        raise RequestError(
-            f"The unit {shown(unit)!r} does not fit: {quantity.name} takes {fitting}.",
-            hint="Use a unit that fits, or a bare number in SI.",
-        )
-    return found[1] / si[1]
+    if (outside := not_allowed(value, quantity, raw)) is None:
+        return value
+    text, rule = outside
+    raise RequestError(
+        f"{text} is not possible: {rule}.",
+        hint=degrees_meant(quantity, quantity.name, raw, _required(value)) or f"Choose values with {rule}.",
+        where=f"{quantity.name}={shown(raw)}",
+    )
+
+
+def not_allowed(value: Source, quantity: Input, raw: object) -> tuple[str, str] | None:
+    """Return the first number that the rule of a quantity does not allow, and the rule, both as `raw` was given."""
+    required = _required(value)
+    if quantity.allows(required).all():
+        return None
+    outside = as_given(float(required[~quantity.allows(required)][0]), quantity, raw)
+    return outside.text, rule_in(quantity, outside.unit)
+
+
+def _required(value: Source) -> Array:
+    return np.array([value]) if isinstance(value, float) else value.required()
+
+
+def degrees_meant(quantity: Input, word: str, raw: object, ends: Array) -> str:
+    """Return the hint that a bare number is in radians, where it would be possible in degrees; otherwise nothing.
+
+    `word` and `raw` are what was given: a word that stands for an angle has other numbers than the angle.
+    """
+    if word != quantity.name or not quantity.allows(np.radians(ends)).all():
+        return ""
+    if quantity.units != "rad" or any(unit for _, unit in _numbers_in(raw)):
+        return ""
+    example = "1deg:5deg:200"
+    if isinstance(raw, str | int | float) and str(raw).count(":") < 2:
+        example = f"{quantity.name}={re.sub('[^,:]+', lambda each: f'{each[0].strip()}deg', str(raw))}"
+    return f"A bare number is in radians; for degrees write them, as in {example}."
+
+
+# -- a value as it was given
+
+
+class Wording(NamedTuple):
+    """A value as a request gave it: its text, with its unit, and the unit alone; that is empty for a bare number."""
+
+    text: str
+    unit: str
+
+
+def as_given(value: float, quantity: Quantity, raw: object) -> Wording:
+    """Return how a request gave one of its values.
+
+    Parameters
+    ----------
+    value : float
+        In SI.
+    quantity : Quantity
+        What it is a value of.
+    raw : object
+        What was given: text with numbers and units, or anything without text, which is in SI.
+
+    Returns
+    -------
+    Wording
+        The number as it stands in the text. One that stands there nowhere, such as the tilt of an inclination, is in
+        the first unit of the text.
+    """
+    found = [(text, unit) for text, unit in _numbers_in(raw) if _fits(unit, quantity)]
+    for text, unit in found:
+        if (unit or float(text)) and float(text) * factor_to_si(unit, quantity) == value:
+            return Wording(f"{text} {unit or _si(quantity)}".rstrip(), unit)
+    unit = next((unit for _, unit in found if unit), "")
+    # zero is zero in every unit: then that of its rule
+    if found and not any(unit or float(text) for text, unit in found):
+        unit = "deg" if " deg" in getattr(quantity, "rule", "") else ""
+    return Wording(in_unit(value, quantity, unit), unit)
+
+
+def in_unit(value: float, quantity: Quantity, unit: str, digits: int = 10) -> str:
+    """Return a value [SI] in a unit that fits its quantity; in SI if that is empty."""
+    return f"{value / factor_to_si(unit, quantity):.{digits}g} {unit or _si(quantity)}".rstrip()
+
+
+def limit_in(value: float, quantity: Quantity, unit: str, *, upper: bool) -> str:
+    """Return a limit [SI] in a unit as `in_unit` does, rounded to the side of what is allowed."""
+    # 14 digits: the last ones are those of the division
+    exact = Decimal(f"{value / factor_to_si(unit, quantity):.14g}")
+    rounded = Context(prec=10, rounding=ROUND_FLOOR if upper else ROUND_CEILING).plus(exact)
+    return f"{float(rounded):.10g} {unit or _si(quantity)}".rstrip()
+
+
+def rule_in(quantity: Input, unit: str) -> str:
+    """Return the rule of a quantity with its limits in a unit that fits it; in SI if that is empty."""
+
+    def converted(found: re.Match[str]) -> str:
+        number = math.radians(float(found[1])) if found[2] == " deg" else float(found[1])
+        upper = _BEFORE_THE_LARGEST.search(quantity.rule[: found.start()]) is not None
+        return limit_in(number, quantity, unit, upper=upper) if number or found[2] else "0"
+
+    return _IN_A_RULE.sub(converted, quantity.rule)
+
+
+def words_given(
+    quantities: Sequence[Quantity], words: Mapping[str, Any], values: Mapping[str, float | str]
+) -> str:
+    """Return words of a request as they were given, with ``NAME=VALUE`` for each.
+
+    Parameters
+    ----------
+    quantities : sequence of Quantity
+        What the words give; all have one SI unit.
+    words : mapping of str to anything
+        The words of the request, as given.
+    values : mapping of str to number or word
+        In SI. A word that was not given, or given as a number without text, has its value in the first unit given;
+        in SI if none was.
+    """
+    units = [as_given(math.nan, each, words[each.name]).unit for each in quantities if each.name in words]
+    unit = next(filter(None, units), "")
+
+    def text(each: Quantity) -> str:
+        raw, value = words.get(each.name), values[each.name]
+        if isinstance(raw, str) or isinstance(value, str):
+            return shown(raw).strip() if isinstance(raw, str) else str(value)
+        return (in_unit(value, each, unit) if units else each.spell(value)).replace(" ", "", 1)
+
+    return " ".join(f"{each.name}={text(each)}" for each in quantities)
+
+
+def at_word(error: RequestError, words: Mapping[str, Any], values: Mapping[str, Any]) -> RequestError:
+    """Return the error of a check that knows values in SI alone, with the words that a request gave with a unit."""
+    message, where = error.message, error.where
+    for name, raw in words.items():
+        # what stands for a parameter is in no check
+        if name in values and any(unit for _, unit in _numbers_in(raw)):
+            given = f"{name}={shown(raw)}"
+            message = message.replace(f" {name}={values[name]}", f" {given}")
+            where = given if where == name else where
+    return type(error)(message, error.hint, where)
+
+
+def _numbers_in(raw: object) -> Iterator[tuple[str, str]]:
+    """Yield the text of every number in what was given, and that of its unit."""
+    texts = map(str, raw) if isinstance(raw, list | tuple) else [str(raw)]
+    for part in (part for text in texts for part in re.split("[:,]", text)):
+        if found := number_and_unit(part):
+            yield found
+
+
+def _fits(unit: str, quantity: Quantity) -> bool:
+    with contextlib.suppress(RequestError):
+        return factor_to_si(unit, quantity) > 0.0
+    return False
+
+
+def _si(quantity: Quantity) -> str:
+    return "" if quantity.units == "1" else quantity.units

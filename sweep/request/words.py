@@ -1,36 +1,26 @@
-"""The words of a request: where they come from, what each may say, and which one was meant by an unknown one."""
+"""The words of a request: what each may say, which model they choose, and how some of them change others."""
 
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-
-import numpy as np
+from typing import Any
 
 from sweep.errors import RequestError, shown
 from sweep.model import registry
 from sweep.model.description import Model
-from sweep.model.quantity import Array, Input, Word, table
-from sweep.request.as_given import as_given, numbers_in, rule_in
+from sweep.model.quantity import Input, Word, table
 from sweep.request.criterion import Criterion
-from sweep.request.distributions import Distribution, is_distribution, read_distribution
-from sweep.request.regular_files import read_regular
+from sweep.request.sources import Distribution
 from sweep.request.start_list import WORDS, read_list_word
-from sweep.request.start_table import Column, StartTable
+from sweep.request.start_table import Column, StartTable, names_in, read_table
 from sweep.request.suggestions import suggestion, unknown_word
-from sweep.request.values import NOT_FINITE, Value, plain_number, read_number, read_value
+from sweep.request.units import plain_number
+from sweep.request.values import NOT_FINITE, Value, allowed, read_distribution, read_number, read_value
 
 #: The word for `step` that leaves the step to the engine, which chooses it from each cell's own rates.
 AUTOMATIC = "auto"
 
 #: The words for `boundary`: as the grid has it, or bisected; and the width if none is given.
 GRID, REFINED, REFINED_WIDTH = "grid", "refined", 1e-9
-
-#: Bytes of a spec file at most, a list of 50,000 values; and dots between two commas or ends of lines: of a key of
-#: 20,000 parts the parser makes gigabytes.
-_MOST_BYTES, _MOST_DOTS = 2**20, 50
-
-#: Tables of a spec file that hold a sweep each, for `eulerdisk batch`; and how they are misspelt.
-SWEEP_TABLES = ("sweep", "sweeps")
 
 
 def options(model: Model) -> Mapping[str, Word]:
@@ -78,92 +68,6 @@ def model_for(named: object, given: Iterable[str], otherwise: str = registry.DEF
     model = registry.named(otherwise)
     known = known_words(model)
     return registry.chosen(name for name in given if name not in known) or model
-
-
-def presets(model: Model) -> tuple[str, ...]:
-    """Return the names of the presets of a model."""
-    return tuple(sorted(path.stem for path in model.presets.glob("*.toml")))
-
-
-def _every_preset() -> tuple[str, ...]:
-    """Return the names of all presets, those of the default model first."""
-    return tuple(name for model in registry.every() for name in presets(model))
-
-
-def find_spec_file(spec: str | Path) -> Path:
-    """Return the path of a preset or of a file; text without a folder or ``.toml`` is the name of a preset.
-
-    Raises
-    ------
-    RequestError
-        If it is the name of neither.
-    """
-    path = Path(spec)
-    if isinstance(spec, Path) or path.suffix == ".toml" or path.name != spec:
-        return path
-    # the presets of the default model first: the other models need not be loaded then
-    if spec in presets(registry.named(registry.DEFAULT)):
-        return registry.named(registry.DEFAULT).presets / f"{spec}.toml"
-    for model in registry.every():
-        if spec in presets(model):
-            return model.presets / f"{spec}.toml"
-    known = _every_preset()
-    example = f"rolling {spec}" if "=" in spec else "rolling"
-    from_atlas = f"Where a command goes on from an atlas, it is given with --from {shown(spec)}." * (
-        path.suffix == ".nc"
-    )
-    raise RequestError(
-        f"There is no preset {spec or 'without a name'}. A spec is a preset or a .toml file; presets are "
-        f"{', '.join(known)}.",
-        hint=from_atlas
-        or suggestion(spec, known)
-        or f"Name a preset, as in {example}, or a file, as in my-sweep.toml.",
-        where=shown(spec),
-    )
-
-
-def place(path: Path) -> str:
-    """Return what messages call a spec file: a preset by its name, any other by its path."""
-    return f"preset {path.stem}" if path.parent.name == "presets" else str(path)
-
-
-def read_file(path: Path) -> dict[str, object]:
-    """Return the words in a TOML file, in their order.
-
-    Raises
-    ------
-    RequestError
-        If the file cannot be read or is not TOML.
-    """
-    import tomllib
-
-    try:
-        text = read_regular(path, _MOST_BYTES).decode("utf-8-sig")
-        if any(part.count(".") > _MOST_DOTS for line in text.splitlines() for part in line.split(",")):
-            raise RecursionError
-        return tomllib.loads(text)
-    except OSError as problem:
-        raise RequestError(
-            f"The spec file cannot be read: {problem.strerror or type(problem).__name__}. A spec is a .toml file or a "
-            f"preset: {', '.join(_every_preset())}.",
-            hint="Check the path.",
-            where=str(path),
-        ) from problem
-    # a TOML error with its line, text that is not UTF-8, or a number beyond any size
-    except ValueError as problem:
-        raise RequestError(
-            f"The spec file is not TOML: {problem}. A spec file holds lines NAME = VALUE, text in quotes, as in "
-            'tilt = "0.1deg:5deg:200:log".',
-            hint="Correct that line.",
-            where=str(path),
-        ) from problem
-    except RecursionError as problem:
-        raise RequestError(
-            "The spec file is no request: its arrays, tables or dotted names are nested too deep to be read. A spec "
-            "file holds lines NAME = VALUE.",
-            hint="Write lists as in alpha = [0.5, 1].",
-            where=str(path),
-        ) from problem
 
 
 def split_words(
@@ -232,9 +136,10 @@ def read_word(
         return read_list_word(name, raw, model)
     if isinstance(raw, Column):
         return raw
-    if name in model.parameters and is_distribution(raw):
-        return read_distribution(raw, model.parameters[name])
     if name in model.parameters:
+        found = read_distribution(raw, model.parameters[name])
+        if found is not None:
+            return allowed(found, model.parameters[name], raw)
         return read_input(model.parameters[name], raw, read_value)
     if name in model.settings:
         return read_input(model.settings[name], raw, read_number)
@@ -281,41 +186,6 @@ def _word_meant(text: str, quantity: Input) -> str:
     if len(begun) > 1:
         return f"Write {' or '.join(f'{quantity.name}={word}' for word in begun)}."
     return suggestion(text, quantity.words) or f"Write {quantity.name}={quantity.words[0]}, or a value."
-
-
-def allowed(value: Value, quantity: Input, raw: object) -> Value:
-    """Return a value that the rule of its quantity allows.
-
-    Raises
-    ------
-    RequestError
-        If the rule does not allow it; `raw` is what was given.
-    """
-    ends = np.array([value]) if isinstance(value, float) else value.ends()
-    if quantity.allows(ends).all():
-        return value
-    outside = as_given(float(ends[~quantity.allows(ends)][0]), quantity, raw)
-    rule = rule_in(quantity, outside.unit)
-    raise RequestError(
-        f"{outside.text} is not possible: {rule}.",
-        hint=degrees_meant(quantity, quantity.name, raw, ends) or f"Choose values with {rule}.",
-        where=f"{quantity.name}={shown(raw)}",
-    )
-
-
-def degrees_meant(quantity: Input, word: str, raw: object, ends: Array) -> str:
-    """Return the hint that a bare number is in radians, where it would be possible in degrees; otherwise nothing.
-
-    `word` and `raw` are what was given: a word that stands for an angle has other numbers than the angle.
-    """
-    if word != quantity.name or not quantity.allows(np.radians(ends)).all():
-        return ""
-    if quantity.units != "rad" or any(unit for _, unit in numbers_in(raw)):
-        return ""
-    example = "1deg:5deg:200"
-    if isinstance(raw, str | int | float) and str(raw).count(":") < 2:
-        example = f"{quantity.name}={re.sub('[^,:]+', lambda each: f'{each[0].strip()}deg', str(raw))}"
-    return f"A bare number is in radians; for degrees write them, as in {example}."
 
 
 def _text(name: str, raw: object) -> str:
@@ -374,3 +244,63 @@ def _boundary(text: str) -> str:
         hint=f"Write boundary={REFINED}:1e-6.",
         where=f"boundary={shown(text)}",
     )
+
+
+def given_in(words: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the words that a request has, and the columns of the table that it names: they choose its model."""
+    table = words.get("starts")
+    # arrays and data frames have no truth value
+    none = table is None or (isinstance(table, str) and not table.strip())
+    return (*words, *(() if none else names_in(table)))
+
+
+def changes_in(words: Sequence[str], otherwise: str = registry.DEFAULT) -> dict[str, str]:
+    """Return the names and values of ``NAME=VALUE`` words that change a spec of a model, or choose another one.
+
+    Raises
+    ------
+    RequestError
+    """
+    found = pairs(words)
+    check_known(found, model_for(None, given_in(found), otherwise))
+    return found
+
+
+def check_known(words: Iterable[str], model: Model, others: Sequence[str] = ()) -> None:
+    """Refuse a name that is no word of a request for a model, nor one of `others`.
+
+    Raises
+    ------
+    RequestError
+    """
+    known = known_words(model)
+    for name in words:
+        if name not in known and name not in others:
+            unknown_word(name, known, model, _elsewhere())
+
+
+def beside(path: Path, words: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return words of a spec file; the path of the table that they name begins at the folder of the file."""
+    named = words.get("starts")
+    return {**words, "starts": path.parent / named} if isinstance(named, str) and named.strip() else words
+
+
+def with_table(words: Mapping[str, Any], model: Model) -> dict[str, Any]:
+    """Return words of which the table of starts, if one is given, has been read."""
+    raw = words.get("starts", "")
+    # arrays and data frames have no truth value
+    none = isinstance(raw, str) and not raw.strip()
+    return {**words} if none else {**words, "starts": read_table(raw, model)}
+
+
+def _elsewhere() -> Mapping[str, str]:
+    """Words that stand elsewhere, and where, for suggestions."""
+    words = {
+        name: f"it is a word of the model {model.name}, which it chooses where the request names no model"
+        for model in registry.every()
+        for name in model.chosen_by
+    }
+    beside = "and of a disk with losses, beside a loss such as rolling_friction=10um"
+    words |= dict.fromkeys(("mass", "friction"), f"it is a word of eulerdisk simulate, {beside}")
+    words |= {"interval": "it is a word of eulerdisk simulate"}
+    return words | {"model": f'a spec file names the model, as in model = "{registry.DEFAULT}"'}

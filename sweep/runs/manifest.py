@@ -18,7 +18,7 @@ from sweep.engine.compute import arithmetic_hash
 from sweep.engine.grid import Span, blocks, starts_of
 from sweep.errors import RequestError
 from sweep.platforms import processor
-from sweep.request.axes import Range, Values
+from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_text import both_written
 from sweep.runs.names import STARTS

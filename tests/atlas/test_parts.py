@@ -6,7 +6,7 @@ import pytest
 import sweep
 from sweep.atlas.parts import is_inside, nearest_cell, part_of
 from sweep.errors import RequestError
-from sweep.request.axes import Range
+from sweep.request.sources import Range
 from sweep.request.spec import SweepSpec
 
 

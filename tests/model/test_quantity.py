@@ -10,7 +10,7 @@ from sweep.model.disk.exact import AUDIT
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import CONTACT_VARIABLES, PARAMETERS, REDUCTION, SETTINGS, VARIABLES
 from sweep.model.quantity import DECISION, Quantity, positive, table
-from sweep.request.values import _FITTING
+from sweep.request.units import _FITTING
 
 QUANTITIES = [
     *PARAMETERS.values(),

@@ -31,7 +31,7 @@ HARMLESS = [
         "rates that the spec leaves to the cell",
         "rates that a spec leaves to the cell",
     ),
-    ("sweep/request/axes.py", '"A range must have count', '"The range must have count'),
+    ("sweep/request/sources.py", '"A range must have count', '"The range must have count'),
     ("sweep/engine/grid.py", "BLOCK_CELLS = 2**17", "BLOCK_CELLS = 2**16"),
     ("kernels/disk/motion_arrays.py", '"friction_along"', '"friction_ahead"'),
     ("sweep/version.py", '__version__ = "', '__version__ = "99.'),
@@ -54,7 +54,7 @@ DECISIVE = [
         "steady_precession_rates(tilt, starts",
         "steady_roll_rate(tilt, starts",
     ),
-    ("rk4", "sweep/request/axes.py", "return np.linspace(", "return np.geomspace("),
+    ("rk4", "sweep/request/sources.py", "return np.linspace(", "return np.geomspace("),
     ("contact", "kernels/disk/contact_extremes.py", "_KNOWN = 2.5e-7", "_KNOWN = 2.5e-8"),
     ("exact", "kernels/disk/exact/potential.py", "cos1 = there", "cos1 = there\n    cos1 *= 2.0"),
 ]

@@ -13,17 +13,7 @@ from hypothesis import strategies as st
 
 from sweep.errors import RequestError
 from sweep.model.quantity import DECISION, Quantity, table
-from sweep.request.expression import (
-    SIGNS,
-    AllOf,
-    AnyOf,
-    Comparison,
-    Flag,
-    Not,
-    Number,
-    Variable,
-    variables,
-)
+from sweep.request.expression import SIGNS, AllOf, AnyOf, Comparison, Flag, Not, Number, Variable, variables
 from sweep.request.expression_text import MOST_CHARACTERS, MOST_NESTED, read_expression
 
 WAYS = {0: "unknown", 1: "up", 2: "down"}

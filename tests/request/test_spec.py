@@ -16,10 +16,10 @@ from hypothesis import strategies as st
 from sweep.errors import RequestError
 from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.model import DISK, Disk
-from sweep.request.axes import Range, Values
 from sweep.request.criterion import Criterion
+from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
-from sweep.request.words import presets
+from sweep.request.spec_file import presets
 
 POSITIVE = st.floats(1e-3, 1e3)
 AXES = st.one_of(

@@ -12,7 +12,7 @@ import xarray as xr
 from sweep.engine.grid import whole
 from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
-from sweep.request.axes import Values
+from sweep.request.sources import Values
 from sweep.request.spec import SweepSpec
 from sweep.request.start_table import StartTable, read_table
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from sweep.errors import RequestError, shown
 from sweep.model.disk.tables import PARAMETERS, SETTINGS
 from sweep.model.quantity import DECISION, Quantity
-from sweep.request.axes import Range, Values
-from sweep.request.units import read_unit
-from sweep.request.values import factor_to_si, plain_number, read_number, read_value
+from sweep.request.sources import Range, Values
+from sweep.request.units import factor_to_si, plain_number, read_unit
+from sweep.request.values import read_number, read_value
 
 TILT, RATE, ROLL = PARAMETERS["tilt"], PARAMETERS["precession_rate"], PARAMETERS["roll_rate"]
 ALPHA, RADIUS, GRAVITY = PARAMETERS["alpha"], PARAMETERS["radius"], PARAMETERS["gravity"]

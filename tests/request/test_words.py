@@ -1,5 +1,7 @@
 """The words of a request: what each may say, where they come from, and which one was meant by an unknown one."""
 
+import os
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -7,6 +9,7 @@ from hypothesis import strategies as st
 from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
 from sweep.request.spec import SweepSpec
+from sweep.request.spec_file import read_regular
 from sweep.request.start_list import WORDS
 from sweep.request.words import known_words, names, options, read_word
 
@@ -206,3 +209,29 @@ def test_a_file_that_is_missing_is_refused_with_every_preset(tmp_path):
     """Those of all models, as where no preset has the name."""
     with pytest.raises(RequestError, match=r"preset: circling, rolling, spinning, .*toy.* Check the path"):
         SweepSpec.from_toml(tmp_path / "none.toml")
+
+
+def test_a_file_is_read_up_to_its_limit(tmp_path):
+    """All bytes of a file, or a refusal that says how many it has."""
+    path = tmp_path / "a"
+    path.write_bytes(b"abc")
+    assert read_regular(path, 3) == b"abc"
+    with pytest.raises(OSError, match="3 bytes or more, of at most 2"):
+        read_regular(path, 2)
+
+
+def test_what_is_no_file_is_not_waited_for(tmp_path):
+    """A pipe without a writer, a device without an end and a folder are refused at once."""
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "zero").symlink_to("/dev/zero")
+    for name in ("pipe", "zero"):
+        with pytest.raises(OSError, match="not a regular file"):
+            read_regular(tmp_path / name, 10)
+    with pytest.raises(IsADirectoryError):
+        read_regular(tmp_path, 10)
+
+
+def test_a_file_without_a_size_has_a_limit_too():
+    """What the system says is empty, and is not, is read no further than the limit."""
+    with pytest.raises(OSError, match="of at most 5"):
+        read_regular("/proc/self/environ", 5)

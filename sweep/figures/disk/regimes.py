@@ -21,7 +21,7 @@ from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, map_panel
 from sweep.model.disk.model import DISK
 from sweep.model.disk.theory import saddle_node_rates
 from sweep.model.quantity import Array, Truths
-from sweep.request.axes import Values
+from sweep.request.sources import Values
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from sweep.atlas.boundary import theory_lines
 from sweep.model.disk import theory
 from sweep.model.disk.theory import carried_rates
-from sweep.request.axes import Range
+from sweep.request.sources import Range
 from sweep.request.spec import SweepSpec
 from sweep.runs.in_memory import run
 

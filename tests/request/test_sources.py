@@ -1,14 +1,95 @@
-"""Random values: the words for them, the generator behind them, and the distribution that they have."""
+"""What gives cells their values: ranges and lists along an axis, and random values with the generator behind them."""
 
 import hashlib
+from unittest import mock
 
 import numpy as np
 import pytest
+from hypothesis import assume, example, given
+from hypothesis import strategies as st
 from scipy import stats
 
 from sweep.errors import RequestError
+from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import PARAMETERS
-from sweep.request.distributions import Distribution, philox, read_distribution
+from sweep.request import sources
+from sweep.request.sources import Distribution, Range, Values, philox
+from sweep.request.values import read_distribution
+from sweep.request.words import read_word
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+
+
+def test_a_linear_range_is_even():
+    """Five values from 0 to 1 are the quarters."""
+    assert Range(0.0, 1.0, 5).array().tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+
+
+def test_a_logarithmic_range_has_one_ratio():
+    """Four values from 1 to 1000 are the powers of ten."""
+    np.testing.assert_allclose(
+        Range(1.0, 1000.0, 4, "log").array(), [1, 10, 100, 1000], rtol=1e-14
+    )  # rounding
+
+
+@example(5e-324, 4.9e-272, 263, "log")
+@example(0.0, 5e-323, 300, "linear")
+@given(FINITE, FINITE, st.integers(2, 500), st.sampled_from(["linear", "log"]))
+def test_every_accepted_range_is_a_coordinate(start, stop, count, spacing):
+    """Whatever range is not refused has exact ends, its count, and strictly increasing finite values."""
+    # most pairs drawn at random would be refused, for their order or their signs
+    start, stop = sorted(map(abs, (start, stop)) if spacing == "log" else (start, stop))
+    try:
+        axis = Range(start, stop, count, spacing)
+    except RequestError:
+        assume(False)
+    values = axis.array()
+    assert values.dtype == np.float64
+    assert (values[0], values[-1], len(values)) == (start, stop, count)
+    assert (np.diff(values) > 0).all()
+    assert np.isfinite(values).all()
+
+
+NORMAL = st.floats(-1e300, 1e300, allow_subnormal=False)
+
+
+@given(NORMAL, NORMAL, st.integers(2, 500), st.sampled_from(["linear", "log"]), st.data())
+def test_chosen_values_of_a_long_range(start, stop, count, spacing, data):
+    """Of a range that is too long to be made whole, each value has the bits that it has among all."""
+    start, stop = sorted(map(abs, (start, stop)) if spacing == "log" else (start, stop))
+    try:
+        axis = Range(start, stop, count, spacing)
+    except RequestError:
+        assume(False)
+    places = data.draw(st.lists(st.integers(0, count - 1)))
+    with mock.patch.object(sources, "_MANY", 1):
+        assert axis.at(places).tobytes() == axis.array()[np.array(places, int)].tobytes()
+
+
+@given(st.lists(FINITE, min_size=1, unique=True).map(sorted))
+def test_a_list_has_its_values(numbers):
+    """Values given one by one are the coordinate, to the last bit; the ends are its first and its last."""
+    axis = Values(tuple(numbers))
+    assert axis.array().tolist() == numbers
+    assert axis.ends().tolist() == [numbers[0], numbers[-1]]
+    assert len(axis) == len(numbers)
+
+
+def test_minus_zero_is_zero():
+    """-0 and 0 are one value, so that equal axes also read the same."""
+    assert str(Range(-1.0, -0.0, 3)) == "-1.0:0.0:3"
+    assert str(Values((-0.0, 1.0))) == "0.0,1.0"
+
+
+def test_axes_made_in_python_are_checked():
+    """An axis that was not read from text obeys the same rules."""
+    for kind, *words in [
+        (Range, "a", 2.0, 3), (Range, None, 2.0, 3), (Range, 1.0, 2.0, 3.0), (Range, 1.0, 2.0, True),
+        (Values, 3), (Values, ("a",)),
+    ]:  # fmt: skip
+        with pytest.raises(RequestError):
+            kind(*words)
+
 
 WORDS = np.arange(1000)
 MASK = 2**64 - 1
@@ -109,11 +190,11 @@ def test_a_distribution_reads_as_it_is_written():
 def test_what_is_no_distribution():
     """It is refused, with what would do and the word that it stands in."""
     for name, text, says in [
-        ("tilt", "uniform:1deg:90deg", "an end of 90 deg, which is not possible: |tilt| < 90 deg"),
-        ("tilt", "normal:95deg:1deg", "a mean of 95 deg"),
-        ("tilt", "uniform:1:2", "bare number is in SI (radians"),
-        ("alpha", "uniform:0:1", "an end of 0"),
-        ("alpha", "normal:1.2:0.1", "a mean of 1.2"),
+        ("tilt", "uniform:1deg:90deg", "90 deg is not possible: |tilt| < 90 deg"),
+        ("tilt", "normal:95deg:1deg", "95 deg is not possible"),
+        ("tilt", "uniform:1:2", "bare number is in radians"),
+        ("alpha", "uniform:0:1", "0 is not possible"),
+        ("alpha", "normal:1.2:0.1", "1.2 is not possible"),
         ("tilt", "uniform:2deg:1deg", "goes up, low < high"),
         ("tilt", "uniform:1deg:1deg", "one number for all starts"),
         ("tilt", "normal:1deg:0", "must be greater than 0"),
@@ -128,6 +209,6 @@ def test_what_is_no_distribution():
         ("roll_rate", "uniform:0:1e301", "below 1e300"),
     ]:
         with pytest.raises(RequestError) as caught:
-            read_distribution(text, PARAMETERS[name])
+            read_word(name, text, DISK)
         assert says in str(caught.value)
         assert str(caught.value).startswith(f"{name}={text}: ")

@@ -1,0 +1,124 @@
+"""Spec files and presets: where they are, and the words in them."""
+
+import errno
+import os
+import stat
+from pathlib import Path
+
+from sweep.errors import RequestError, shown
+from sweep.model import registry
+from sweep.model.description import Model
+from sweep.request.suggestions import suggestion
+
+#: Bytes of a spec file at most, a list of 50,000 values; and dots between two commas or ends of lines: of a key of
+#: 20,000 parts the parser makes gigabytes.
+_MOST_BYTES, _MOST_DOTS = 2**20, 50
+
+#: Tables of a spec file that hold a sweep each, for `eulerdisk batch`; and how they are misspelt.
+SWEEP_TABLES = ("sweep", "sweeps")
+
+
+def presets(model: Model) -> tuple[str, ...]:
+    """Return the names of the presets of a model."""
+    return tuple(sorted(path.stem for path in model.presets.glob("*.toml")))
+
+
+def _every_preset() -> tuple[str, ...]:
+    """Return the names of all presets, those of the default model first."""
+    return tuple(name for model in registry.every() for name in presets(model))
+
+
+def find_spec_file(spec: str | Path) -> Path:
+    """Return the path of a preset or of a file; text without a folder or ``.toml`` is the name of a preset.
+
+    Raises
+    ------
+    RequestError
+        If it is the name of neither.
+    """
+    path = Path(spec)
+    if isinstance(spec, Path) or path.suffix == ".toml" or path.name != spec:
+        return path
+    # the presets of the default model first: the other models need not be loaded then
+    if spec in presets(registry.named(registry.DEFAULT)):
+        return registry.named(registry.DEFAULT).presets / f"{spec}.toml"
+    for model in registry.every():
+        if spec in presets(model):
+            return model.presets / f"{spec}.toml"
+    known = _every_preset()
+    example = f"rolling {spec}" if "=" in spec else "rolling"
+    from_atlas = f"Where a command goes on from an atlas, it is given with --from {shown(spec)}." * (
+        path.suffix == ".nc"
+    )
+    raise RequestError(
+        f"There is no preset {spec or 'without a name'}. A spec is a preset or a .toml file; presets are "
+        f"{', '.join(known)}.",
+        hint=from_atlas
+        or suggestion(spec, known)
+        or f"Name a preset, as in {example}, or a file, as in my-sweep.toml.",
+        where=shown(spec),
+    )
+
+
+def place(path: Path) -> str:
+    """Return what messages call a spec file: a preset by its name, any other by its path."""
+    return f"preset {path.stem}" if path.parent.name == "presets" else str(path)
+
+
+def read_file(path: Path) -> dict[str, object]:
+    """Return the words in a TOML file, in their order.
+
+    Raises
+    ------
+    RequestError
+        If the file cannot be read or is not TOML.
+    """
+    import tomllib
+
+    try:
+        text = read_regular(path, _MOST_BYTES).decode("utf-8-sig")
+        if any(part.count(".") > _MOST_DOTS for line in text.splitlines() for part in line.split(",")):
+            raise RecursionError
+        return tomllib.loads(text)
+    except OSError as problem:
+        raise RequestError(
+            f"The spec file cannot be read: {problem.strerror or type(problem).__name__}. A spec is a .toml file or a "
+            f"preset: {', '.join(_every_preset())}.",
+            hint="Check the path.",
+            where=str(path),
+        ) from problem
+    # a TOML error with its line, text that is not UTF-8, or a number beyond any size
+    except ValueError as problem:
+        raise RequestError(
+            f"The spec file is not TOML: {problem}. A spec file holds lines NAME = VALUE, text in quotes, as in "
+            'tilt = "0.1deg:5deg:200:log".',
+            hint="Correct that line.",
+            where=str(path),
+        ) from problem
+    except RecursionError as problem:
+        raise RequestError(
+            "The spec file is no request: its arrays, tables or dotted names are nested too deep to be read. A spec "
+            "file holds lines NAME = VALUE.",
+            hint="Write lists as in alpha = [0.5, 1].",
+            where=str(path),
+        ) from problem
+
+
+def read_regular(path: Path, most: int) -> bytes:
+    """Return the content of a regular file of so many bytes at most; an OSError says that it is none, or too large.
+
+    A pipe would be waited for without end, and a device read without end.
+    """
+    found = os.stat(path)
+    if stat.S_ISDIR(found.st_mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+    if not stat.S_ISREG(found.st_mode):
+        raise OSError(errno.EINVAL, "It is not a regular file")
+    with open(path, "rb") as file:
+        # what /proc shows as empty may have content
+        content = b"" if found.st_size > most else file.read(most + 1)
+    if max(found.st_size, len(content)) > most:
+        raise OSError(
+            errno.EFBIG, f"It has {max(found.st_size, len(content))} bytes or more, of at most {most}"
+        )
+    return content
