@@ -22,8 +22,8 @@ from journal_cost import large
 
 import sweep
 from sweep.errors import StoppedError
+from sweep.runs.folder import directory_of
 from sweep.runs.journal import BLOCK, BLOCKS, DAMAGED, Journal
-from sweep.runs.names import directory_of
 from sweep.runs.run import run_to_file
 
 #: A second of work in small blocks; falls, bounded cells and refinements among them.

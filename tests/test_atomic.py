@@ -43,7 +43,7 @@ REMOVERS = {
     "sweep/files/publish.py",
     "sweep/runs/run_directory.py",
     "sweep/runs/run.py",
-    "sweep/runs/locks.py",
+    "sweep/runs/folder.py",
 }
 
 

@@ -35,7 +35,7 @@ def info(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, in SI, instead of words.")] = False,
 ) -> None:
     """Say in words what is in an atlas, or how far an unfinished run is."""
-    from sweep.runs.names import unfinished
+    from sweep.runs.folder import unfinished
 
     folder = unfinished(atlas)
     if folder is not None and as_json:

@@ -181,9 +181,9 @@ def plan(
     ] = True,
 ) -> None:
     """Say what a run takes: cells, blocks, time, memory, disk. Nothing is written; 1 if it does not fit the disk."""
-    from sweep.engine import estimate
     from sweep.files.paths import check_atlas_name, check_target
-    from sweep.runs.forecast import Forecast, describe
+    from sweep.files.publish import check_room
+    from sweep.runs.forecast import Forecast, describe, file_bytes, journal_bytes, least_cells, suitable_block
 
     check_atlas_name(output)
     request = read_request(spec, with_starts(words, starts), None)
@@ -196,15 +196,15 @@ def plan(
 
         used, there = usable_threads(threads), available_threads()
         found = Forecast.measured(request, threads)
-        block_cells = block_cells or estimate.suitable_block(found.rate, estimate.least_cells(threads))
+        block_cells = block_cells or suitable_block(found.rate, least_cells(threads))
     show("\n".join(describe(request, output, found, block_cells, used, there)))
     _warn(request)
     try:
         if found is None:
-            bound = estimate.journal_bytes(request, request.size) + estimate.file_bytes(request)
-            estimate.check_room(output, bound)
+            bound = journal_bytes(request, request.size) + file_bytes(request)
+            check_room(output, bound)
         else:
-            estimate.check_room(output, found.journal_bytes(request) + found.file_bytes(request))
+            check_room(output, found.journal_bytes(request) + found.file_bytes(request))
     except RequestError as problem:
         show(f"does not fit: {problem}")
         raise typer.Exit(1) from None
@@ -216,11 +216,11 @@ def warmup() -> None:
     EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them. A model that
     cannot be loaded is reported and left out. With EULERDISK_NOTICES=no nothing is said of what takes seconds.
     """
-    from sweep.engine.estimate import coarse
     from sweep.model import registry
     from sweep.model.kernel import Kernel, cache_root, check_cache
     from sweep.request.spec import SweepSpec
     from sweep.request.spec_file import presets
+    from sweep.runs.forecast import coarse
     from sweep.runs.in_memory import run
 
     kernels: list[Kernel] = []

@@ -4,10 +4,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sweep.atlas.selection import BETWEEN, as_atlas, require_atlas
-from sweep.engine.estimate import FILE_SHARE, check_room
 from sweep.errors import RequestError, shown
 from sweep.files.paths import check_target
-from sweep.files.publish import published
+from sweep.files.publish import FILE_SHARE, check_room, published
 from sweep.request.criterion import Criterion
 
 if TYPE_CHECKING:

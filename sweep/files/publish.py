@@ -9,10 +9,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from sweep.atomic import create_temporary, create_temporary_folder, publish, publish_folder
-from sweep.errors import StorageError
+from sweep.errors import RequestError, StorageError
 
 #: Errors of the system that mean "no room": the disk is full, or a quota or a limit on file sizes is reached.
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+#: An atlas compresses to about this share of its cells' bytes at most (measured: 0.3 to 0.75).
+FILE_SHARE = 0.8
 
 
 @contextlib.contextmanager
@@ -123,3 +126,42 @@ def _probe(folder: Path, size: int) -> int:
         with contextlib.suppress(OSError):
             unfinished.unlink()
     return 0
+
+
+def check_room(path: Path, needed: float) -> None:
+    """Refuse what does not fit the disk.
+
+    Parameters
+    ----------
+    path : Path
+        A file on that disk, which need not exist; its folder does.
+    needed : float
+        Bytes to be written.
+
+    Raises
+    ------
+    RequestError
+    """
+    free = free_bytes(path)
+    if needed > free:
+        raise RequestError(
+            f"The atlas does not fit on the disk: the file and the journal that it is made from take about "
+            f"{size(needed)}, and {size(free)} are free in {path.parent.resolve()}.",
+            hint=f"Free {size(needed - free)}, use fewer cells or another disk.",
+            where=str(path),
+        )
+
+
+def free_bytes(path: Path) -> float:
+    """Return the bytes that are free on the disk of a file, which need not exist; infinite if that is not known."""
+    # a file system that has no size does not say what it takes: /proc takes nothing, some network mounts anything
+    usage = shutil.disk_usage(path.parent)
+    return usage.free if usage.total else math.inf
+
+
+def size(count: float) -> str:
+    """Return a number of bytes for people."""
+    for factor, unit in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB")):
+        if count >= 10 * factor:
+            return f"{count / factor:.0f} {unit}"
+    return f"{count / 1e6:.1f} MB"

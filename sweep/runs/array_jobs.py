@@ -3,7 +3,6 @@
 import shlex
 from pathlib import Path
 
-from sweep.engine import estimate
 from sweep.engine.compute import usable_threads
 from sweep.errors import RequestError, StoppedError, are, counted
 from sweep.files.paths import check_target
@@ -11,10 +10,9 @@ from sweep.files.publish import refusals
 from sweep.progress.timetable import COMPUTING, Show
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import Say, Stopping, local, no_op
-from sweep.runs.forecast import READING, of_journal, of_part
+from sweep.runs.folder import SUFFIX, locked, resolved
+from sweep.runs.forecast import READING, file_bytes, of_journal, of_part
 from sweep.runs.journal import Journal
-from sweep.runs.locks import locked
-from sweep.runs.names import SUFFIX, resolved
 from sweep.runs.run import Failures, publish_from_journal
 from sweep.runs.run_directory import begin_or_resume, check_same_run, claimed
 
@@ -107,5 +105,5 @@ def assemble(
                 hint="Run the parts again that did not end well; finished blocks are kept.",
                 where=str(folder),
             )
-        with refusals(path, lambda: estimate.file_bytes(journal.spec), journal.kept):
+        with refusals(path, lambda: file_bytes(journal.spec), journal.kept):
             return path, publish_from_journal(journal, path, timetable, threads)

@@ -1,21 +1,61 @@
-"""What a run will take, measured on samples of its cells: seconds, and bytes on disk."""
+"""What a run will take: seconds, measured on samples of its cells, and bytes on disk and in memory.
+
+Nothing heavy is imported here before the speed of the kernels is measured.
+"""
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Self
 
+import numpy as np
+
 from sweep.atlas.cf_metadata import cell_declarations
-from sweep.engine import estimate
-from sweep.engine.compute import derive_block, measure_block
-from sweep.engine.grid import MOST_BLOCK_CELLS, Span
+from sweep.engine.compute import (
+    check_device,
+    compute,
+    derive_block,
+    measure_block,
+    measured_quantities,
+    usable_threads,
+    use_threads,
+)
+from sweep.engine.grid import MOST_BLOCK_CELLS, Span, whole
 from sweep.errors import RequestError, counted
+from sweep.files.publish import FILE_SHARE, check_room, free_bytes, size
 from sweep.files.raw_chunks import packed
+from sweep.model.kernel import chunk_cells
+from sweep.model.quantity import Quantity
 from sweep.progress.timetable import COMPUTING, SEARCHING, Show, Stage, Timetable, duration
 from sweep.request.spec import SweepSpec
 from sweep.runs.journal import encode
+
+#: A crash costs the blocks in the making: of about this many seconds.
+_BLOCK_SECONDS = 1.5
+
+#: Bytes of a process that holds the compiler and the libraries of files, before it has a cell.
+_PROCESS_BYTES = 270e6
+
+#: Bytes per cell of a block in all its stages at once: being computed, being written, being compressed.
+_STAGES_BYTES = 500
+
+#: Bytes of a row of an edge in a file: four numbers and a code.
+_EDGE_BYTES = 33
+
+#: Bytes of memory of a row while its edge is sought; rows whose brackets are bisected at a time, and bytes of
+#: each.
+_ROW_BYTES, _ROWS_AT_ONCE, _STARTS_BYTES = 40, 2**16, 800
+
+#: Bytes of a value of a start of a table.
+_START_BYTES = 8
+
+#: Bytes of memory of a cell and of a point of the curves of a refined boundary while they are joined.
+_PLANE_BYTES, _POINT_BYTES = 3, 160
+
+#: Bytes of a point along one axis in a file: its place and its half-width.
+_STORED_BYTES = 16
 
 #: Seconds per cell to read and check a block of the journal; and of one thread to derive, filter and write a cell.
 #: Measured with 1e7 cells of 52 bytes on a busy machine.
@@ -25,6 +65,186 @@ _READING, _WRITING = 8e-8, 5e-7
 #: Names of stages, beside those that every sweep has.
 READING: Final = "reading what is there"
 WRITING: Final = "writing"
+
+#: Stretches of the grid that are kept and filtered as a run does it, and cells of each.
+_STRETCHES, _CELLS = 3, 8192
+
+#: Seconds that computing a stretch, or some rows, may take; cells per second where they were not measured.
+_PATIENCE, _RATE_UNKNOWN = 0.1, 1e4
+
+#: Seconds in which a run loads its kernels, chooses its blocks and makes its folder, once the kernels are compiled.
+_LOADING = 0.3
+
+#: What the bytes of other stretches may have more than those of the samples.
+_MARGIN = 1.1
+
+#: Rows in which the boundary is searched and cells of each, at most; how many fewer the first search has; cells that
+#: the bisection of a row computes.
+_ROWS, _ALONG, _FEWER, _HALVINGS = 2048, 128, 8, 40
+
+#: Cells from which on the bytes on disk are worth a sample; below that the bounds are small.
+_FEW = 10_000
+
+
+# -- bytes
+
+
+def cell_bytes(spec: SweepSpec) -> int:
+    """Return the bytes of one cell's variables in the file."""
+    parameters = {name: spec.quantities[name] for name in (*spec.computed, *spec.listed)}
+    return _bytes({**spec.model.cell_variables(spec), **parameters})
+
+
+def journal_bytes(spec: SweepSpec, cells: int) -> float:
+    """Return the bytes that finished blocks of so many cells take on disk, at most: of what repeats they have less."""
+    return 1.01 * cells * _bytes(measured_quantities(spec)) + table_bytes(spec) + 1e4
+
+
+def table_bytes(spec: SweepSpec) -> int:
+    """Return the bytes of the values of a table of starts, in memory and in the folder of its run."""
+    return _START_BYTES * len(spec.listed) * spec.size if spec.starts else 0
+
+
+def _bytes(quantities: Mapping[str, Quantity]) -> int:
+    return sum(np.dtype(each.dtype).itemsize for each in quantities.values())
+
+
+def file_bytes(spec: SweepSpec) -> float:
+    """Return the bytes of the finished file, at most."""
+    return FILE_SHARE * spec.size * cell_bytes(spec) + plain_bytes(spec, edges=2) + 1e5
+
+
+def plain_bytes(spec: SweepSpec, edges: int = 1) -> float:
+    """Return the bytes of the axes, of so many edges along every control, and of curves, stored as they are."""
+    rows = sum(spec.size // len(getattr(spec, axis)) for axis in spec.model.controls(spec.axes))
+    points = _STORED_BYTES * len(spec.axes) * curve_points(spec)
+    return 8.0 * sum(spec.shape) + _EDGE_BYTES * edges * rows + points
+
+
+def memory_bytes(spec: SweepSpec, block_cells: int = MOST_BLOCK_CELLS) -> float:
+    """Return the resident bytes of a run at their largest."""
+    stages = _STAGES_BYTES * min(block_cells, spec.size)
+    return _PROCESS_BYTES + stages + boundary_bytes(spec) + table_bytes(spec)
+
+
+def boundary_bytes(spec: SweepSpec) -> float:
+    """Return the bytes that the search for the boundary holds at most: the verdicts, its rows and its curves."""
+    rows = [spec.size // len(getattr(spec, axis)) for axis in spec.model.controls(spec.axes)]
+    most = max(rows, default=0)
+    held = _ROW_BYTES * most + _STARTS_BYTES * min(most, _ROWS_AT_ONCE)
+    points = curve_points(spec)
+    return spec.size + held + _PLANE_BYTES * spec.size * bool(points) + _POINT_BYTES * points
+
+
+def curve_points(spec: SweepSpec) -> int:
+    """Return about how many points the curves of a refined boundary have: one on each line of cells, either way."""
+    if spec.boundary_width is None or len(spec.axes) < 2:
+        return 0
+    lines, line = spec.shape[-2:]
+    return (lines + line) * (spec.size // (lines * line))
+
+
+# -- cells of a block, and the speed of a machine
+
+
+def suitable_block(rate: float, least: int) -> int:
+    """Return the cells of a block, a multiple of `least`, at `rate` cells per second."""
+    wanted = int(rate * _BLOCK_SECONDS) // least * least
+    return min(max(wanted, least), max(MOST_BLOCK_CELLS, least))
+
+
+def cells_per_second(
+    spec: SweepSpec,
+    threads: int | None = None,
+    *,
+    patience: float = 0.2,
+    clock: Callable[[], float] = time.perf_counter,
+) -> float:
+    """Measure how many cells of a spec are computed in a second.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    threads : int, optional
+        As in `compute.use_threads`.
+    patience : float
+        Seconds of computing that are measurement enough.
+    clock : callable
+        Returns a time [s].
+
+    Raises
+    ------
+    RequestError
+        If `threads` is out of range, or the spec's device is not there.
+    """
+    use_threads(threads)
+    check_device(spec)
+    wanted = usable_threads(threads)
+    # loading or compiling the kernels is not what is measured
+    _seconds(coarse(spec, 1), clock)
+    cells = 256
+    while True:
+        sample = coarse(spec, cells)
+        took = _seconds(sample, clock)
+        if took < patience:
+            # the shorter of two: on a busy machine a short measurement may have waited more than it worked
+            took = min(took, _seconds(sample, clock))
+        if took >= patience or cells >= min(spec.size, MOST_BLOCK_CELLS):
+            # a small sample does not keep all threads busy
+            return sample.size / took * wanted / min(wanted, -(-sample.size // least_cells(1)))
+        # grow slowly, so that the next sample does not take much longer than `patience`
+        cells *= 4 if 8 * took < patience else 2
+
+
+def _seconds(spec: SweepSpec, clock: Callable[[], float]) -> float:
+    began = clock()
+    compute(spec, whole(spec))
+    return clock() - began
+
+
+def block_cells(spec: SweepSpec, threads: int | None = None) -> int:
+    """Choose the cells of a block: some seconds of work, but not more than memory and a small loss allow.
+
+    Raises
+    ------
+    RequestError
+        If `threads` is out of range.
+    """
+    least = least_cells(threads)
+    if spec.size <= least:
+        return least
+    # the processor's time: on a busy machine the clock on the wall would lead to blocks too small to be worth a file
+    rate = cells_per_second(spec, 1, patience=0.02, clock=time.process_time) * usable_threads(threads)
+    return suitable_block(rate, least)
+
+
+def least_cells(threads: int | None = None) -> int:
+    """Return the cells of a block that gives every thread something to do.
+
+    Raises
+    ------
+    RequestError
+        If `threads` is out of range.
+    """
+    return chunk_cells() * usable_threads(threads)
+
+
+def coarse(spec: SweepSpec, cells: int) -> SweepSpec:
+    """Return a spec of about so many cells of another, spread evenly over its grid; of random starts the first ones."""
+    if spec.samples:
+        # as good as others, and drawn together
+        return spec.replace(start=spec.start.at(np.arange(min(cells, spec.size))))
+    share = (min(cells, spec.size) / spec.size) ** (1.0 / max(len(spec.axes), 1))
+    picked: dict[str, list[float]] = {}
+    for name in spec.axes:
+        # not all values: a range may have more of them than memory holds
+        axis = getattr(spec, name)
+        count = max(1, round(len(axis) * share))
+        picked[name] = axis.at([(2 * i + 1) * len(axis) // (2 * count) for i in range(count)]).tolist()
+    return spec.replace(**picked)
+
+
+# -- stages
 
 
 def of_run(spec: SweepSpec, missing: int, threads: int | None, show: Show) -> Timetable:
@@ -63,24 +283,7 @@ def bisected_cells(spec: SweepSpec) -> int:
     return cells * (1 if len(spec.axes) < 2 else 2)
 
 
-#: Stretches of the grid that are kept and filtered as a run does it, and cells of each.
-_STRETCHES, _CELLS = 3, 8192
-
-#: Seconds that computing a stretch, or some rows, may take; cells per second where they were not measured.
-_PATIENCE, _RATE_UNKNOWN = 0.1, 1e4
-
-#: Seconds in which a run loads its kernels, chooses its blocks and makes its folder, once the kernels are compiled.
-_LOADING = 0.3
-
-#: What the bytes of other stretches may have more than those of the samples.
-_MARGIN = 1.1
-
-#: Rows in which the boundary is searched and cells of each, at most; how many fewer the first search has; cells that
-#: the bisection of a row computes.
-_ROWS, _ALONG, _FEWER, _HALVINGS = 2048, 128, 8, 40
-
-#: Cells from which on the bytes on disk are worth a sample; below that the bounds of `estimate` are small.
-_FEW = 10_000
+# -- a forecast
 
 
 @dataclass(frozen=True)
@@ -116,7 +319,7 @@ class Forecast:
             If `threads` is out of range, or the spec's device is not there.
         """
         start = time.process_time() + _LOADING
-        rate = estimate.cells_per_second(spec, threads)
+        rate = cells_per_second(spec, threads)
         keeping, journal, file = _keeping(spec, rate)
         return cls(rate, keeping, journal, file, start, bisected_cells(spec) / rate)
 
@@ -136,11 +339,11 @@ class Forecast:
 
     def journal_bytes(self, spec: SweepSpec) -> float:
         """Return the bytes of the journal."""
-        return min(self.journal * spec.size + 1e4, estimate.journal_bytes(spec, spec.size))
+        return min(self.journal * spec.size + 1e4, journal_bytes(spec, spec.size))
 
     def file_bytes(self, spec: SweepSpec) -> float:
         """Return the bytes of the file."""
-        return min(self.file * spec.size + estimate.plain_bytes(spec) + 1e5, estimate.file_bytes(spec))
+        return min(self.file * spec.size + plain_bytes(spec) + 1e5, file_bytes(spec))
 
 
 def describe(
@@ -175,27 +378,27 @@ def describe(
     )
     blocks = f"{math.ceil(spec.size / most)} of {counted(min(most, spec.size), 'cell')}"
     expected, about = "not measured", "at most"
-    journal, file = estimate.journal_bytes(spec, spec.size), estimate.file_bytes(spec)
+    journal, file = journal_bytes(spec, spec.size), file_bytes(spec)
     if found is not None:
         taken = duration(found.seconds(spec, threads, processors))
         expected, about = f"about {taken} ({found.rate:.3g} cells per second)", "about"
         journal, file = found.journal_bytes(spec), found.file_bytes(spec)
-    free = estimate.free_bytes(path)
-    room = f"{estimate.size(free)} free" if math.isfinite(free) else "free space unknown"
+    free = free_bytes(path)
+    room = f"{size(free)} free" if math.isfinite(free) else "free space unknown"
     return [
         f"cells    {spec.size} ({shape})",
         f"blocks   {blocks}" if cells else f"blocks   at least {blocks} at most",
         f"time     {expected}",
-        f"memory   about {estimate.size(estimate.memory_bytes(spec, most))}",
-        f"disk     {about} {estimate.size(journal)} for the journal, which goes at the end, and {about} "
-        f"{estimate.size(file)} for the file; {room} in {path.parent.resolve()}",
+        f"memory   about {size(memory_bytes(spec, most))}",
+        f"disk     {about} {size(journal)} for the journal, which goes at the end, and {about} "
+        f"{size(file)} for the file; {room} in {path.parent.resolve()}",
     ]
 
 
-def check_room(path: Path, spec: SweepSpec, cells: int) -> None:
+def check_run_fits(path: Path, spec: SweepSpec, cells: int) -> None:
     """Refuse a run that does not fit the disk.
 
-    The bounds of `estimate` are wide: only where they do not fit are some cells computed, to know better.
+    The bounds of `file_bytes` are wide: only where they do not fit are some cells computed, to know better.
 
     Parameters
     ----------
@@ -209,15 +412,15 @@ def check_room(path: Path, spec: SweepSpec, cells: int) -> None:
     ------
     RequestError
     """
-    most = estimate.journal_bytes(spec, cells) + estimate.file_bytes(spec)
+    most = journal_bytes(spec, cells) + file_bytes(spec)
     try:
-        estimate.check_room(path, most)
+        check_room(path, most)
     except RequestError:
         if spec.size < _FEW:
             raise
         _, journal, file = _keeping(spec, _RATE_UNKNOWN)
-        known = journal * cells + file * spec.size + estimate.plain_bytes(spec, edges=2) + 1e5
-        estimate.check_room(path, min(most, known))
+        known = journal * cells + file * spec.size + plain_bytes(spec, edges=2) + 1e5
+        check_room(path, min(most, known))
 
 
 def _keeping(

@@ -6,15 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sweep.atlas.dataset import assemble, empty_columns
-from sweep.engine import estimate
 from sweep.engine.compute import Block, check_block_cells, check_device, compute, use_threads
 from sweep.engine.grid import BLOCK_CELLS, Span, starts_of
 from sweep.errors import StoppedError, are, counted
+from sweep.files.publish import size
 from sweep.progress.display import following
 from sweep.progress.timetable import COMPUTING, SEARCHING, Progress, Show, Stage, Timetable
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import Stopping, interruptible
-from sweep.runs.forecast import bisected_cells
+from sweep.runs.forecast import bisected_cells, cell_bytes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,8 +38,8 @@ class _Cells:
 
     def kept(self) -> str:
         """Return in words what is kept."""
-        size = estimate.size(self.done * estimate.cell_bytes(self.spec))
-        return f"{counted(self.done, 'cell', self.spec.size)} {are(self.done)} computed and kept in memory ({size})"
+        taken = size(self.done * cell_bytes(self.spec))
+        return f"{counted(self.done, 'cell', self.spec.size)} {are(self.done)} computed and kept in memory ({taken})"
 
 
 #: The cells of the last call that did not come to its end, if no call has gone on with them.

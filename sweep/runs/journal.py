@@ -24,8 +24,8 @@ from isal.isal_zlib import crc32
 
 from sweep.atomic import publish_bytes, rename_aside
 from sweep.errors import RequestError, are, counted
+from sweep.runs.folder import MANIFEST, STARTS
 from sweep.runs.manifest import Manifest
-from sweep.runs.names import MANIFEST, STARTS
 
 #: The measured columns of a block: name -> array with one value per cell.
 Columns = Mapping[str, npt.NDArray[Any]]

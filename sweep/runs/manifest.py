@@ -21,7 +21,7 @@ from sweep.platforms import processor
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_text import both_written
-from sweep.runs.names import STARTS
+from sweep.runs.folder import STARTS
 
 #: Cells at each end of the grid whose starts are compared.
 _CELLS = 256

@@ -7,15 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from sweep.atlas.cf_metadata import cell_declarations
-from sweep.engine import estimate
 from sweep.engine.compute import Block, derive_block, usable_threads
 from sweep.engine.grid import starts_of
 from sweep.errors import counted
 from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.paths import check_target
-from sweep.files.publish import published
+from sweep.files.publish import check_room, published, size
 from sweep.runs.executor import no_op
-from sweep.runs.forecast import of_run
+from sweep.runs.forecast import file_bytes, of_run
 from sweep.runs.journal import DamagedBlockError, Journal
 from sweep.runs.run import attributes_of, write_atlas
 from sweep.runs.run_directory import check_same_run
@@ -35,7 +34,7 @@ def describe(folder: Path) -> str:
         [
             f"{folder}: a run that is not finished",
             f"blocks      {len(held)} of {len(journal.spans)}, {counted(done, 'cell', spec.size)} "
-            f"({100 * done / spec.size:.0f} %), {estimate.size(taken)}",
+            f"({100 * done / spec.size:.0f} %), {size(taken)}",
             f"begun       {journal.manifest.created} {journal.manifest.command}",
             f"program     {', '.join(f'{name} {text[:16]}' for name, text in journal.manifest.arithmetic.items())}",
         ]
@@ -53,7 +52,7 @@ def write_partial(folder: Path, path: Path) -> tuple[int, int]:
     # the file will state that this program made it
     check_same_run(journal, spec)
     check_target(path, False)
-    estimate.check_room(path, estimate.file_bytes(spec))
+    check_room(path, file_bytes(spec))
     done: list[int] = []
     held = journal.held()
     attributes = attributes_of(journal.manifest) | {

@@ -13,7 +13,6 @@ import numpy.typing as npt
 
 from sweep.atlas.cf_metadata import global_attributes
 from sweep.atlas.outlook import one_sided
-from sweep.engine import estimate
 from sweep.engine.compute import Block, check_device, derive_block, usable_threads, use_threads
 from sweep.engine.grid import chunks
 from sweep.errors import StoppedError, StorageError, are, counted
@@ -26,16 +25,18 @@ from sweep.progress.timetable import COMPUTING, SEARCHING, Progress, Show, Timet
 from sweep.request.spec import SweepSpec
 from sweep.runs import run_directory
 from sweep.runs.executor import Executor, FinishedBlock, Say, Stopping, interruptible, local, no_op, prefetch
+from sweep.runs.folder import resolved
 from sweep.runs.forecast import (
     READING,
     WRITING,
     bisected_cells,
+    file_bytes,
+    journal_bytes,
     of_part,
     of_run,
 )
 from sweep.runs.journal import Columns, DamagedBlockError, Journal
 from sweep.runs.manifest import Manifest
-from sweep.runs.names import resolved
 
 #: How many failed cells are listed.
 _LISTED = 10
@@ -194,7 +195,7 @@ def run_to_file(
 
         def bytes_to_write() -> float:
             left = spec.size - journal.cells(journal.held())
-            return estimate.journal_bytes(spec, left) + estimate.file_bytes(spec)
+            return journal_bytes(spec, left) + file_bytes(spec)
 
         # all blocks come in order from this process: they are written to the file while the next are computed
         at_once = executor is None and len(missing) == len(journal.spans)

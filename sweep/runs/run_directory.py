@@ -9,17 +9,16 @@ from pathlib import Path
 
 from sweep.atlas.cf_metadata import created
 from sweep.atomic import TEMPORARY, create, publish, publish_bytes, sync_folder
-from sweep.engine import estimate
 from sweep.engine.compute import check_block_cells
 from sweep.errors import RequestError
 from sweep.files.paths import check_name, check_target
 from sweep.files.publish import refusals
 from sweep.request.spec import SweepSpec
-from sweep.runs.forecast import check_room
+from sweep.runs.folder import LOCK, MANIFEST, STARTS, SUFFIX, directory_of, locked
+from sweep.runs.forecast import block_cells as suitable_block_cells
+from sweep.runs.forecast import check_run_fits
 from sweep.runs.journal import BLOCK, BLOCK_NAME, BLOCKS, Journal
-from sweep.runs.locks import LOCK, locked
 from sweep.runs.manifest import SAME_BITS, Manifest, discard
-from sweep.runs.names import MANIFEST, STARTS, SUFFIX, directory_of
 
 #: The file while it is written, and the record of the file that was published.
 UNFINISHED, PUBLISHED = "assembled.nc", "published.json"
@@ -86,11 +85,11 @@ def begin_or_resume(
     if os.path.lexists(folder / MANIFEST):
         journal = Journal.at(folder)
         check_same_run(journal, spec)
-        check_room(path, spec, spec.size - journal.cells(journal.held()))
+        check_run_fits(path, spec, spec.size - journal.cells(journal.held()))
         return journal
     made = created()
-    check_room(path, spec, spec.size)
-    cells = block_cells or estimate.block_cells(spec, threads)
+    check_run_fits(path, spec, spec.size)
+    cells = block_cells or suitable_block_cells(spec, threads)
     with refusals(path):
         journal = Journal.create(folder, Manifest.new(spec, cells, made, command))
         sync_folder(folder.parent)

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import sweep
-from sweep.engine import estimate
+from sweep.files import publish
 from sweep.files.reading import open_atlas
 from sweep.model.kernel import cache_root
 
@@ -135,7 +135,7 @@ def test_plan_refuses_an_output_that_cannot_be(command):
 def test_a_file_system_without_a_size_is_not_a_full_one(command, monkeypatch):
     """Some say that they have no room at all, and take what comes."""
     monkeypatch.setattr(
-        estimate.shutil, "disk_usage", lambda _: namedtuple("usage", "total used free")(0, 0, 0)
+        publish.shutil, "disk_usage", lambda _: namedtuple("usage", "total used free")(0, 0, 0)
     )
     status, out, _ = command("plan rolling --no-calibrate")
     assert status == 0

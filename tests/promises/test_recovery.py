@@ -82,7 +82,7 @@ def test_a_full_disk(small_disk, left):
     # the disk looks large enough beforehand, as it does when others fill it
     code = (
         "import sys, shutil; sys.argv = ['eulerdisk', 'run', *sys.argv[1:]]\n"
-        "from sweep.engine import estimate; estimate.check_room = lambda *_: None\n"
+        "from sweep.runs import forecast; forecast.check_room = lambda *_: None\n"
         "from sweep.cli import main; main()"
     )
 

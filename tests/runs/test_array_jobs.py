@@ -17,8 +17,7 @@ from sweep.errors import StoppedError
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs import array_jobs, executor
-from sweep.runs.locks import locked
-from sweep.runs.names import unfinished
+from sweep.runs.folder import locked, unfinished
 from sweep.runs.run import run_to_file
 
 WORDS = "rolling roll_rate=2:4:9 tilt=0.1deg,1deg"

@@ -3,13 +3,14 @@
 from collections import namedtuple
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from sweep.engine import estimate
 from sweep.errors import RequestError
+from sweep.files import publish
 from sweep.request.spec import SweepSpec
 from sweep.runs import forecast, journal
-from sweep.runs.forecast import Forecast, check_room
+from sweep.runs.forecast import Forecast, check_run_fits, coarse
 from sweep.runs.run import run_to_file
 
 MILLION = SweepSpec(roll_rate="1:4:1000", tilt="1deg:5deg:1000")
@@ -71,12 +72,12 @@ def test_the_bytes_on_disk_are_foretold(peak, tmp_path, words):
 
 def test_a_run_is_refused_only_where_it_does_not_fit(monkeypatch):
     """Between the bound and what a sample shows it is begun; below that it is refused, with the bytes that it needs."""
-    bound = estimate.journal_bytes(MILLION, MILLION.size) + estimate.file_bytes(MILLION)
+    bound = forecast.journal_bytes(MILLION, MILLION.size) + forecast.file_bytes(MILLION)
     usage = namedtuple("usage", "total used free")
 
     def with_free(size):
-        monkeypatch.setattr(estimate.shutil, "disk_usage", lambda _: usage(10**12, 0, int(size)))
-        check_room(Path("atlas.nc"), MILLION, MILLION.size)
+        monkeypatch.setattr(publish.shutil, "disk_usage", lambda _: usage(10**12, 0, int(size)))
+        check_run_fits(Path("atlas.nc"), MILLION, MILLION.size)
 
     monkeypatch.setattr(forecast, "_keeping", lambda spec, rate: (0.0, 20.0, 30.0))
     with_free(1.01 * bound)
@@ -88,8 +89,35 @@ def test_a_run_is_refused_only_where_it_does_not_fit(monkeypatch):
 def test_what_is_computed_already_needs_no_room_in_the_journal(monkeypatch):
     """A run that goes on needs room for the rest of the journal, and for the whole file."""
     usage = namedtuple("usage", "total used free")
-    monkeypatch.setattr(estimate.shutil, "disk_usage", lambda _: usage(10**12, 0, 31 * 10**6))
+    monkeypatch.setattr(publish.shutil, "disk_usage", lambda _: usage(10**12, 0, 31 * 10**6))
     monkeypatch.setattr(forecast, "_keeping", lambda spec, rate: (0.0, 20.0, 30.0))
-    check_room(Path("atlas.nc"), MILLION, 0)
+    check_run_fits(Path("atlas.nc"), MILLION, 0)
     with pytest.raises(RequestError, match="does not fit"):
-        check_room(Path("atlas.nc"), MILLION, MILLION.size)
+        check_run_fits(Path("atlas.nc"), MILLION, MILLION.size)
+
+
+def test_a_coarse_grid_is_spread_over_the_grid():
+    """It has about as many cells as asked for, at most those of the grid, and values of the grid's own axes."""
+    for cells in [1, 10, 500, 10**6]:
+        spec = SweepSpec.preset("rolling")
+        sample = coarse(spec, cells)
+        assert min(cells, spec.size) / 4 <= sample.size <= min(4 * cells, spec.size)
+        for name in spec.axes:
+            value = getattr(sample, name)
+            assert set(np.atleast_1d(value.array())) <= set(getattr(spec, name).array())
+
+
+def test_the_memory_of_a_run_holds_the_verdicts_and_what_the_boundary_has():
+    """A byte of each cell and 40 of each row; for curves three more of a cell, and 160 of each point."""
+    spec = SweepSpec(roll_rate="1:4:10000", tilt="1deg:5deg:100000")
+    process = forecast.memory_bytes(SweepSpec(roll_rate="1:4:10000", tilt="1deg:5deg:99"))
+    assert forecast.memory_bytes(spec) - process == pytest.approx(1e9 + 40 * 1e5 + 800 * 2**16, rel=0.01)
+    more = forecast.memory_bytes(spec.replace(boundary="refined")) - forecast.memory_bytes(spec)
+    assert more == pytest.approx(3e9 + 160 * 110000)
+
+
+def test_what_a_file_stores_as_it_is():
+    """The axes and the edge of a million rows of three cells, as numbers of bytes: half of what the cells take."""
+    spec = SweepSpec(roll_rate="1:4:3", tilt="1deg:5deg:1000000")
+    assert forecast.plain_bytes(spec) == 8 * 1000003 + 33 * 1000000
+    assert forecast.plain_bytes(spec.replace(roll_rate=2.0)) == 8 * 1000000

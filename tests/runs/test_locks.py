@@ -10,14 +10,14 @@ from pathlib import Path
 import pytest
 
 from sweep.errors import RequestError
-from sweep.runs.locks import locked
+from sweep.runs.folder import locked
 
 CHECKOUT = Path(__file__).parents[2]
 
 _HOLD = """
 import sys, time
 from pathlib import Path
-from sweep.runs.locks import locked
+from sweep.runs.folder import locked
 with locked(Path(sys.argv[1]), shared=sys.argv[2] == "shared"):
     print("held", flush=True)
     time.sleep(60)
@@ -101,7 +101,7 @@ def test_a_run_of_another_user(tmp_path, monkeypatch, code):
     def refuse(path, *_):
         raise OSError(code, os.strerror(code), path)
 
-    monkeypatch.setattr("sweep.runs.locks.os.open", refuse)
+    monkeypatch.setattr("sweep.runs.folder.os.open", refuse)
     with (
         pytest.raises(
             RequestError, match=rf"cannot be written.*{os.strerror(code)}.*Let the owner"
@@ -119,7 +119,7 @@ def test_a_lock_on_a_full_disk(tmp_path, monkeypatch):
     def refuse(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("sweep.runs.locks.os.pwrite", refuse)
+    monkeypatch.setattr("sweep.runs.folder.os.pwrite", refuse)
     with locked(tmp_path):
         assert (tmp_path / "lock").exists()
 

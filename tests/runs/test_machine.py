@@ -13,8 +13,8 @@ from sweep.errors import RequestError
 from sweep.platforms import processor
 from sweep.request.spec import SweepSpec
 from sweep.runs import array_jobs, manifest
+from sweep.runs.folder import MANIFEST
 from sweep.runs.manifest import Manifest
-from sweep.runs.names import MANIFEST
 
 CHECKOUT = Path(__file__).parents[2]
 SPEC = SweepSpec.from_words("rolling", ["roll_rate=2:4:30:log", "tilt=1deg"])

@@ -7,9 +7,9 @@ import pytest
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
 from sweep.runs import manifest
+from sweep.runs.folder import MANIFEST
 from sweep.runs.journal import Journal
 from sweep.runs.manifest import Manifest
-from sweep.runs.names import MANIFEST
 from sweep.runs.run_directory import check_same_run
 
 SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)

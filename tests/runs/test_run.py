@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from kernels.native import workers
-from sweep.engine import compute, estimate, grid
+from sweep.engine import compute, grid
 from sweep.engine.compute import Block, usable_threads
 from sweep.engine.grid import Span
 from sweep.errors import RequestError, StoppedError, StorageError
@@ -22,7 +22,7 @@ from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas
 from sweep.progress.timetable import COMPUTING
 from sweep.request.spec import SweepSpec
-from sweep.runs import array_jobs, executor, run
+from sweep.runs import array_jobs, executor, forecast, run
 from sweep.runs.forecast import of_run
 from sweep.runs.run import run_to_file
 
@@ -169,14 +169,14 @@ def test_a_folder_that_cannot_be_written(path, monkeypatch):
 def test_a_disk_that_is_too_small(path, monkeypatch):
     """The room for atlas and journal is looked for before anything is computed; a disk that is large enough will do."""
     usage = namedtuple("usage", "total used free")
-    monkeypatch.setattr(estimate.shutil, "disk_usage", lambda _: usage(10**9, 0, 10**6))
+    monkeypatch.setattr(publish.shutil, "disk_usage", lambda _: usage(10**9, 0, 10**6))
     monkeypatch.setattr(executor, "measure_block", None)
-    monkeypatch.setattr(estimate, "block_cells", None)
+    monkeypatch.setattr(forecast, "block_cells", None)
     large = SPEC.replace(tilt="1deg:5deg:20000")
     text = refused("does not fit on the disk", run_to_file, large, path)
     assert "1.0 MB are free" in text
     assert list(path.parent.iterdir()) == []
-    estimate.check_room(path, 0.9e6)
+    publish.check_room(path, 0.9e6)
 
 
 def test_a_run_that_goes_on_needs_room_too(path, monkeypatch):
@@ -186,7 +186,7 @@ def test_a_run_that_goes_on_needs_room_too(path, monkeypatch):
     array_jobs.compute_part(journal.folder, 1, 2)
     held = journal.held()
     usage = namedtuple("usage", "total used free")
-    monkeypatch.setattr(estimate.shutil, "disk_usage", lambda _: usage(10**9, 0, 10**6))
+    monkeypatch.setattr(publish.shutil, "disk_usage", lambda _: usage(10**9, 0, 10**6))
     monkeypatch.setattr(executor, "measure_block", None)
     refused("does not fit on the disk", run_to_file, large, path)
     assert journal.held() == held != {}
@@ -205,9 +205,9 @@ def test_the_room_that_is_asked_for_is_enough(path, monkeypatch):
     run_to_file(spec, path, block_cells=5000, progress=measure)
     for done, size in taken:
         # no more than what does not follow from the rest, no less than what never repeats
-        assert spec.size / 3 * 24 <= size <= estimate.journal_bytes(spec, spec.size)
+        assert spec.size / 3 * 24 <= size <= forecast.journal_bytes(spec, spec.size)
         assert done <= spec.size
-    assert path.stat().st_size < estimate.file_bytes(spec)
+    assert path.stat().st_size < forecast.file_bytes(spec)
 
 
 def test_no_file_is_named_before_its_content_is_on_the_disk(path, monkeypatch):

@@ -9,8 +9,8 @@ import pytest
 import sweep
 from sweep.errors import RequestError
 from sweep.runs import array_jobs
+from sweep.runs.folder import STARTS
 from sweep.runs.journal import Journal
-from sweep.runs.names import STARTS
 from sweep.runs.partial import write_partial
 from sweep.runs.run import run_to_file
 

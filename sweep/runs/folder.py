@@ -1,4 +1,7 @@
-"""One writer at a time: a lock on the folder of a run that the system releases when its holder dies."""
+"""The folder of a run: its names, and the lock by which one process at a time writes it.
+
+The system releases the lock when its holder dies.
+"""
 
 import contextlib
 import errno
@@ -12,11 +15,38 @@ from pathlib import Path
 from sweep.atomic import open_or_create
 from sweep.errors import RequestError
 
+#: Suffix of the name of the folder, after the name of the output.
+SUFFIX = ".run"
+
+#: Name of the manifest in the folder of a run.
+MANIFEST = "manifest.json"
+
+#: Name of the file in that folder with the values of a table of starts, little-endian doubles.
+STARTS = "starts.bin"
+
 #: The file that is locked.
 LOCK = "lock"
 
 #: Errors of the system that mean "this file system has no locks" (some NFS and Lustre mounts).
 _NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS, errno.EINVAL)
+
+
+def resolved(path: str | Path) -> Path:
+    """Return where a file will be: a symbolic link is followed, so that two names of one output share one lock."""
+    return Path(os.path.realpath(path)) if os.path.islink(path) else Path(path)
+
+
+def directory_of(path: Path) -> Path:
+    """Return the folder of the run that makes a file."""
+    return path.parent / (path.name + SUFFIX)
+
+
+def unfinished(path: Path) -> Path | None:
+    """Return the folder of the unfinished run that makes a file, or that is given itself; None if there is none."""
+    for folder in (path, directory_of(path)):
+        if os.path.isfile(folder / MANIFEST):
+            return folder
+    return None
 
 
 @contextlib.contextmanager
