@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from kernels.disk.arrays import TILT_ERROR
 from kernels.lanes.schedule import CHUNK
-from kernels.lossy_disk.arrays import LOSSES, MEASURES, PARAMETERS, ROLLING_FRICTION
+from kernels.lossy_disk.arrays import LOSSES, MEASURES, PARAMETERS
 from kernels.lossy_disk.endings import FLAT, HORIZON, INVALID, LIFT_OFF, REST, SLIP, UNDISTURBED, UNRESOLVED
 from kernels.lossy_disk.integrate import VARIANTS, variant
 
@@ -174,7 +174,7 @@ def test_without_losses_the_extremes_are_those_of_the_disk():
     DISK.integrate.load()(
         np.ascontiguousarray(given[:7]), np.array([60.0, 0.0, lossy_runner.FLAT_TILT, 1e-8]), measures, counts
     )
-    found = lossy_runner.run(given, duration=60.0, variant="integrate_dry")
+    found = lossy_runner.run(given, duration=60.0, variant="integrate_bare")
     bounded = counts[0] == 1
     assert bounded.sum() > 250
     allowed = found.tilt_error + measures[TILT_ERROR]
@@ -218,11 +218,11 @@ def test_a_criterion_in_sizes_of_the_perturbation():
 
 def test_a_law_that_a_cell_lacks_changes_it_by_less_than_its_errors():
     """A zero within an axis of an arm is computed by the variant with the law: no event, no force."""
-    given = cells(300, 11)
-    given[ROLLING_FRICTION] = 0.0
-    given[PARAMETERS.index("pivoting_friction")] = 0.0
-    given[PARAMETERS.index("friction")] = math.inf
-    plain, full = lossy_runner.run(given, variant="integrate"), lossy_runner.run(given)
+    lacked = ("contour_damping", "rolling_friction", "pivoting_friction", "friction")
+    given = lossy_cells.without(lossy_cells.random_cells(900, np.random.default_rng(11))["bildsten"], lacked)
+    plain, full = (
+        lossy_runner.run(given, air="bildsten", variant=name) for name in ("integrate_dry_bildsten", "")
+    )
     assert np.array_equal(plain.ending, full.ending)
     assert UNRESOLVED not in plain.ending
     assert (np.abs(plain.end_time - full.end_time) <= full.time_error).all()
@@ -375,7 +375,7 @@ def test_what_comes_behind_the_end_breaks_no_criterion():
 
 def test_falls_are_resolved_with_any_tolerance(rng):
     """Where a step of a coarse tolerance leads through flat, the cell begins again with shorter ones."""
-    for name in ["", "integrate_bare_rolling_pivoting", "integrate_bare"]:
+    for name in ["", "integrate_bare_rolling", "integrate_bare"]:
         seed, n = int(rng.integers(2**31)), 2000
         rng = np.random.default_rng(seed)
         starts = referee.starts(
@@ -387,7 +387,7 @@ def test_falls_are_resolved_with_any_tolerance(rng):
             radius=np.ones(n),
             gravity=np.ones(n),
             mass=np.ones(n),
-            pivoting_friction=rng.choice([0.0, 0.01], n) * (name != "integrate_bare"),
+            pivoting_friction=rng.choice([0.0, 0.01], n) * (name == ""),
         )
         close = lossy_runner.run(starts, variant=name, duration=3.0, tolerance=1e-11)
         assert np.count_nonzero(close.ending == FLAT) > n // 20, name
