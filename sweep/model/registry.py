@@ -4,10 +4,7 @@ A distribution registers a model as an entry point of the group ``eulerdisk.mode
 name of the model. A spec or a file can only name a registered model: nothing in it is ever imported.
 """
 
-import os
-import sys
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -100,21 +97,6 @@ def _refused(registered: EntryPoint, problem: str) -> RequestError:
     )
 
 
-def _registered() -> list[EntryPoint]:
-    return [each for each in _entry_points(_folders()) if each.name not in _OWN]
-
-
-@lru_cache(maxsize=1)
-def _entry_points(folders: tuple[tuple[int, int, int], ...]) -> tuple[EntryPoint, ...]:
-    """Return the entry points of the group; looked for anew, which takes 5 ms, where the folders are others."""
-    return tuple(entry_points(group=GROUP))
-
-
-def _folders() -> tuple[tuple[int, int, int], ...]:
-    """Return the folders of the path and when each changed last: a distribution that comes or goes changes one."""
-    found = []
-    for folder in sys.path:
-        with suppress(OSError):
-            status = os.stat(folder or os.curdir)
-            found.append((status.st_dev, status.st_ino, status.st_mtime_ns))
-    return tuple(found)
+@lru_cache
+def _registered() -> tuple[EntryPoint, ...]:
+    return tuple(each for each in entry_points(group=GROUP) if each.name not in _OWN)

@@ -341,7 +341,7 @@ def test_a_width_of_vectors_that_is_none_is_refused(toy, monkeypatch):
     """LLVM would pass over it."""
     monkeypatch.setenv("EULERDISK_VECTOR_BITS", "wide")
     with pytest.raises(RequestError, match="must be 128, 256 or 512; got 'wide'"):
-        Kernel("kernels.rounding", "no_probe").load()
+        Kernel("kernels.disk.trajectory", "derived").load()
 
 
 def test_a_cache_that_holds_nothing_is_refused(tmp_path, monkeypatch):
@@ -369,7 +369,7 @@ builtins.open = lambda name, *more, **rest: (
 os.sched_getaffinity = lambda process: set(range(8))
 from kernels.native import workers
 from sweep.model.kernel import Kernel
-Kernel("kernels.rounding", "probe").load()
+Kernel("kernels.disk.trajectory", "derived").load()
 print(workers.used())
 workers.use(5)
 print(workers.used())

@@ -1,7 +1,6 @@
 """The models that a request may name: registered ones, and never anything else."""
 
 import os
-import shutil
 import subprocess
 import sys
 from importlib.metadata import EntryPoint
@@ -41,7 +40,7 @@ def installed(monkeypatch):
 
     def forget():
         registry.named.cache_clear()
-        registry._entry_points.cache_clear()
+        registry._registered.cache_clear()
 
     def register(**values):
         points = [EntryPoint(name, value, registry.GROUP) for name, value in values.items()]
@@ -185,30 +184,3 @@ def test_the_models_are_those_of_the_entry_points(tmp_path):
         check=True,
     )
     assert done.stdout.split("\n")[:3] == ["('disk', 'lossy_disk', 'wheel')", "loaded", "wheel"]
-
-
-def test_a_distribution_that_comes_later_is_found(tmp_path, monkeypatch):
-    """Installed while this process runs, into a folder that it looks into, in a new one, or taken away again."""
-
-    def install(folder, name):
-        metadata = folder / f"{name}-1.0.dist-info"
-        metadata.mkdir()
-        (metadata / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
-        (metadata / "entry_points.txt").write_text(f"[eulerdisk.models]\n{name} = {name}:MODEL\n")
-        return metadata
-
-    before = registry.names()
-    one, other = tmp_path / "one", tmp_path / "other"
-    for folder in (one, other):
-        folder.mkdir()
-        # a file system may not tell two changes within 10 ms from each other
-        os.utime(folder, (1e9, 1e9))
-    monkeypatch.syspath_prepend(one)
-    assert registry.names() == before
-    metadata = install(one, "wheel_of_later")
-    assert {*registry.names()} - {*before} == {"wheel_of_later"}
-    install(other, "hoop_of_later")
-    monkeypatch.syspath_prepend(other)
-    assert {*registry.names()} - {*before} == {"wheel_of_later", "hoop_of_later"}
-    shutil.rmtree(metadata)
-    assert {*registry.names()} - {*before} == {"hoop_of_later"}

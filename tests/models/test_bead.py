@@ -35,9 +35,11 @@ CRITICAL = np.sqrt(9.81 / 0.5)
 def installed(monkeypatch):
     """Let the bead be installed: a package, and the metadata that register its model."""
     monkeypatch.syspath_prepend(str(HERE))
-    registry.named.cache_clear()
+    for each in (registry.named, registry._registered):
+        each.cache_clear()
     yield
-    registry.named.cache_clear()
+    for each in (registry.named, registry._registered):
+        each.cache_clear()
 
 
 def process(words, folder, **more):

@@ -275,9 +275,9 @@ from kernels.native import workers
 from sweep.model.kernel import Kernel
 workers.use(2)
 def run():
-    values, results = 1.0 + np.zeros((3, 9)), np.zeros((12, 9))
-    Kernel("kernels.rounding", "probe").load()(values, results)
-    return results[1, 0]
+    states, results = 0.5 + np.zeros((4, 9)), np.zeros((8, 9))
+    Kernel("kernels.disk.trajectory", "derived").load()(0.5 + np.zeros(7), states, results)
+    return results[0, 0]
 before = run()
 child = os.fork()
 if child == 0:
