@@ -12,7 +12,7 @@ from sweep.errors import RequestError, shown
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_file import SWEEP_TABLES, find_spec_file, read_file
 from sweep.request.substitutes import changed
-from sweep.request.words import beside, given_in, model_for, with_table
+from sweep.request.words import given_in, model_for, with_table
 
 #: What the name of a sweep may be: that of its files.
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,99}")
@@ -151,9 +151,10 @@ def _no_file(file: str) -> RequestError | None:
 def _read(sweep: Sweep, path: Path, words: Mapping[str, Any], own: Mapping[str, Any]) -> Sweep:
     """Return a sweep with the spec that the words of its file and its own ones make, or with why they make none."""
     try:
-        words, own = beside(path, words), beside(path, own)
+        own = with_table(own, path.parent)
+        words = words if "starts" in own else with_table(words, path.parent)
         model = model_for({**words, **own}.get("model"), (*given_in(words), *given_in(own)))
-        return replace(sweep, spec=SweepSpec(**changed(words, with_table(own, model), model)))
+        return replace(sweep, spec=SweepSpec(**changed(words, own, model)))
     except RequestError as error:
         where = f"{sweep.source}: {error.where}" if error.where else sweep.source
         return replace(sweep, problem=str(error.at(where)))

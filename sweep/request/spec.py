@@ -26,12 +26,11 @@ from sweep.request.spec_checks import check_criterion, check_size, check_steps, 
 from sweep.request.spec_file import SWEEP_TABLES, find_spec_file, place, read_file
 from sweep.request.spec_text import from_json, to_json, toml_value
 from sweep.request.start_list import START, WORDS, implied, with_list
-from sweep.request.start_table import Column, StartTable
+from sweep.request.start_table import Column, StartTable, table_for
 from sweep.request.substitutes import changed, parameter_of, resolved
 from sweep.request.values import Value, at_word, read_value
 from sweep.request.words import (
     GRID,
-    beside,
     check_known,
     given_in,
     model_for,
@@ -112,10 +111,11 @@ class SweepSpec:
 
     # the names of words are the user's, and "self" may be one of them
     def __init__(self, /, **words: Any) -> None:
+        words = with_table(words)
         model = model_for(words.pop("model", None), given_in(words))
         order = words.pop("axes", None)
         check_known(words, model)
-        words = resolved(with_table(words, model), model)
+        words = resolved(words, model)
         defaults = _defaults(model)
         values = {**defaults, **{name: read_word(name, raw, model) for name, raw in words.items()}}
         given = tuple(name for name in words if isinstance(values[name], Range | Values))
@@ -304,7 +304,7 @@ class SweepSpec:
     @classmethod
     def _of_file(cls, path: Path, changes: Mapping[str, Any], others: Sequence[str] = ("axes",)) -> Self:
         """Return the spec in a file with changes of its words, or of `others`."""
-        held = beside(path, read_file(path))
+        held, changes = read_file(path), with_table(changes)
         if any(isinstance(held.get(name), list) for name in SWEEP_TABLES):
             raise RequestError(
                 f"This file has tables [[{SWEEP_TABLES[0]}]]: it holds several sweeps, and one is asked for here.",
@@ -313,11 +313,12 @@ class SweepSpec:
                 where=place(path),
             )
         try:
+            held = held if "starts" in changes else with_table(held, path.parent)
             model = model_for(held.get("model"), (*given_in(held), *given_in(changes)))
         except RequestError as error:
             raise error.at(f"{place(path)}: {error.where}") from None
         check_known(changes, model, others)
-        changes = with_table(changes, model)
+        changes = table_for(changes, model)
         theirs = {*changes, *(parameter_of(name, model) for name in changes)}
         try:
             return cls(**changed(held, changes, model))
@@ -338,16 +339,22 @@ class SweepSpec:
         RequestError
             If the result is not a request.
         """
+        changes = with_table(changes)
         model = model_for(changes.get("model"), given_in(changes), self.model.name)
-        # of another model those that have not their defaults
-        defaults = {} if model is self.model else _defaults(self.model)
         given = {parameter_of(name, model) for name in changes}
         kept = {
             name: value
-            for name, value in self.words().items()
-            if (name in self.axes or name not in given) and not (name in defaults and value == defaults[name])
+            for name, value in self._words_for(model).items()
+            if name in self.axes or name not in given
         }
-        return type(self)(**{"model": model.name, **changed(kept, with_table(changes, model), model)})
+        return type(self)(**{"model": model.name, **changed(kept, changes, model)})
+
+    def _words_for(self, model: Model) -> dict[str, Any]:
+        """Return every word with its value; for another model those that have not their defaults."""
+        if model is self.model:
+            return self.words()
+        defaults = _defaults(self.model)
+        return {name: value for name, value in self.words().items() if value != defaults[name]}
 
     def resolve(
         self, words: Mapping[str, Any], read: Callable[[object, Quantity], Value] = read_value

@@ -15,7 +15,7 @@ from sweep.errors import RequestError, shown
 from sweep.model.description import Model
 from sweep.model.quantity import DECISION, Array, Input, Truths, Word, table
 from sweep.request.sources import KINDS, Distribution, Range, Values
-from sweep.request.start_table import Column, StartTable, read_table
+from sweep.request.start_table import Column, GivenTable, StartTable, read_table
 from sweep.request.units import plain_number
 from sweep.request.values import NoCountError, read_value
 
@@ -60,7 +60,9 @@ def read_list_word(name: str, raw: object, model: Model) -> int | str | Range | 
     if isinstance(raw, str) and not raw.strip():
         return ""
     if name == "starts":
-        return read_table(raw, model)
+        table = read_table(raw)
+        assert table is not None
+        return table.of(model) if isinstance(table, GivenTable) else table
     if name == START.name:
         return _numbers(raw)
     low, most = (1, _MOST_STARTS) if name == "samples" else (0, _MOST_SEED)

@@ -4,16 +4,15 @@ A request holds their names, their count and a SHA-256 of their values. The valu
 folder of a run, or in the file of an atlas: a table read from a canonical text has none until it is given them.
 """
 
-import contextlib
 import csv
 import hashlib
 import io
 import re
 from array import array
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -199,130 +198,105 @@ def _digest(columns: Iterable[Array]) -> str:
     return digest.hexdigest()
 
 
-def names_in(raw: object) -> tuple[str, ...]:
-    """Return what the columns of starts are called, without their units; none of what cannot be read.
-
-    Parameters
-    ----------
-    raw : StartTable, str, Path, or mapping of str to array
-        As for `read_table`, which says what is wrong with it.
-    """
-    if isinstance(raw, StartTable):
-        return raw.names
-    heads = list(raw.keys()) if hasattr(raw, "keys") else []
-    if isinstance(raw, str | Path):
-        with contextlib.suppress(OSError, ValueError, csv.Error):
-            content = read_regular(Path(raw), _MOST_BYTES).decode("utf-8-sig")
-            heads = next(_rows(content.splitlines()), (0, []))[1]
-    found = (_HEAD.fullmatch(str(head)) for head in heads)
-    return tuple(each[1] for each in found if each)
-
-
-def read_table(raw: object, model: Model) -> StartTable:
-    """Return the starts that were given.
-
-    Parameters
-    ----------
-    raw : StartTable, str, Path, or mapping of str to array
-        A CSV file, or columns of equal length; a pandas.DataFrame serves as a mapping. Columns are called like the
-        parameters, with a unit in brackets (``tilt [deg]``) if they are not in SI. An xarray.DataArray may have its
-        unit as the attribute ``units``.
-    model : Model
-
-    Raises
-    ------
-    RequestError
-        If the file cannot be read, a column is no parameter, a value is no finite number or not possible, or columns
-        are not equally long.
-    """
-    if isinstance(raw, StartTable):
-        return raw
-    if isinstance(raw, str | Path):
-        return _read_csv(Path(raw), model)
-    if hasattr(raw, "keys") and hasattr(raw, "__getitem__"):
-        return _read_columns(raw, model)
-    raise RequestError(
-        f"starts is a CSV file, or columns: a mapping of names to arrays; got {shown(raw)}.",
-        hint='Write starts="table.csv", or starts={"tilt": [0.01, 0.02]}.',
-        where="starts",
-    )
-
-
 @dataclass(frozen=True)
-class _Head:
-    """A column before its values: its parameter, the factor to SI, and what it is called in messages."""
+class GivenTable:
+    """Columns as they were given, before a model says what they mean.
+
+    Parameters
+    ----------
+    heads : tuple of str
+    columns : tuple of array, shape (n,)
+    place : str
+        What messages call the table.
+    lines : sequence of int, optional
+        The line of each row in a file.
+    """
+
+    heads: tuple[str, ...]
+    columns: tuple[Array, ...]
+    place: str = "starts"
+    lines: Sequence[int] | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the columns are called, without their units."""
+        found = (_HEAD.fullmatch(head) for head in self.heads)
+        return tuple(each[1] for each in found if each)
+
+    def of(self, model: Model) -> StartTable:
+        """Return the starts that they are for a model.
+
+        Raises
+        ------
+        RequestError
+            If a column is no parameter, or a value is no finite number or not possible.
+        """
+        heads = [self._head(text, model) for text in self.heads]
+        names = [head.quantity.name for head in heads]
+        if double := [name for name in names if names.count(name) > 1]:
+            raise RequestError(
+                f"Each parameter has one column; {double[0]} has {names.count(double[0])}.",
+                hint="Leave all but one out.",
+                where=self.place,
+            )
+        if not heads:
+            raise RequestError(
+                "A table of starts has a column or more; got none.", "Name a parameter.", self.place
+            )
+        if not 1 <= self.columns[0].size <= _MOST_ROWS:
+            raise RequestError(
+                f"A table has 1 to {_MOST_ROWS} starts; got {self.columns[0].size}.",
+                "Give more rows, or fewer.",
+                self.place,
+            )
+        held = {}
+        for head, given in zip(heads, self.columns, strict=True):
+            quantity, values = head.quantity, given * head.factor
+            finite = np.isfinite(values)
+            good = finite & quantity.allows(np.where(finite, values, 0.0))
+            if not good.all():
+                first = int(np.argmin(good))
+                what = f"a finite number; got {given[first]:g}"
+                if finite[first]:
+                    got = in_unit(float(values[first]), quantity, head.unit)
+                    what = f"possible, {rule_in(quantity, head.unit)}; got {got}"
+                place = f"{head.text}, start {first}"
+                if self.lines is not None:
+                    place = f"line {self.lines[first]}, column {head.text}"
+                raise _bad_value(f"{self.place}: {place}", what)
+            held[quantity.name] = values
+        return StartTable.of({name: held[name] for name in model.parameters if name in held})
+
+    def _head(self, text: str, model: Model) -> "_Head":
+        found = _HEAD.fullmatch(text)
+        name = found[1] if found else text.strip()
+        if found is None or name not in model.parameters:
+            try:
+                unknown_word(name, tuple(model.parameters), model)
+            except RequestError as error:
+                raise RequestError(
+                    f"{shown(text)!r} is no column of a table of starts, which is called like a "
+                    f"parameter, with its unit in brackets if it is not in SI, as in tilt [deg]; parameters are "
+                    f"{', '.join(model.parameters)}.",
+                    error.hint,
+                    self.place,
+                ) from None
+        quantity = model.parameters[name]
+        unit = next((part.strip() for part in found.groups()[1:] if part), "")
+        unit = "" if unit in ("1", "-") and quantity.units == "1" else unit
+        try:
+            return _Head(quantity, factor_to_si(unit, quantity), text.strip(), unit)
+        except RequestError as error:
+            raise error.at(f"{self.place}: column {shown(text)}") from None
+
+
+class _Head(NamedTuple):
+    """What a column is: its parameter, the factor to SI, and what messages call it."""
 
     quantity: Input
     factor: float
     text: str
     unit: str
-
-
-def _read_head(text: str, model: Model, place: str) -> _Head:
-    found = _HEAD.fullmatch(text)
-    name = found[1] if found else text.strip()
-    if found is None or name not in model.parameters:
-        try:
-            unknown_word(name, tuple(model.parameters), model)
-        except RequestError as error:
-            raise RequestError(
-                f"{shown(text)!r} is no column of a table of starts, which is called like a "
-                f"parameter, with its unit in brackets if it is not in SI, as in tilt [deg]; parameters are "
-                f"{', '.join(model.parameters)}.",
-                error.hint,
-                place,
-            ) from None
-    quantity = model.parameters[name]
-    unit = next((part.strip() for part in found.groups()[1:] if part), "")
-    try:
-        pure = unit in ("1", "-") and quantity.units == "1"
-        factor = factor_to_si("" if pure else unit, quantity)
-    except RequestError as error:
-        raise error.at(f"{place}: column {shown(text)}") from None
-    return _Head(quantity, factor, text.strip(), "" if pure else unit)
-
-
-def _read_heads(texts: Iterable[object], model: Model, place: str) -> list[_Head]:
-    heads = [_read_head(str(text), model, place) for text in texts]
-    names = [head.quantity.name for head in heads]
-    if double := [name for name in names if names.count(name) > 1]:
-        raise RequestError(
-            f"Each parameter has one column; {double[0]} has {names.count(double[0])}.",
-            hint="Leave all but one out.",
-            where=place,
-        )
-    if not heads:
-        raise RequestError("A table of starts has a column or more; got none.", "Name a parameter.", place)
-    return heads
-
-
-def _table_of(
-    heads: list[_Head],
-    columns: list[Array],
-    model: Model,
-    place: str,
-    place_of: Callable[[_Head, int], str],
-) -> StartTable:
-    """Return the table of some columns, as given; `place_of` says where the value of a column stands."""
-    if not 1 <= columns[0].size <= _MOST_ROWS:
-        raise RequestError(
-            f"A table has 1 to {_MOST_ROWS} starts; got {columns[0].size}.",
-            "Give more rows, or fewer.",
-            place,
-        )
-    held = {}
-    for head, given in zip(heads, columns, strict=True):
-        values = held[head.quantity.name] = given * head.factor
-        finite = np.isfinite(values)
-        good = finite & head.quantity.allows(np.where(finite, values, 0.0))
-        if not good.all():
-            first = int(np.argmin(good))
-            what = f"a finite number; got {given[first]:g}"
-            if finite[first]:
-                got = in_unit(float(values[first]), head.quantity, head.unit)
-                what = f"possible, {rule_in(head.quantity, head.unit)}; got {got}"
-            raise _bad_value(place_of(head, first), what)
-    return StartTable.of({name: held[name] for name in model.parameters if name in held})
 
 
 def _bad_value(place: str, what: str) -> RequestError:
@@ -333,38 +307,90 @@ def _bad_value(place: str, what: str) -> RequestError:
     )
 
 
-def _read_columns(raw: Any, model: Model) -> StartTable:
-    names = list(raw.keys())
-    heads, columns = _read_heads(names, model, "starts"), []
-    for number, name in enumerate(names):
+def read_table(raw: object) -> GivenTable | StartTable | None:
+    """Return the starts that were given; None if nothing was.
+
+    Parameters
+    ----------
+    raw : StartTable, str, Path, or mapping of str to array
+        A CSV file, or columns of equal length; a pandas.DataFrame serves as a mapping. Columns are called like the
+        parameters, with a unit in brackets (``tilt [deg]``) if they are not in SI. An xarray.DataArray may have its
+        unit as the attribute ``units``.
+
+    Raises
+    ------
+    RequestError
+        If the file cannot be read, or columns are no numbers or not equally long.
+    """
+    if isinstance(raw, StartTable | GivenTable):
+        return raw
+    # arrays and data frames have no truth value
+    if raw is None or (isinstance(raw, str) and not raw.strip()):
+        return None
+    if isinstance(raw, str | Path):
+        return _read_csv(Path(raw))
+    if hasattr(raw, "keys") and hasattr(raw, "__getitem__"):
+        return _read_columns(raw)
+    raise RequestError(
+        f"starts is a CSV file, or columns: a mapping of names to arrays; got {shown(raw)}.",
+        hint='Write starts="table.csv", or starts={"tilt": [0.01, 0.02]}.',
+        where="starts",
+    )
+
+
+def table_for(words: Mapping[str, Any], model: Model) -> dict[str, Any]:
+    """Return words with the starts that their table is for a model."""
+    table = words.get("starts")
+    return {**words, "starts": table.of(model)} if isinstance(table, GivenTable) else {**words}
+
+
+def _read_columns(raw: Any) -> GivenTable:
+    heads, columns = list[str](), list[Array]()
+    for name in raw.keys():  # noqa: SIM118 - of a data frame and a dataset alike
         units = getattr(raw[name], "attrs", {}).get("units")
-        if isinstance(units, str) and heads[number].text == heads[number].quantity.name:
-            heads[number] = _read_head(f"{name} [{units}]", model, "starts")
+        bare = isinstance(units, str) and str(name).isidentifier()
+        heads.append(f"{name} [{units}]" if bare else str(name))
         try:
             values = np.asarray(raw[name])
         except ValueError:
             values = np.asarray("rows of unlike length")
         if masked := np.count_nonzero(raw[name].mask) if isinstance(raw[name], np.ma.MaskedArray) else 0:
-            raise _bad_value(
-                f"starts: {heads[number].text}", f"there in every start; got {masked} that are masked"
-            )
+            raise _bad_value(f"starts: {name}", f"there in every start; got {masked} that are masked")
         if values.ndim != 1 or values.dtype.kind not in "fiu":
             raise _bad_value(
-                f"starts: {heads[number].text}",
-                f"a column of numbers; got {values.dtype} of shape {values.shape}",
+                f"starts: {name}", f"a column of numbers; got {values.dtype} of shape {values.shape}"
             )
         columns.append(values.astype(np.float64))
     if len({values.size for values in columns}) > 1:
-        listed = ", ".join(f"{head.text} {values.size}" for head, values in zip(heads, columns, strict=True))
+        listed = ", ".join(f"{head} {values.size}" for head, values in zip(heads, columns, strict=True))
         raise RequestError(
             f"Columns must be equally long; got {listed}.", "Give each start all values.", "starts"
         )
-    return _table_of(heads, columns, model, "starts", lambda head, row: f"starts: {head.text}, start {row}")
+    return GivenTable(tuple(heads), tuple(columns))
 
 
-def _read_csv(path: Path, model: Model) -> StartTable:
+def _read_csv(path: Path) -> GivenTable:
+    # row after row, and the line of each
+    heads, numbers, lines, separator = list[str](), array("d"), array("q"), ","
     try:
-        content = read_regular(path, _MOST_BYTES)
+        text = io.StringIO(read_regular(path, _MOST_BYTES).decode("utf-8-sig"), newline="")
+        for line, row in enumerate(text, 1):
+            if not row.strip() or row.startswith("#"):
+                continue
+            if not heads:
+                separator = next((each for each in ",;\t" if each in row), ",")
+            cells = next(csv.reader([row], delimiter=separator, strict=True))
+            if not heads:
+                heads = cells
+                continue
+            numbers.extend(_numbers_of(cells, heads, f"{path}: line {line}"))
+            lines.append(line)
+    except (csv.Error, UnicodeDecodeError) as problem:
+        raise RequestError(
+            f"The table of starts is no CSV file in UTF-8: {problem}.",
+            hint="Write one line for each start, numbers with commas between them.",
+            where=str(path),
+        ) from problem
     except (OSError, ValueError) as problem:
         # a name with a NUL is a ValueError
         reason = getattr(problem, "strerror", None) or str(problem)
@@ -373,36 +399,11 @@ def _read_csv(path: Path, model: Model) -> StartTable:
             hint="Check the path: a table is a CSV file whose first line names the columns.",
             where=str(path),
         ) from problem
-    # row after row, and the line of each
-    numbers, lines = array("d"), array("q")
-    try:
-        rows = _rows(io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig", newline=""))
-        heads = _read_heads(next(rows, (0, []))[1], model, str(path))
-        for line, row in rows:
-            numbers.extend(_numbers_of(row, heads, f"{path}: line {line}"))
-            lines.append(line)
-    except (csv.Error, UnicodeDecodeError) as problem:
-        raise RequestError(
-            f"The table of starts is no CSV file in UTF-8: {problem}.",
-            hint="Write one line for each start, numbers with commas between them.",
-            where=str(path),
-        ) from problem
-    columns = list(np.frombuffer(numbers).reshape(-1, len(heads)).T)
-    return _table_of(
-        heads, columns, model, str(path), lambda head, row: f"{path}: line {lines[row]}, column {head.text}"
-    )
+    columns = np.frombuffer(numbers).reshape(-1, len(heads)).T if numbers else np.empty((len(heads), 0))
+    return GivenTable(tuple(heads), tuple(columns), str(path), lines)
 
 
-def _rows(text: Iterable[str]) -> Iterator[tuple[int, list[str]]]:
-    """Yield the cells of each line that is neither blank nor a comment, with its number from 1."""
-    separator = ""
-    for number, line in enumerate(text, 1):
-        if line.strip() and not line.startswith("#"):
-            separator = separator or next((each for each in ",;\t" if each in line), ",")
-            yield number, next(csv.reader([line], delimiter=separator, strict=True))
-
-
-def _numbers_of(row: list[str], heads: list[_Head], place: str) -> list[float]:
+def _numbers_of(row: list[str], heads: list[str], place: str) -> list[float]:
     """Return the numbers of a row, or refuse the first cell that is none."""
     if len(row) != len(heads):
         raise RequestError(
@@ -416,7 +417,6 @@ def _numbers_of(row: list[str], heads: list[_Head], place: str) -> list[float]:
             # Python reads digits of other scripts, and underscores
             found.append(float(cell if cell.isascii() and "_" not in cell else ""))
         except ValueError:
-            raise _bad_value(
-                f"{place}, column {head.text}", f"a number; got {shown(cell) or 'nothing'}"
-            ) from None
+            what = f"a number; got {shown(cell) or 'nothing'}"
+            raise _bad_value(f"{place}, column {head.strip()}", what) from None
     return found

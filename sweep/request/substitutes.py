@@ -19,7 +19,7 @@ from sweep.model.description import Model
 from sweep.model.quantity import Input, Quantity, Substitute
 from sweep.request.sources import NORMAL, UNIFORM, Distribution, Range, Values
 from sweep.request.start_list import WORDS
-from sweep.request.start_table import Column, StartTable
+from sweep.request.start_table import Column, GivenTable, StartTable, table_for
 from sweep.request.values import Source, Value, allowed, not_allowed, read_distribution, read_value
 from sweep.request.words import read_input
 
@@ -48,7 +48,7 @@ def changed(held: Mapping[str, Any], changes: Mapping[str, Any], model: Model) -
     check_once(changes, model)
     change_of = {parameter_of(name, model): name for name in changes}
     table = changes.get("starts")
-    gone = (*table.names, *WORDS) if isinstance(table, StartTable) else ()
+    gone = (*table.names, *WORDS) if isinstance(table, StartTable | GivenTable) else ()
     found: dict[str, Any] = {}
     for name, value in held.items():
         parameter = parameter_of(name, model)
@@ -91,6 +91,7 @@ def resolved(
         name: read_distribution(words[name], each) or read(words[name], each) for name, each in given.items()
     }
     known = {**{name: row.default for name, row in model.parameters.items()}, **fixed, **words}
+    words = table_for(words, model)
     if isinstance(table := words.get("starts"), StartTable):
         known |= {name: Column(name, table) for name in table.names}
         _check_no_column(given, words, table)

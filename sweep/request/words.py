@@ -11,7 +11,7 @@ from sweep.model.quantity import Input, Word, table
 from sweep.request.criterion import Criterion
 from sweep.request.sources import Distribution
 from sweep.request.start_list import WORDS, read_list_word
-from sweep.request.start_table import Column, StartTable, names_in, read_table
+from sweep.request.start_table import Column, GivenTable, StartTable, read_table
 from sweep.request.suggestions import suggestion, unknown_word
 from sweep.request.units import plain_number
 from sweep.request.values import NOT_FINITE, Value, allowed, read_distribution, read_number, read_value
@@ -247,11 +247,9 @@ def _boundary(text: str) -> str:
 
 
 def given_in(words: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the words that a request has, and the columns of the table that it names: they choose its model."""
+    """Return the words that a request has, and the columns of its table, which has been read: they choose its model."""
     table = words.get("starts")
-    # arrays and data frames have no truth value
-    none = table is None or (isinstance(table, str) and not table.strip())
-    return (*words, *(() if none else names_in(table)))
+    return (*words, *(table.names if isinstance(table, StartTable | GivenTable) else ()))
 
 
 def changes_in(words: Sequence[str], otherwise: str = registry.DEFAULT) -> dict[str, str]:
@@ -262,7 +260,7 @@ def changes_in(words: Sequence[str], otherwise: str = registry.DEFAULT) -> dict[
     RequestError
     """
     found = pairs(words)
-    check_known(found, model_for(None, given_in(found), otherwise))
+    check_known(found, model_for(None, given_in(with_table(found)), otherwise))
     return found
 
 
@@ -279,18 +277,13 @@ def check_known(words: Iterable[str], model: Model, others: Sequence[str] = ()) 
             unknown_word(name, known, model, _elsewhere())
 
 
-def beside(path: Path, words: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return words of a spec file; the path of the table that they name begins at the folder of the file."""
-    named = words.get("starts")
-    return {**words, "starts": path.parent / named} if isinstance(named, str) and named.strip() else words
-
-
-def with_table(words: Mapping[str, Any], model: Model) -> dict[str, Any]:
-    """Return words of which the table of starts, if one is given, has been read."""
-    raw = words.get("starts", "")
-    # arrays and data frames have no truth value
-    none = isinstance(raw, str) and not raw.strip()
-    return {**words} if none else {**words, "starts": read_table(raw, model)}
+def with_table(words: Mapping[str, Any], folder: Path | None = None) -> dict[str, Any]:
+    """Return words of which the table of starts, if one is given, has been read; its path begins at a folder."""
+    raw = words.get("starts")
+    if isinstance(raw, str) and raw.strip() and folder is not None:
+        raw = folder / raw
+    table = read_table(raw)
+    return {**words} if table is None else {**words, "starts": table}
 
 
 def _elsewhere() -> Mapping[str, str]:

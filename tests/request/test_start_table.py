@@ -14,9 +14,15 @@ from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
 from sweep.request.sources import Values
 from sweep.request.spec import SweepSpec
-from sweep.request.start_table import StartTable, read_table
+from sweep.request.start_list import read_list_word
+from sweep.request.start_table import StartTable
 
 COLUMNS = {"roll_rate": [2.5, 3.0, 2.0], "tilt": [0.01, 0.02, 0.005]}
+
+
+def read(raw, model):
+    """The table that something is for a model."""
+    return read_list_word("starts", raw, model)
 
 
 @pytest.fixture
@@ -70,14 +76,14 @@ def test_spellings_of_a_file(table, text):
 
 def test_columns_in_memory():
     """Mappings, data frames and data arrays with units give the same table."""
-    given = read_table(COLUMNS, DISK)
-    assert read_table(pd.DataFrame(COLUMNS), DISK) == given
-    assert read_table(xr.Dataset({name: ("n", values) for name, values in COLUMNS.items()}), DISK) == given
+    given = read(COLUMNS, DISK)
+    assert read(pd.DataFrame(COLUMNS), DISK) == given
+    assert read(xr.Dataset({name: ("n", values) for name, values in COLUMNS.items()}), DISK) == given
     degrees = xr.DataArray(np.array([1.0, 2.0]), attrs={"units": "deg"})
     for columns in ({"tilt": degrees}, {"tilt [deg]": [1, 2]}, pd.DataFrame({"tilt (deg)": [1, 2]})):
-        np.testing.assert_allclose(read_table(columns, DISK).values("tilt"), np.radians([1.0, 2.0]))
+        np.testing.assert_allclose(read(columns, DISK).values("tilt"), np.radians([1.0, 2.0]))
     # negative zero is zero: equal values have one SHA-256
-    assert read_table({"tilt": [-0.0, 1.0]}, DISK) == read_table({"tilt": [0.0, 1.0]}, DISK)
+    assert read({"tilt": [-0.0, 1.0]}, DISK) == read({"tilt": [0.0, 1.0]}, DISK)
 
 
 def test_a_data_frame_wherever_a_table_is_given():
@@ -89,7 +95,7 @@ def test_a_data_frame_wherever_a_table_is_given():
         SweepSpec.read("rolling", starts=frame),
         SweepSpec(starts=frame),
     ]
-    assert {spec.starts for spec in made} == {read_table(COLUMNS, DISK)}
+    assert {spec.starts for spec in made} == {read(COLUMNS, DISK)}
     for make in (SweepSpec, SweepSpec.preset("rolling").replace):
         with pytest.raises(RequestError, match="starts is a CSV file, or columns"):
             make(starts=np.zeros((2, 2)))
@@ -221,7 +227,7 @@ def test_other_encodings_and_missing_files(table, tmp_path):
         (tmp_path / "no.csv", "No such file"),
     ):
         with pytest.raises(RequestError, match=says):
-            read_table(path, DISK)
+            read(path, DISK)
 
 
 def test_what_are_no_columns():
