@@ -38,20 +38,11 @@ NUMBERS = ("-3.7", "123457", "0")
 
 #: Model, quantity and unit: all parameters and settings of all models, and what stands for them.
 CASES = [
-    pytest.param(model, row, unit, id=f"{model.name}-{row.name}-{unit}")
+    (model, row, unit)
     for model in registry.every()
     for row in {**model.parameters, **model.settings, **model.substitutes}.values()
     for unit in UNITS[row.units]
 ]
-
-
-def _make(model, name, text, way, folder):
-    """Make the spec of a word, given as a word, in a file or in Python."""
-    path, line = folder / "spec.toml", f'{name} = "{text}"\n'
-    path.write_text(f'model = "{model.name}"\n{line if way == "toml" else ""}')
-    if way == "python":
-        return SweepSpec(model=model.name, **{name: text})
-    return SweepSpec.from_words(path, [f"{name}={text}"] if way == "words" else [])
 
 
 def _impossible(quantity, unit):
@@ -63,37 +54,35 @@ def _impossible(quantity, unit):
     return next((each for each in NUMBERS if allows and not allows(float(each) * factor)), None)
 
 
-@pytest.mark.parametrize("way", ["words", "toml", "python"])
-@pytest.mark.parametrize(("model", "quantity", "unit"), CASES)
-def test_every_refusal_says_what_was_given(model, quantity, unit, way, tmp_path):
+def test_every_refusal_says_what_was_given():
     """Numbers, lists, ranges and distributions of every quantity in every kind of unit: never the digits of SI."""
-    number, factor, name = _impossible(quantity, unit), factor_to_si(unit, quantity), quantity.name
-    forms = [f"5.3{unit}:4.1{unit}:7"] if name not in model.settings else []
-    if number is not None:
-        forms.append(f"{number}{unit}")
-        if name not in model.settings:
-            high = "200000"
-            forms += [
+    for model, quantity, unit in CASES:
+        number, factor, name = _impossible(quantity, unit), factor_to_si(unit, quantity), quantity.name
+        several = name not in model.settings
+        forms = [f"5.3{unit}:4.1{unit}:7"] * several
+        if number is not None:
+            forms += [f"{number}{unit}"]
+            lists = (
                 f"{number}{unit},",
-                f"{number}{unit}:{high}{unit}:5",
-                f"uniform:{number}{unit}:{high}{unit}",
-            ]
-    for text in forms:
-        with pytest.raises(RequestError) as refusal:
-            _make(model, name, text, way, tmp_path)
-        said = str(refusal.value)
-        assert f"{name}={text}" in said
-        for given in (number, "5.3", "4.1"):
-            if given is not None and f"{given}{unit}" in text:
-                in_si = repr(float(given) * factor)
-                assert (
-                    in_si == given or in_si.removesuffix(".0") in (given, "0", "-0") or in_si not in said
-                ), said
-        if name == "inclination" and number in text:
-            tilts = [math.radians(90.0) / factor - float(each) for each in (number, "200000")]
-            assert any(f"That is a tilt of {tilt:.10g} {unit}, which is not" in said for tilt in tilts), said
-        elif number is not None and number in text:
-            assert f"{number} {unit} is not" in said or f"{number} {unit}, which is not" in said
+                f"{number}{unit}:200000{unit}:5",
+                f"uniform:{number}{unit}:200000{unit}",
+            )
+            forms += lists * several
+        for text in forms:
+            with pytest.raises(RequestError) as refusal:
+                SweepSpec(model=model.name, **{name: text})
+            said = str(refusal.value)
+            assert f"{name}={text}" in said
+            for given in (number, "5.3", "4.1"):
+                if given is not None and f"{given}{unit}" in text:
+                    in_si = repr(float(given) * factor)
+                    same = in_si == given or in_si.removesuffix(".0") in (given, "0", "-0")
+                    assert same or in_si not in said, said
+            if name == "inclination" and number in text:
+                tilts = [math.radians(90.0) / factor - float(each) for each in (number, "200000")]
+                assert any(f"a tilt of {tilt:.10g} {unit}, which is not" in said for tilt in tilts), said
+            elif number is not None and number in text:
+                assert f"{number} {unit} is not" in said or f"{number} {unit}, which is not" in said
 
 
 def test_what_is_allowed_is_said_in_the_unit_of_the_value():
@@ -167,14 +156,6 @@ def test_a_number_without_text_is_said_in_the_unit_of_the_other_word():
             SweepSpec(step=step, duration="3min")
 
 
-def test_a_range_in_place_of_a_number_is_not_told_its_count():
-    """With a count it would be refused as well."""
-    for word in ["tilt=1deg:2deg", "duration=1:2", "roll_rate=3:4"]:
-        with pytest.raises(RequestError, match="must be one number here; it cannot be an axis") as refusal:
-            TrajectorySpec.from_words(["tilt=1deg"] * ("tilt" not in word) + [word])
-        assert refusal.value.hint == "Give one number, and run once per value."
-
-
 def test_two_values_that_differ_are_not_said_alike():
     """As people write them, and with all digits in SI where that is the same text."""
     for name, given, said in [
@@ -214,17 +195,6 @@ def test_a_value_of_a_spec_is_written_as_a_person_would():
     assert written == ["1deg:5deg:20:log", "2,3", "1"]
     assert as_written(spec.fall_tilt, SETTINGS["fall_tilt"]) == "80deg"
     assert as_written("steady", PARAMETERS["roll_rate"]) == "steady"
-
-
-def test_a_range_without_a_count_is_told_with_one():
-    """What was given is kept in the hint."""
-    for words, hint in [
-        (["roll_rate=2:4"], "Write 2:4:100, for instance."),
-        (["tilt=1deg:5deg"], "Write 1deg:5deg:100, for instance."),
-    ]:
-        with pytest.raises(RequestError, match="A range is start:stop:count") as refusal:
-            SweepSpec.from_words("rolling", words)
-        assert refusal.value.hint == hint
 
 
 def test_words_that_do_not_go_together_are_said_as_given():
@@ -295,10 +265,3 @@ def test_a_cell_outside_an_atlas_is_said_as_given():
         with pytest.raises(RequestError) as refusal:
             nearest_cell(spec, {"roll_rate": 2.0, **given} if "speed" not in given else given)
         assert said in str(refusal.value)
-
-
-def test_an_atlas_in_place_of_a_spec_is_told_its_option():
-    """A file of an atlas is no preset; commands take it with --from."""
-    with pytest.raises(RequestError) as refusal:
-        SweepSpec.from_words("a.nc", [])
-    assert refusal.value.hint == "Where a command goes on from an atlas, it is given with --from a.nc."

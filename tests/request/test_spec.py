@@ -14,7 +14,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sweep.errors import RequestError
-from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.model import DISK, Disk
 from sweep.request.criterion import Criterion
 from sweep.request.sources import Range, Values
@@ -83,40 +82,6 @@ def test_changes_keep_the_place_of_an_axis(spec_file):
     assert SweepSpec.from_toml(path).replace(roll_rate=3).axes == ("tilt",)
 
 
-def test_the_presets():
-    """The presets are the three classical motions of the uniform disk, axes in this order."""
-    for name, axes, fixed, criterion in [
-        (
-            "rolling",
-            {"roll_rate": (2, 4, 801), "tilt": (0.001, 5, 200)},
-            {"precession_rate": 0.0},
-            "departure:5deg",
-        ),
-        (
-            "spinning",
-            {"precession_rate": (3, 6, 801), "tilt": (0.001, 5, 200)},
-            {"roll_rate": 0.0},
-            "departure:5deg",
-        ),
-        (
-            "circling",
-            {"tilt": (0.25, 30, 240), "precession_rate": (0.01, 5, 800)},
-            {"roll_rate": "steady", "tilt_rate": 1e-4},
-            "amplification:10",
-        ),
-    ]:
-        spec = SweepSpec.preset(name)
-        assert spec.axes == tuple(axes)
-        for axis, (start, stop, count) in axes.items():
-            scale = math.pi / 180 if axis == "tilt" else 1.0
-            value = getattr(spec, axis)
-            assert (value.start, value.stop, value.count) == (start * scale, stop * scale, count)
-        assert {word: getattr(spec, word) for word in fixed} == fixed
-        assert str(spec.criterion) == criterion
-        assert (spec.alpha, spec.radius, spec.gravity, spec.duration) == (0.5, 0.5, 9.81, 300.0)
-        assert circling(spec) == (name == "circling")
-
-
 def test_the_presets_straddle_the_critical_rates():
     """The rates of the released presets lie around the critical ones: g/3R and 4g/5R for the uniform disk."""
     assert presets(DISK) == ("circling", "rolling", "spinning")
@@ -154,31 +119,6 @@ def test_the_canonical_text():
     assert words["alpha"] == {"values": [0.5, 1.0]}
     assert words["criterion"] == {"kind": "departure", "limit": math.pi / 36}
     assert spec.fingerprint() == hashlib.sha256(text.encode()).hexdigest()
-
-
-def test_fingerprints_outlive_versions():
-    """The canonical text of a request is that of the first release with models: its files and runs go on."""
-    for spec, fingerprint in [
-        (SweepSpec.preset("rolling"), "1f71ec614d181b948e4a3bf9124d424fb68a6adb2f46bd4279ea3b3553852ee7"),
-        (SweepSpec.preset("spinning"), "6a344830c4c9fd353465a9708b0f1eb709453f658d75ea48e40f75a68be0cb80"),
-        (SweepSpec.preset("circling"), "ee2b9ee8c3a46132eef204f247f80a63f3141783c2ad241488d52acba07726d8"),
-        (
-            SweepSpec(
-                tilt="0.1:0.2:3:log",
-                alpha=[0.5, 1],
-                roll_rate="-8:8:5",
-                precession_rate="steady-slow",
-                title="Münze",
-                criterion="amplification:10",
-                step="2ms",
-                method="exact",
-                contact=True,
-                boundary="refined:1e-6",
-            ),
-            "a2b24f21f10a0d0d9a74e92710472e08c5c0b3d20e3ad8bb444db607038e1c45",
-        ),
-    ]:
-        assert spec.fingerprint() == fingerprint
 
 
 #: The canonical text of a file that is older than the words contact, boundary and device.
@@ -266,19 +206,6 @@ def test_a_spec_is_a_value():
     assert spec == SweepSpec(tilt=Range(math.radians(1), math.radians(5), 3), radius=0.5)
     assert len({spec, spec.replace(), SweepSpec(tilt="1deg:5deg:3"), SweepSpec(tilt="1deg:5deg:4")}) == 2
     assert spec != spec.canonical()
-
-
-def test_contact_is_silent_unless_asked_for():
-    """Without contact forces the canonical text is that of the first files; asked for, they are part of it."""
-    plain = SweepSpec.preset("rolling")
-    asked = plain.replace(contact=True)
-    assert "contact" not in plain.canonical()
-    assert '"contact":"yes"' in asked.canonical()
-    assert SweepSpec.from_canonical(asked.canonical()) == asked == plain.replace(contact="yes")
-    assert SweepSpec.from_canonical(plain.canonical()) == plain == asked.replace(contact="no")
-    with pytest.raises(RequestError, match=r"no or yes.*maybe") as caught:
-        plain.replace(contact="maybe")
-    assert caught.value.where == "contact"
 
 
 def test_headline_says_what_is_looked_at():

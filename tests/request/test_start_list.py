@@ -1,6 +1,5 @@
 """Requests for random starts: the words, the spec that comes of them, and what does not go together."""
 
-import json
 import pickle
 
 import numpy as np
@@ -27,14 +26,6 @@ def test_a_list_has_one_dimension(spec):
     assert spec.listed == ("tilt", "roll_rate")
     assert spec.fixed == ("tilt_rate", "precession_rate", "alpha", "radius", "gravity")
     assert spec.start.array().tolist() == list(range(1000))
-
-
-def test_a_grid_is_as_it_was():
-    """Its text, and with it its fingerprint, do not mention lists."""
-    grid = SweepSpec.preset("rolling")
-    assert not grid.is_list
-    assert not {"samples", "seed", "start"} & {*grid.words()}
-    assert not {"samples", "seed", "start"} & json.loads(grid.canonical()).keys()
 
 
 def test_a_list_survives_all_its_spellings(spec, tmp_path):
@@ -150,11 +141,3 @@ def test_scaled_distributions():
     for radius in ("radius=uniform:1cm:2cm", "radius=normal:1cm:1mm"):
         with pytest.raises(RequestError, match=r"here radius varies.*roll_rate=uniform:"):
             SweepSpec.from_words("rolling", [*words[:-1], radius])
-
-
-def test_scaled_rates_beside_a_table():
-    """A table of disks leaves no one rate for a scaled one."""
-    table = {"radius": [0.01, 0.02]}
-    with pytest.raises(RequestError, match="here radius varies"):
-        SweepSpec(starts=table, scaled_roll_rate=0.8, tilt=0.01)
-    assert SweepSpec(starts={"tilt": [0.01, 0.02]}, scaled_roll_rate=0.8).roll_rate > 0.0

@@ -20,13 +20,6 @@ from sweep.request.words import names
 COIN = {"radius": "12mm", "gravity": 1.62}
 UNIT = math.sqrt(1.62 / 0.012)
 
-#: Preset -> its fingerprint when its file had the rates in rad/s.
-FINGERPRINTS = {
-    "rolling": "1f71ec614d181b948e4a3bf9124d424fb68a6adb2f46bd4279ea3b3553852ee7",
-    "spinning": "6a344830c4c9fd353465a9708b0f1eb709453f658d75ea48e40f75a68be0cb80",
-    "circling": "ee2b9ee8c3a46132eef204f247f80a63f3141783c2ad241488d52acba07726d8",
-}
-
 
 @pytest.mark.parametrize("rate", ["tilt_rate", "precession_rate", "roll_rate"])
 @pytest.mark.parametrize(
@@ -180,17 +173,10 @@ def test_a_spec_is_changed_in_the_same_way():
     np.testing.assert_allclose(ends, spec.roll_rate.ends() * math.sqrt(0.5 / 0.012), rtol=1e-15)
 
 
-def test_the_presets_of_the_default_disk_are_those_in_rad_per_second():
-    """To the bit: what was computed, kept or compared with a preset stays valid."""
-    for name in FINGERPRINTS:
-        assert SweepSpec.preset(name).fingerprint() == FINGERPRINTS[name]
-        assert SweepSpec.preset(name, radius="50cm", gravity="9.81m/s2").fingerprint() == FINGERPRINTS[name]
-
-
 def test_a_preset_covers_the_boundary_of_every_disk():
     """The analytic line lies inside the range in as many rows as for the default disk, and nothing is warned of."""
     for disk in [{"radius": "12mm"}, {"gravity": 1.62}, {"radius": 40.0, "gravity": 274.0}]:
-        for name in FINGERPRINTS:
+        for name in ("rolling", "spinning", "circling"):
             inside = []
             for spec in (SweepSpec.preset(name), SweepSpec.preset(name, **disk)):
                 (axis,) = spec.model.controls(spec.axes)

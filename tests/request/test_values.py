@@ -236,28 +236,6 @@ def test_the_units_of_the_page_are_read():
     assert {read_unit(name) for name in names[:5]} == {read_unit("m/s2")}
 
 
-def test_no_unit_is_si():
-    """A number without a unit is in the SI unit of its quantity."""
-    assert factor_to_si("", TILT) == 1.0
-
-
-def test_units_are_multiplied_and_divided():
-    """The algebra of units that a hand writes: products, quotients and small whole powers of names."""
-    for raw, quantity, value in [
-        ("2 m*m/m", RADIUS, 2.0),
-        ("2 m**2/m", RADIUS, 2.0),
-        ("2 m^2 / m", RADIUS, 2.0),
-        ("2 meter", RADIUS, 2.0),
-        ("60 degree per minute", RATE, math.radians(1.0)),
-        ("3 rad\u00b7s/s**2", RATE, 3.0),
-        ("4 cm s-2", GRAVITY, 0.04),
-        ("5 m/s\u00b2", GRAVITY, 5.0),
-        ("6 \u00b5m", RADIUS, 6e-6),
-        ("50 %", ALPHA, 0.5),
-    ]:
-        assert read_value(raw, quantity) == pytest.approx(value, rel=1e-12)
-
-
 def test_what_is_no_unit_is_refused_at_once():
     """A number, a call, a bracket left open or a power that no unit has is refused, in a short sentence."""
     for unit in [

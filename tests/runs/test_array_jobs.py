@@ -208,16 +208,6 @@ def test_a_partial_atlas_has_what_there_is(command, tmp_path):
     assert command(f"run {WORDS} -o a.nc")[0] == 0
 
 
-def test_two_runs_that_differ_in_how_they_are_run_have_the_same_bytes(command, tmp_path):
-    """Threads, block size and executor are not in the file, its name in the history alone."""
-    files = []
-    for line in (f"run {WORDS} -o a.nc", f"run {WORDS} --threads 1 --block-cells 3 --max-failed 50 -o a.nc"):
-        assert command(line)[0] == 0
-        files.append((tmp_path / "a.nc").read_bytes())
-        (tmp_path / "a.nc").unlink()
-    assert files[0] == files[1]
-
-
 def test_a_run_that_goes_on_keeps_its_time(command, tmp_path, monkeypatch):
     """The file bears the time and the command of the run's beginning, whenever it was finished."""
     stopped_after(tmp_path / "a.nc", 2, command="the first")
@@ -248,24 +238,6 @@ def test_two_names_of_one_output_meet_at_one_lock(command, tmp_path):
     assert "going on: 2 of 4 blocks" in command(f"run {WORDS} -o link.nc --overwrite")[2]
     assert (tmp_path / "a.nc").is_file()
     assert (tmp_path / "link.nc").is_symlink()
-
-
-def identity(path):
-    """Return what tells whether a file was written again; not the time of access, which reading it changes."""
-    status = path.stat()
-    return status.st_ino, status.st_size, status.st_mtime_ns
-
-
-def test_a_finished_run_that_could_not_tidy_up(command, tmp_path, monkeypatch):
-    """Killed after the file got its name: the same command finds that it is done, and only tidies up."""
-    monkeypatch.setattr("sweep.runs.run_directory.remove", lambda _: None)
-    run_to_file(SPEC, tmp_path / "a.nc", block_cells=5)
-    monkeypatch.undo()
-    before = identity(tmp_path / "a.nc")
-    monkeypatch.chdir(tmp_path)
-    assert command(f"run {WORDS} -o a.nc")[0] == 0
-    assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
-    assert identity(tmp_path / "a.nc") == before
 
 
 def test_another_run_is_not_taken_for_done(command, tmp_path, monkeypatch):

@@ -69,13 +69,6 @@ def test_the_same_call_goes_on():
     assert anew.heard[0] == (COMPUTING, 0)
 
 
-def test_it_can_be_interrupted_again_and_again():
-    """Each call gets further, and the last one is right."""
-    for at in (20, 100, 180):
-        assert interrupted(at=at).startswith(f"{at} of 200 cells")
-    same(sweep.run(SPEC), sweep.run(SPEC))
-
-
 def test_the_search_for_the_boundary_can_be_interrupted():
     """All cells are kept then."""
     refined = SPEC.replace(boundary="refined:1e-6")
@@ -230,30 +223,3 @@ def test_a_signal_from_outside(tmp_path, where):
         assert said.startswith(f"{done // 5000} of 18 blocks {are(done // 5000)} kept in ")
         assert "a.nc.run. To go on, give the same call again." in said
         assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
-
-
-@pytest.mark.compiled
-def test_a_second_signal_does_not_wait(tmp_path):
-    """It raises where it arrives, here in a progress function that would sleep for a minute."""
-    program = (
-        "import sweep, time\n"
-        "def wait(status):\n"
-        "    print('ready', flush=True)\n"
-        "    time.sleep(60)\n"
-        "sweep.run('rolling', progress=wait)\n"
-    )
-    process = subprocess.Popen(
-        [sys.executable, "-c", program],
-        env={**os.environ, "PYTHONPATH": str(CHECKOUT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stdout.readline() == "ready\n"
-    for _ in range(2):
-        process.send_signal(signal.SIGINT)
-        with pytest.raises(subprocess.TimeoutExpired):
-            process.wait(0.5) if _ == 0 else process.wait(0)
-    _, err = process.communicate(timeout=30)
-    assert process.returncode == -signal.SIGINT
-    assert err.rstrip().endswith("KeyboardInterrupt")

@@ -119,15 +119,6 @@ def test_a_file_system_that_refuses_at_the_end(path, monkeypatch, step):
     assert list(path.parent.iterdir()) == [path]
 
 
-def test_the_final_name_appears_last(path):
-    """While blocks are computed the final name does not exist, and afterwards nothing else does."""
-    seen = []
-    run_to_file(SPEC, path, block_cells=5, progress=lambda *_: seen.append(path.exists()))
-    assert seen == [False] * len(seen)
-    assert len(seen) >= 4
-    assert list(path.parent.iterdir()) == [path]
-
-
 def test_an_existing_file_is_not_replaced_by_accident(path):
     """Without overwrite an existing file is refused before anything is computed; with it, it is replaced."""
     path.write_bytes(b"old")
@@ -334,14 +325,6 @@ def test_a_run_is_stopped_after_its_last_block_too(path):
     assert not path.exists()
     run_to_file(spec, path)
     assert path.exists()
-
-
-def test_a_preset_with_changes_is_written(path):
-    """The name of a preset, with words of the command line, is a spec here too."""
-    changes = {"roll_rate": "2:4:5", "tilt": "1deg"}
-    assert run_to_file("rolling", path, **changes, threads=1).total == 0
-    with open_atlas(path) as atlas:
-        assert atlas.eulerdisk.spec == SweepSpec.preset("rolling", **changes)
 
 
 def test_the_result_says_what_failed(tmp_path):

@@ -13,18 +13,6 @@ from sweep.runs.run import run_to_file
 SPEC = SweepSpec(roll_rate="2:4:6", tilt="0.1deg,1deg")
 
 
-def test_a_folder_with_other_files_is_not_taken(tmp_path):
-    """A folder that happens to have the name of a run's, with other things in it, is refused and left as it was."""
-    mine = tmp_path / "a.nc.run" / "mine.txt"
-    mine.parent.mkdir()
-    mine.write_text("years of work")
-    with pytest.raises(RequestError, match=r"that name is taken.*mine\.txt, which no run has made") as caught:
-        run_to_file(SPEC, tmp_path / "a.nc")
-    assert caught.value.where == str(tmp_path / "a.nc")
-    assert str(tmp_path) not in caught.value.message
-    assert [path for path in tmp_path.rglob("*") if path.is_file()] == [mine]
-
-
 def test_what_a_run_has_not_made_it_does_not_remove(tmp_path):
     """Notes that somebody keeps beside the blocks, and among them, outlive the run; blocks and the rest go."""
     journal = array_jobs.prepare(SPEC, tmp_path / "a.nc", block_cells=3)
@@ -74,25 +62,6 @@ def test_a_folder_that_is_not_a_runs_is_left_as_it_was(tmp_path, name):
         run_to_file(SPEC, tmp_path / "a.nc")
     assert sorted(tmp_path.rglob("*")) == before
     assert mine.read_text() == "years of work"
-
-
-def test_foreign_files_outlive_a_run(tmp_path):
-    """Beside the blocks of a run, only files whose whole names a run gives are removed, at its begin and its end."""
-    journal = array_jobs.prepare(SPEC, tmp_path / "a.nc", block_cells=3)
-    foreign = [
-        "data.npz",
-        "notes.tmp",
-        "blocks/data.npz",
-        "blocks/notes.tmp",
-        "blocks/1-x.block",
-        "blocks/a.damaged",
-    ]
-    for name in foreign:
-        (journal.folder / name).write_text("mine")
-    (journal.folder / "blocks" / ".eulerdisk-0123456789abcdef.tmp").write_text("left by a kill")
-    run_to_file(SPEC, tmp_path / "a.nc")
-    left = sorted(path for path in (tmp_path / "a.nc.run").rglob("*") if path.is_file())
-    assert left == sorted(journal.folder / name for name in foreign)
 
 
 def test_a_malformed_record_does_not_block_a_run(tmp_path):

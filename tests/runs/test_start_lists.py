@@ -15,7 +15,7 @@ import sweep
 from sweep.engine.grid import starts_at
 from sweep.errors import RequestError
 from sweep.model.disk.tables import ENDINGS
-from sweep.runs import array_jobs, executor, forecast
+from sweep.runs import array_jobs, forecast
 from sweep.runs.run import run_to_file
 
 WORDS = "rolling roll_rate=uniform:2:4 tilt=normal:1deg:0.2deg samples=3000 seed=7"
@@ -51,15 +51,6 @@ def test_blocks_and_threads_change_no_byte(tmp_path, reference, threads, block_c
             whole = sweep.run(SPEC).isel(start=slice(0, cut))
             assert np.array_equal(atlas.peak_tilt, whole.peak_tilt)
             assert np.array_equal(atlas.tilt, whole.tilt)
-
-
-def test_an_array_of_jobs_changes_no_byte(tmp_path, reference):
-    """Prepared, computed in three parts by their numbers, assembled."""
-    journal = array_jobs.prepare(SPEC, tmp_path / "a.nc", block_cells=500, command="sweep.run_to_file")
-    for part in (3, 1, 2):
-        array_jobs.compute_part(journal.folder, part, 3)
-    array_jobs.assemble(journal.folder)
-    assert (tmp_path / "a.nc").read_bytes() == reference
 
 
 def test_a_killed_run_goes_on(tmp_path, reference):
@@ -227,15 +218,6 @@ def test_in_the_file(tmp_path):
         assert atlas.eulerdisk.spec == SPEC.replace(samples=20)
 
 
-def test_a_block_in_another_process(tmp_path):
-    """A worker that reads the spec from the manifest draws the same starts."""
-    journal = array_jobs.prepare(SPEC, tmp_path / "a.nc", block_cells=1000)
-    (number, columns), *_ = executor.local(1)(journal, [2], lambda: False)
-    whole = sweep.run(SPEC)
-    assert number == 2
-    assert np.array_equal(columns["tilt_max"], whole.tilt_max[2000:])
-
-
 def test_the_next_start_is_no_neighbour(command):
     """On a grid an ending may flip beside a cell that has it; of a list the next start says nothing."""
     for name in ("a", "b"):
@@ -250,18 +232,6 @@ def test_the_next_start_is_no_neighbour(command):
     status, text, _ = command("compare b.nc a.nc")
     assert status == 1
     assert text.startswith("DIFFERENT")
-
-
-def test_a_pytest_fixture_and_python(eulerdisk_atlas, tmp_path):
-    """Words of lists serve regression tests, and `sweep.run` gives the atlas that a run writes."""
-    run_to_file(SPEC.replace(samples=20), tmp_path / "ref.nc")
-    eulerdisk_atlas(WORDS.replace("3000", "20"), tmp_path / "ref.nc")
-    with sweep.open_atlas(tmp_path / "ref.nc") as stored:
-        made = sweep.run(SPEC.replace(samples=20))
-        assert set(stored.coords) == set(made.coords)
-        for name in stored.variables:
-            assert np.array_equal(stored[name], made[name], equal_nan=True), name
-            assert stored[name].dtype == made[name].dtype, name
 
 
 def test_many_samples_are_cheap_to_ask_for():
