@@ -2,11 +2,13 @@
 
 import json
 import math
-import random
 from decimal import Decimal
+from random import Random
 from urllib.parse import parse_qsl, urlsplit
 
 import sweep
+
+random = Random(3)
 
 COMPLETE = "#map[data-lane=fine][aria-busy=false]"
 
@@ -135,7 +137,7 @@ def cells(pixels, x, y, width, height, **words):
 
 
 def random_pixels(width, height, count):
-    """Return pixels of a picture, others each time."""
+    """Return random pixels of a picture."""
     return [[random.randrange(width), random.randrange(height)] for _ in range(count)]
 
 

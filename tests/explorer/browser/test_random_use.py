@@ -22,10 +22,10 @@ LEAK = """async () => {
 
 
 def test_a_short_random_use_has_no_problem(browser, explorer):
-    """A few dozen actions leave no message, no stale picture and no context of WebGL; what is kept then is measured."""
+    """A dozen actions leave no message, no stale picture and no context of WebGL; what is kept then is measured."""
     context = browser.new_context(viewport=script.SIZE, reduced_motion="reduce")
     page, watch = script.new_page(context, explorer.url)
-    script.use(page, watch, Visitor(page, random.Random(3)), 30)
+    script.use(page, watch, Visitor(page, random.Random(3)), 12)
     memory = Memory(page, context.new_cdp_session(page), explorer)
     before = script.measure(page, watch, memory, 0)
     empty = memory.graphics()
