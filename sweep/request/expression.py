@@ -1,11 +1,11 @@
 """The tree of a criterion of one's own: comparisons of variables and parameters, joined by ``and``, ``or``, ``not``.
 
-``peak_tilt > 10deg or fall_time < 2s`` is an `AnyOf` two comparisons. `sweep.request.expression_text` reads the text;
-``str`` of a tree is the text again, in one spelling for each tree.
+``peak_tilt > 10deg or fall_time < 2s`` is two comparisons, `Joined` by ``or``. `sweep.request.expression_text` reads
+the text; ``str`` of a tree is the text again, in one spelling for each tree.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from itertools import pairwise
@@ -26,22 +26,23 @@ _SPELLED = {"1": "", "rad s-1": "rad/s", "m s-2": "m/s2"}
 
 @dataclass(frozen=True)
 class Number:
-    """A number [SI] of a quantity with these units."""
+    """A number [SI] of a quantity with these units, or the code of an enumerated one, by its name."""
 
     value: float
-    units: str
+    units: str = ""
+    name: str = ""
 
     def __str__(self) -> str:
-        """Return it with a unit, in the shortest form that reads back to the same number."""
-        if self.value == 0.0:
-            return "0"
+        """Return the name, or the number with a unit, in the shortest form that reads back to the same number."""
+        if self.name or self.value == 0.0:
+            return self.name or "0"
         if self.units == "rad":
             return spell_angle(self.value)
         return _shortest(self.value) + _SPELLED.get(self.units, self.units)
 
     def between(self, low: Values, high: Values) -> tuple[Array, Array]:
         """Return its least and its largest value."""
-        value = np.asarray(self.value)
+        value = np.asarray(float(self.value))
         return value, value
 
 
@@ -72,24 +73,7 @@ class Variable:
         return least, greatest
 
 
-@dataclass(frozen=True)
-class Flag:
-    """The name of one code of an enumerated variable."""
-
-    name: str
-    code: int
-
-    def __str__(self) -> str:
-        """Return the name."""
-        return self.name
-
-    def between(self, low: Values, high: Values) -> tuple[Array, Array]:
-        """Return its code, twice."""
-        code = np.asarray(float(self.code))
-        return code, code
-
-
-Term = Number | Variable | Flag
+Term = Number | Variable
 _Ends = tuple[Array, Array]
 
 
@@ -137,7 +121,8 @@ class Comparison:
         """Return where it is true, and where it may be; see `Truth`."""
         ends = [term.between(low, high) for term in self.terms]
         found = [SIGNS[sign](*pair) for sign, pair in zip(self.signs, pairwise(ends), strict=True)]
-        return _all(found)
+        sure, possible = zip(*found, strict=True)
+        return reduce(np.logical_and, sure), reduce(np.logical_and, possible)
 
     def comparisons(self) -> Iterator["Comparison"]:
         """Yield itself."""
@@ -152,7 +137,7 @@ class Not:
 
     def __str__(self) -> str:
         """Return it as it is written."""
-        return f"not {_in_brackets(self.part, AllOf, AnyOf)}"
+        return f"not {_in_brackets(self.part, 'and', 'or')}"
 
     def truth(self, low: Values, high: Values) -> Truth:
         """Return where it is true, and where it may be; see `Truth`."""
@@ -165,10 +150,23 @@ class Not:
 
 
 @dataclass(frozen=True)
-class _Joined:
-    """Two parts or more; none of them is of the same class: ``a and (b and c)`` is ``a and b and c``."""
+class Joined:
+    """Parts of which all are true, joined by ``and``, or one is, by ``or``; made by `joined`."""
 
+    word: str
     parts: tuple["Expression", ...]
+
+    def __str__(self) -> str:
+        """Return it as it is written."""
+        # and binds before or
+        parts = (_in_brackets(part, "or") if self.word == "and" else str(part) for part in self.parts)
+        return f" {self.word} ".join(parts)
+
+    def truth(self, low: Values, high: Values) -> Truth:
+        """Return where it is true, and where it may be; see `Truth`."""
+        sure, possible = zip(*(part.truth(low, high) for part in self.parts), strict=True)
+        join = np.logical_and if self.word == "and" else np.logical_or
+        return reduce(join, sure), reduce(join, possible)
 
     def comparisons(self) -> Iterator[Comparison]:
         """Yield the comparisons in it."""
@@ -176,32 +174,15 @@ class _Joined:
             yield from part.comparisons()
 
 
-class AllOf(_Joined):
-    """True where all of its parts are."""
-
-    def __str__(self) -> str:
-        """Return it as it is written."""
-        return " and ".join(_in_brackets(part, AnyOf) for part in self.parts)
-
-    def truth(self, low: Values, high: Values) -> Truth:
-        """Return where it is true, and where it may be; see `Truth`."""
-        return _all([part.truth(low, high) for part in self.parts])
+Expression = Comparison | Not | Joined
 
 
-class AnyOf(_Joined):
-    """True where one of its parts is."""
-
-    def __str__(self) -> str:
-        """Return it as it is written."""
-        return " or ".join(map(str, self.parts))
-
-    def truth(self, low: Values, high: Values) -> Truth:
-        """Return where it is true, and where it may be; see `Truth`."""
-        sure, possible = zip(*(part.truth(low, high) for part in self.parts), strict=True)
-        return reduce(np.logical_or, sure), reduce(np.logical_or, possible)
-
-
-Expression = Comparison | Not | AllOf | AnyOf
+def joined(word: str, parts: Sequence[Expression]) -> Expression:
+    """Return expressions joined by a word: ``a and (b and c)`` is ``a and b and c``, and one alone is itself."""
+    flat: list[Expression] = []
+    for part in parts:
+        flat += part.parts if isinstance(part, Joined) and part.word == word else [part]
+    return flat[0] if len(flat) == 1 else Joined(word, tuple(flat))
 
 
 def variables(tree: Expression) -> tuple[str, ...]:
@@ -230,10 +211,5 @@ def _shortest(value: float) -> str:
     return repr(value).removesuffix(".0")
 
 
-def _all(truths: list[Truth]) -> Truth:
-    sure, possible = zip(*truths, strict=True)
-    return reduce(np.logical_and, sure), reduce(np.logical_and, possible)
-
-
-def _in_brackets(part: Expression, *kinds: type) -> str:
-    return f"({part})" if isinstance(part, kinds) else str(part)
+def _in_brackets(part: Expression, *words: str) -> str:
+    return f"({part})" if isinstance(part, Joined) and part.word in words else str(part)

@@ -17,22 +17,19 @@ import difflib
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Quantity
 from sweep.request.expression import (
     SIGNS,
-    AllOf,
-    AnyOf,
     Comparison,
     Expression,
-    Flag,
     Not,
     Number,
     Term,
     Variable,
+    joined,
 )
 from sweep.request.values import read_number
 
@@ -70,8 +67,7 @@ _NAME = "the name of a variable or a parameter"
 _EXAMPLE = "Write it as in peak_tilt > 10deg or fall_time < 2s."
 
 
-@dataclass(frozen=True)
-class _Token:
+class _Token(NamedTuple):
     """A piece of the text: its `kind` is a group of `_TOKEN`, `at` the number of characters before it."""
 
     kind: str
@@ -81,8 +77,7 @@ class _Token:
     unit: str = ""
 
 
-@dataclass(frozen=True)
-class _Raw:
+class _Raw(NamedTuple):
     """A term whose quantity is not known yet: a number, or a name with its factor."""
 
     token: _Token
@@ -154,22 +149,17 @@ class _Parser:
 
     def whole(self) -> Expression:
         """Read all of the text."""
-        tree = self._any(0)
+        tree = self._joined("or", 0)
         if self._peek() is not None:
             self._unexpected("the end, or one of and, or, <, <=, >, >=, ==, !=")
         return tree
 
-    def _any(self, nested: int) -> Expression:
-        parts = [self._all(nested)]
-        while self._takes("or"):
-            parts.append(self._all(nested))
-        return parts[0] if len(parts) == 1 else AnyOf(tuple(_flat(parts, AnyOf)))
-
-    def _all(self, nested: int) -> Expression:
-        parts = [self._each(nested)]
-        while self._takes("and"):
-            parts.append(self._each(nested))
-        return parts[0] if len(parts) == 1 else AllOf(tuple(_flat(parts, AllOf)))
+    def _joined(self, word: str, nested: int) -> Expression:
+        """Read parts with a word between them: those of ``or`` may be joined by ``and``."""
+        parts: list[Expression] = []
+        while not parts or self._takes(word):
+            parts.append(self._joined("and", nested) if word == "or" else self._each(nested))
+        return joined(word, parts)
 
     def _each(self, nested: int) -> Expression:
         if nested > MOST_NESTED:
@@ -177,7 +167,7 @@ class _Parser:
         if self._takes("not"):
             return Not(self._each(nested + 1))
         if self._takes("("):
-            found = self._any(nested + 1)
+            found = self._joined("or", nested + 1)
             self._expect(")")
             return found
         return self._comparison()
@@ -251,7 +241,7 @@ class _Parser:
             )
         if others[0].name not in codes:
             _refuse_name(others[0], f"{flagged.name} == {others[0].name}", codes)
-        flag = Flag(others[0].name, codes[others[0].name])
+        flag = Number(codes[others[0].name], name=others[0].name)
         return tuple(Variable(raw.name) if raw is flagged else flag for raw in raws)
 
     def _takes(self, text: str) -> bool:
@@ -276,15 +266,6 @@ class _Parser:
         token = self._peek()
         there = "the end" if token is None else shown(token.text)
         _refuse(f"here must stand {wanted}; got {there}", self._at())
-
-
-def _flat(parts: Iterable[Expression], kind: type[AllOf] | type[AnyOf]) -> Iterator[Expression]:
-    """Yield parts, and instead of those of a kind their own parts."""
-    for part in parts:
-        if isinstance(part, AllOf | AnyOf) and isinstance(part, kind):
-            yield from part.parts
-        else:
-            yield part
 
 
 def _factor(token: _Token) -> float:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from sweep.errors import RequestError
 from sweep.model.quantity import DECISION, Quantity, table
-from sweep.request.expression import SIGNS, AllOf, AnyOf, Comparison, Flag, Not, Number, Variable, variables
+from sweep.request.expression import SIGNS, Comparison, Joined, Not, Number, Variable, variables
 from sweep.request.expression_text import MOST_CHARACTERS, MOST_NESTED, read_expression
 
 WAYS = {0: "unknown", 1: "up", 2: "down"}
@@ -259,8 +259,8 @@ def test_an_expression_is_read_with_its_units():
                 ("<", "<="),
             ),
         ),
-        ("way == down", Comparison((Variable("way"), Flag("down", 2)), ("==",))),
-        ("up != way", Comparison((Flag("up", 1), Variable("way")), ("!=",))),
+        ("way == down", Comparison((Variable("way"), Number(2, name="down")), ("==",))),
+        ("up != way", Comparison((Number(1, name="up"), Variable("way")), ("!=",))),
     ]:
         assert read(text) == tree
 
@@ -271,13 +271,13 @@ A, B, C = (f"{name} > 1{unit}" for name, unit in (("angle", "rad"), ("time", "s"
 def test_not_binds_before_and_before_or():
     """Precedence is that of Python; brackets that change nothing are left out of the tree."""
     for text, tree in [
-        (f"{A} and {B} or {C}", AnyOf((AllOf((read(A), read(B))), read(C)))),
-        (f"{A} or {B} and {C}", AnyOf((read(A), AllOf((read(B), read(C)))))),
-        (f"({A} or {B}) and {C}", AllOf((AnyOf((read(A), read(B))), read(C)))),
-        (f"not {A} and {B}", AllOf((Not(read(A)), read(B)))),
-        (f"not ({A} and {B})", Not(AllOf((read(A), read(B))))),
-        (f"{A} and ({B} and {C})", AllOf((read(A), read(B), read(C)))),
-        (f"(({A})) or ({B} or {C})", AnyOf((read(A), read(B), read(C)))),
+        (f"{A} and {B} or {C}", Joined("or", (Joined("and", (read(A), read(B))), read(C)))),
+        (f"{A} or {B} and {C}", Joined("or", (read(A), Joined("and", (read(B), read(C)))))),
+        (f"({A} or {B}) and {C}", Joined("and", (Joined("or", (read(A), read(B))), read(C)))),
+        (f"not {A} and {B}", Joined("and", (Not(read(A)), read(B)))),
+        (f"not ({A} and {B})", Not(Joined("and", (read(A), read(B))))),
+        (f"{A} and ({B} and {C})", Joined("and", (read(A), read(B), read(C)))),
+        (f"(({A})) or ({B} or {C})", Joined("or", (read(A), read(B), read(C)))),
         (f"not not {A}", Not(Not(read(A)))),
     ]:
         assert read(text) == tree
