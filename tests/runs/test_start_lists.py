@@ -1,4 +1,4 @@
-"""Runs of random starts, from the words to the file and through every command: one atlas like any other."""
+"""Runs of random starts and of starts from a table, from the words to the file and through every command."""
 
 import json
 import os
@@ -16,10 +16,17 @@ from sweep.engine.grid import starts_at
 from sweep.errors import RequestError
 from sweep.model.disk.tables import ENDINGS
 from sweep.runs import array_jobs, forecast
+from sweep.runs.folder import STARTS
+from sweep.runs.journal import Journal
+from sweep.runs.partial import write_partial
 from sweep.runs.run import run_to_file
 
-WORDS = "rolling roll_rate=uniform:2:4 tilt=normal:1deg:0.2deg samples=3000 seed=7"
+WORDS = "rolling roll_rate=uniform:2:4 tilt=normal:1deg:0.2deg samples=600 seed=7"
 SPEC = sweep.SweepSpec.from_words(WORDS.split()[0], WORDS.split()[1:])
+RANDOM = np.random.default_rng(5)
+COLUMNS = {"roll_rate": RANDOM.uniform(2.0, 4.0, 600), "tilt": RANDOM.normal(0.02, 0.005, 600)}
+TABLE = sweep.SweepSpec.preset("rolling").replace(starts=COLUMNS)
+SPECS = {"random": SPEC, "table": TABLE}
 
 
 @pytest.fixture(autouse=True)
@@ -29,97 +36,204 @@ def fixed_time(monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def reference(tmp_path_factory):
-    """Return the bytes of the file of an undisturbed run."""
-    path = tmp_path_factory.mktemp("reference") / "a.nc"
+def references(tmp_path_factory):
+    """Return the bytes of the files of undisturbed runs."""
+    found, path = {}, tmp_path_factory.mktemp("reference") / "a.nc"
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SOURCE_DATE_EPOCH", "1700000000")
-        run_to_file(SPEC, path)
-    return path.read_bytes()
+        for kind, spec in SPECS.items():
+            run_to_file(spec, path, overwrite=True)
+            found[kind] = path.read_bytes()
+    return found
 
 
-@pytest.mark.parametrize(("threads", "block_cells"), [(1, 1), (1, 7), (2, 1000), (1, 3000)])
-def test_blocks_and_threads_change_no_byte(tmp_path, reference, threads, block_cells):
-    """However a run is cut and shared out, its file is the same."""
-    cut = 40 if block_cells == 1 else SPEC.samples
-    spec = SPEC if cut == SPEC.samples else SPEC.replace(samples=cut)
-    run_to_file(spec, tmp_path / "a.nc", threads=threads, block_cells=block_cells)
-    if spec is SPEC:
-        assert (tmp_path / "a.nc").read_bytes() == reference
-    else:
-        with sweep.open_atlas(tmp_path / "a.nc") as atlas:
-            whole = sweep.run(SPEC).isel(start=slice(0, cut))
-            assert np.array_equal(atlas.peak_tilt, whole.peak_tilt)
-            assert np.array_equal(atlas.tilt, whole.tilt)
+def test_blocks_threads_and_jobs_change_no_byte(tmp_path, references):
+    """However a run is cut and shared out, its file is the same, and nothing else is left."""
+    path = tmp_path / "a.nc"
+    for kind, spec in SPECS.items():
+        for threads, block_cells in [(1, 7), (2, 100)]:
+            run_to_file(spec, path, threads=threads, block_cells=block_cells, overwrite=True)
+            assert path.read_bytes() == references[kind], (kind, threads, block_cells)
+        journal = array_jobs.prepare(spec, path, block_cells=100, command="sweep.run_to_file", overwrite=True)
+        assert not spec.starts or (journal.folder / STARTS).read_bytes() == spec.starts.to_bytes()
+        for part in (3, 1, 2):
+            array_jobs.compute_part(journal.folder, part, 3)
+        array_jobs.assemble(journal.folder, overwrite=True)
+        assert path.read_bytes() == references[kind], kind
+        assert [each.name for each in tmp_path.iterdir()] == ["a.nc"]
 
 
-def test_a_killed_run_goes_on(tmp_path, reference):
+def test_a_killed_run_goes_on(tmp_path, references):
     """Kill -9 in the middle, then the same command: the file of an undisturbed run, and no block computed twice."""
     script = (
         "import os, signal, sys\n"
         "from sweep import SweepSpec\n"
         "from sweep.runs.run import run_to_file\n"
         "def stop(status):\n"
-        "    if status.done >= 1500: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "    if status.done >= 300: os.kill(os.getpid(), signal.SIGKILL)\n"
         f"spec = SweepSpec.from_words('rolling', {WORDS.split()[1:]!r})\n"
-        "run_to_file(spec, 'a.nc', block_cells=500, progress=stop)\n"
+        "run_to_file(spec, 'a.nc', block_cells=100, progress=stop)\n"
     )
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env=environment, check=False)
     assert done.returncode == -9
     said = []
-    run_to_file(SPEC, tmp_path / "a.nc", block_cells=500, say=said.append)
+    run_to_file(SPEC, tmp_path / "a.nc", block_cells=100, say=said.append)
     assert any(each.startswith("going on: ") for each in said)
-    assert (tmp_path / "a.nc").read_bytes() == reference
+    assert (tmp_path / "a.nc").read_bytes() == references["random"]
 
 
-def test_other_random_starts_are_another_run(tmp_path):
-    """A folder of another seed is refused, and the words that differ are named."""
-    journal = array_jobs.prepare(SPEC, tmp_path / "a.nc")
-    assert journal.spec == SPEC
-    with pytest.raises(RequestError, match="seed: 7 there, 8 here"):
-        run_to_file(SPEC.replace(seed=8), tmp_path / "a.nc")
+def test_other_starts_are_another_run(tmp_path, references):
+    """A folder of another seed or table is refused, and the words that differ are named; with the same it goes on."""
+    path = tmp_path / "a.nc"
+    other = TABLE.replace(starts={**COLUMNS, "tilt": COLUMNS["tilt"][::-1]})
+    for spec, changed, says in [
+        (SPEC, SPEC.replace(seed=8), "seed: 7 there, 8 here"),
+        (TABLE, other, r"starts: 600 starts of tilt, roll_rate .* there"),
+    ]:
+        journal = array_jobs.prepare(spec, path, block_cells=100, command="sweep.run_to_file", overwrite=True)
+        array_jobs.compute_part(journal.folder, 1, 2)
+        with pytest.raises(RequestError, match=says):
+            run_to_file(changed, path, overwrite=True)
+        said = []
+        run_to_file(spec, path, say=said.append, overwrite=True)
+        assert "going on: 3 of 6 blocks are there, 3 to compute" in said
+    assert path.read_bytes() == references["table"]
 
 
-def test_commands(command):
+def test_commands_on_random_starts(command):
     """Run, look, verify, explain, draw, export, repeat, compare: what each says of a list."""
     assert command(f"run {WORDS} -o a.nc")[0] == 0
     status, text, _ = command("info a.nc")
     assert status == 0
-    assert "starts      3000 random starts, seed 7" in text
+    assert "starts      600 random starts, seed 7" in text
     assert (
         "  tilt              normal, 1 deg +- 0.2 deg\n  roll_rate         uniform, 2 rad s-1 to 4 rad s-1"
         in text
     )
     with sweep.open_atlas("a.nc") as atlas:
-        share = atlas.eulerdisk.unstable_share
-        value, low, high = share.percentages()
+        value, low, high = atlas.eulerdisk.unstable_share.percentages()
         assert (
-            f"unstable    {value} % of 3000 starts with a verdict; 95 % interval {low} to {high} % (Wilson)"
+            f"unstable    {value} % of 600 starts with a verdict; 95 % interval {low} to {high} % (Wilson)"
             in text
         )
         tilt = np.degrees(float(atlas.tilt[17]))
     status, text, _ = command("verify a.nc")
-    assert (status, text.splitlines()[-1][:31]) == (0, "verified: 3000 of 3000 cells wi")
+    assert (status, text.splitlines()[-1][:29]) == (0, "verified: 600 of 600 cells wi")
     assert "normal:0.017453292519943295:0.003490658503988659 of the spec" in text
     status, text, _ = command("explain a.nc start=17 --plot cell.png")
     assert status == 0
-    assert "start 17 (18 of 3000)" in text
+    assert "start 17 (18 of 600)" in text
     assert f"tilt {tilt:.10g} deg" in text
+    assert text.splitlines()[-1].split(maxsplit=1)[1] == "eulerdisk simulate --from a.nc start=17 -o path.nc"
+    assert command("simulate --from a.nc start=17 -o path.nc")[0] == 0
     status, text, _ = command("boundary a.nc")
     assert (status, text.startswith("This atlas has no boundary: a list of starts")) == (0, True)
+    assert command("boundary a.nc --to json")[0] == 0
     done = command("plot a.nc -o a.png")
     assert done[0] == 0, done[2]
     assert command("export a.nc --to csv")[0] == 0
     head, first, *_ = Path("a.csv").read_text().splitlines()
     row = dict(zip(head.split(","), first.split(","), strict=True))
-    with sweep.open_atlas("a.nc") as atlas:
+    with sweep.open_atlas("a.nc") as atlas, xr.open_dataset("path.nc") as motion:
         assert (float(row["tilt"]), float(row["roll_rate"])) == (atlas.tilt[0], atlas.roll_rate[0])
+        # the start goes through the words of a command: one rounding
+        assert float(motion.tilt[0]) == pytest.approx(float(atlas.tilt[17]), rel=1e-15)
     assert command("run --from a.nc -o b.nc")[0] == 0
     status, text, _ = command("compare b.nc a.nc")
-    assert (status, text.splitlines()[0]) == (0, "identical: 3000 cells, all 20 variables bit for bit")
+    assert (status, text.splitlines()[0]) == (0, "identical: 600 cells, all 20 variables bit for bit")
     status, text, _ = command(f"plan {WORDS}")
-    assert (status, text.splitlines()[0]) == (0, "cells    3000 (random starts)")
+    assert (status, text.splitlines()[0]) == (0, "cells    600 (random starts)")
+    found = json.loads(command("info a.nc --json")[1])
+    assert found["listed"]["roll_rate"] == "uniform:2.0:4.0"
+    share = found["unstable_share"]
+    assert share["unstable"] + share["stable"] == 600
+    assert share["interval"][0] < share["value"] < share["interval"][1]
+    assert [axis["name"] for axis in found["axes"]] == ["start"]
+
+
+def test_commands_on_a_table(command):
+    """From a CSV file to the atlas, and from the atlas alone to the same atlas."""
+    rows = "\n".join(
+        f"{rate!r},{tilt!r}" for rate, tilt in zip(*(each.tolist() for each in COLUMNS.values()), strict=True)
+    )
+    for line in ("run", "prepare", "plan"):
+        status, _, errors = command(f"{line} rolling --starts no.csv -o a.nc")
+        assert (status, "no.csv: The table of starts cannot be read" in errors) == (2, True)
+    assert not list(Path().iterdir())
+    Path("pushes.csv").write_text(f"roll_rate [rad/s],tilt [rad]\n{rows}\n")
+    assert command("run rolling --starts pushes.csv -o a.nc")[0] == 0
+    Path("pushes.csv").unlink()
+    status, text, _ = command("info a.nc")
+    assert status == 0
+    assert f"starts      600 of a table, SHA-256 {TABLE.starts.sha256[:16]}" in text
+    assert f"  roll_rate         from a table, {COLUMNS['roll_rate'].min():.6g} rad s-1 to" in text
+    assert "of 600 starts with a verdict; 95 % interval" in text
+    for line in ("verify a.nc", "explain a.nc start=599", "plot a.nc -o a.png", "run --from a.nc -o b.nc"):
+        assert command(line)[0] == 0, line
+    status, text, _ = command("compare b.nc a.nc")
+    assert (status, text.splitlines()[0]) == (0, "identical: 600 cells, all 20 variables bit for bit")
+    with sweep.open_atlas("a.nc") as atlas:
+        assert atlas.eulerdisk.spec == TABLE
+        assert np.array_equal(atlas.tilt, COLUMNS["tilt"])
+        assert atlas.attrs["history"].endswith("eulerdisk run rolling starts=pushes.csv -o a.nc")
+        assert "values" not in atlas.attrs["sweep_spec"]
+        judged = sweep.reclassify(atlas.load(), "departure:20deg")
+        assert judged.eulerdisk.spec == TABLE.replace(criterion="departure:20deg")
+    assert command("run --from a.nc start=0:9 -o few.nc")[0] == 0
+    assert "starts      10 of a table" in command("info few.nc")[1]
+
+
+def test_a_stopped_run_whose_table_is_gone(command):
+    """The same command has no starts to compare; those that take them from the folder go on."""
+    np.savetxt(
+        "pushes.csv", np.transpose([*COLUMNS.values()]), "%.17g", ",", header=",".join(COLUMNS), comments=""
+    )
+    line = "rolling --starts pushes.csv -o a.nc"
+    assert command(f"prepare {line} --block-cells 100")[0] == 0
+    Path("pushes.csv").unlink()
+    status, _, errors = command(f"run {line}")
+    assert (status, "pushes.csv: The table of starts cannot be read" in errors) == (2, True)
+    assert command("block --run a.nc.run --part 1/1")[0] == 0
+    assert command("assemble a.nc.run")[0] == 0
+    with sweep.open_atlas("a.nc") as atlas:
+        assert atlas.eulerdisk.spec == TABLE
+
+
+def test_a_damaged_table_in_the_folder(tmp_path):
+    """No block is computed from values that are not those of the run; the file is named, and what to do."""
+    journal = array_jobs.prepare(TABLE, tmp_path / "a.nc")
+    path = journal.folder / STARTS
+    good = path.read_bytes()
+    for damaged in (good[:-8], good[:-1] + b"\0", b"else" + good, b"", None):
+        path.unlink() if damaged is None else path.write_bytes(damaged)
+        with pytest.raises(RequestError) as caught:
+            Journal.at(journal.folder)
+        assert caught.value.where == str(path)
+        assert not any(part in str(caught.value) for part in ("manifest", "..", "run again with the table"))
+        assert caught.value.hint.endswith(f"start anew after `rm -r {journal.folder}`.")
+
+
+def test_killed_before_the_manifest(tmp_path, references):
+    """What a run leaves that was killed while its folder was made is no stranger's."""
+    folder = tmp_path / "a.nc.run"
+    folder.mkdir()
+    (folder / STARTS).write_bytes(b"half")
+    run_to_file(TABLE, tmp_path / "a.nc")
+    assert (tmp_path / "a.nc").read_bytes() == references["table"]
+
+
+def test_a_partial_atlas(tmp_path):
+    """The starts of cells that are not computed are there all the same."""
+    for kind, spec in SPECS.items():
+        journal = array_jobs.prepare(spec, tmp_path / f"{kind}.nc", block_cells=100)
+        array_jobs.compute_part(journal.folder, 1, 3)
+        path = tmp_path / f"part-{kind}.nc"
+        assert write_partial(journal.folder, path) == (200, 600)
+        with sweep.open_atlas(path) as atlas:
+            assert atlas.eulerdisk.spec == spec
+            assert np.isfinite(atlas.tilt).all()
+            assert atlas.eulerdisk.unstable_share.missing == 400
 
 
 def test_refusals_of_commands(command):
@@ -136,13 +250,12 @@ def test_refusals_of_commands(command):
         ("plot a.nc -o x.png --friction 1", "--friction hatches cells of a map"),
     ):
         status, _, errors = command(line)
-        assert status == (2 if says else 0)
-        assert says in errors
+        assert (status, says in errors) == (2 if says else 0, True), line
     assert not Path("x.png").exists()
 
 
 def test_lists_that_can_be_compared(command):
-    """More starts of one seed hold the fewer ones; of another seed, or a grid, nothing is common."""
+    """More starts of one seed hold the fewer ones; of another seed, table or a grid, nothing is common."""
     random = "roll_rate=uniform:2:4 tilt=1deg"
     lists = {"few": "samples=30", "more": "samples=50", "other": "samples=30 seed=1"}
     for name, words in lists.items():
@@ -153,6 +266,25 @@ def test_lists_that_can_be_compared(command):
     assert (status, text.splitlines()[0]) == (0, "within tolerance: 30 common cells")
     assert "they differ in seed (1 and 0)" in command("compare other.nc few.nc")[2]
     assert "A list of starts and a grid have no cells in common" in command("compare grid.nc few.nc")[2]
+    status, _, errors = command("simulate --from grid.nc start=2 -o other.nc")
+    assert (status, "start is no word of this request" in errors) == (2, True)
+
+
+def test_parts_of_a_table_are_compared(command):
+    """With --common, in the starts that both have, whose values have to be the same."""
+    atlas = sweep.run(TABLE.replace(start="0:4:5"))
+    for name, places in (("a", slice(0, 3)), ("b", slice(1, 5)), ("c", slice(4, 5))):
+        sweep.save(atlas.isel(start=places).eulerdisk.atlas, f"{name}.nc")
+    assert "on the same grid" in command("compare b.nc a.nc")[2]
+    status, text, _ = command("compare b.nc a.nc --common")
+    assert (status, text.splitlines()[0]) == (0, "within tolerance: 2 common cells")
+    assert "no cell in common" in command("compare c.nc a.nc --common")[2]
+    # start 1 is another one
+    columns = {name: np.where(np.arange(600) == 1, values + 1e-7, values) for name, values in COLUMNS.items()}
+    sweep.save(sweep.run(TABLE.replace(starts=columns).replace(start="1:4:4")), "other.nc")
+    sweep.save(sweep.run(TABLE.replace(starts={"tilt": [0.1] * 5}, roll_rate=3)), "fewer.nc")
+    for name in ("other", "fewer"):
+        assert "they differ in starts" in command(f"compare {name}.nc a.nc --common")[2]
 
 
 def test_starts_outside_end_invalid(command):
@@ -163,32 +295,42 @@ def test_starts_outside_end_invalid(command):
         assert 0 < outside.sum() < 200
         assert np.array_equal(atlas.ending.values == ENDINGS.code("invalid"), outside)
         share = atlas.eulerdisk.unstable_share
-    assert share.failed == outside.sum()
-    assert share.decided == 400 - outside.sum()
+    assert (share.failed, share.decided) == (outside.sum(), 400 - outside.sum())
     assert status == 1
     assert f"{outside.sum()} of 400 cells could not be computed" in errors
     assert f"left out: {outside.sum()} failed" in command("info a.nc")[1]
 
 
-@pytest.mark.parametrize(
-    ("name", "value", "says"),
-    [("tilt", 0.02, "tilt"), ("start", 5000, "start"), ("roll_rate", np.nan, "roll_rate")],
-)
-def test_a_changed_start_is_found(command, name, value, says):
-    """Verify names the variable and the start; compare refuses the file."""
+def test_a_changed_start_is_found(command):
+    """Of random starts verify names the variable, and compare refuses; of a table every command refuses."""
     assert command("run rolling roll_rate=uniform:2:4 tilt=normal:1deg:0.2deg samples=50 -o a.nc")[0] == 0
     assert command("run --from a.nc -o b.nc")[0] == 0
-    with netCDF4.Dataset("a.nc", "a") as file:
-        file.set_auto_maskandscale(False)
-        file[name][49] = value
-    status, text, errors = command("verify a.nc")
-    assert status in (1, 2)
-    assert says in (text + errors)
-    if status == 1:
-        assert "wrong in 1 of 50: start 49" in text
-    status, text, errors = command("compare a.nc b.nc")
-    assert status == 2
-    assert f"The coordinate {says} has other values" in errors
+    Path("c.csv").write_text("tilt [deg],roll_rate\n1,2\n1,3\n")
+    assert command("run rolling --starts c.csv -o c.nc")[0] == 0
+
+    def changed(file, name, place, value):
+        with netCDF4.Dataset(file, "a") as held:
+            held.set_auto_maskandscale(False)
+            before, held[name][place] = held[name][place], value
+        return before
+
+    for name, value in [("tilt", 0.02), ("start", 5000), ("roll_rate", np.nan)]:
+        before = changed("a.nc", name, 49, value)
+        status, text, errors = command("verify a.nc")
+        assert status in (1, 2)
+        assert name in (text + errors)
+        if status == 1:
+            assert "wrong in 1 of 50: start 49" in text
+        status, text, errors = command("compare a.nc b.nc")
+        assert status == 2
+        assert f"The coordinate {name} has other values" in errors
+        changed("a.nc", name, 49, before)
+    for value in (0.021, np.nan):
+        changed("c.nc", "tilt", 1, value)
+        for line in ("info c.nc", "verify c.nc", "explain c.nc start=0", "run --from c.nc -o d.nc"):
+            status, _, errors = command(line)
+            assert status == 2
+            assert "The values of tilt, roll_rate are not those of the starts that were given" in errors
 
 
 def test_exact_method_and_another_criterion():
@@ -212,10 +354,14 @@ def test_in_the_file(tmp_path):
         assert file["peak_tilt"].coordinates.split()[:2] == ["tilt", "roll_rate"]
         assert file["peak_tilt"].cell_methods == "start: point"
         assert not hasattr(file["tilt"], "coordinates")
-    with sweep.open_atlas(tmp_path / "a.nc") as atlas:
-        assert {"start", "tilt", "roll_rate", "alpha"} <= set(atlas.coords)
+    with sweep.open_atlas(tmp_path / "a.nc") as stored:
+        assert {"start", "tilt", "roll_rate", "alpha"} <= set(stored.coords)
+        made = sweep.run(SPEC.replace(samples=20))
         # the file says all that is needed to make it again
-        assert atlas.eulerdisk.spec == SPEC.replace(samples=20)
+        assert stored.eulerdisk.spec == made.eulerdisk.spec
+        for name in stored.variables:
+            assert np.array_equal(stored[name], made[name], equal_nan=True), name
+            assert stored[name].dtype == made[name].dtype, name
 
 
 def test_the_next_start_is_no_neighbour(command):
@@ -230,8 +376,9 @@ def test_the_next_start_is_no_neighbour(command):
         place = np.flatnonzero((codes[:-1] == bounded) & (codes[1:] == fell))[0]
         file["ending"][place] = fell
     status, text, _ = command("compare b.nc a.nc")
-    assert status == 1
-    assert text.startswith("DIFFERENT")
+    assert (status, text[:9]) == (1, "DIFFERENT")
+    with pytest.raises(RequestError, match="Between the starts of a list nothing is known"):
+        sweep.run(SPEC.replace(samples=20)).eulerdisk.interp(start=3.5)
 
 
 def test_many_samples_are_cheap_to_ask_for():
@@ -241,34 +388,27 @@ def test_many_samples_are_cheap_to_ask_for():
     starts = starts_at(spec, some)
     assert np.array_equal(starts["tilt"][:1], starts_at(SPEC, some[:1])["tilt"])
     assert np.isfinite(starts["tilt"]).all()
-    assert forecast.coarse(spec, 1000).size == 1000
     # the first ones are as good as others, and drawn together
     assert forecast.coarse(spec, 1000).start.array().tolist() == list(range(1000))
 
 
-@pytest.mark.parametrize(
-    "spec",
-    [
-        SPEC.replace(samples=60),
-        SPEC.replace(starts={"roll_rate": np.linspace(2.0, 4.0, 60), "tilt": np.linspace(0.01, 0.03, 60)}),
-    ],
-    ids=["random", "table"],
-)
-def test_a_selection_is_a_list(command, spec):
+def test_a_selection_is_a_list(command):
     """Some starts are an atlas of their own, which keep their numbers: saved, verified, compared, repeated."""
-    run_to_file(spec, "a.nc")
-    with sweep.open_atlas("a.nc") as atlas:
-        some = atlas.isel(start=[3, 17, 40]).eulerdisk.atlas.load()
-        assert some.eulerdisk.spec.start.array().tolist() == [3, 17, 40]
-        sweep.save(some, "some.nc")
-        many = atlas.isel(start=atlas.stability.values == 2).eulerdisk.atlas
-        assert many.eulerdisk.unstable_share.stable == 0
-    assert command("verify some.nc")[0] == 0
-    assert command("run --from some.nc -o again.nc")[0] == 0
-    status, text, _ = command("compare again.nc some.nc")
-    assert (status, text.splitlines()[0]) == (0, "identical: 3 cells, all 20 variables bit for bit")
-    assert command("explain some.nc start=17")[0] == 0
-    assert command("plot a.nc start=0:20 -o part.png")[0] == 0
+    few = {"roll_rate": np.linspace(2.0, 4.0, 60), "tilt": np.linspace(0.01, 0.03, 60)}
+    for spec in (SPEC.replace(samples=60), SPEC.replace(starts=few)):
+        run_to_file(spec, "a.nc", overwrite=True)
+        with sweep.open_atlas("a.nc") as atlas:
+            some = atlas.isel(start=[3, 17, 40]).eulerdisk.atlas.load()
+            assert some.eulerdisk.spec.start.array().tolist() == [3, 17, 40]
+            sweep.save(some, "some.nc", overwrite=True)
+            many = atlas.isel(start=atlas.stability.values == 2).eulerdisk.atlas
+            assert many.eulerdisk.unstable_share.stable == 0
+        assert command("verify some.nc")[0] == 0
+        assert command("run --from some.nc -o again.nc --overwrite")[0] == 0
+        status, text, _ = command("compare again.nc some.nc")
+        assert (status, text.splitlines()[0]) == (0, "identical: 3 cells, all 20 variables bit for bit")
+        assert command("explain some.nc start=17")[0] == 0
+        assert command(f"plot a.nc start=0:20 -o part{spec.seed}.png")[0] == 0
 
 
 def test_one_start_of_a_list_is_a_cell(tmp_path):
@@ -283,32 +423,13 @@ def test_one_start_of_a_list_is_a_cell(tmp_path):
         assert int((sweep.verify(stored).audit != 1).sum()) == 0
 
 
-def test_between_starts_nothing_is_known():
-    """Interpolation is refused: the next start of a list may lie anywhere."""
-    with pytest.raises(RequestError, match="Between the starts of a list nothing is known"):
-        sweep.run(SPEC.replace(samples=20)).eulerdisk.interp(start=3.5)
-
-
-def test_from_a_start_to_its_motion(command):
-    """Explain ends with the command that follows the start, and the command does."""
-    assert command(f"run {WORDS.replace('3000', '20')} -o a.nc")[0] == 0
-    line = command("explain a.nc start=7")[1].splitlines()[-1]
-    assert line.split(maxsplit=1)[1] == "eulerdisk simulate --from a.nc start=7 -o path.nc"
-    assert command("simulate --from a.nc start=7 -o path.nc")[0] == 0
-    with sweep.open_atlas("a.nc") as atlas, xr.open_dataset("path.nc") as motion:
-        assert float(motion.tilt[0]) == float(atlas.tilt[7])
-    assert command("run rolling roll_rate=2:4:3 tilt=1deg -o grid.nc")[0] == 0
-    status, _, errors = command("simulate --from grid.nc start=2 -o other.nc")
-    assert (status, "start is no word of this request" in errors) == (2, True)
-
-
-def test_lists_as_json(command):
-    """Info --json has the distributions, the share and its interval."""
-    assert command(f"run {WORDS.replace('3000', '50')} -o a.nc")[0] == 0
-    found = json.loads(command("info a.nc --json")[1])
-    assert found["listed"]["roll_rate"] == "uniform:2.0:4.0"
-    share = found["unstable_share"]
-    assert share["unstable"] + share["stable"] == 50
-    assert share["interval"][0] < share["value"] < share["interval"][1]
-    assert [axis["name"] for axis in found["axes"]] == ["start"]
-    assert command("boundary a.nc --to json")[0] == 0
+def test_a_steady_rate_follows_from_a_table():
+    """Circling: the computed rate is stored beside the columns."""
+    spec = sweep.SweepSpec.preset("circling").replace(
+        starts={"tilt [deg]": [1.0, 5.0], "precession_rate": [1.0, 3.0]}
+    )
+    atlas = sweep.run(spec)
+    assert atlas.roll_rate.dims == ("start",)
+    assert "roll_rate" in atlas.data_vars
+    with pytest.raises(RequestError, match="needs a precession_rate"):
+        spec.replace(starts={"tilt": [0.1], "precession_rate": [0.0]})
