@@ -121,3 +121,6 @@ def test_what_a_file_stores_as_it_is():
     spec = SweepSpec(roll_rate="1:4:3", tilt="1deg:5deg:1000000")
     assert forecast.plain_bytes(spec) == 8 * 1000003 + 33 * 1000000
     assert forecast.plain_bytes(spec.replace(roll_rate=2.0)) == 8 * 1000000
+    # of a refined boundary a point of two coordinates with their half-widths on each line of cells, either way
+    refined = spec.replace(boundary="refined")
+    assert forecast.plain_bytes(refined) - forecast.plain_bytes(spec) == 16 * 2 * (1000000 + 3)
