@@ -12,9 +12,9 @@ from sweep.errors import RequestError, counted
 from sweep.model.quantity import Array, Quantity
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
-from sweep.request.spec_text import both_written
 from sweep.request.start_list import START
 from sweep.request.start_table import Column, StartTable
+from sweep.request.values import both_written
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,7 +16,7 @@ from sweep.engine.grid import Span, starts_of
 from sweep.model.description import CellCheck, Columns, Reference, Starts
 from sweep.model.quantity import MISSING, Quantity, Truths
 from sweep.request.spec import SweepSpec
-from sweep.request.spec_checks import MOST_STEPS
+from sweep.request.words import MOST_STEPS
 
 #: Steps that are repeated at most: about a second. Of an atlas of more steps every k-th cell is integrated again.
 _MOST_STEPS = 1e9

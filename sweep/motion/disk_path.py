@@ -14,8 +14,7 @@ from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.motion.request import MotionRequest
 from sweep.motion.tables import DISK_MOTION, LIFTS, ROLLS, SLIPS
-from sweep.request.spec_checks import MOST_STEPS
-from sweep.request.words import AUTOMATIC
+from sweep.request.words import AUTOMATIC, MOST_STEPS
 
 _TRAJECTORY = Kernel(DISK_MOTION.kernels, "trajectory", seconds=2.0)
 _DERIVED = Kernel(DISK_MOTION.kernels, "derived", seconds=1.0)

@@ -15,8 +15,7 @@ from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.motion.request import MotionRequest
 from sweep.motion.tables import HELD_ROLL, HELD_TILT, LOSSY_MOTION
-from sweep.request.spec_checks import MOST_STEPS
-from sweep.request.words import AUTOMATIC
+from sweep.request.words import AUTOMATIC, MOST_STEPS
 
 _TRAJECTORY = Kernel(LOSSY_MOTION.kernels, "trajectory", seconds=3.0)
 

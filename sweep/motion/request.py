@@ -18,11 +18,10 @@ from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
 from sweep.model.quantity import Array, Input, Word
 from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION, MotionKind
-from sweep.request.spec_checks import MOST_STEPS
 from sweep.request.substitutes import resolved
 from sweep.request.suggestions import unknown_word
 from sweep.request.values import at_word, read_number, words_given
-from sweep.request.words import AUTOMATIC, names, one_of, read_input, read_title, split_words
+from sweep.request.words import AUTOMATIC, MOST_STEPS, names, one_of, read_input, read_title, split_words
 
 #: A sample takes 180 bytes: a request for more than 1.8 GB is taken for a mistake.
 _MOST_SAMPLES = 10**7

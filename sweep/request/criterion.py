@@ -272,24 +272,41 @@ class Criterion:
         return () if self.condition is None else variables(self.condition)
 
     def check(self, spec: Request) -> None:
-        """Refuse a spec that the criterion cannot judge; most criteria judge any.
+        """Refuse a spec whose atlas does not have what the criterion judges by, or not for as long.
 
         Raises
         ------
         RequestError
         """
-        if LOST_TIME not in self._named:
-            return
-        if not spec.model.endings.lost_time:
+        model, method = spec.model, spec.method
+        if LOST_TIME in self._named and not model.endings.lost_time:
             raise RequestError(
-                f"The model {spec.model.name} states of no motion when it is lost: {self} judges by that.",
+                f"The model {model.name} states of no motion when it is lost: {self} judges by that.",
                 hint="Use another criterion.",
                 where="criterion",
             )
-        if spec.duration < self.limit:
+        if LOST_TIME in self._named and spec.duration < self.limit:
             raise RequestError(
                 f"{self} asks for more time than the motions are followed; got duration={spec.duration:g}s.",
                 hint=f"Give a duration of {self.limit:g}s or more.",
+                where="criterion",
+            )
+        needed, unknown = self.needs(model), model.unknown_to.get(method, ())
+        if without := [name for name in needed if name in unknown]:
+            raise RequestError(
+                f"The criterion {self} judges by {' and '.join(without)}, of which method={method} knows no "
+                "value.",
+                hint=f"Use another criterion, or method={model.methods[0]}.",
+                where="criterion",
+            )
+        if missing := [name for name in needed if name not in model.cell_variables(spec)]:
+            words = [word for word, table in model.additions.items() if not table.keys().isdisjoint(missing)]
+            raise RequestError(
+                f"The criterion {self} judges by {' and '.join(missing)}, which the model {model.name} does not "
+                f"compute{' for this request' if words else ''}.",
+                hint=f"Add {' and '.join(words)} to the request of the atlas."
+                if words
+                else "Use another criterion.",
                 where="criterion",
             )
 

@@ -12,6 +12,7 @@ import json
 import math
 import shlex
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NoReturn, Self
@@ -22,9 +23,7 @@ from sweep.model.description import Model
 from sweep.model.quantity import Input, Quantity, Word
 from sweep.request.criterion import Criterion
 from sweep.request.sources import Distribution, Range, Values
-from sweep.request.spec_checks import check_criterion, check_size, check_steps, read_axes
 from sweep.request.spec_file import SWEEP_TABLES, find_spec_file, place, read_file
-from sweep.request.spec_text import from_json, to_json, toml_value
 from sweep.request.start_list import START, WORDS, implied, with_list
 from sweep.request.start_table import Column, StartTable, table_for
 from sweep.request.substitutes import changed, parameter_of, resolved
@@ -32,11 +31,14 @@ from sweep.request.values import Value, at_word, read_value
 from sweep.request.words import (
     GRID,
     check_known,
+    check_size,
+    check_steps,
     given_in,
     model_for,
     names,
     options,
     pairs,
+    read_axes,
     read_word,
     with_table,
 )
@@ -134,7 +136,7 @@ class SweepSpec:
             ("_stated", _stated(values, defaults, model)),
         ):
             object.__setattr__(self, name, value)
-        check_criterion(self)
+        self.criterion.check(self)
 
     def __getattr__(self, name: str) -> Any:
         """Return the value of a parameter, a setting or an option."""
@@ -395,15 +397,15 @@ class SweepSpec:
                 where="starts",
             )
         quantities = {**self.model.parameters, **self.model.settings}
-        lines = [] if self.model.name == registry.DEFAULT else [f"model = {toml_value(self.model.name)}"]
+        lines = [] if self.model.name == registry.DEFAULT else [f"model = {_toml_value(self.model.name)}"]
         for name, value in self.words().items():
             units = quantities[name].units if name in quantities else "1"
-            lines.append(f"{name} = {toml_value(value)}" + (f"  # {units}" if units != "1" else ""))
+            lines.append(f"{name} = {_toml_value(value)}" + (f"  # {units}" if units != "1" else ""))
         return "\n".join(lines) + "\n"
 
     def canonical(self) -> str:
         """Return the spec as ASCII JSON with sorted keys, numbers in SI, the same text for equal specs."""
-        words = {name: to_json(self._values[name]) for name in self._stated}
+        words = {name: _to_json(self._values[name]) for name in self._stated}
         if self.model.name != registry.DEFAULT:
             words["model"] = self.model.name
         return json.dumps(
@@ -424,7 +426,7 @@ class SweepSpec:
             If the text is not that of a spec.
         """
         try:
-            words = {name: from_json(value) for name, value in json.loads(text).items()}
+            words = {name: _from_json(value) for name, value in json.loads(text).items()}
             rows = _rows(registry.named(str(words.get("model", registry.DEFAULT))))
             # a word that a later version brought is not in an older atlas: it has its default there
             needed = ["axes", *(name for name, row in rows.items() if not row.added_later)]
@@ -464,3 +466,37 @@ def _stated(values: Mapping[str, Any], defaults: Mapping[str, Any], model: Model
 
 def _rows(model: Model) -> dict[str, Input | Word]:
     return {**model.parameters, **model.settings, **options(model), **WORDS}
+
+
+def _toml_value(value: object) -> str:
+    """Return the value of a word as TOML."""
+    if isinstance(value, Values):
+        return "[" + ", ".join(map(repr, value.values)) + "]"
+    # JSON's strings are TOML's, as long as nothing outside ASCII is escaped in pairs.
+    return repr(value) if isinstance(value, float | int) else json.dumps(str(value), ensure_ascii=False)
+
+
+def _to_json(value: Any) -> Any:
+    """Return the value of a word as plain types, which `_from_json` reads."""
+    if isinstance(value, Criterion):
+        return value.kept()
+    if isinstance(value, Distribution):
+        return str(value)
+    if isinstance(value, StartTable):
+        return value.to_json()
+    if isinstance(value, Column):
+        return {"column": value.name}
+    return asdict(value) if isinstance(value, Range | Values) else value
+
+
+def _from_json(value: Any) -> object:
+    """Return what `_to_json` made plain types of."""
+    if not isinstance(value, dict):
+        return value
+    if "sha256" in value:
+        return StartTable.from_json(value)
+    if "column" in value:
+        return Column(str(value["column"]))
+    if "kind" in value:
+        return Criterion(**value)
+    return Range(**value) if "count" in value else Values(**value)

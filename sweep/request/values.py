@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError, shown
+from sweep.model.description import Request
 from sweep.model.quantity import Array, Input, Quantity
 from sweep.request.sources import KINDS, Distribution, Range, SourceError, Values
 from sweep.request.units import factor_to_si, number_and_unit
@@ -348,6 +349,33 @@ def at_word(error: RequestError, words: Mapping[str, Any], values: Mapping[str, 
             message = message.replace(f" {name}={values[name]}", f" {given}")
             where = given if where == name else where
     return type(error)(message, error.hint, where)
+
+
+def as_written(value: object, quantity: Quantity) -> str:
+    """Return a value of a spec, which is in SI, as a person would have written it: angles in degrees."""
+    unit = "deg" if quantity.units == "rad" else ""
+
+    def one(number: float) -> str:
+        return f"{number * quantity.plot_scale:.10g}{unit}"
+
+    if isinstance(value, float):
+        return one(value)
+    if isinstance(value, Range):
+        return f"{one(value.start)}:{one(value.stop)}:{value.count}" + ":log" * (value.spacing == "log")
+    return ",".join(map(one, value.values)) if isinstance(value, Values) else str(value)
+
+
+def both_written(specs: tuple[Request, Request], name: str) -> tuple[str, str]:
+    """Return a word of two specs as people write it; with all digits, in SI, where that is the same text of both."""
+    values = [spec.model.name if name == "model" else getattr(spec, name) for spec in specs]
+    quantities = [{**spec.quantities, **spec.model.settings}.get(name) for spec in specs]
+    exact = [",".join(value) if isinstance(value, tuple) else str(value) for value in values]
+    written = [
+        text if quantity is None else as_written(value, quantity)
+        for value, quantity, text in zip(values, quantities, exact, strict=True)
+    ]
+    first, second = map(shown, exact if written[0] == written[1] else written)
+    return first, second
 
 
 def _numbers_in(raw: object) -> Iterator[tuple[str, str]]:

@@ -1,5 +1,6 @@
 """The words of a request: what each may say, which model they choose, and how some of them change others."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -7,20 +8,33 @@ from typing import Any
 from sweep.errors import RequestError, shown
 from sweep.model import registry
 from sweep.model.description import Model
-from sweep.model.quantity import Input, Word, table
+from sweep.model.quantity import DURATION, STEP, Input, Word, table
 from sweep.request.criterion import Criterion
 from sweep.request.sources import Distribution
 from sweep.request.start_list import WORDS, read_list_word
 from sweep.request.start_table import Column, GivenTable, StartTable, read_table
 from sweep.request.suggestions import suggestion, unknown_word
 from sweep.request.units import plain_number
-from sweep.request.values import NOT_FINITE, Value, allowed, read_distribution, read_number, read_value
+from sweep.request.values import (
+    NOT_FINITE,
+    Value,
+    allowed,
+    read_distribution,
+    read_number,
+    read_value,
+    words_given,
+)
 
 #: The word for `step` that leaves the step to the engine, which chooses it from each cell's own rates.
 AUTOMATIC = "auto"
 
 #: The words for `boundary`: as the grid has it, or bisected; and the width if none is given.
 GRID, REFINED, REFINED_WIDTH = "grid", "refined", 1e-9
+
+#: Cells of a grid at most: their verdicts, a byte each, are in memory while the boundary is sought.
+_MOST_CELLS = 10**9
+#: Most steps of a cell: more take many seconds for each cell, and the kernels give such a cell up.
+MOST_STEPS = 10**8
 
 
 def options(model: Model) -> Mapping[str, Word]:
@@ -244,6 +258,42 @@ def _boundary(text: str) -> str:
         hint=f"Write boundary={REFINED}:1e-6.",
         where=f"boundary={shown(text)}",
     )
+
+
+def read_axes(order: object, given: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the axes in the order that a request asks for; `given` is the order of its words."""
+    names = order.split(",") if isinstance(order, str) else order
+    if isinstance(names, Sequence) and sorted(map(str, names)) == sorted(given):
+        return tuple(map(str, names))
+    raise RequestError(
+        f"axes holds the names given as a list or a range, each once; got {shown(order)} with "
+        f"{', '.join(given) or 'no axis'}.",
+        hint="Leave it out: the order given is the order of the axes.",
+        where="axes",
+    )
+
+
+def check_steps(values: Mapping[str, Any], words: Mapping[str, Any]) -> None:
+    """Refuse a step so short that a cell would never end; `words` has what was given for the values."""
+    step, duration = values["step"], values["duration"]
+    if isinstance(step, str) or duration / step <= MOST_STEPS:
+        return
+    raise RequestError(
+        f"These are too many steps: duration / step must be at most {MOST_STEPS}; got "
+        f"{words_given((DURATION, STEP), words, values)}.",
+        hint="Give a longer step, a shorter duration, or step=auto.",
+        where="step",
+    )
+
+
+def check_size(counts: Sequence[int]) -> None:
+    """Refuse a grid of more cells than the search for its boundary takes."""
+    if math.prod(counts) > _MOST_CELLS:
+        raise RequestError(
+            f"A grid has at most {_MOST_CELLS} cells; got {' x '.join(map(str, counts))} = {math.prod(counts)}.",
+            hint="Lower the counts of the axes.",
+            where="grid",
+        )
 
 
 def given_in(words: Mapping[str, Any]) -> tuple[str, ...]:

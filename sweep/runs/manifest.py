@@ -20,7 +20,7 @@ from sweep.errors import RequestError
 from sweep.platforms import processor
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
-from sweep.request.spec_text import both_written
+from sweep.request.values import both_written
 from sweep.runs.folder import STARTS
 
 #: Cells at each end of the grid whose starts are compared.

@@ -8,7 +8,7 @@ import pytest
 from kernels.disk import simd_stages, trajectory
 from sweep import RequestError, TrajectorySpec
 from sweep.motion.tables import MOTION_INPUTS, MOTION_WORDS, TIME, TRAJECTORY
-from sweep.request.spec_checks import MOST_STEPS
+from sweep.request.words import MOST_STEPS
 
 
 def test_words_are_read_in_si():

@@ -13,9 +13,8 @@ from sweep.model.disk.tables import PARAMETERS, SETTINGS
 from sweep.motion.origin import request_of_preset
 from sweep.motion.request import TrajectorySpec
 from sweep.request.spec import SweepSpec
-from sweep.request.spec_text import as_written, both_written
 from sweep.request.units import factor_to_si, number_and_unit
-from sweep.request.values import as_given, in_unit, rule_in
+from sweep.request.values import as_given, as_written, both_written, in_unit, rule_in
 
 #: Units of a quantity in SI -> spellings that a request may use, none of which is the SI unit itself.
 UNITS = {
