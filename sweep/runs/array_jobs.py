@@ -4,16 +4,16 @@ import shlex
 from pathlib import Path
 
 from sweep.engine.compute import usable_threads
-from sweep.errors import RequestError, StoppedError, are, counted
+from sweep.errors import RequestError, are, counted
 from sweep.files.paths import check_target
 from sweep.files.publish import refusals
-from sweep.progress.timetable import COMPUTING, Show
+from sweep.progress.timetable import Show
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import Say, Stopping, local, no_op
 from sweep.runs.folder import SUFFIX, locked, resolved
 from sweep.runs.forecast import READING, file_bytes, of_journal, of_part
 from sweep.runs.journal import Journal
-from sweep.runs.run import Failures, publish_from_journal
+from sweep.runs.run import Failures, publish_from_journal, reported, verified
 from sweep.runs.run_directory import begin_or_resume, check_same_run, claimed
 
 
@@ -56,19 +56,12 @@ def compute_part(
     check_same_run(journal, journal.spec)
     mine = range(part - 1, len(journal.spans), parts)
     with locked(folder, shared=True), refusals(folder, kept=journal.kept):
-        timetable = of_part(journal.cells(mine), progress)
-        timetable.begin(READING)
-        missing, damaged = journal.verify(mine, timetable.report)
-        for each in damaged:
-            say(f"damaged, set aside and computed again: {each}")
-        kept, done = len(mine) - len(missing), journal.cells(mine) - journal.cells(missing)
-        timetable.begin(COMPUTING, done)
-        for number, _ in local(threads)(journal, missing, stopping):
-            done += len(journal.spans[number])
-            timetable.report(done)
-        if not journal.held().keys() >= set(mine):
-            raise StoppedError(journal.kept())
-    return kept, len(missing)
+        cells = journal.cells(mine)
+        timetable = of_part(cells, progress)
+        missing = verified(journal, mine, timetable, say)
+        for _ in reported(journal, local(threads)(journal, missing, stopping), missing, timetable, cells):
+            pass
+    return len(mine) - len(missing), len(missing)
 
 
 def assemble(

@@ -203,7 +203,7 @@ def run_to_file(
             say(f"warning: {warning}")
         timetable = of_run(spec, journal.cells(missing), None if at_once else used, show)
         computed = (executor or local(threads))(journal, missing, stopping)
-        finished = _report_or_raise_stopped(journal, computed, missing, timetable)
+        finished = reported(journal, computed, missing, timetable, spec.size)
         with refusals(path, bytes_to_write, journal.kept), contextlib.closing(finished):
             if at_once:
                 measured = ((number, columns) for number, columns in finished if columns is not None)
@@ -218,24 +218,36 @@ def run_to_file(
 def _missing_blocks(journal: Journal, say: Say, show: Show) -> list[int]:
     """Return the numbers of the blocks to compute, and tell the user about those that an earlier run has left."""
     run_directory.remove_unfinished(journal.folder)
-    blocks = len(journal.spans)
+    blocks = range(len(journal.spans))
     if not journal.held():
-        return list(range(blocks))
-    timetable = of_part(journal.spec.size, show)
-    timetable.begin(READING)
-    missing, damaged = journal.verify(range(blocks), timetable.report)
-    for each in damaged:
-        say(f"damaged, set aside and computed again: {each}")
-    there = blocks - len(missing)
-    say(f"going on: {counted(there, 'block', blocks)} {are(there)} there, {len(missing)} to compute")
+        return list(blocks)
+    missing = verified(journal, blocks, of_part(journal.spec.size, show), say)
+    there = len(blocks) - len(missing)
+    say(f"going on: {counted(there, 'block', len(blocks))} {are(there)} there, {len(missing)} to compute")
     return missing
 
 
-def _report_or_raise_stopped(
-    journal: Journal, computed: Iterator[FinishedBlock], missing: Sequence[int], timetable: Timetable
+def verified(journal: Journal, numbers: Sequence[int], timetable: Timetable, say: Say) -> list[int]:
+    """Return those of some blocks that have to be computed: they are not there, or are damaged, which is said."""
+    timetable.begin(READING)
+    missing, damaged = journal.verify(numbers, timetable.report)
+    for each in damaged:
+        say(f"damaged, set aside and computed again: {each}")
+    return missing
+
+
+def reported(
+    journal: Journal,
+    computed: Iterator[FinishedBlock],
+    missing: Sequence[int],
+    timetable: Timetable,
+    cells: int,
 ) -> Generator[FinishedBlock, None, None]:
-    """Yield the computed blocks and report progress; raise StoppedError if they end before the last missing one."""
-    left, done = set(missing), journal.spec.size - journal.cells(missing)
+    """Yield the computed blocks and report progress; raise StoppedError if they end before the last missing one.
+
+    `cells` is how many there are in the missing blocks and in those that were there.
+    """
+    left, done = set(missing), cells - journal.cells(missing)
     if left:
         timetable.begin(COMPUTING, done)
     for number, measured in computed:
