@@ -27,6 +27,13 @@ def test_close_samples_are_left_alone(motion):
         assert closely_sampled(each) is each
 
 
+def test_samples_are_far_where_the_disk_turns_by_more_than_a_quarter_between_them():
+    """A disk that spins upright turns evenly: by 0.24 rad from sample to sample as it is, by 0.26 rad again."""
+    for rate, is_close in ((2.4, True), (2.6, False)):
+        spun = sweep.simulate(precession_rate=rate, duration="100s", interval=0.1)
+        assert (closely_sampled(spun) is spun) == is_close, rate
+
+
 def test_far_samples_are_computed_again(motion):
     """One sample a second, or every fiftieth of them, become those of the default; what is known stays the same."""
     coarse = sweep.simulate(**WORDS, interval=1.0)

@@ -1,0 +1,34 @@
+"""Numbers on logarithmic axes, and error bars of squared rates."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from sweep.figures.panels import _spread
+from sweep.figures.scales import set_log_ticks
+
+
+def numbers(low, high):
+    """Return the numbers on a logarithmic axis between two ends."""
+    figure, axes = plt.subplots()
+    axes.set_xscale("log")
+    axes.set_xlim(low, high)
+    set_log_ticks(axes.xaxis, high / low)
+    found = [each for each in axes.xaxis.get_majorticklocs() if low <= each <= high]
+    plt.close(figure)
+    return found
+
+
+def test_numbers_of_a_logarithmic_axis():
+    """Even ones on a short axis, where 1, 2, 5 would be two; 1, 2, 5 on one of two decades; powers of ten beyond."""
+    short = numbers(1.0, 3.5)
+    assert len(short) >= 4
+    assert np.allclose(np.diff(short), short[1] - short[0])
+    np.testing.assert_allclose(numbers(1.0, 5.0), [1, 2, 5])
+    np.testing.assert_allclose(numbers(0.1, 10.0), [0.1, 0.2, 0.5, 1, 2, 5, 10])
+    np.testing.assert_allclose(numbers(1e-2, 1e3), [1e-2, 1e-1, 1, 10, 100, 1000])
+
+
+def test_error_bars_of_squares():
+    """A bracket of a negative rate changes its ends when it is squared: both bars stay positive and the right way."""
+    low, middle, high = np.array([[-2.5, 2.0], [-2.0, 3.0], [-1.5, 4.0]]) ** 2
+    np.testing.assert_array_equal(_spread(low, middle, high), [[1.75, 5.0], [2.25, 7.0]])
