@@ -37,7 +37,8 @@ _MARGIN, _GAP, _CLOSE, _ABOVE, _BELOW = 0.6, 1.4, 1.2, 0.6, 0.8
 _BAR, _TO_BAR = 1.0, 1.2
 
 #: Height of a map, or of a profile, over its width; and of a strip over that of its map, and at least in letters.
-_SHAPE, _PROFILE, _STRIP, _LEAST_STRIP = 0.95, 0.65, 0.3, 4.6
+#: Points have no cells, whose shape could be seen: they are in no higher panel than this.
+_SHAPE, _PROFILE, _STRIP, _LEAST_STRIP, _POINTS = 0.95, 0.65, 0.3, 4.6, 29.0
 
 #: Height of the title of a figure, and of each further line of it.
 _TITLE, _LINE = 2.2, 1.35
@@ -279,7 +280,10 @@ class _Layout:
         found = [_entries(block) for block in self.blocks]
         if common is None:
             for block, named in zip(self.blocks, found, strict=True):
-                self.legends.append(_add_legend(block.lowest, named, block.caption, self._column()))
+                # the words of signs are short
+                columns = 2 if len(named) == len(block.signs) else 1
+                legend = _add_legend(block.lowest, named, block.caption, self._column(), columns)
+                self.legends.append(legend)
             return
         every = {label: handle for named in reversed(found) for label, handle in named.items()}
         order = dict.fromkeys(label for named in found for label in named)
@@ -352,6 +356,8 @@ class _Layout:
             panel = (self.height - fixed) / self.rows
             return panel, max((panel - extra) * share / (1.0 + share), least), self.height
         high = across * (_PROFILE if all(block.is_profile for block in self.blocks) else _SHAPE)
+        if all(block.panel is None for block in self.blocks):
+            high = min(high, _POINTS * self.letter)
         strip = max(share * high, least)
         return high + extra + strip, strip, fixed + self.rows * (high + extra + strip)
 

@@ -167,6 +167,13 @@ def test_sizes_of_a_figure(atlas):
             plots.figure([atlas], look=Look.read(**look))
 
 
+def test_a_wide_figure_is_wider_than_high(atlas):
+    """Points need no height for their cells: across a page the figure stays lower than wide; a column is about even."""
+    for width, low, high in (("172mm", 0.5, 0.75), ("86mm", 1.0, 1.4)):
+        across, up = plots.figure([atlas], look=Look.read(width=width)).get_size_inches()
+        assert low < up / across < high, width
+
+
 def test_axes_of_a_caller(atlas):
     """A list is drawn into the axes that are given."""
     figure = Figure()
