@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from sweep.atlas.outlook import one_sided
 from sweep.batch.sweeps import Sweep
 from sweep.checks.alignment import OtherGridError
 from sweep.checks.compare import Comparison, compare
@@ -145,6 +146,8 @@ def _compute(
             where=str(found.path),
         )
     else:
+        for warning in one_sided(spec):
+            say(f"warning: {warning}")
         found.failures = run_to_file(
             spec,
             found.path,

@@ -82,6 +82,7 @@ def run(
     first = [] if spec is None else [spec]
     command = shlex.join(["eulerdisk", "run", *origin, *first, *words, "-o", str(output)])
     with stoppable() as stopping, showing(quiet=quiet) as progress:
+        _warn(request)
         failures = run_to_file(
             request,
             output,

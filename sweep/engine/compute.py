@@ -184,9 +184,14 @@ def arithmetic_hash(spec: SweepSpec) -> str:
 def measured_quantities(spec: SweepSpec) -> dict[str, Quantity]:
     """Return the variables of an atlas that are measured in each cell; all others follow from them (`derive`)."""
     model = spec.model
-    derived = model.variables.keys() - {*model.measures, *model.counts}
-    held = {name: each for name, each in model.cell_variables(spec).items() if name not in derived}
-    return held | {name: model.parameters[name] for name in spec.computed}
+    derived = {*model.variables, *spec.listed} - {*model.measures, *model.counts}
+    return {name: each for name, each in stored_quantities(spec).items() if name not in derived}
+
+
+def stored_quantities(spec: SweepSpec) -> dict[str, Quantity]:
+    """Return the variables of an atlas with one value per cell, those that a list gives its starts among them."""
+    parameters = {name: spec.model.parameters[name] for name in (*spec.computed, *spec.listed)}
+    return {**spec.model.cell_variables(spec), **parameters}
 
 
 @lru_cache

@@ -19,6 +19,7 @@ from sweep.engine.compute import (
     derive_block,
     measure_block,
     measured_quantities,
+    stored_quantities,
     usable_threads,
     use_threads,
 )
@@ -91,8 +92,7 @@ _FEW = 10_000
 
 def cell_bytes(spec: SweepSpec) -> int:
     """Return the bytes of one cell's variables in the file."""
-    parameters = {name: spec.quantities[name] for name in (*spec.computed, *spec.listed)}
-    return _bytes({**spec.model.cell_variables(spec), **parameters})
+    return _bytes(stored_quantities(spec))
 
 
 def journal_bytes(spec: SweepSpec, cells: int) -> float:

@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.atlas.cf_metadata import global_attributes
-from sweep.atlas.outlook import one_sided
 from sweep.engine.compute import Block, check_device, derive_block, usable_threads, use_threads
 from sweep.engine.grid import chunks
 from sweep.errors import StoppedError, StorageError, are, counted
@@ -199,8 +198,6 @@ def run_to_file(
 
         # all blocks come in order from this process: they are written to the file while the next are computed
         at_once = executor is None and len(missing) == len(journal.spans)
-        for warning in one_sided(spec):
-            say(f"warning: {warning}")
         timetable = of_run(spec, journal.cells(missing), None if at_once else used, show)
         computed = (executor or local(threads))(journal, missing, stopping)
         finished = reported(journal, computed, missing, timetable, spec.size)
