@@ -62,6 +62,12 @@ def rng(request):
     return np.random.default_rng([zlib.crc32(request.node.nodeid.encode()), request.config.option.seed])
 
 
+@pytest.fixture
+def count(request):
+    """Return a function of two numbers: how many examples a test draws by day, and how many with another seed."""
+    return lambda by_day, fresh: fresh if request.config.option.seed else by_day
+
+
 @pytest.fixture(scope="session")
 def made_once(tmp_path_factory):
     """Return a function that gives a folder of a name, made by the first process of tests that asks for it."""

@@ -45,6 +45,7 @@ def test_every_block_is_known():
     assert [len(_blocks(language)) for language in ("bash", "python", "text")] == [2, 1, 1]
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_atlas_command(tmp_path):
     """`scripts/atlas` writes its five files and ends with the table that the README shows."""
@@ -63,6 +64,7 @@ def test_test_command_explains_itself(tmp_path):
     assert "Run the checks of every day" in done.stdout
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_command_line(tmp_path):
     """Every command of the second block runs, in the order shown, and leaves the file that it names.

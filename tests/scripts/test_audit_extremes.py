@@ -49,13 +49,13 @@ in_quadruple_precision = pytest.mark.skipif(
 
 
 @in_quadruple_precision
-def test_periods_are_right_or_missing(rng, monkeypatch):
+def test_periods_are_right_or_missing(rng, count, monkeypatch):
     """Periods of every kind are right to 1e-9, and no error of a tilt is stated too small."""
     # the others by 50 digits, which take seconds
     monkeypatch.setattr(
         audit_extremes, "true_swings", lambda given, _: quadruple.swings(given, audit_extremes.FALL)
     )
-    assert audit_extremes.audit_periods(40, rng)
+    assert audit_extremes.audit_periods(count(12, 40), rng)
 
 
 def test_periods_without_a_compiler(rng, monkeypatch):
