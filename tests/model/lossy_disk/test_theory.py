@@ -150,21 +150,21 @@ def test_above_the_bound_a_vanishing_perturbation_departs_nowhere(rng):
 
 
 @pytest.mark.compiled
-def test_the_disk_is_aloft_until_its_rate_has_sunk_to_the_critical_one(rng, count):
+def test_the_disk_is_aloft_until_its_rate_has_sunk_to_the_critical_one(rng):
     """A lower bound of the time aloft, of fresh cells of all laws that start above the critical rate."""
     for axis in ["roll_rate", "precession_rate"]:
         fell = 0
-        for air, (given, slowed, critical) in random_upright(count(14, 24), rng, axis).items():
+        for air, (given, slowed, critical) in random_upright(40, rng, axis).items():
             rates = critical * rng.uniform(1.01, 1.5, critical.size)
             given[PARAMETERS.index(axis)] = rates
-            found = lossy_runner.run(given, air=air, duration=3000.0)
+            found = lossy_runner.run(given, air=air, duration=500.0)
             for cell in np.flatnonzero(np.isin(found.ending, (FLAT, LIFT_OFF))):
                 coefficients = tuple(float(each[cell]) for each in slowed)
                 fell += 1
                 assert found.end_time[cell] > theory.time_between(
                     rates[cell], critical[cell], coefficients
                 ), axis
-        assert fell > count(4, 10), axis
+        assert fell > 5, axis
 
 
 @pytest.mark.compiled
