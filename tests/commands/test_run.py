@@ -242,5 +242,5 @@ def test_a_range_that_misses_the_boundary_is_warned_of(command, tmp_path):
         "info c.nc",
     ):
         assert "warning" not in command(line.replace("roll_rate=2:4:9 ", ""))[2]
-    # a refusal is one line
+    # a refusal comes after it
     assert "the file exists" in command(f"run {words} -o a.nc")[2].splitlines()[-1]
