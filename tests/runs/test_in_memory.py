@@ -11,9 +11,10 @@ import pytest
 import xarray as xr
 
 import sweep
-from sweep.errors import RequestError, are
+from sweep.errors import RequestError, StoppedError, are
 from sweep.progress.timetable import COMPUTING, SEARCHING
 from sweep.runs import in_memory, run_directory
+from sweep.runs.executor import interruptible
 
 CHECKOUT = Path(__file__).parents[2]
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:20", tilt="0.1deg:5deg:10")
@@ -223,3 +224,62 @@ def test_a_signal_from_outside(tmp_path, where):
         assert said.startswith(f"{done // 5000} of 18 blocks {are(done // 5000)} kept in ")
         assert "a.nc.run. To go on, give the same call again." in said
         assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
+
+
+# -- the request to stop
+
+
+def test_an_interrupt_is_a_request_to_stop():
+    """The work goes on to the end of its block; the KeyboardInterrupt has the words of what stopped it."""
+
+    def work():
+        with interruptible() as stopping:
+            assert not stopping()
+            os.kill(os.getpid(), signal.SIGINT)
+            assert stopping()
+            raise StoppedError("3 blocks are kept")
+
+    with pytest.raises(
+        KeyboardInterrupt, match=r"^3 blocks are kept\. To go on, give the same call again\.$"
+    ):
+        work()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_stop_without_an_interrupt_is_none():
+    """An executor that ends early is no key that somebody has pressed."""
+    with pytest.raises(StoppedError, match="no block was finished"), interruptible():
+        raise StoppedError("no block was finished")
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_second_interrupt_does_not_wait():
+    """It raises where it arrives."""
+    reached = []
+
+    def work():
+        with interruptible():
+            for number in range(2):
+                os.kill(os.getpid(), signal.SIGINT)
+                reached.append(number)
+
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    assert reached == [0]
+
+
+def test_a_caller_that_says_itself_when_to_stop_keeps_its_signals():
+    """Its function is used as it is, and Python's own handler stays."""
+
+    def mine():
+        return True
+
+    with interruptible(mine) as stopping:
+        assert stopping is mine
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_an_interrupt_that_nothing_heeds_is_not_lost():
+    """Work that ends without asking is followed by the interrupt."""
+    with pytest.raises(KeyboardInterrupt, match="all was done"), interruptible():
+        os.kill(os.getpid(), signal.SIGINT)

@@ -55,20 +55,6 @@ def test_a_block_comes_back(journal):
     assert_same_columns(again.read(2, [path]), measure_block(SPEC, journal.spans[2]))
 
 
-def test_a_block_can_be_read_without_this_program(journal):
-    """A line of JSON says what follows: NumPy alone finds the columns, none of which follows from the others."""
-    (path,) = journal.held()[2]
-    header, _, values = path.read_bytes().partition(b"\n")
-    found, start = {}, 0
-    for name, kind, stored_kind, count in json.loads(header):
-        stored = np.frombuffer(values, stored_kind, count, start)
-        found[name] = np.resize(stored.astype(kind), 5)
-        start += stored.nbytes
-    assert start == len(values)
-    assert_same_columns(found, measure_block(SPEC, journal.spans[2]))
-    assert not set(found) & {"stability", "peak_tilt", "amplification"}
-
-
 def test_a_block_has_one_file_whoever_writes_it(journal):
     """Written again, a block has the same name and bytes: duplicates do no harm."""
     (path,) = journal.held()[2]

@@ -97,29 +97,3 @@ def test_leaving_early_closes_the_generator(monkeypatch, problem):
     assert closed == [True]
     assert begun == finished == [0, 1]
     assert not any(each.is_alive() for each in threads)
-
-
-def test_stages_in_a_row():
-    """One prefetch inside another ends as cleanly, whether it is used up or left."""
-    closed, threads = [], []
-
-    def numbers():
-        threads.append(threading.current_thread())
-        yield from range(50)
-
-    def squares():
-        threads.append(threading.current_thread())
-        try:
-            with prefetch(numbers()) as inner:
-                for i in inner:
-                    yield i * i
-        finally:
-            closed.append(True)
-
-    with prefetch(squares()) as taken:
-        assert list(taken) == [i * i for i in range(50)]
-    with prefetch(squares()) as taken:
-        assert next(taken) == 0
-    assert closed == [True, True]
-    assert len(set(threads)) == 4
-    assert not any(each.is_alive() for each in threads)
