@@ -235,13 +235,13 @@ def coarse(spec: SweepSpec, cells: int) -> SweepSpec:
         # as good as others, and drawn together
         return spec.replace(start=spec.start.at(np.arange(min(cells, spec.size))))
     share = (min(cells, spec.size) / spec.size) ** (1.0 / max(len(spec.axes), 1))
-    picked: dict[str, list[float]] = {}
+    values: dict[str, list[float]] = {}
     for name in spec.axes:
         # not all values: a range may have more of them than memory holds
         axis = getattr(spec, name)
         count = max(1, round(len(axis) * share))
-        picked[name] = axis.at([(2 * i + 1) * len(axis) // (2 * count) for i in range(count)]).tolist()
-    return spec.replace(**picked)
+        values[name] = axis.at([(2 * i + 1) * len(axis) // (2 * count) for i in range(count)]).tolist()
+    return spec.replace(**values)
 
 
 # -- stages

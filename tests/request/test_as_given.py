@@ -31,7 +31,7 @@ UNITS = {
     "1": ("%",),
 }
 
-#: Numbers one of which each rule forbids, whatever the unit.
+#: Numbers one of which each rule forbids in any unit.
 NUMBERS = ("-3.7", "123457", "0")
 
 
@@ -115,7 +115,7 @@ def test_a_limit_in_a_message_may_be_copied():
 
 
 def test_lists_and_distributions_are_said_as_given():
-    """Texts in a list of a file or of Python have units too; an inclination is a tilt, whatever form it has."""
+    """Texts in a list of a file or of Python have units too; an inclination is a tilt in any form."""
     for words, said, hint in [
         ({"tilt": ["5deg", "1deg"]}, "got ['5deg', '1deg']", ""),
         ({"speed": ("2km/h", "1km/h")}, "got ('2km/h', '1km/h')", ""),
@@ -188,7 +188,7 @@ def test_each_number_of_a_list_has_its_own_unit():
 
 
 def test_a_value_of_a_spec_is_written_as_a_person_would():
-    """Angles in degrees, whatever form the value has; other numbers in SI."""
+    """Angles in degrees, in any form of the value; other numbers in SI."""
     spec = SweepSpec(tilt="1deg:5deg:20:log", roll_rate="2,3", alpha=1, fall_tilt="80deg")
     written = [as_written(getattr(spec, name), PARAMETERS[name]) for name in ("tilt", "roll_rate", "alpha")]
     assert written == ["1deg:5deg:20:log", "2,3", "1"]

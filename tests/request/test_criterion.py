@@ -195,7 +195,7 @@ def test_verdicts_keep_the_shape_of_the_grid():
 
 
 def test_a_comparison_with_a_missing_value_is_false():
-    """Whatever the sign: only `not` makes it true, and a chain is false if one of its values is missing."""
+    """For any sign: only `not` makes it true, and a chain is false if one of its values is missing."""
     for sign in ["<", "<=", ">", ">=", "==", "!="]:
         for missing in [math.nan, math.inf, -math.inf]:
             for text, expected in [

@@ -36,7 +36,7 @@ def test_a_logarithmic_range_has_one_ratio():
 @example(0.0, 5e-323, 300, "linear")
 @given(FINITE, FINITE, st.integers(2, 500), st.sampled_from(["linear", "log"]))
 def test_every_accepted_range_is_a_coordinate(start, stop, count, spacing):
-    """Whatever range is not refused has exact ends, its count, and strictly increasing finite values."""
+    """A range that is not refused has exact ends, its count, and strictly increasing finite values."""
     # most pairs drawn at random would be refused, for their order or their signs
     start, stop = sorted(map(abs, (start, stop)) if spacing == "log" else (start, stop))
     try:

@@ -201,7 +201,7 @@ def test_a_spec_cannot_be_changed():
 
 
 def test_a_spec_is_a_value():
-    """Equal specs are one key of a set, whatever they were made from; another kind of thing is not equal to one."""
+    """Equal specs are one key of a set, from any form of their words; another kind of thing is not equal to one."""
     spec = SweepSpec(tilt="1deg:5deg:3", radius="50cm")
     assert spec == SweepSpec(tilt=Range(math.radians(1), math.radians(5), 3), radius=0.5)
     assert len({spec, spec.replace(), SweepSpec(tilt="1deg:5deg:3"), SweepSpec(tilt="1deg:5deg:4")}) == 2

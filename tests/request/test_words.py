@@ -120,8 +120,8 @@ def test_every_word_has_a_name_of_its_own():
     st.none(), st.booleans(), st.integers(-100, 100), st.floats(), st.text(max_size=5), st.binary(max_size=3),
     st.lists(st.one_of(st.floats(), st.text(max_size=3)), max_size=3), st.just({"start": 1}),
 )))  # fmt: skip
-def test_whatever_is_given_is_read_or_refused(words):
-    """Whatever is given, a request is either read or refused with a RequestError."""
+def test_anything_is_read_or_refused(words):
+    """A request of any values is either read or refused with a RequestError."""
     try:
         SweepSpec(**words)
     except RequestError:

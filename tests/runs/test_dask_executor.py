@@ -1,4 +1,4 @@
-"""Blocks computed by the workers of dask: the same bytes, whoever computes them and whoever dies."""
+"""Blocks computed by the workers of dask: the same bytes from any worker, and after the death of one."""
 
 import gc
 import logging
@@ -90,7 +90,7 @@ def test_a_killed_worker_costs_its_block(cluster, tmp_path, monkeypatch):
 
 
 def test_no_scheduler(tmp_path, monkeypatch):
-    """An address where nobody answers is refused, with how to start one; nothing is left."""
+    """An address without a scheduler is refused, with how to start one; nothing is left."""
     pytest.importorskip("distributed")
     from sweep.runs import dask_executor
 
@@ -116,7 +116,7 @@ def test_an_address_without_a_port(tmp_path, capsys):
 
 
 def test_a_cluster_without_workers_says_so(monkeypatch, tmp_path):
-    """Whoever waits for workers that nobody has started is told."""
+    """A run without a worker says that it waits for one."""
     pytest.importorskip("distributed")
     from sweep.runs import dask_executor
 
@@ -228,7 +228,7 @@ def test_blocks_that_keep_failing_do_not_stop_the_others(tmp_path, monkeypatch, 
 
 @pytest.mark.parametrize("problem", ["connection", "time", "cancelled"])
 def test_a_lost_scheduler_is_told_in_a_sentence(tmp_path, monkeypatch, problem):
-    """Whatever dask raises and logs when its scheduler goes away, the message says so and how to go on."""
+    """The message says that the scheduler has gone and how to go on, for each error that dask raises then."""
     distributed = pytest.importorskip("distributed")
     from sweep.runs import dask_executor
 

@@ -120,7 +120,7 @@ def test_what_is_kept_can_be_forgotten():
 
 
 def test_a_handler_of_the_caller_stays_in_charge():
-    """Whoever handles SIGINT goes on to do so, and the call is not interrupted."""
+    """A handler of SIGINT that the caller has set is called, and the call is not interrupted."""
     arrived = []
     before = signal.signal(signal.SIGINT, lambda *_: arrived.append(1))
     try:
@@ -247,7 +247,7 @@ def test_an_interrupt_is_a_request_to_stop():
 
 
 def test_a_stop_without_an_interrupt_is_none():
-    """An executor that ends early is no key that somebody has pressed."""
+    """An executor that ends early raises what it raised: no key was pressed."""
     with pytest.raises(StoppedError, match="no block was finished"), interruptible():
         raise StoppedError("no block was finished")
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

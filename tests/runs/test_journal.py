@@ -55,7 +55,7 @@ def test_a_block_comes_back(journal):
     assert_same_columns(again.read(2, [path]), measure_block(SPEC, journal.spans[2]))
 
 
-def test_a_block_has_one_file_whoever_writes_it(journal):
+def test_a_block_that_is_written_twice_has_one_file(journal):
     """Written again, a block has the same name and bytes: duplicates do no harm."""
     (path,) = journal.held()[2]
     before = path.read_bytes()

@@ -1,4 +1,4 @@
-"""Unfinished runs: what is finished of them can be read, whatever they compute."""
+"""Unfinished runs: their finished blocks can be read, for every method and option."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def begun(tmp_path, request):
 
 @pytest.mark.parametrize("begun", SPECS.values(), ids=SPECS, indirect=True)
 def test_what_there_is_can_be_read(begun, tmp_path):
-    """Every variable of the atlas is there, whatever the method; cells of missing blocks have no numbers."""
+    """Every variable of the atlas is there, by every method; cells of missing blocks have no numbers."""
     spec, path = begun.manifest.spec, tmp_path / "p.nc"
     assert write_partial(begun.folder, path) == (3, 12)
     columns = compute(spec, starts_of(spec, begun.spans[1]))

@@ -1,4 +1,4 @@
-"""A run: its file is complete or absent, whatever goes wrong, and what cannot work is refused beforehand."""
+"""A run: its file is complete or absent after every fault, and an impossible run is refused before it begins."""
 
 import errno
 import json
@@ -61,7 +61,7 @@ def refused(match, function, *arguments, **options):
     ids=lambda each: repr(each) if isinstance(each, BaseException) else "",
 )
 def test_a_run_that_breaks_keeps_its_blocks(path, monkeypatch, fault, seen, existing):
-    """Whatever ends a run between two blocks, no new file is there, an old one is unchanged, and the run goes on."""
+    """After any end between two blocks no new file is there, an old one is unchanged, and the run goes on."""
 
     def breaking(spec, span):
         if span.start == 10:

@@ -14,7 +14,7 @@ SPEC = SweepSpec(roll_rate="2:4:6", tilt="0.1deg,1deg")
 
 
 def test_what_a_run_has_not_made_it_does_not_remove(tmp_path):
-    """Notes that somebody keeps beside the blocks, and among them, outlive the run; blocks and the rest go."""
+    """Notes beside the blocks, and among them, outlive the run; blocks and the rest go."""
     journal = array_jobs.prepare(SPEC, tmp_path / "a.nc", block_cells=3)
     notes = [
         journal.folder / "notes.txt",
@@ -41,7 +41,7 @@ def test_an_empty_folder_will_do(tmp_path):
 
 
 def test_a_run_that_is_refused_leaves_no_folder(tmp_path):
-    """Whatever is refused after the folder was made, nothing of it is left."""
+    """A refusal after the folder was made leaves nothing of it."""
     (tmp_path / "a.nc").write_text("old")
     for how in ({}, {"overwrite": True, "threads": 10**6}, {"overwrite": True, "block_cells": 0}):
         with pytest.raises(RequestError):
