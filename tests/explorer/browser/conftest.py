@@ -1,4 +1,4 @@
-"""One browser and one server for all tests of the page; each test has a page of its own, which is watched.
+"""One browser and one server for all tests of the page, which is loaded anew and watched in each test.
 
 A test fails by itself if its page says anything in the console, throws, or asks for what fails or lies elsewhere:
 
@@ -18,17 +18,60 @@ import importlib.util
 import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from explorer_browser import BROWSERS, COMPLETE, Served, Watch, find_browser, launched, served
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, BrowserContext, Page
 
 
 #: Milliseconds that anything in a page may take; processors of tests are busy.
 PATIENCE = 20_000
+
+#: Tests that share a tab, which takes a second to begin; the history of a tab has fifty entries.
+SHARED = 8
+
+
+class Tabs:
+    """Tabs of the browser by the options of their context, each used by one test at a time."""
+
+    def __init__(self, browser: Browser) -> None:
+        self.browser = browser
+        self.free: dict[str, list[tuple[Page, int]]] = {}
+
+    def take(self, options: dict[str, Any]) -> tuple[Page, int]:
+        """Return a tab, as when it was begun, and how many tests have used it."""
+        free = self.free.setdefault(str(options), [])
+        if not free:
+            page = self.browser.new_context(**options).new_page()
+            page.set_default_timeout(PATIENCE)
+            return page, 0
+        page, used = free.pop()
+        page.set_viewport_size(options["viewport"])
+        return page, used
+
+    def give_back(self, options: dict[str, Any], page: Page, used: int) -> None:
+        """Take what a test has done to a tab from it."""
+        context: BrowserContext = page.context
+        if used + 1 == SHARED:
+            context.close()
+            return
+        for other in context.pages:
+            if other is not page:
+                other.close()
+        context.clear_permissions()
+        page.mouse.move(0, 0)
+        page.goto("about:blank")
+        page.unroute_all(behavior="ignoreErrors")
+        self.free[str(options)].append((page, used + 1))
+
+
+@pytest.fixture(scope="package")
+def tabs(browser: Browser) -> Tabs:
+    """Return the tabs of the browser."""
+    return Tabs(browser)
 
 
 @pytest.fixture(scope="package")
@@ -63,9 +106,9 @@ def served_with() -> Iterator[Callable[..., Served]]:
 
 @pytest.fixture
 def opened(
-    browser: Browser, request: pytest.FixtureRequest, served_with: Callable[..., Served]
+    tabs: Tabs, request: pytest.FixtureRequest, served_with: Callable[..., Served]
 ) -> Iterator[Callable[..., Page]]:
-    """Return a function that opens the page in a context of its own, and waits until its picture is complete.
+    """Return a function that opens the page in a tab of its own, and waits until its picture is complete.
 
     Pages load the modules of motions after their first picture: every server ends after the pages that it served.
     """
@@ -73,15 +116,13 @@ def opened(
     watches = []
     with ExitStack() as stack:
 
-        def open_page(fragment: str = "", url: str | None = None, **options: object) -> Page:
+        def open_page(fragment: str = "", url: str | None = None, **options: Any) -> Page:
             address = url or request.getfixturevalue("explorer").url
             options.setdefault("viewport", {"width": 1280, "height": 800})
             # a frame of a disk takes 0.1 s without a graphics card: motions stand until they are played
             options.setdefault("reduced_motion", "reduce")
-            context = browser.new_context(**options)
-            stack.callback(context.close)
-            page = context.new_page()
-            page.set_default_timeout(PATIENCE)
+            page, used = tabs.take(options)
+            stack.callback(tabs.give_back, options, page, used)
             watches.append(Watch(page, (address,)))
             page.goto(address + (f"#{fragment}" if fragment else ""))
             page.wait_for_selector(COMPLETE)
