@@ -5,7 +5,7 @@ import json
 import os
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Self
@@ -81,7 +81,7 @@ class Manifest:
     #: SHA-256 over the spec and `arithmetic`, made when the run was begun. It seeds the checksum of every block.
     fingerprint: str
     #: What decides the bits on the machine that began the run (`sweep.runs.manifest`).
-    machine: Mapping[str, str] = field(default_factory=dict)
+    machine: Mapping[str, str]
 
     @classmethod
     def new(cls, spec: SweepSpec, block_cells: int, created: str, command: str) -> Self:
@@ -146,8 +146,6 @@ class Manifest:
             if content.pop("checksum") != _digest(content):
                 raise ValueError("the checksum does not fit")
             spec = SweepSpec.from_canonical(json.dumps(content.pop("spec"), sort_keys=True))
-            # a manifest of format 2 has no fingerprint; it is read, so that the message can name the format
-            content = {"fingerprint": ""} | content
             manifest = cls(spec, **content)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, RequestError) as problem:
             raise RequestError(

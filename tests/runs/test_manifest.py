@@ -84,17 +84,6 @@ def test_a_journal_of_another_format_is_refused(tmp_path, monkeypatch):
     assert older.manifest.fingerprint != Manifest.new(SPEC, 5, "t", "c").fingerprint
 
 
-def test_a_manifest_of_format_2_is_refused_by_its_format(written):
-    """A run that version 0.9 and its like have left is read far enough to name what differs."""
-    _, path = written
-    content = json.loads(path.read_text())
-    for name in ("checksum", "fingerprint"):
-        del content[name]
-    content["arithmetic"] |= {"format": "2", "eulerdisk": "0.9"}
-    content["checksum"] = manifest._digest(content)
-    path.write_text(json.dumps(content))
-    with pytest.raises(RequestError, match=r"format: 2 there"):
-        check_same_run(Journal.at(path.parent), SPEC)
 
 
 @pytest.mark.parametrize("change", ["cut", "number", "garbage"])
