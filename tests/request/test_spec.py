@@ -228,15 +228,13 @@ def test_headline_says_what_is_looked_at():
         assert SweepSpec.preset(preset).replace(**changes).headline == headline
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["a = " + "[" * 100_000, "a = " + "{b = " * 5000, ".".join("a" * 20_000) + " = 1"],
-    ids=["[", "{", "."],
-)
-def test_a_spec_file_that_nests_without_end_is_refused(spec_file, text):
+def test_a_spec_file_that_nests_without_end_is_refused(spec_file):
     """Arrays, tables and dotted names nested too deep to be parsed are told with the file."""
-    with pytest.raises(RequestError, match=r"sweep\.toml: The spec file is no request: .* nested too deep"):
-        SweepSpec.from_toml(spec_file(text))
+    for text in ["a = " + "[" * 100_000, "a = " + "{b = " * 5000, ".".join("a" * 20_000) + " = 1"]:
+        with pytest.raises(
+            RequestError, match=r"sweep\.toml: The spec file is no request: .* nested too deep"
+        ):
+            SweepSpec.from_toml(spec_file(text))
 
 
 def test_a_spec_is_a_small_file(tmp_path):

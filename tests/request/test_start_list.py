@@ -76,10 +76,10 @@ def test_a_part_of_a_list(spec):
     assert spec.replace(start="3:12") == spec.replace(start="3:12:10")
 
 
-@pytest.mark.parametrize("count", ["1e3", "1000", 1000, 1000.0, " 1000 "])
-def test_spellings_of_samples(spec, count):
+def test_spellings_of_samples(spec):
     """A whole number, in any spelling."""
-    assert spec.replace(samples=count) == spec
+    for count in ["1e3", "1000", 1000, 1000.0, " 1000 "]:
+        assert spec.replace(samples=count) == spec
 
 
 def test_what_does_not_go_together():

@@ -54,9 +54,9 @@ def test_a_table_takes_the_place_of_axes(spec):
     assert starts["alpha"].tolist() == [0.5] * 3
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
+def test_spellings_of_a_file(table):
+    """Separators, units, comments, quotes, a byte order mark, order of columns: the same starts."""
+    for text in [
         "roll_rate,tilt [deg]\n2.5,1\n3.0,2\n",
         "# measured\n\nroll_rate [rad/s] , tilt [deg]\n2.5 , 1\n# a comment\n3.0 , 2\n\n",
         "roll_rate (rad/s);tilt (deg)\r\n2.5;1\r\n3.0;2\r\n",
@@ -64,14 +64,11 @@ def test_a_table_takes_the_place_of_axes(spec):
         '"tilt [deg]","roll_rate"\n"1",2.5\n2.0e0,+3\n',
         "\ufefftilt [arcmin],roll_rate [deg/s]\n60,143.2394487827058\n120,171.88733853924697\n",
         "tilt,roll_rate [rad s-1],alpha [1]\n0.017453292519943295,2.5,.5\n0.03490658503988659,3.,0.5\n",
-    ],
-)
-def test_spellings_of_a_file(table, text):
-    """Separators, units, comments, quotes, a byte order mark, order of columns: the same starts."""
-    spec = SweepSpec.from_words("rolling", [f"starts={table(text)}"])
-    starts = whole(spec)
-    np.testing.assert_allclose(starts["roll_rate"], [2.5, 3.0], rtol=1e-15)
-    np.testing.assert_allclose(starts["tilt"], np.radians([1.0, 2.0]), rtol=1e-15)
+    ]:
+        spec = SweepSpec.from_words("rolling", [f"starts={table(text)}"])
+        starts = whole(spec)
+        np.testing.assert_allclose(starts["roll_rate"], [2.5, 3.0], rtol=1e-15)
+        np.testing.assert_allclose(starts["tilt"], np.radians([1.0, 2.0]), rtol=1e-15)
 
 
 def test_columns_in_memory():
@@ -178,9 +175,9 @@ def test_a_spec_file_names_a_table(tmp_path, table):
         SweepSpec.from_toml(tmp_path / "sweep.toml")
 
 
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [
+def test_what_is_no_table(table):
+    """The message names file, line and column, and what would do."""
+    for text, says in [
         ("", "a column or more; got none"),
         ("tilt,roll_rate\n", "1 to 10000000 starts; got 0"),
         ("tilt,roll_rate\n0.1,2\n0.1\n", "line 3: Every line has 2 cells, as the first has; got 1"),
@@ -208,15 +205,12 @@ def test_a_spec_file_names_a_table(tmp_path, table):
         ("tilt [deg,roll_rate\n1,2\n", "no column"),
         ('tilt,roll_rate\n0.1,"2\n', "no CSV file in UTF-8"),
         ("tilt\n0.1\n", "Give roll_rate one number, or a column of the table"),
-    ],
-)
-def test_what_is_no_table(table, text, says):
-    """The message names file, line and column, and what would do."""
-    path = table(text)
-    with pytest.raises(RequestError) as caught:
-        SweepSpec.from_words("rolling", [f"starts={path}"])
-    assert says in str(caught.value)
-    assert str(path) in str(caught.value) or "one number" in says
+    ]:
+        path = table(text)
+        with pytest.raises(RequestError) as caught:
+            SweepSpec.from_words("rolling", [f"starts={path}"])
+        assert says in str(caught.value)
+        assert str(path) in str(caught.value) or "one number" in says
 
 
 def test_other_encodings_and_missing_files(table, tmp_path):
@@ -252,9 +246,9 @@ def test_what_are_no_columns():
             ) else SweepSpec.preset("rolling").replace(starts=raw)
 
 
-@pytest.mark.parametrize(
-    ("words", "where", "says"),
-    [
+def test_what_does_not_go_with_a_table(table):
+    """It is refused by its name."""
+    for words, where, says in [
         (["tilt=2deg"], "tilt", "Leave tilt out"),
         (["samples=2"], "samples", "Leave samples out"),
         (["seed=2"], "seed", "Leave seed out"),
@@ -262,20 +256,17 @@ def test_what_are_no_columns():
         (["alpha=uniform:0.5:1"], "alpha", "Give alpha one number, or a column"),
         (["boundary=refined"], "boundary", "no rows in which a boundary is sought"),
         (["start=7"], "start", "There is no start 7"),
-    ],
-)
-def test_what_does_not_go_with_a_table(table, words, where, says):
-    """It is refused by its name."""
-    path = table("tilt [deg],roll_rate\n1,3\n")
-    with pytest.raises(RequestError) as caught:
-        SweepSpec.from_words("rolling", [f"starts={path}", *words])
-    assert caught.value.where == where
-    assert says in str(caught.value)
+    ]:
+        path = table("tilt [deg],roll_rate\n1,3\n")
+        with pytest.raises(RequestError) as caught:
+            SweepSpec.from_words("rolling", [f"starts={path}", *words])
+        assert caught.value.where == where
+        assert says in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
+def test_a_damaged_text(spec):
+    """No damage of the description of a table is a defect."""
+    for change in [
         {"sha256": "0"},
         {"sha256": 5},
         {"starts": 0},
@@ -288,14 +279,11 @@ def test_what_does_not_go_with_a_table(table, words, where, says):
         {"numbers": {"values": [1.0, 2.0]}},
         {"numbers": 3},
         {"numbers": {"nothing": 1}},
-    ],
-)
-def test_a_damaged_text(spec, change):
-    """No damage of the description of a table is a defect."""
-    content = json.loads(spec.canonical())
-    content["starts"] |= change
-    with pytest.raises(RequestError):
-        SweepSpec.from_canonical(json.dumps(content))
+    ]:
+        content = json.loads(spec.canonical())
+        content["starts"] |= change
+        with pytest.raises(RequestError):
+            SweepSpec.from_canonical(json.dumps(content))
 
 
 def test_a_column_without_table(spec):

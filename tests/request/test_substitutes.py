@@ -21,28 +21,25 @@ COIN = {"radius": "12mm", "gravity": 1.62}
 UNIT = math.sqrt(1.62 / 0.012)
 
 
-@pytest.mark.parametrize("rate", ["tilt_rate", "precession_rate", "roll_rate"])
-@pytest.mark.parametrize(
-    ("raw", "expected"),
-    [
-        (0.5, 0.5 * UNIT),
-        ("-0.5", -0.5 * UNIT),
-        ("0.5,1", Values((0.5 * UNIT, UNIT))),
-        (np.array([0.5, 1.0]), Values((0.5 * UNIT, UNIT))),
-        ("0.5:1.5:11", Range(0.5 * UNIT, 1.5 * UNIT, 11)),
-        ("0.5:1.5:11:log", Range(0.5 * UNIT, 1.5 * UNIT, 11, "log")),
-    ],
-)
-def test_a_scaled_rate_is_in_units_of_the_root_of_gravity_over_radius(rate, raw, expected):
+def test_a_scaled_rate_is_in_units_of_the_root_of_gravity_over_radius():
     """Numbers, lists and ranges are multiplied; a logarithmic range stays one."""
-    found = getattr(SweepSpec(**COIN, **{f"scaled_{rate}": raw}), rate)
-    assert type(found) is type(expected)
-    if isinstance(expected, float):
-        assert found == pytest.approx(expected, rel=1e-15)
-        return
-    assert len(found) == len(expected)
-    assert getattr(found, "spacing", "") == getattr(expected, "spacing", "")
-    np.testing.assert_allclose(found.array(), expected.array(), rtol=4e-15)
+    for rate in ["tilt_rate", "precession_rate", "roll_rate"]:
+        for raw, expected in [
+            (0.5, 0.5 * UNIT),
+            ("-0.5", -0.5 * UNIT),
+            ("0.5,1", Values((0.5 * UNIT, UNIT))),
+            (np.array([0.5, 1.0]), Values((0.5 * UNIT, UNIT))),
+            ("0.5:1.5:11", Range(0.5 * UNIT, 1.5 * UNIT, 11)),
+            ("0.5:1.5:11:log", Range(0.5 * UNIT, 1.5 * UNIT, 11, "log")),
+        ]:
+            found = getattr(SweepSpec(**COIN, **{f"scaled_{rate}": raw}), rate)
+            assert type(found) is type(expected)
+            if isinstance(expected, float):
+                assert found == pytest.approx(expected, rel=1e-15)
+                return
+            assert len(found) == len(expected)
+            assert getattr(found, "spacing", "") == getattr(expected, "spacing", "")
+            np.testing.assert_allclose(found.array(), expected.array(), rtol=4e-15)
 
 
 def test_the_speed_is_that_of_the_contact_point():
@@ -79,24 +76,21 @@ def test_a_substitute_is_its_parameter_times_its_scale(name, value, radius, grav
     assert back == pytest.approx(value, rel=1e-15, abs=1e-300)
 
 
-@pytest.mark.parametrize(
-    ("raw", "expected"),
-    [
+def test_the_inclination_is_what_the_tilt_lacks_to_a_right_angle():
+    """Values turn round, so that the tilt increases; a range stays one, a logarithmic one becomes a list."""
+    for raw, expected in [
         ("30deg", math.radians(60.0)),
         ("100deg", math.radians(-10.0)),
         ("1deg,4deg,10deg", [80.0, 86.0, 89.0]),
         ("1deg:10deg:4", [80.0, 83.0, 86.0, 89.0]),
         ("0.1deg:10deg:3:log", [80.0, 89.0, 89.9]),
-    ],
-)
-def test_the_inclination_is_what_the_tilt_lacks_to_a_right_angle(raw, expected):
-    """Values turn round, so that the tilt increases; a range stays one, a logarithmic one becomes a list."""
-    found = SweepSpec(inclination=raw).tilt
-    if isinstance(expected, float):
-        assert found == pytest.approx(expected, rel=1e-15)
-        return
-    assert isinstance(found, Range if raw.count(":") == 2 else Values)
-    np.testing.assert_allclose(np.degrees(found.array()), expected, rtol=1e-14)
+    ]:
+        found = SweepSpec(inclination=raw).tilt
+        if isinstance(expected, float):
+            assert found == pytest.approx(expected, rel=1e-15)
+            return
+        assert isinstance(found, Range if raw.count(":") == 2 else Values)
+        np.testing.assert_allclose(np.degrees(found.array()), expected, rtol=1e-14)
 
 
 def test_the_inclination_of_random_starts():

@@ -115,9 +115,9 @@ def test_runs_and_array_jobs_take_over_from_each_other(command, tmp_path, monkey
         assert (tmp_path / name).read_bytes() == (tmp_path / "w.nc").read_bytes()
 
 
-@pytest.mark.parametrize(
-    ("line", "match"),
-    [
+def test_what_cannot_be_done_is_refused(command, tmp_path):
+    """With status 2, one message that says why, and nothing touched."""
+    for line, match in [
         ("block --run a.nc.run --part 0/3", "1 <= I <= N; got 0/3"),
         ("block --run a.nc.run --part 4/3", "1 <= I <= N; got 4/3"),
         ("block --run a.nc.run --part x", "1 <= I <= N; got x"),
@@ -130,16 +130,13 @@ def test_runs_and_array_jobs_take_over_from_each_other(command, tmp_path, monkey
         ),
         (f"prepare {WORDS} --block-cells 0 -o b.nc", "at least one cell; got 0"),
         ("info missing.nc --partial b.nc", "no unfinished run"),
-    ],
-)
-def test_what_cannot_be_done_is_refused(command, tmp_path, line, match):
-    """With status 2, one message that says why, and nothing touched."""
-    command(f"prepare {WORDS} --block-cells 4 -o a.nc")
-    before = sorted(tmp_path.rglob("*"))
-    status, out, err = command(line)
-    assert (status, out, err.count("\n")) == (2, "", 1)
-    assert re.search(match, err)
-    assert sorted(tmp_path.rglob("*")) == before
+    ]:
+        command(f"prepare {WORDS} --block-cells 4 -o a.nc")
+        before = sorted(tmp_path.rglob("*"))
+        status, out, err = command(line)
+        assert (status, out, err.count("\n")) == (2, "", 1)
+        assert re.search(match, err)
+        assert sorted(tmp_path.rglob("*")) == before
 
 
 def spoilt(folder):
