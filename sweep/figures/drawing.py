@@ -23,7 +23,7 @@ from sweep.errors import RequestError
 from sweep.figures.look import Look
 from sweep.figures.panels import Edge, Panel
 from sweep.figures.room import HALO
-from sweep.figures.scales import add_second_axis, set_log_ticks, set_scale
+from sweep.figures.scales import add_second_axis, set_log_ticks, set_scale, unit_of_label
 from sweep.figures.shade import COLOURS, LEAST, Shade, common_norm, flag_colours, is_wide
 from sweep.model.quantity import Array, Truths
 
@@ -393,7 +393,7 @@ def _draw_contours(axes: "Axes", panel: Panel, levels: Sequence[float]) -> None:
     drawn = axes.contour(panel.x.values, panel.y.values, values, levels, **_CONTOUR)
     drawn.set_path_effects(CONTOUR_EDGE)
     quantity = panel.shade.quantity
-    unit = quantity.plot_label.rpartition(" (")[2].rstrip(")") if quantity.units != "1" else ""
+    unit = unit_of_label(quantity)
     label = (
         f"{quantity.name.replace('_', ' ')} of {', '.join(f'{each:.4g}' for each in levels)} {unit}".rstrip()
     )

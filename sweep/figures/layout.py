@@ -6,19 +6,18 @@ legend that is wider than its panel take the width of the panel.
 
 import math
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import rc_context, rcParams
 from matplotlib.container import ErrorbarContainer
-from matplotlib.text import Text
 from matplotlib.transforms import ScaledTranslation
 
 from sweep.errors import RequestError
 from sweep.figures.drawing import OUTSIDE, analytic_lines, joined, joined_heights, sheet
-from sweep.figures.look import Look, inches, size_of
+from sweep.figures.look import Look, columns_of, inches, size_of
 from sweep.figures.panels import Panel
 from sweep.figures.room import Room, name_end, name_line, name_regions
 from sweep.figures.scales import name_ends, thin_ticks
@@ -68,26 +67,33 @@ class Block:
     signs: Sequence[Any] = ()
 
     @property
-    def is_profile(self) -> bool:
-        """Whether it is drawn over one axis of the atlas."""
-        return self.panel is not None and self.panel.y is None
-
-    @property
     def lowest(self) -> "Axes":
         """The lower of both axes."""
         return self.strip or self.axes
+
+    def legend(self) -> dict[str, Any]:
+        """Return the labels and handles of its legend, the measurement first."""
+        handles, labels = self.axes.get_legend_handles_labels()
+        named = {each.get_label(): each for each in self.signs} | dict(zip(labels, handles, strict=True))
+        order = sorted(named, key=lambda label: not isinstance(named[label], ErrorbarContainer))
+        return {label: named[label] for label in order}
+
+
+#: Adds the bar of colours to a figure: in axes of its own, or beside those of a caller.
+Bar = Callable[["Figure", "Axes | None"], "Axes | None"]
 
 
 def figure_of(
     items: Sequence[Any],
     block: "Callable[[Axes, Any], Block]",
-    columns: int,
     look: Look,
-    width: float,
+    widths: tuple[float, float],
     *,
-    bar: "Callable[[Figure], Axes | None] | None" = None,
+    columns: int | None = None,
+    bar: Bar | None = None,
     common: Sequence[str] | None = None,
     title: str = "",
+    axes: "Axes | None" = None,
 ) -> "Figure":
     """Draw a figure with a panel for each of some items.
 
@@ -97,123 +103,84 @@ def figure_of(
         Row by row.
     block : callable
         Draws an item into axes, and returns them with their words.
-    columns : int
-        Panels in a row.
     look : Look
-        Its sizes.
-    width : float
-        That of a panel [in], where the look has no width.
+        Its sizes. Without a height the maps have a good shape.
+    widths : (float, float)
+        Width of a panel where the look has none, and the least one [in].
+    columns : int, optional
+        Panels in a row; by default as many as have room.
     bar : callable, optional
-        Adds the bar of colours.
-    common, title
-        As in `arrange`.
-
-    Raises
-    ------
-    RequestError
-        If there is no room.
-    """
-    with sheet(*size_of(columns, look, width), look.font_size, "none") as drawn:
-        blocks = [block(drawn.add_axes((0.2, 0.2, 0.6, 0.6)), each) for each in items]
-        arrange(
-            drawn,
-            blocks,
-            columns,
-            height=inches(look.height),
-            bar=bar and bar(drawn),
-            common=common,
-            title=title,
-        )
-    return drawn
-
-
-def arrange(
-    drawn: "Figure",
-    blocks: Sequence[Block],
-    columns: int,
-    *,
-    height: float | None = None,
-    bar: "Axes | None" = None,
-    common: Sequence[str] | None = None,
-    title: str = "",
-) -> None:
-    """Give all axes of a figure their places, write legends, titles and names.
-
-    Parameters
-    ----------
-    drawn : Figure
-        As wide as it shall be.
-    blocks : sequence of Block
-        Row by row.
-    columns : int
-        Blocks in a row.
-    height : float, optional
-        Of the figure [in]; by default the maps have a good shape.
-    bar : Axes, optional
-        The bar of colours, to the right of all.
+        Adds the bar of colours, to the right of all.
     common : sequence of str, optional
         Caption of one legend below all panels; without it each has its own.
     title : str
         Of the whole figure.
+    axes : Axes, optional
+        Draw the only item into these.
 
     Raises
     ------
     RequestError
-        If there is no room.
+        If there is no room, or there are several items for the axes of a caller.
     """
-    layout = _Layout(drawn, blocks, columns, height, bar, title)
-    layout.write_titles()
-    layout.write_legends(common)
-    for _ in range(_ROUNDS):
+    if axes is not None:
+        return _figure_in(axes, items, block, look, bar)
+    columns = columns or columns_of(len(items), look, *widths)
+    with sheet(*size_of(columns, look, widths[0]), look.font_size, "none") as drawn:
+        blocks = [block(drawn.add_axes((0.2, 0.2, 0.6, 0.6)), each) for each in items]
+        layout = _Layout(drawn, blocks, columns, inches(look.height), bar and bar(drawn, None), title)
+        layout.write_legends(common)
+        for _ in range(_ROUNDS):
+            layout.place()
+            layout.break_labels()
+        for each in layout.axes:
+            thin_ticks(each)
+        if layout.bar is not None:
+            name_ends(layout.bar)
         layout.place()
-        layout.break_labels()
-    for axes in layout.axes:
-        thin_ticks(axes)
-    if bar is not None:
-        name_ends(bar)
-    layout.place()
-    for block in blocks:
-        _write_names(block)
-
-
-def lettered(look: Look) -> AbstractContextManager[None]:
-    """Draw in the size of letters of a look, if it is not the default, into axes of a caller."""
-    return nullcontext() if look.font_size == Look.font_size else rc_context({"font.size": look.font_size})
-
-
-def finish_in(block: Block, look: Look) -> "Figure":
-    """Write title, names and legend of a panel into the axes of a caller, which stay where they are.
-
-    The legend is below the labels, and takes part in the layout of the figure.
-    """
-    axes = block.axes
-    drawn = axes.get_figure(root=True)
-    assert drawn is not None
-    with lettered(look):
-        drawn.draw_without_rendering()
-        room = axes.get_window_extent().width / axes.figure.dpi
-        axes.set_title(wrapped(block.title, float(axes.title.get_fontsize()), room), parse_math=False)
-        _put_below(axes, block)
-        # the legend may have moved the axes, and names are placed in their size
-        drawn.draw_without_rendering()
-        thin_ticks(axes)
-        _write_names(block)
+        for made in blocks:
+            _write_names(made)
     return drawn
 
 
-def _put_below(axes: "Axes", block: Block) -> None:
-    """Write the legend of a panel below its labels, as a part of the layout of the figure."""
-    drawn = axes.get_figure(root=True)
+def _figure_in(
+    axes: "Axes", items: Sequence[Any], block: "Callable[[Axes, Any], Block]", look: Look, bar: Bar | None
+) -> "Figure":
+    """Draw a panel into the axes of a caller, which stay where they are: the legend is below their labels.
+
+    It takes part in the layout of the figure.
+    """
+    if len(items) > 1:
+        raise RequestError(
+            f"Axes hold one atlas; got {len(items)}.",
+            "Draw each into axes of its own, or leave ax out.",
+            "ax",
+        )
+    drawn, dots = axes.get_figure(root=True), axes.figure.dpi
     assert drawn is not None
-    drawn.draw_without_rendering()
-    width = axes.get_window_extent().width / axes.figure.dpi
-    legend = _add_legend(axes, _entries(block), block.caption, width)
-    tight = axes.get_tightbbox(for_layout_only=True)
-    assert tight is not None
-    below = (tight.y0 - axes.get_window_extent().y0) / axes.figure.dpi - 0.5 * _letter()
-    shift = ScaledTranslation(0.0, below, axes.figure.dpi_scale_trans)
-    legend.set_bbox_to_anchor((0.0, 0.0), transform=axes.transAxes + shift)
-    legend.set_in_layout(True)
+    with nullcontext() if look.font_size == Look.font_size else rc_context({"font.size": look.font_size}):
+        made = block(axes, items[0])
+        added = bar(drawn, axes) if bar else None
+        drawn.draw_without_rendering()
+        room = axes.get_window_extent().width / dots
+        axes.set_title(wrapped(made.title, float(axes.title.get_fontsize()), room), parse_math=False)
+        drawn.draw_without_rendering()
+        box = axes.get_window_extent()
+        legend = _add_legend(axes, made.legend(), made.caption, box.width / dots)
+        tight = axes.get_tightbbox(for_layout_only=True)
+        assert tight is not None
+        shift = ScaledTranslation(
+            0.0, (tight.y0 - box.y0) / dots - 0.5 * _letter(), axes.figure.dpi_scale_trans
+        )
+        legend.set_bbox_to_anchor((0.0, 0.0), transform=axes.transAxes + shift)
+        legend.set_in_layout(True)
+        # the legend may have moved the axes, and names are placed in their size
+        drawn.draw_without_rendering()
+        thin_ticks(axes)
+        _write_names(made)
+        if added is not None:
+            name_ends(added)
+    return drawn
 
 
 def _letter() -> float:
@@ -238,11 +205,9 @@ class _Layout:
         self.has_strip = any(block.strip is not None for block in blocks)
         self.common: Legend | None = None
         self.legends: list[Legend] = []
-        self.title: Text | None = None
-        if title:
-            size = float(rcParams["axes.titlesize"])
-            text = wrapped(title, size, self.width - 2.0 * self.letter)
-            self.title = drawn.text(0.0, 1.0, text, size=size, weight="bold", va="top", parse_math=False)
+        size = float(rcParams["axes.titlesize"])
+        text = wrapped(title, size, self.width - 2.0 * self.letter) if title else ""
+        self.title = drawn.text(0.0, 1.0, text, size=size, weight="bold", va="top", parse_math=False)
         every = [*(each for block in blocks for each in (block.axes, block.strip)), bar]
         self.axes = [each for each in every if each is not None]
         self.labels = [
@@ -251,33 +216,32 @@ class _Layout:
             for each in (axes, *axes.child_axes)
             for which, axis in ((0, each.xaxis), (1, each.yaxis))
         ]
-        for block in blocks:
-            if block.strip is not None:
-                drawn.align_ylabels([block.axes, block.strip])
         # sizes near the final ones: the numbers on axes depend on them
         for axes in self.axes:
             axes.set_position((0.2, 0.2, 0.7 / columns, 0.7 / columns))
         if bar is not None:
             bar.set_position((0.9, 0.2, 0.02, 0.6))
+        for block in blocks:
+            if block.strip is not None:
+                drawn.align_ylabels([block.axes, block.strip])
+            self._write_title(block)
 
-    def write_titles(self) -> None:
-        """Write the titles of the panels, in lines as wide as their columns."""
-        column = self._column()
-        for block in self.blocks:
-            size, title = float(block.axes.title.get_fontsize()), block.title
-            if block.is_mathematics:
-                probe = self.drawn.text(0.0, 0.0, "", fontsize=size)
-                # beside the numbers of its axes
-                title = "\n".join(broken(probe, title, (column - 5.0 * self.letter) * self.drawn.dpi))
-                probe.remove()
-            else:
-                title = wrapped(title, size, column - 2.5 * self.letter)
-            weight = "normal" if block.is_mathematics else "bold"
-            block.axes.set_title(title, parse_math=block.is_mathematics, weight=weight)
+    def _write_title(self, block: Block) -> None:
+        """Write the title of a panel, in lines as wide as its column."""
+        title, size, column = block.title, float(block.axes.title.get_fontsize()), self._column()
+        if block.is_mathematics:
+            probe = self.drawn.text(0.0, 0.0, "", fontsize=size)
+            # beside the numbers of its axes
+            title = "\n".join(broken(probe, title, (column - 5.0 * self.letter) * self.drawn.dpi))
+            probe.remove()
+        else:
+            title = wrapped(title, size, column - 2.5 * self.letter)
+        weight = "normal" if block.is_mathematics else "bold"
+        block.axes.set_title(title, parse_math=block.is_mathematics, weight=weight)
 
     def write_legends(self, common: Sequence[str] | None) -> None:
         """Write the legends, as wide as the columns are, or one with a caption that is common to all panels."""
-        found = [_entries(block) for block in self.blocks]
+        found = [block.legend() for block in self.blocks]
         if common is None:
             for block, named in zip(self.blocks, found, strict=True):
                 # the words of signs are short
@@ -307,104 +271,69 @@ class _Layout:
 
     def place(self) -> None:
         """Measure the words around all axes, and give the axes what is left."""
-        letter, grid = self.letter, (self.rows, self.columns)
-        around, legends = np.zeros((self.rows * self.columns, 4)), np.zeros(self.rows * self.columns)
+        letter, margin = self.letter, _MARGIN * self.letter
+        # left, below, right, above, and the height of the legend; those of an empty place are 0
+        around = np.zeros((self.rows * self.columns, 5))
         for i, block in enumerate(self.blocks):
-            around[i] = self._around_block(block)
-            if self.legends:
-                legends[i] = self._size(self.legends[i])[1] + _ABOVE * letter
-        left, below, right, above = around.reshape(*grid, 4).transpose(2, 0, 1)
-        lefts, rights = left.max(axis=0), right.max(axis=0)
-        tops = above.max(axis=1) + _MARGIN * letter
-        feet = below.max(axis=1) + legends.reshape(grid).max(axis=1) + _BELOW * letter
-        across = self._column() - (lefts.sum() + rights.sum()) / self.columns
+            around[i, :4] = np.maximum(self._around(block.axes), self._around(block.lowest) * (1, 0, 1, 0))
+            around[i, 1] = self._around(block.lowest)[1]
+            around[i, 4] = self._size(self.legends[i])[1] + _ABOVE * letter if self.legends else 0.0
+        left, below, right, above, legends = around.reshape(self.rows, self.columns, 5).transpose(2, 0, 1)
+        tops = above.max(axis=1) + margin
+        feet = below.max(axis=1) + legends.max(axis=1) + _BELOW * letter
+        across = self._column() - (left.max(axis=0) + right.max(axis=0)).mean()
         foot = self._size(self.common)[1] + _BELOW * letter if self.common else 0.0
-        panel, strip, total = self._heights(across, tops.sum() + feet.sum() + foot + self._title_height())
-        self._check_room(across, panel - (strip + _CLOSE * letter if self.has_strip else 0.0), total)
+        head = (_TITLE + _LINE * self.title.get_text().count("\n")) * letter if self.title.get_text() else 0.0
+        panel, strip, total = self._heights(across, tops.sum() + feet.sum() + foot + head)
         if self.height is None:
             self.drawn.set_size_inches(self.width, total)
-        top = total - self._title_height()
-        for row in range(self.rows):
-            top -= tops[row]
-            x = _MARGIN * letter
-            for i in range(row * self.columns, min((row + 1) * self.columns, len(self.blocks))):
-                column = i % self.columns
-                x += lefts[column]
-                self._place_block(i, around[i], (x, top, across, panel, strip))
-                x += across + rights[column] + _GAP * letter
-            top -= panel + feet[row]
+        lefts = margin + np.cumsum(left.max(axis=0) + across + right.max(axis=0) + _GAP * letter)
+        lefts -= across + right.max(axis=0) + _GAP * letter
+        highs = total - head - np.cumsum(tops + panel + feet) + panel + feet
+        for i, block in enumerate(self.blocks):
+            x, top = lefts[i % self.columns], highs[i // self.columns]
+            low = top - panel + (0.0 if block.strip is None else strip + _CLOSE * letter)
+            self._set(block.axes, x, low, across, top - low)
+            if block.strip is not None:
+                self._set(block.strip, x, top - panel, across, strip)
+            if self.legends:
+                # under the axes, or further left if it is wider than they
+                start = min(x, x + across + around[i, 2] - self._size(self.legends[i])[0])
+                foot_of_labels = top - panel - around[i, 1] - _ABOVE * letter
+                self._put_legend(self.legends[i], max(start, x - around[i, 0]), foot_of_labels)
         if self.common is not None:
-            self._put_legend(self.common, _MARGIN * letter, top)
-        if self.title is not None:
-            self.title.set_position((_MARGIN * letter / self.width, 1.0 - _MARGIN * letter / total))
+            self._put_legend(self.common, margin, highs[-1] - panel - feet[-1])
+        self.title.set_position((margin / self.width, 1.0 - margin / total))
         if self.bar is not None:
             low = min(block.lowest.get_position().y0 for block in self.blocks) * total
-            high = max(block.axes.get_position().y1 for block in self.blocks) * total
-            where = self.width - self._bar_width() - _MARGIN * letter + _TO_BAR * letter
-            self._set(self.bar, where, low, _BAR * letter, high - low)
+            where = self.width - self._bar_width() - margin + _TO_BAR * letter
+            self._set(self.bar, where, low, _BAR * letter, highs[0] - low)
 
     def _column(self) -> float:
         """Return the width of a column with its labels."""
         gaps = 2.0 * _MARGIN + (self.columns - 1) * _GAP
         return float(self.width - self._bar_width() - gaps * self.letter) / self.columns
 
-    def _heights(self, across: float, fixed: float) -> tuple[float, float, float]:
-        """Return the heights of a panel with its strip, of a strip and of the figure; `fixed` is that of all words."""
-        extra, least = (_CLOSE * self.letter, _LEAST_STRIP * self.letter) if self.has_strip else (0.0, 0.0)
-        share = _STRIP if self.has_strip else 0.0
-        if self.height is not None:
-            panel = (self.height - fixed) / self.rows
-            return panel, max((panel - extra) * share / (1.0 + share), least), self.height
-        high = across * (_PROFILE if all(block.is_profile for block in self.blocks) else _SHAPE)
-        if all(block.panel is None for block in self.blocks):
-            high = min(high, _POINTS * self.letter)
-        strip = max(share * high, least)
-        return high + extra + strip, strip, fixed + self.rows * (high + extra + strip)
-
-    def _title_height(self) -> float:
-        if self.title is None:
-            return 0.0
-        return (_TITLE + _LINE * self.title.get_text().count("\n")) * self.letter
-
-    def _place_block(self, i: int, around: Array, place: tuple[float, float, float, float, float]) -> None:
-        """Place map, strip and legend of a block: left end, top, width, height with the strip, height of the strip."""
-        block, (left, top, across, panel, strip) = self.blocks[i], place
-        high = panel if block.strip is None else panel - strip - _CLOSE * self.letter
-        self._set(block.axes, left, top - high, across, high)
-        if block.strip is not None:
-            self._set(block.strip, left, top - panel, across, strip)
-        if self.legends:
-            # under the axes, or further left if it is wider than they
-            start = min(left, left + across + around[2] - self._size(self.legends[i])[0])
-            foot = top - panel - around[1] - _ABOVE * self.letter
-            self._put_legend(self.legends[i], max(start, left - around[0]), foot)
-
-    def _set(self, axes: "Axes", left: float, low: float, wide: float, high: float) -> None:
-        width, height = self.drawn.get_size_inches()
-        axes.set_position((left / width, low / height, wide / width, high / height))
-
-    def _put_legend(self, legend: "Legend", left: float, top: float) -> None:
-        # in the coordinates of the figure, so that it stays beside its axes if the figure is drawn larger
-        width, height = self.drawn.get_size_inches()
-        legend.set_bbox_to_anchor((left / width, top / height), transform=self.drawn.transFigure)
-
-    def _size(self, legend: "Legend") -> tuple[float, float]:
-        box = legend.get_window_extent()
-        return box.width / self.drawn.dpi, box.height / self.drawn.dpi
-
     def _bar_width(self) -> float:
         return 0.0 if self.bar is None else (_TO_BAR + _BAR) * self.letter + float(self._around(self.bar)[2])
 
-    def _around_block(self, block: Block) -> Array:
-        """Return the room [in] of numbers and labels around map and strip: left, below, right, above."""
-        upper, lower = self._around(block.axes), self._around(block.lowest)
-        return np.array([max(upper[0], lower[0]), lower[1], max(upper[2], lower[2]), upper[3]])
-
-    def _around(self, axes: "Axes") -> Array:
-        tight, box = axes.get_tightbbox(for_layout_only=True), axes.get_window_extent()
-        assert tight is not None
-        found = np.array([box.x0 - tight.x0, box.y0 - tight.y0, tight.x1 - box.x1, tight.y1 - box.y1])
-        return np.asarray(np.maximum(found, 0.0) / self.drawn.dpi)
+    def _heights(self, across: float, fixed: float) -> tuple[float, float, float]:
+        """Return the heights of a panel with its strip, of a strip and of the figure; `fixed` is that of all words."""
+        letter = self.letter
+        gap, least, share = (_CLOSE * letter, _LEAST_STRIP * letter, _STRIP) if self.has_strip else (0.0,) * 3
+        if self.height is not None:
+            panel = (self.height - fixed) / self.rows
+            strip = max((panel - gap) * share / (1.0 + share), least)
+        else:
+            flat = all(block.panel is not None and block.panel.y is None for block in self.blocks)
+            high = across * (_PROFILE if flat else _SHAPE)
+            if all(block.panel is None for block in self.blocks):
+                high = min(high, _POINTS * letter)
+            strip = max(share * high, least)
+            panel = high + gap + strip
+        total = fixed + self.rows * panel if self.height is None else self.height
+        self._check_room(across, panel - strip - gap, total)
+        return panel, strip, total
 
     def _check_room(self, across: float, up: float, total: float) -> None:
         least = _LEAST * self.letter
@@ -423,6 +352,25 @@ class _Layout:
             f"{25.4 * max(up, 0.0):.0f} mm high; they need {25.4 * least:.0f} mm.",
             f"Give at least {' and '.join(needed)}, smaller letters, or fewer panels.",
         )
+
+    def _set(self, axes: "Axes", left: float, low: float, wide: float, high: float) -> None:
+        width, height = self.drawn.get_size_inches()
+        axes.set_position((left / width, low / height, wide / width, high / height))
+
+    def _put_legend(self, legend: "Legend", left: float, top: float) -> None:
+        # in the coordinates of the figure, so that it stays beside its axes if the figure is drawn larger
+        width, height = self.drawn.get_size_inches()
+        legend.set_bbox_to_anchor((left / width, top / height), transform=self.drawn.transFigure)
+
+    def _size(self, legend: "Legend") -> Array:
+        return np.array(legend.get_window_extent().size) / self.drawn.dpi
+
+    def _around(self, axes: "Axes") -> Array:
+        """Return the room [in] of numbers and labels around axes: left, below, right, above."""
+        tight, box = axes.get_tightbbox(for_layout_only=True), axes.get_window_extent()
+        assert tight is not None
+        found = np.array([box.x0 - tight.x0, box.y0 - tight.y0, tight.x1 - box.x1, tight.y1 - box.y1])
+        return np.asarray(np.maximum(found, 0.0) / self.drawn.dpi)
 
 
 def _generous(inches: float) -> str:
@@ -445,14 +393,6 @@ def _write_names(block: Block) -> None:
         for text, height in zip(panel.joined, joined_heights(panel), strict=True):
             if height is not None:
                 name_end(room, text, (0.0, height))
-
-
-def _entries(block: Block) -> dict[str, Any]:
-    """Return labels and handles of a panel, the measurement first."""
-    handles, labels = block.axes.get_legend_handles_labels()
-    named = {each.get_label(): each for each in block.signs} | dict(zip(labels, handles, strict=True))
-    order = sorted(named, key=lambda label: not isinstance(named[label], ErrorbarContainer))
-    return {label: named[label] for label in order}
 
 
 def _add_legend(

@@ -23,7 +23,7 @@ from sweep.figures.drawing import (
     draw_points,
     thinning,
 )
-from sweep.figures.layout import Block, figure_of, finish_in
+from sweep.figures.layout import Block, figure_of
 from sweep.figures.look import SPEED, Look, columns_of
 from sweep.figures.panels import (
     Panel,
@@ -39,15 +39,13 @@ from sweep.figures.scales import add_second_axis, set_scale
 
 if TYPE_CHECKING:
     import xarray as xr
-
-if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 #: Maps of a figure, and curves of a family, that can be told apart.
 _MOST_MAPS, _MOST_CURVES = 12, 8
 
-#: Width of one of several maps, and its least one; width of a family [in].
-_WIDTH, _LEAST_WIDTH, _FAMILY = 2.4, 1.2, 4.2
+#: Width of one of several maps, and its least one; those of a family [in].
+_WIDTHS, _FAMILY = (2.4, 1.2), (4.2, 4.2)
 
 #: Height [in] that a figure of given width may have by itself: that of a page.
 _PAGE = 11.7
@@ -110,7 +108,7 @@ def _multiples(dataset: "xr.Dataset", further: Sequence[str], friction: float | 
     check_same_quantity(panels)
     count = len(panels)
     columns = dataset.sizes[further[-1]] if len(further) > 1 else 2 if count == 4 else 3
-    columns = min(columns, columns_of(count, look, _WIDTH, _LEAST_WIDTH)) if columns > 1 else 1
+    columns = min(columns, columns_of(count, look, *_WIDTHS)) if columns > 1 else 1
     # panels that are too narrow for their words go into another row
     for fewer in range(columns, 1, -1):
         try:
@@ -139,8 +137,8 @@ def _maps(
         return Block(axes, each, titles[i], regions=each.regions(), is_mathematics=True)
 
     return figure_of(
-        range(len(panels)), block, columns, look, _WIDTH, bar=lambda drawn: add_bar(drawn, panels, colouring),
-        common=_caption(dataset, panels), title=panels[0].title,
+        range(len(panels)), block, look, _WIDTHS, columns=columns, common=_caption(dataset, panels),
+        bar=lambda drawn, _: add_bar(drawn, panels, colouring), title=panels[0].title,
     )  # fmt: skip
 
 
@@ -191,9 +189,7 @@ def _family(dataset: "xr.Dataset", look: Look, axes: "Axes | None") -> Figure:
         _draw_family(own, panels, names)
         return Block(own, replace(first, line_name=""), first.title, _caption(dataset, panels))
 
-    if axes is not None:
-        return finish_in(block(axes, panels[0]), look)
-    return figure_of(panels[:1], block, 1, look, _FAMILY)
+    return figure_of(panels[:1], block, look, _FAMILY, axes=axes)
 
 
 def _draw_family(axes: "Axes", panels: Sequence[Panel], names: Sequence[str]) -> None:

@@ -13,7 +13,7 @@ from sweep.atlas.dataset import edge_status, in_order, require, spec_named
 from sweep.atlas.row_edges import in_words
 from sweep.errors import RequestError
 from sweep.figures.look import LINEAR, SCALED, SPEED, SQUARED, Look
-from sweep.figures.scales import Scale, Speed, check_rate_is_drawn, readable, scale
+from sweep.figures.scales import Scale, Speed, check_rate_is_drawn, readable, scale, unit_of_label
 from sweep.figures.shade import Shade, drawable, shade
 from sweep.model.quantity import FAILED, MISSING, STABLE, UNDECIDED, UNSTABLE, Array, Truths
 from sweep.request.sources import Values
@@ -389,14 +389,10 @@ def fixed_parameters(spec: SweepSpec) -> str:
 def value_text(spec: SweepSpec, name: str) -> str:
     """Return a parameter that is the same in every cell with its value, in mathtext."""
     quantity = readable(spec.model.parameters[name], abs(getattr(spec, name)))
-    unit = quantity.plot_label.rpartition(" (")[2].rstrip(")") if quantity.units != "1" else ""
-    unit = unit.replace(" ", "\u00a0")
     # what belongs together is not broken at the end of a line
-    return (
-        f"${quantity.symbol} = {_in_mathtext(getattr(spec, name) * quantity.plot_scale)}$\u00a0{unit}".rstrip(
-            "\u00a0"
-        )
-    )
+    unit = unit_of_label(quantity).replace(" ", "\u00a0")
+    number = _in_mathtext(getattr(spec, name) * quantity.plot_scale)
+    return f"${quantity.symbol} = {number}$\u00a0{unit}".rstrip("\u00a0")
 
 
 def _in_mathtext(value: float) -> str:

@@ -15,7 +15,6 @@ from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError, shown
 from sweep.figures import scatter
 from sweep.figures.drawing import (
-    Colouring,
     add_bar,
     check_same_quantity,
     colours_of,
@@ -24,11 +23,10 @@ from sweep.figures.drawing import (
     draw_ratio,
     styled,
 )
-from sweep.figures.layout import Block, figure_of, finish_in, lettered
+from sweep.figures.layout import Block, figure_of
 from sweep.figures.look import BAR, Look, check_friction, columns_of, size_of
 from sweep.figures.multiples import figure as figure_of_many
 from sweep.figures.panels import Panel, drawn_dims, panel
-from sweep.figures.scales import name_ends
 from sweep.files.paths import check_format, check_target
 from sweep.files.publish import published
 from sweep.model.description import Model
@@ -39,7 +37,7 @@ if TYPE_CHECKING:
 
 #: Width of a panel [in] in letters of 8 points, with labels; a journal's column is 3.4 wide. Below the least one,
 #: panels of a figure of given width go into another row; below `_SECOND` there is no room for a second axis.
-_WIDTH, _LEAST_WIDTH, _SECOND = 3.6, 2.2, 2.6
+_WIDTHS, _SECOND = (3.6, 2.2), 2.6
 
 _DOTS_PER_INCH = 200
 
@@ -115,15 +113,27 @@ def figure(
         for dataset in datasets
     ]
     check_same_quantity(panels)
-    if axes is not None:
-        return _draw_into(axes, panels, look)
-    columns = columns_of(len(panels), look, _WIDTH, _LEAST_WIDTH)
-    colouring, scale = colours_of(panels, look), look.font_size / 8.0
-    second = size_of(columns, look, _WIDTH)[0] >= columns * _SECOND * scale + BAR * scale
-    return figure_of(
-        panels, lambda own, each: _block(own, each, colouring, second), columns, look, _WIDTH,
-        bar=lambda drawn: add_bar(drawn, panels, colouring),
-    )  # fmt: skip
+    columns, colouring = columns_of(len(panels), look, *_WIDTHS), colours_of(panels, look)
+    room = (size_of(columns, look, _WIDTHS[0])[0] * 8.0 / look.font_size - BAR) / columns
+
+    def block(own: Axes, each: Panel) -> Block:
+        found = Block(own, each, each.title, each.caption, regions=each.regions())
+        if each.y is None:
+            draw_profile(own, each)
+            return found
+        draw_map(own, each, colouring, second=axes is not None or room >= _SECOND)
+        if each.has_ratio and axes is None:
+            found.strip = own.figure.add_axes((0.2, 0.1, 0.6, 0.1), sharex=own)
+            draw_ratio(found.strip, each)
+            found.strip.set_xlabel(own.get_xlabel())
+            own.set_xlabel("")
+            own.tick_params(axis="x", which="both", labelbottom=False)
+        return found
+
+    def bar(drawn: Figure, beside: Axes | None) -> Axes | None:
+        return add_bar(drawn, panels, colouring, beside)
+
+    return figure_of(panels, block, look, _WIDTHS, columns=columns, bar=bar, axes=axes)
 
 
 def _check_any(datasets: Sequence["xr.Dataset"]) -> None:
@@ -139,43 +149,6 @@ def _check_own(look: Look) -> None:
             f"Leave {' and '.join(names)} out, or ax.",
             "ax",
         )
-
-
-def _block(axes: "Axes", each: Panel, colouring: Colouring, second: bool) -> Block:
-    block = Block(axes, each, each.title, each.caption, regions=each.regions())
-    if each.y is None:
-        draw_profile(axes, each)
-        return block
-    draw_map(axes, each, colouring, second)
-    if each.has_ratio:
-        block.strip = axes.figure.add_axes((0.2, 0.1, 0.6, 0.1), sharex=axes)
-        draw_ratio(block.strip, each)
-        block.strip.set_xlabel(axes.get_xlabel())
-        axes.set_xlabel("")
-        axes.tick_params(axis="x", which="both", labelbottom=False)
-    return block
-
-
-def _draw_into(axes: "Axes", panels: Sequence[Panel], look: Look) -> Figure:
-    """Draw one panel into the axes of a caller."""
-    if len(panels) != 1:
-        raise RequestError(
-            f"Axes hold one panel; got {len(panels)} atlases.", "Draw each into axes of its own.", "ax"
-        )
-    each, drawn = panels[0], axes.get_figure(root=True)
-    assert drawn is not None
-    with lettered(look):
-        colouring, bar = colours_of(panels, look), None
-        block = Block(axes, each, each.title, each.caption, regions=each.regions())
-        if each.y is None:
-            draw_profile(axes, each)
-        else:
-            draw_map(axes, each, colouring)
-            bar = add_bar(drawn, panels, colouring, beside=axes)
-        finish_in(block, look)
-        if bar is not None:
-            name_ends(bar)
-    return drawn
 
 
 def save(drawn: Figure, path: str | Path, dpi: int | None = None) -> None:

@@ -37,13 +37,13 @@ class Room:
     Parameters
     ----------
     axes : Axes
-        In its final size; what is drawn later has to be taken by `take`.
+        In its final size.
     """
 
     def __init__(self, axes: "Axes") -> None:
         self.axes = axes
         self._box = axes.get_window_extent()
-        self._dots = axes.figure.dpi / 72.0
+        self.dots = axes.figure.dpi / 72.0
         self.covered = np.zeros((_RASTER, _RASTER), bool)
         with np.errstate(invalid="ignore", divide="ignore"):
             for line in axes.get_lines():
@@ -54,36 +54,42 @@ class Room:
                         for corners in axes.transData.transform_path(path).to_polygons(closed_only=False):
                             self._cover(corners, 1.0)
 
-    def take(self, word: Text) -> None:
-        """Cover the place of a word."""
-        self.covered |= self._inside(np.array(_extent(word).extents))
-
-    def places(self, word: Text, region: Truths | None = None) -> Truths:
-        """Return the points of the raster on which the middle of a word can lie.
+    def put(self, word: Text, allowed: Truths, preference: Array, region: Truths | None = None) -> bool:
+        """Put a word where it covers nothing, or remove it where there is no such place; return whether there is.
 
         Parameters
         ----------
         word : Text
-            Drawn anywhere; only its size counts.
+            Drawn anywhere; its position becomes a point in the coordinates of the axes.
+        allowed : array of bool
+            The points of the raster on which its middle may lie.
+        preference : array
+            Of those on which it can lie the point with the largest one is taken.
         region : array of bool, optional
             The points on which all of the word has to lie.
         """
+        good = allowed & self._places(word, region)
+        if not good.any():
+            word.remove()
+            return False
+        row, column = np.unravel_index(np.argmax(np.where(good, preference, -np.inf)), good.shape)
+        word.set_position(((float(column) + 0.5) / _RASTER, (float(row) + 0.5) / _RASTER))
+        left, bottom, right, top = box_of(word).extents
+        across, up = self.middles()
+        self.covered |= (across >= left) & (across <= right) & (up >= bottom) & (up <= top)
+        return True
+
+    def _places(self, word: Text, region: Truths | None) -> Truths:
+        """Return the points on which the middle of a word can lie."""
         free = ~self.covered if region is None else ~self.covered & region
-        box = _extent(word)
-        steps = self._steps()
-        half = np.ceil((np.array([box.height, box.width]) / 2.0 + _CLEAR * self._dots) / steps[::-1]).astype(
-            int
-        )
-        if (2 * half >= _RASTER).any():
+        box = box_of(word)
+        reach = np.array([box.height, box.width]) / 2.0 + _CLEAR * self.dots
+        up, across = np.ceil(reach / self.steps()[::-1]).astype(int)
+        if 2 * max(up, across) >= _RASTER:
             return np.zeros_like(free)
         sums = np.pad(np.cumsum(np.cumsum(~free, axis=0), axis=1), ((1, 0), (1, 0)))
-        up, across = half
-        inner = (
-            sums[2 * up + 1 :, 2 * across + 1 :]
-            - sums[: -2 * up - 1, 2 * across + 1 :]
-            - sums[2 * up + 1 :, : -2 * across - 1]
-            + sums[: -2 * up - 1, : -2 * across - 1]
-        )
+        rows = sums[2 * up + 1 :] - sums[: -2 * up - 1]
+        inner = rows[:, 2 * across + 1 :] - rows[:, : -2 * across - 1]
         return np.pad(inner == 0, ((up, up), (across, across)))
 
     def cells(self, panel: Panel, cells: Truths) -> Truths:
@@ -98,57 +104,15 @@ class Room:
         column, row = column.clip(0, len(panel.x.values) - 1), row.clip(0, len(panel.y.values) - 1)
         return np.asarray((cells[row, column] & inside).reshape(_RASTER, _RASTER))
 
-    def best(self, word: Text, region: Truths) -> tuple[float, float] | None:
-        """Return where a word has most room within a region, in the coordinates of the axes; None if nowhere."""
-        places = self.places(word, region)
-        if not places.any():
-            return None
-        box = _extent(word)
-        around = np.pad(region & ~self.covered, 1)
-        steps = self._steps()
-        distance = distance_to_outside(around, (steps[1] / box.height, steps[0] / box.width))[1:-1, 1:-1]
-        return self.point(int(np.argmax(np.where(places, distance, -1.0))))
-
-    def nearest(self, word: Text, point: tuple[float, float]) -> tuple[float, float] | None:
-        """Return the place of a word nearest to a point [dots], a little away from it; None if there is none."""
-        across, up = self._middles()
-        box = _extent(word)
-        beside = np.maximum(np.abs(across - point[0]) - box.width / 2.0, 0.0)
-        above = np.maximum(np.abs(up - point[1]) - box.height / 2.0, 0.0)
-        distance = np.hypot(beside, above)
-        good = self.places(word) & (distance > _NEAR * self._dots) & (distance < _FAR * self._dots)
-        return self.point(int(np.argmin(np.where(good, distance, np.inf)))) if good.any() else None
-
-    def beside(self, word: Text, height: float) -> tuple[float, float] | None:
-        """Return a place for a word above or below a level line [dots], as far to the right as there is one."""
-        box, (across, up) = _extent(word), self._middles()
-        gap = box.height / 2.0 + _BESIDE * self._dots
-        step = self._steps()[1]
-        places = self.places(word)
-        for side in (gap + step, -gap - step):
-            good = places & (np.abs(up - height - side) <= step)
-            if good.any():
-                return self.point(int(np.argmax(np.where(good, across, -np.inf))))
-        return None
-
-    def _steps(self) -> Array:
+    def steps(self) -> Array:
         """Return width and height [dots] of a point of the raster."""
         return np.array([self._box.width, self._box.height]) / _RASTER
 
-    def _middles(self) -> tuple[Array, Array]:
-        middles = (np.arange(_RASTER) + 0.5) * self._steps()[:, np.newaxis]
+    def middles(self) -> tuple[Array, Array]:
+        """Return both coordinates [dots] of all points of the raster."""
+        middles = (np.arange(_RASTER) + 0.5) * self.steps()[:, np.newaxis]
         across, up = np.meshgrid(*middles)
         return across + self._box.x0, up + self._box.y0
-
-    def _inside(self, extents: Array) -> Truths:
-        across, up = self._middles()
-        left, bottom, right, top = extents
-        return np.asarray((across >= left) & (across <= right) & (up >= bottom) & (up <= top))
-
-    def point(self, index: int) -> tuple[float, float]:
-        """Return a point of the raster, counted row by row, in the coordinates of the axes."""
-        row, column = np.unravel_index(index, (_RASTER, _RASTER))
-        return (float(column) + 0.5) / _RASTER, (float(row) + 0.5) / _RASTER
 
     def _cover(self, corners: Any, width: float) -> None:
         """Cover a line through points [dots], NaN where it is interrupted, and `width` [points] to either side."""
@@ -157,18 +121,18 @@ class Room:
             return
         corners = np.clip(corners, -1e6, 1e6) - [self._box.x0, self._box.y0]
         ends = np.concatenate((corners, corners[-1:]))
-        span = np.abs(np.diff(ends, axis=0)) / self._steps()
+        span = np.abs(np.diff(ends, axis=0)) / self.steps()
         longest = np.nanmax(np.where(np.isfinite(span), span, 0.0).clip(0.0, 3.0 * _RASTER), initial=0.0)
         along = np.linspace(0.0, 1.0, int(longest) + 2)[:, np.newaxis, np.newaxis]
         points = (ends[:-1] + along * np.diff(ends, axis=0)).reshape(-1, 2)
-        reach = width * self._dots
+        reach = width * self.dots
         for shift in ((0.0, 0.0), (reach, 0.0), (-reach, 0.0), (0.0, reach), (0.0, -reach)):
-            column, row = np.floor((points + shift) / self._steps()).T
+            column, row = np.floor((points + shift) / self.steps()).T
             on = (np.minimum(column, row) >= 0) & (np.maximum(column, row) < _RASTER)
             self.covered[row[on].astype(int), column[on].astype(int)] = True
 
 
-def _extent(word: Text) -> "Bbox":
+def box_of(word: Text) -> "Bbox":
     """Return the box [dots] of a word, without the arrow of an annotation."""
     # an annotation moves to its place only when it is asked for its box with the arrow
     word.get_window_extent()
@@ -190,33 +154,28 @@ def name_regions(room: Room, panel: Panel, regions: Iterable[tuple[str, Truths]]
             0.5, 0.5, name, transform=room.axes.transAxes, ha="center", va="center", weight="bold",
             path_effects=HALO, zorder=6,
         )  # fmt: skip
-        _put(room, word, room.best(word, room.cells(panel, cells)))
-
-
-def _put(room: Room, word: Text, place: tuple[float, float] | None) -> bool:
-    """Put a word in its place, or remove one that has none; return whether it has one."""
-    if place is None:
-        word.remove()
-        return False
-    word.set_position(place)
-    room.take(word)
-    return True
+        region, box, steps = room.cells(panel, cells), box_of(word), room.steps()
+        around = np.pad(region & ~room.covered, 1)
+        distance = distance_to_outside(around, (steps[1] / box.height, steps[0] / box.width))[1:-1, 1:-1]
+        room.put(word, region, distance, region)
 
 
 def name_line(room: Room, text: str, height: float) -> None:
-    """Write the formula beside a level line at a height of the axes, if there is room."""
+    """Write the formula above or below a level line at a height of the axes, as far to the right as there is room."""
     low, high = room.axes.get_ylim()
     if not text or not low < height < high:
         return
     word = room.axes.text(
         0.5, 0.5, text, transform=room.axes.transAxes, ha="center", va="center", bbox=_BOX, zorder=6
     )
-    place = room.beside(word, room.axes.transData.transform((room.axes.get_xlim()[0], height))[1])
-    _put(room, word, place)
+    (across, up), step = room.middles(), room.steps()[1]
+    above = up - room.axes.transData.transform((room.axes.get_xlim()[0], height))[1]
+    gap = box_of(word).height / 2.0 + _BESIDE * room.dots + step
+    room.put(word, abs(abs(above) - gap) <= step, across + np.where(above > 0.0, 2.0 * np.ptp(across), 0.0))
 
 
 def name_end(room: Room, text: str, at: tuple[float, float]) -> None:
-    """Write what the end of a line, a point in the units of the axes, is called, if there is room."""
+    """Write what the end of a line, a point in the units of the axes, is called, a little away from it."""
     word = room.axes.annotate(
         text, at, (0.5, 0.5), textcoords="axes fraction", ha="center", va="center",
         fontsize=0.875 * rcParams["font.size"],
@@ -224,7 +183,10 @@ def name_end(room: Room, text: str, at: tuple[float, float]) -> None:
     )  # fmt: skip
     assert word.arrow_patch is not None
     word.arrow_patch.set_visible(False)
-    if _put(room, word, room.nearest(word, tuple(room.axes.transData.transform(at)))):
+    (x, y), (across, up), box = room.axes.transData.transform(at), room.middles(), box_of(word)
+    beside = np.maximum(np.abs(across - x) - box.width / 2.0, 0.0)
+    distance = np.hypot(beside, np.maximum(np.abs(up - y) - box.height / 2.0, 0.0)) / room.dots
+    if room.put(word, (distance > _NEAR) & (distance < _FAR), -distance):
         word.arrow_patch.set_visible(True)
 
 

@@ -5,14 +5,14 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, MaxNLocator, NullFormatter, NullLocator
 
 from sweep.errors import RequestError
-from sweep.figures.look import LINEAR, RATES, SCALED, SPEED, SQUARED
-from sweep.model.quantity import Array, Input
+from sweep.figures.look import LINEAR, RATES, SCALED, SQUARED
+from sweep.model.quantity import Array, Input, Quantity
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,7 +62,9 @@ class Scale:
 
     `values` are those of the cells, `borders` lie between and around them, `ends` are the ends of the axis, which is
     full of cells. `rate` is one of `RATES`, `unit` that of `Model.unit_of_square` or None; `speed` belongs to a rate
-    drawn as one, whose largest value is `largest` [SI].
+    drawn as one. `factor` leads from SI to what is drawn, of a square or of the value; `units` are those of the label,
+    in mathtext, nothing for a pure number. `second` are factor and label of a second axis, on which the same values are
+    pure numbers, or None.
     """
 
     quantity: Input
@@ -70,81 +72,51 @@ class Scale:
     borders: Array
     ends: tuple[float, float]
     log: bool
-    rate: str = LINEAR
-    unit: tuple[float, str] | None = None
-    speed: Speed | None = None
-    largest: float = 0.0
-
-    @property
-    def label(self) -> str:
-        """Label with symbol and unit."""
-        name = self.quantity.name.replace("_", " ")
-        if self.rate == SQUARED:
-            return f"{name} squared {self.symbol} ({self.units})"
-        if self.speed is not None:
-            return f"{self.speed.name} {self.symbol} ({self.units})"
-        return f"{name} {self.symbol}" if self.rate == SCALED else self.quantity.plot_label
-
-    @property
-    def units(self) -> str:
-        """Units of what is drawn, in mathtext; nothing for a pure number."""
-        if self.rate == SCALED:
-            return ""
-        if self.speed is not None:
-            return f"{self._speed_unit[0]} s$^{{-1}}$"
-        if self.rate == LINEAR:
-            return (
-                self.quantity.plot_label.rpartition(" (")[2].rstrip(")") if self.quantity.units != "1" else ""
-            )
-
-        def squared(unit: re.Match[str]) -> str:
-            return f"{unit[1]}$^{{{2 * int(unit[2] or 1)}}}$"
-
-        # each unit of a CF units string with twice its power: rad s-1 becomes rad^2 s^-2
-        return re.sub(r"([A-Za-z]+)(-?\d*)", squared, self.quantity.units)
-
-    @property
-    def symbol(self) -> str:
-        """The symbol of what is drawn, in mathtext."""
-        return self._symbol(self.rate)
-
-    @property
-    def second(self) -> tuple[float, str] | None:
-        """Factor and label of a second axis, on which the same values are pure numbers; None if there is none."""
-        if self.unit is None or self.rate == SCALED:
-            return None
-        if self.rate == SQUARED:
-            return 1.0 / self.unit[0], f"${self.quantity.symbol}^2\\,/\\,({self.unit[1]})$"
-        return 1.0 / math.sqrt(self.unit[0]) / self._factor, self._symbol(SCALED)
+    rate: str
+    unit: tuple[float, str] | None
+    speed: Speed | None
+    label: str
+    units: str
+    factor: float
+    second: tuple[float, str] | None
 
     def shown(self, values: Array) -> Array:
         """Return values [SI] as the axis shows them."""
-        if self.rate == SQUARED:
-            return values**2
-        if self.rate == SCALED and self.unit is not None:
-            return values / math.sqrt(self.unit[0])
-        return values * self._factor
+        return (values**2 if self.rate == SQUARED else values) * self.factor
 
-    @property
-    def _factor(self) -> float:
-        """What a value [SI] is multiplied by, if it is neither squared nor scaled."""
-        if self.speed is None:
-            return self.quantity.plot_scale
-        return self.speed.factor * self._speed_unit[1]
 
-    @property
-    def _speed_unit(self) -> tuple[str, float]:
-        assert self.speed is not None
-        return next(
-            (unit, times) for least, unit, times in _SPEEDS if self.largest * self.speed.factor >= least
+def unit_of_label(quantity: Quantity) -> str:
+    """Return the unit in the label of a quantity, in mathtext; nothing for a pure number."""
+    return quantity.plot_label.rpartition(" (")[2].rstrip(")") if quantity.units != "1" else ""
+
+
+def _words_of_axis(
+    quantity: Input, rate: str, unit: tuple[float, str] | None, speed: Speed | None, largest: float
+) -> dict[str, Any]:
+    """Return label, units, factor and second axis of a scale whose largest value is `largest` [SI]."""
+    name, symbol = quantity.name.replace("_", " "), quantity.symbol
+    if rate == SQUARED:
+        # each unit of a CF units string with twice its power: rad s-1 becomes rad^2 s^-2
+        units = re.sub(
+            r"([A-Za-z]+)(-?\d*)", lambda each: f"{each[1]}$^{{{2 * int(each[2] or 1)}}}$", quantity.units
         )
-
-    def _symbol(self, rate: str) -> str:
-        if rate == SCALED and self.unit is not None:
-            return f"${self.quantity.symbol}\\,/\\sqrt{{{self.unit[1]}}}$"
-        if rate == SPEED and self.speed is not None:
-            return f"${self.speed.symbol}$"
-        return f"${self.quantity.symbol}^2$" if rate == SQUARED else f"${self.quantity.symbol}$"
+        pure = unit and (1.0 / unit[0], f"${symbol}^2\\,/\\,({unit[1]})$")
+        return {
+            "label": f"{name} squared ${symbol}^2$ ({units})",
+            "units": units,
+            "factor": 1.0,
+            "second": pure,
+        }
+    scaled = unit and (1.0 / math.sqrt(unit[0]), f"${symbol}\\,/\\sqrt{{{unit[1]}}}$")
+    if rate == SCALED and scaled:
+        return {"label": f"{name} {scaled[1]}", "units": "", "factor": scaled[0], "second": None}
+    label, units, factor = quantity.plot_label, unit_of_label(quantity), quantity.plot_scale
+    if speed is not None:
+        word, times = next((word, n) for least, word, n in _SPEEDS if largest * speed.factor >= least)
+        units, factor = f"{word} s$^{{-1}}$", speed.factor * times
+        label = f"{speed.name} ${speed.symbol}$ ({units})"
+    pure = scaled and (scaled[0] / factor, scaled[1])
+    return {"label": label, "units": units, "factor": factor, "second": pure}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -219,7 +191,8 @@ def scale(
             borders[0] = 0.0
     largest = float(np.abs(values).max())
     quantity = readable(quantity, largest)
-    bare = Scale(quantity, values, borders, (0.0, 0.0), log, rate, unit, speed, largest)
+    words = _words_of_axis(quantity, rate, unit, speed, largest)
+    bare = Scale(quantity, values, borders, (0.0, 0.0), log, rate, unit, speed, **words)
     borders = bare.shown(borders)
     return replace(bare, values=bare.shown(values), borders=borders, ends=(borders[0], borders[-1]))
 
@@ -295,14 +268,9 @@ def add_second_axis(axes: "Axes", which: str, scale: Scale) -> None:
         return
     factor, label = scale.second
 
-    def forward(values: Array) -> Array:
-        return np.asarray(values) * factor
-
-    def back(values: Array) -> Array:
-        return np.asarray(values) / factor
-
+    functions = (lambda values: np.asarray(values) * factor, lambda values: np.asarray(values) / factor)
     side = {"x": "top", "y": "right"}[which]
-    other = getattr(axes, f"secondary_{which}axis")(side, functions=(forward, back))
+    other = getattr(axes, f"secondary_{which}axis")(side, functions=functions)
     other.set(**{f"{which}label": label})
     if scale.log:
         set_log_ticks(getattr(other, f"{which}axis"), scale.ends[1] / scale.ends[0])

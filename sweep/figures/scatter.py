@@ -14,8 +14,8 @@ from sweep.atlas.dataset import require, spec_named
 from sweep.atlas.share import Share, unstable_share
 from sweep.errors import RequestError, are, counted, plain_text
 from sweep.figures.drawing import HALO, LINES
-from sweep.figures.layout import Block, figure_of, finish_in
-from sweep.figures.look import LINEAR, Look, columns_of
+from sweep.figures.layout import Block, figure_of
+from sweep.figures.look import LINEAR, Look
 from sweep.figures.panels import fixed_parameters, formula
 from sweep.figures.scales import SQUEEZED, set_log_ticks
 from sweep.model.quantity import FAILED, MISSING, STABLE, UNDECIDED, UNSTABLE, Array, Input, Quantity
@@ -25,12 +25,10 @@ from sweep.request.start_list import WORDS
 
 if TYPE_CHECKING:
     import xarray as xr
-
-if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 #: Width of a panel with its labels [in], and the least one.
-_WIDTH, _LEAST_WIDTH = 3.9, 2.6
+_WIDTHS = 3.9, 2.6
 
 #: Points that are drawn at most: more cover each other.
 _MOST_POINTS = 20_000
@@ -115,14 +113,7 @@ def figure(datasets: Sequence["xr.Dataset"], look: Look, axes: "Axes | None" = N
             f"A figure shows grids or lists of starts, not both; {grids[0]!r} is a grid.",
             hint="Draw them in two figures.",
         )
-    if axes is not None:
-        if len(datasets) > 1:
-            raise RequestError(
-                f"Axes hold one atlas; got {len(datasets)}.", hint="Give one, or leave ax out.", where="ax"
-            )
-        return finish_in(_block(axes, datasets[0]), look)
-    columns = columns_of(len(datasets), look, _WIDTH, _LEAST_WIDTH)
-    return figure_of(datasets, _block, columns, look, _WIDTH)
+    return figure_of(datasets, _block, look, _WIDTHS, axes=axes)
 
 
 def _check_look(look: Look) -> None:

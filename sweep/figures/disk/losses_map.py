@@ -37,7 +37,7 @@ COLOURS: Mapping[str, str] = {
 
 
 #: Width of a panel [in], and the least one; panels in a row.
-_WIDTH, _LEAST_WIDTH, _IN_ROW = 3.6, 2.2, 2
+_WIDTHS, _IN_ROW = (3.6, 2.2), 2
 
 #: Variables that the figure is made of.
 _NEEDED = ("end_time", "largest_loss", "ending")
@@ -131,10 +131,10 @@ def figure(datasets: "Sequence[xr.Dataset]", look: Look | None = None) -> Figure
     look = look or Look()
     maps = [losses_map(dataset, look) for dataset in datasets]
     norm = _common_norm(maps)
-    columns = min(_IN_ROW, columns_of(len(maps), look, _WIDTH, _LEAST_WIDTH))
+    columns = min(_IN_ROW, columns_of(len(maps), look, *_WIDTHS))
     return figure_of(
-        maps, lambda axes, each: _block(axes, each, norm), columns, look, _WIDTH,
-        bar=lambda drawn: _bar(drawn, norm),
+        maps, lambda axes, each: _block(axes, each, norm), look, _WIDTHS, columns=columns,
+        bar=lambda drawn, _: _bar(drawn, norm),
     )  # fmt: skip
 
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 NAMES = ("one well\none side", "one well\ncrosses", "two wells\none side", "two wells\ncrosses")
 
 #: Width of a panel [in], and the least one; panels in a row.
-_WIDTH, _LEAST_WIDTH, _IN_ROW = 3.6, 2.2, 2
+_WIDTHS, _IN_ROW = (3.6, 2.2), 2
 
 #: Okabe and Ito's blue and orange in two strengths: the hue shows the wells, the strength the crossing, also in grey.
 _COLOURS = ("#dcecf6", "#7fb9dc", "#fbe3bd", "#e69f00")
@@ -128,8 +128,8 @@ def figure(datasets: "Sequence[xr.Dataset]", look: Look | None = None) -> Figure
     """
     look = look or Look()
     panels = [regimes(dataset, look) for dataset in datasets]
-    columns = min(_IN_ROW, columns_of(len(panels), look, _WIDTH, _LEAST_WIDTH))
-    return figure_of(panels, _block, columns, look, _WIDTH)
+    columns = min(_IN_ROW, columns_of(len(panels), look, *_WIDTHS))
+    return figure_of(panels, _block, look, _WIDTHS, columns=columns)
 
 
 def _block(axes: "Axes", each: Regimes) -> Block:
