@@ -116,6 +116,24 @@ def test_cells_are_held_against_themselves_where_the_kernels_are_others(monkeypa
         assert name in [each.name for each in findings(verify(wrong)).wrong], name
 
 
+def test_what_the_ledger_leaves():
+    """The energy of a rolling disk at its start, less all losses and the height of the centre at the end."""
+    atlas = sweep.run(spec_of(f"{GRID} tilt_rate=3 {LAWS['contour']}"))
+    start = {name: atlas[name] for name in ("tilt", "tilt_rate", "precession_rate", "roll_rate", "alpha")}
+    leaning, turning = start["tilt_rate"], start["precession_rate"] * np.cos(start["tilt"])
+    rolling = start["roll_rate"] + start["precession_rate"] * np.sin(start["tilt"])
+    of_centre = leaning**2 + rolling**2
+    about_it = start["alpha"] * (rolling**2 + 0.5 * (leaning**2 + turning**2))
+    energy = np.cos(start["tilt"]) + 0.5 * atlas.radius / atlas.gravity * (of_centre + about_it)
+    lost = sum(
+        atlas[name] for name in atlas.data_vars if str(name).endswith("_loss") and name != "largest_loss"
+    )
+    left = energy - lost - np.cos(atlas.end_tilt)
+    found = verify(atlas).ledger_difference
+    assert np.isfinite(found).sum() > 10
+    np.testing.assert_allclose(found, left.transpose(*found.dims), rtol=0.0, atol=1e-10)
+
+
 def test_a_second_computation_finds_what_the_ledger_cannot_see():
     """Of an atlas of other code a measure that no balance holds is held against half the step, in a sample."""
     atlas = sweep.run(spec_of(f"{GRID} {LAWS['contour']}")).assign_attrs(kernel_hash="0" * 64)

@@ -217,7 +217,9 @@ def test_units_have_their_defined_sizes():
         "mph/s 0.44704 knot/s 0.5144444444444445",
         "1": "% 0.01 percent 0.01 m/cm 100",
         "Pa s": "Pa*s 1 uPa*s 1e-6 poise 0.1 cP 1e-3 hPa*s 100 hectopascal*s 100 "
-        "kPa*s 1e3 MPa*s 1e6 GPa*s 1e9 dPa*s 0.1 daPa*s 10 nPa*s 1e-9 pPa*s 1e-12 bar*s 1e5",
+        "kPa*s 1e3 MPa*s 1e6 GPa*s 1e9 dPa*s 0.1 daPa*s 10 nPa*s 1e-9 pPa*s 1e-12 bar*s 1e5 "
+        "picopascal*s 1e-12 nanopascal*s 1e-9 micropascal*s 1e-6 millipascal*s 1e-3 centipascal*s 0.01 "
+        "decipascal*s 0.1 decapascal*s 10 kilopascal*s 1e3 megapascal*s 1e6 gigapascal*s 1e9 cPa*s 0.01 mPa*s 1e-3",
         "kg m-3": "kg/m3 1 g/cm3 1000 kg/l 1000 kg/L 1000",
         "N m s": "N*m*s 1 J*s 1 W*s2 1",
     }.items():
