@@ -25,7 +25,8 @@ from kernels.disk.arrays import (
     TILT_MIN,
 )
 from kernels.native import workers
-from sweep.engine.grid import whole
+from sweep.engine.compute import Block, compute, use_threads
+from sweep.engine.grid import BLOCK_CELLS, blocks, starts_of, whole
 from sweep.model.disk.model import DISK
 from sweep.request.sources import Range
 from sweep.request.spec import SweepSpec
@@ -86,6 +87,13 @@ def run(starts, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance=1e-8
     finally:
         workers.use(None)
     return Results.of(measures, counts)
+
+
+def run_blocks(spec, threads=None, block_cells=BLOCK_CELLS):
+    """Yield the computed cells of a spec, block by block in C order."""
+    use_threads(threads)
+    for span in blocks(spec.size, block_cells):
+        yield Block(span, compute(spec, starts_of(spec, span)))
 
 
 def unwritten(n):

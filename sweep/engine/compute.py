@@ -1,6 +1,6 @@
 """From starts to the columns of an atlas: what is measured of each cell, and what follows from it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.engine.grid import BLOCK_CELLS, Span, blocks, completed, starts_at, starts_of
+from sweep.engine.grid import Span, completed, starts_at, starts_of
 from sweep.errors import RequestError
 from sweep.model.description import Columns, Model, Starts
 from sweep.model.kernel import Kernel, code_hash
@@ -29,36 +29,6 @@ class Block:
 
     span: Span
     columns: Columns
-
-
-def run_blocks(
-    spec: SweepSpec, *, threads: int | None = None, block_cells: int = BLOCK_CELLS
-) -> Iterator[Block]:
-    """Compute the cells of a spec block by block, in C order.
-
-    Parameters
-    ----------
-    spec : SweepSpec
-    threads : int, optional
-        Threads to use; all that this process may use if not given. The bits of the results do not depend on it.
-    block_cells : int
-        Cells per block; the bits do not depend on it either.
-
-    Yields
-    ------
-    Block
-        All variables of the atlas, as from `derive_block`.
-
-    Raises
-    ------
-    RequestError
-        If `threads` or `block_cells` is out of range, or the spec's device is not there.
-    """
-    check_block_cells(block_cells)
-    use_threads(threads)
-    check_device(spec)
-    for span in blocks(spec.size, block_cells):
-        yield Block(span, compute(spec, starts_of(spec, span)))
 
 
 def compute(spec: SweepSpec, starts: Starts, verdicts_only: bool = False) -> Columns:

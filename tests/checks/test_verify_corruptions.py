@@ -10,13 +10,13 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from kernel_runner import run_blocks
 
 import sweep
 from sweep.atlas.boundary_search import boundary_groups
 from sweep.atlas.completion import BOUNDARY
 from sweep.atlas.dataset import assemble, empty_columns
 from sweep.checks.verify import _checked, findings, verify
-from sweep.engine.compute import run_blocks
 from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
 

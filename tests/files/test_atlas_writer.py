@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from kernel_runner import run_blocks
 
 import sweep
-from sweep.engine.compute import Block, run_blocks
+from sweep.engine.compute import Block
 from sweep.engine.grid import Span
 from sweep.files import raw_chunks
 from sweep.files.atlas_writer import AtlasWriter, regroup
