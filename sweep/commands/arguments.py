@@ -4,7 +4,7 @@ import contextlib
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -66,6 +66,16 @@ def width(text: str) -> float:
     )
 
 
+def integer(text: str, *names: str) -> Any:
+    """Return an option that is a whole number, with its line in the help."""
+    return typer.Option(*names, parser=whole_number, metavar="INTEGER", help=text)
+
+
+def real(text: str, *names: str) -> Any:
+    """Return an option that is a number, with its line in the help."""
+    return typer.Option(*names, parser=number, metavar="FLOAT", help=text)
+
+
 Words = Annotated[
     list[str] | None,
     typer.Argument(
@@ -104,21 +114,13 @@ Criterion = Annotated[
         help="Judge by another criterion, e.g. departure:2deg or 'peak_tilt > 10deg or fall_time < 2s'."
     ),
 ]
-Threads = Annotated[
-    int | None,
-    typer.Option(parser=whole_number, metavar="INTEGER", help="Number of threads; default: all available."),
-]
+Threads = Annotated[int | None, integer("Number of threads; default: all available.")]
 Quiet = Annotated[
     bool,
     typer.Option("--quiet", "-q", callback=_mute_notices, help="Say only what is wrong or not as usual."),
 ]
 BlockCells = Annotated[
-    int | None,
-    typer.Option(
-        parser=whole_number,
-        metavar="INTEGER",
-        help="Cells per block, the most that a crash costs; default: about a second of work.",
-    ),
+    int | None, integer("Cells per block, the most that a crash costs; default: about a second of work.")
 ]
 MaxFailed = Annotated[
     float,

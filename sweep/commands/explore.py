@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from sweep.commands.arguments import Overwrite, Words, whole_number
+from sweep.commands.arguments import Overwrite, Words, integer
 from sweep.commands.terminal import abandonable, say, show
 
 
@@ -21,12 +21,7 @@ def explore(
     ] = None,
     words: Words = None,
     *,
-    port: Annotated[
-        int,
-        typer.Option(
-            parser=whole_number, metavar="INTEGER", help="Where the page is answered; 0 for any free port."
-        ),
-    ] = 0,
+    port: Annotated[int, integer("Where the page is answered; 0 for any free port.")] = 0,
     export: Annotated[
         Path | None,
         typer.Option(

@@ -6,14 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.commands.arguments import (
-    AtlasFile,
-    Criterion,
-    Overwrite,
-    number,
-    whole_number,
-    width,
-)
+from sweep.commands.arguments import AtlasFile, Criterion, Overwrite, integer, number, real, width
 from sweep.commands.part import PART_HELP, Part, files_and_words, opened_part
 from sweep.commands.terminal import say, show
 from sweep.errors import RequestError, counted, shown
@@ -214,12 +207,7 @@ def plot(
     ],
     criterion: Criterion = None,
     friction: Annotated[
-        float | None,
-        typer.Option(
-            parser=number,
-            metavar="FLOAT",
-            help="Hatch where rolling without slip needs a larger friction coefficient.",
-        ),
+        float | None, real("Hatch where rolling without slip needs a larger friction coefficient.")
     ] = None,
     regimes: Annotated[
         bool,
@@ -261,9 +249,7 @@ def plot(
     font_size: Annotated[
         float | None, typer.Option(parser=number, metavar="POINTS", help="Of the words; default: 8.")
     ] = None,
-    dpi: Annotated[
-        int | None, typer.Option(parser=whole_number, metavar="INTEGER", help="Dots per inch; default: 200.")
-    ] = None,
+    dpi: Annotated[int | None, integer("Dots per inch; default: 200.")] = None,
 ) -> None:
     """Draw stability maps: measured boundary, analytic line, and the boundary that the criterion predicts.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.commands.arguments import Output, Overwrite, number, whole_number
+from sweep.commands.arguments import Output, Overwrite, integer, real
 from sweep.commands.terminal import abandonable, reporting, say
 from sweep.errors import RequestError, counted, shown
 
@@ -47,18 +47,9 @@ def simulate(
     ] = None,
     speed: Annotated[
         float | None,
-        typer.Option(
-            parser=number,
-            metavar="FLOAT",
-            help="Of the film: 0.1 is ten times slower than the motion; default: a few seconds for all of it.",
-        ),
+        real("Of the film: 0.1 is ten times slower than the motion; default: a few seconds for all of it."),
     ] = None,
-    fps: Annotated[
-        int | None,
-        typer.Option(
-            parser=whole_number, metavar="INTEGER", help="Frames per second of the film; default: 25."
-        ),
-    ] = None,
+    fps: Annotated[int | None, integer("Frames per second of the film; default: 25.")] = None,
     size: Annotated[
         str | None, typer.Option(metavar="WIDTHxHEIGHT", help="Dots of the film; default: 640x480.")
     ] = None,

@@ -107,23 +107,7 @@ def test_friction_that_is_enough_is_not_mentioned(simulate):
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        (f"{WORDS} -o path.csv", "-o path.nc"),
-        (f"{WORDS} -o path.nc --plot path.jpg", ".png, .pdf, .svg"),
-        (f"{WORDS} -o path.nc --animate disk.avi", ".mp4 or .gif"),
         (f"{WORDS} -o path.nc --animate disk.mp4", "install ffmpeg"),
-        (f"{WORDS} -o path.nc --animate disk.gif --speed 0", "The speed of a film is a number from 1e-09"),
-        (f"{WORDS} -o path.nc --animate disk.gif --speed nan", "got nan"),
-        (f"{WORDS} -o path.nc --animate disk.gif --speed fast", "'fast' is not a valid float"),
-        (f"{WORDS} -o path.nc --animate disk.gif --fps 1000", "from 1 to 50; got fps=1000"),
-        (f"{WORDS} -o path.nc --animate disk.gif --fps 2.5", "not a valid integer"),
-        (f"{WORDS} -o path.nc --animate disk.gif --size 1x1", "from 200 to 4096 dots; got 1x1"),
-        (f"{WORDS} -o path.nc --animate disk.gif --size large", "WIDTHxHEIGHT in dots; got large"),
-        (f"{WORDS} -o path.nc --animate disk.gif --camera side", "fixed (stands still"),
-        (f"{WORDS} -o path.nc --speed 0.1 --camera top", "got --speed 0.1 --camera top without --animate"),
-        (f"{WORDS} -o absent/path.nc", "mkdir -p absent"),
-        (f"{WORDS} -o path.nc --animate absent/disk.gif", "mkdir -p absent"),
-        ("duration=-1s -o path.nc", "duration > 0"),
-        ("tilt=95deg -o path.nc", "|tilt| < 90 deg"),
         ("tilt_rate=1e200 precession_rate=1e200 -o path.nc", "could not be resolved"),
     ],
 )
@@ -280,23 +264,6 @@ def test_the_motion_of_a_cell(simulate, coin, tmp_path):
     assert (tmp_path / coin).read_bytes() == before
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ("roll_rate=15", "none was given for tilt"),
-        ("roll_rate=15 tilt=1deg criterion=departure:2deg", "it is a word of eulerdisk run"),
-        ("roll_rate=15 tilt=1deg spin=3", "Say roll_rate"),
-        ("roll_rate=2 tilt=1deg", "outside the atlas"),
-        ("roll_rate=15 tilt=1deg --plot path.jpg", ".png, .pdf, .svg"),
-    ],
-)
-def test_a_cell_that_cannot_be_followed_leaves_nothing(simulate, coin, tmp_path, words, message):
-    """Status 2, a sentence, and nothing but the atlas."""
-    status, said = simulate(f"--from '{coin}' {words} -o path.nc")
-    assert (status, message in said) == (2, True), said
-    assert [each.name for each in tmp_path.iterdir()] == [coin]
-
-
 def test_an_atlas_that_is_none_is_refused(simulate, tmp_path):
     """A motion is no atlas, and a missing file is named."""
     assert simulate(f"{WORDS} -o path.nc")[0] == 0
@@ -354,27 +321,3 @@ def test_a_preset_is_followed_to_its_end(simulate, tmp_path):
     with xr.open_dataset(tmp_path / "stop.nc") as read:
         assert read.attrs["history"].endswith(f"Z eulerdisk simulate {line}")
         assert float(read["elapsed_time"][-1]) == float(read["end_time"])
-
-
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("toy -o stop.nc", "preset toy has many values of tilt. Add one of each"),
-        ("toy --from toy.nc -o stop.nc", "got toy and --from toy.nc"),
-        ("toi tilt=80deg -o stop.nc", "There is no preset toi"),
-        ("roll_rate -o stop.nc", "written NAME=VALUE"),
-        ("toy tilt=80deg 30deg -o stop.nc", "written NAME=VALUE"),
-        ("toy tilt=80deg air_law=stokes -o stop.nc", "air_law is none or moffatt or bildsten"),
-        ("toy tilt=89.95deg -o stop.nc", "|tilt| must be below flat_tilt"),
-        (
-            "toy tilt=80deg roll_rate=0 precession_rate=9 friction=0.01 -o stop.nc",
-            "ends where it begins: the disk slips",
-        ),
-    ],
-)
-def test_a_wrong_request_of_a_preset_leaves_nothing(simulate, tmp_path, line, message):
-    """Status 2, a sentence, and an empty folder."""
-    status, words = simulate(line)
-    assert status == 2
-    assert message in words
-    assert list(tmp_path.iterdir()) == []

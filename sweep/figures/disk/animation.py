@@ -133,7 +133,6 @@ def _frames(
     """Yield the pictures of a film as arrays of dots, shape (height, width, 4), uint8."""
     poses = poses_at(dataset, times.moments)
     limit = rolling_limit(dataset)
-    trail = _Trail(dataset, _TRAIL * times.speed)
     with styled():
         drawn = _sheet(options.size)
         canvas = FigureCanvasAgg(drawn)
@@ -148,7 +147,9 @@ def _frames(
             # faster than new axes for every frame
             for artist in [*axes.lines, *axes.collections, *axes.patches]:
                 artist.remove()
-            _draw_frame(axes, pose, camera, shot.reach, spacing, trail.until(moment, pose))
+            _draw_frame(
+                axes, pose, camera, shot.reach, spacing, _trail(dataset, moment, pose, _TRAIL * times.speed)
+            )
             words.write(moment)
             canvas.draw()  # type: ignore[no-untyped-call]  # matplotlib types only a part
             yield np.array(canvas.buffer_rgba())  # type: ignore[no-untyped-call]  # likewise
@@ -176,25 +177,18 @@ def _draw_frame(
     draw_disk(axes, camera, pose)
 
 
-class _Trail:
-    """The path of the contact point in the last seconds of a motion, fading with its age."""
+def _trail(dataset: "xr.Dataset", moment: float, pose: Pose, age: float) -> tuple[Array, Array, Array]:
+    """Return x, y [m] and strength, from 0 to 1, of the path of the contact point up to a moment [s].
 
-    def __init__(self, dataset: "xr.Dataset", age: float) -> None:
-        """Take a motion and the time [s] in which a trail fades."""
-        self._times, self._x, self._y = (
-            dataset[name].values for name in (TIME.name, "contact_x", "contact_y")
-        )
-        self._age = age
-
-    def until(self, moment: float, pose: Pose) -> tuple[Array, Array, Array]:
-        """Return x, y [m] and strength, from 0 to 1, of the points up to a moment [s], when the disk is at `pose`."""
-        first, last = np.searchsorted(self._times, [moment - self._age, moment])
-        age = np.append(moment - self._times[first:last], 0.0)
-        return (
-            np.append(self._x[first:last], pose.x),
-            np.append(self._y[first:last], pose.y),
-            np.clip(1.0 - age / self._age, 0.0, 1.0),
-        )
+    Its last point is that of the disk at `pose`; it fades in a time `age` [s] of the motion.
+    """
+    times = dataset[TIME.name].values
+    first, last = np.searchsorted(times, [moment - age, moment])
+    x, y = (
+        np.append(dataset[name].values[first:last], at)
+        for name, at in (("contact_x", pose.x), ("contact_y", pose.y))
+    )
+    return x, y, np.clip(1.0 - (moment - np.append(times[first:last], moment)) / age, 0.0, 1.0)
 
 
 def write_gif(frames: Iterator[Array], count: int, fps: int, unfinished: Path) -> None:

@@ -5,7 +5,7 @@ import re
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, NoReturn, Self
 
 import numpy as np
 
@@ -118,71 +118,53 @@ def check_format(path: str | Path) -> str:
     return ending
 
 
+def _refuse(problem: str, raw: object, hint: str, option: str) -> NoReturn:
+    given = f"{raw:g}" if isinstance(raw, float) and math.isfinite(raw) else shown(raw)
+    raise RequestError(f"{problem}{given}.", hint=hint, where=f"film {option}")
+
+
 def _read_speed(raw: object) -> float:
     low, high = _SPEEDS
     # not bool, which is an int to Python
     if isinstance(raw, int | float) and not isinstance(raw, bool) and low <= raw <= high:
         return float(raw)
-    raise RequestError(
+    _refuse(
         f"The speed of a film is a number from {low:g} to {high:g}: seconds of the motion in a second of the film; "
-        f"got {_given(raw)}.",
-        hint="Write 1 for real time, 0.1 for a film that is ten times slower.",
-        where="film speed",
-    )
+        "got ",
+        raw, "Write 1 for real time, 0.1 for a film that is ten times slower.", "speed",
+    )  # fmt: skip
 
 
 def _read_rate(raw: object, most: int, ending: str) -> int:
     if isinstance(raw, int) and not isinstance(raw, bool) and 1 <= raw <= most:
         return raw
-    raise RequestError(
-        f"The frames per second of a film are a whole number, of {ending} from 1 to {most}; got fps={_given(raw)}.",
-        hint=f"Write {min(25, most)}, or {most} for a smoother one.",
-        where="film fps",
-    )
+    _refuse(
+        f"The frames per second of a film are a whole number, of {ending} from 1 to {most}; got fps=",
+        raw, f"Write {min(25, most)}, or {most} for a smoother one.", "fps",
+    )  # fmt: skip
 
 
 def _read_size(raw: object, ending: str) -> tuple[int, int]:
-    numbers = _two_numbers(raw)
-    wrong = ""
-    if numbers is None:
-        wrong = "The size of a film is WIDTHxHEIGHT in dots"
-    elif not all(_SMALLEST <= each <= _LARGEST for each in numbers):
-        wrong = f"Width and height of a film are from {_SMALLEST} to {_LARGEST} dots"
-    elif ending == "mp4" and any(each % 2 for each in numbers):
-        even = "x".join(str(each + each % 2) for each in numbers)
-        raise RequestError(
-            f"Width and height of an mp4 are even numbers of dots; got {_given(raw)}.",
-            hint=f"Write {even}, or make a gif.",
-            where="film size",
-        )
-    if numbers is None or wrong:
-        raise RequestError(f"{wrong}; got {_given(raw)}.", hint="Write 1280x720.", where="film size")
-    return numbers
-
-
-def _two_numbers(raw: object) -> tuple[int, int] | None:
-    if isinstance(raw, str):
-        found = re.fullmatch(r"([0-9]{1,6})x([0-9]{1,6})", raw)
-        return (int(found[1]), int(found[2])) if found else None
-    if isinstance(raw, tuple | list) and len(raw) == 2 and all(type(each) is int for each in raw):
-        return raw[0], raw[1]
-    return None
+    found = re.fullmatch(r"([0-9]{1,6})x([0-9]{1,6})", raw) if isinstance(raw, str) else None
+    numbers = [int(each) for each in found.groups()] if found else raw
+    if not isinstance(numbers, tuple | list) or [type(each) for each in numbers] != [int, int]:
+        _refuse("The size of a film is WIDTHxHEIGHT in dots; got ", raw, "Write 1280x720.", "size")
+    if not all(_SMALLEST <= each <= _LARGEST for each in numbers):
+        problem = f"Width and height of a film are from {_SMALLEST} to {_LARGEST} dots; got "
+        _refuse(problem, raw, "Write 1280x720.", "size")
+    even = [each + each % 2 for each in numbers]
+    if ending == "mp4" and even != [*numbers]:
+        hint = f"Write {even[0]}x{even[1]}, or make a gif."
+        _refuse("Width and height of an mp4 are even numbers of dots; got ", raw, hint, "size")
+    return numbers[0], numbers[1]
 
 
 def _read_camera(raw: object) -> str:
     if isinstance(raw, str) and raw in CAMERAS:
         return raw
     meanings = ", ".join(f"{name} ({what})" for name, what in CAMERAS.items())
-    raise RequestError(
-        f"The camera of a film is one of {meanings}; got {_given(raw)}.",
-        hint=suggestion(raw, tuple(CAMERAS)) or "Write follow, or leave it out.",
-        where="film camera",
-    )
-
-
-def _given(raw: object) -> str:
-    """Return what was given, numbers short."""
-    return f"{raw:g}" if isinstance(raw, float) and math.isfinite(raw) else shown(raw)
+    hint = suggestion(raw, tuple(CAMERAS)) or "Write follow, or leave it out."
+    _refuse(f"The camera of a film is one of {meanings}; got ", raw, hint, "camera")
 
 
 #: A film of a motion lasts between these times [s] if the speed is chosen for it.
