@@ -50,6 +50,11 @@ def pytest_configure(config):
         config.option.hypothesis_seed = config.option.seed
 
 
+def pytest_collection_modifyitems(items):
+    """Begin with the slow lane, so that no process is left alone with a long test at the end."""
+    items.sort(key=lambda item: item.get_closest_marker("slow_lane") is None)
+
+
 def pytest_terminal_summary(terminalreporter, config):
     """Tell how to repeat what was drawn."""
     if config.option.seed:

@@ -1,10 +1,5 @@
-"""The disk with losses in sweeps: bits, files, kill -9 and resume, every command, and what `verify` finds."""
+"""The disk with losses in sweeps: bits, files, every command, and what `verify` finds."""
 
-import os
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import lossy_runner
@@ -12,7 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from processes import CHECKOUT, python
 
 import sweep
 from sweep.checks.verify import findings, verify
@@ -224,27 +218,6 @@ def test_an_axis_with_a_zero_runs_with_losses_and_tends_to_the_disk_without():
         apart = np.abs(lossy[name].isel(contour_friction=0).values - plain[name].values)
         assert apart[both].max() < 1e-7, name
     assert not lossy.contour_loss.isel(contour_friction=0).values.any()
-
-
-def test_a_run_goes_on_after_kill_9(tmp_path):
-    """Killed amid its blocks, it goes on and makes the file of an undisturbed run, byte for byte."""
-    dated = {"SOURCE_DATE_EPOCH": "1700000000"}
-    words = ["-m", "sweep", "run", *TOY.replace(":7 ", ":40 ").replace(":6 ", ":40 ").split()]
-    words += ["--block-cells", "100", "-o", "a.nc"]
-    environment = {**os.environ, "PYTHONPATH": str(CHECKOUT), **dated}
-    for name in ("whole", "killed"):
-        (tmp_path / name).mkdir()
-    assert python(*words, folder=tmp_path / "whole", environment=dated).returncode == 0
-    running = subprocess.Popen([sys.executable, *words], cwd=tmp_path / "killed", env=environment)
-    while running.poll() is None and not list((tmp_path / "killed").glob("a.nc.run/blocks/*.block")):
-        time.sleep(0.002)
-    running.send_signal(signal.SIGKILL)
-    running.wait()
-    assert running.returncode == -signal.SIGKILL
-    assert not (tmp_path / "killed" / "a.nc").exists()
-    done = python(*words, folder=tmp_path / "killed", environment=dated)
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "killed" / "a.nc").read_bytes() == (tmp_path / "whole" / "a.nc").read_bytes()
 
 
 def test_the_file_is_the_atlas(tmp_path):

@@ -228,12 +228,13 @@ SENSELESS = [
 def test_address_that_makes_no_sense_shows_the_first_view(opened):
     """What cannot be read of an address is as at the start; one that no page has written is not read."""
     page = opened("x=roll_rate,nan,1,linear")
-    for fragment in ("", *SENSELESS):
-        if fragment:
-            go_to(page, BOTH)
-            assert axis(page, "x")[1] == 2.7
-            go_to(page, fragment)
-        wait_for_picture(page)
+    wait_for_picture(page)
+    assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
+    go_to(page, BOTH)
+    assert axis(page, "x")[1] == 2.7
+    for fragment in SENSELESS:
+        assert fragment_of(page) != fragment
+        go_to(page, fragment)
         assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear"), fragment[:80]
         assert entries(page).keys() == {"base", "x", "y", "quantity"}, fragment[:80]
 
@@ -253,10 +254,8 @@ SENSELESS_OF_A_MOTION = [
 def test_what_makes_no_sense_of_a_motion_is_not_set(opened):
     """The motion of a start in the address is shown as it is where a camera, a part or a loss cannot be read."""
     page = opened(f"{BOTH}&a=2.4,0.02&a.camera=1,2")
-    for set_of_it in ("", *SENSELESS_OF_A_MOTION):
-        if set_of_it:
-            go_to(page, BOTH)
-            go_to(page, f"{BOTH}&a=2.4,0.02&a.{set_of_it}")
+    for set_of_it in ("camera=1,2", *SENSELESS_OF_A_MOTION):
+        go_to(page, f"{BOTH}&a=2.4,0.02&a.{set_of_it}")
         page.locator(SHOWN).wait_for()
         wait_for_picture(page)
         assert fragment_of(page) == f"{BOTH}&a=2.4,0.02", set_of_it
