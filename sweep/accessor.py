@@ -6,7 +6,7 @@ imported here before something is asked.
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -126,18 +126,26 @@ class Eulerdisk:
         RequestError
             If it is no atlas, or has no such boundary.
         """
-        atlas = self.atlas
-        name = axis or self._control(edge)
-        given = ("measured", "halfwidth", "predicted", "critical")
+        from sweep.atlas.dataset import found_edges
+
+        atlas, given = self.atlas, ("measured", "halfwidth", "predicted", "critical")
+        found = list(found_edges(atlas, self.spec))
+        along = [each for each, side in found if side == edge and axis in (None, each)]
+        if len(along) != 1:
+            raise RequestError(
+                "There is no such boundary, or more than one: this atlas has "
+                f"{', '.join(edge_names(*each)[0] for each in found) or 'none'}; asked for was the {edge} edge along "
+                f"{axis or ' and '.join(along) or 'no parameter'}.",
+                hint="Name a parameter and an edge, upper or lower.",
+            )
+        name = along[0]
         names = dict(zip(edge_names(name, edge), given, strict=True))
-        if not set(names) <= set(atlas.data_vars):
-            self._no_boundary(f"{edge} edge along {name}")
         status = status_name(name, edge)
         names |= {status: "status"} if status in atlas else {}
-        found = atlas[list(names)].rename(names)
+        part = atlas[list(names)].rename(names)
         # it is not an atlas any more
-        found.attrs = {}
-        return found
+        part.attrs = {}
+        return part
 
     def reclassify(self, criterion: "Criterion | str | Callable[[xr.Dataset], Any]") -> xr.Dataset:
         """Return the atlas with the verdicts of another criterion; see `sweep.reclassify`."""
@@ -395,30 +403,6 @@ class Eulerdisk:
         verdict: xr.DataArray = self._dataset["stability"] == code
         verdict.attrs = {}
         return verdict.rename(name)
-
-    def _control(self, edge: str) -> str:
-        from sweep.atlas.dataset import spec_named
-
-        parameters = spec_named(self._dataset).model.parameters
-        controls = [name for name in parameters if edge_names(name, edge)[0] in self._dataset]
-        if len(controls) != 1:
-            self._no_boundary(f"{edge} edges along {' and '.join(controls) or 'no parameter'}")
-        return controls[0]
-
-    def _boundaries(self) -> list[str]:
-        names = map(str, self._dataset.data_vars)
-        return [
-            name
-            for name in names
-            if name.startswith("boundary_") and not name.endswith(("_halfwidth", "_status"))
-        ]
-
-    def _no_boundary(self, given: str) -> NoReturn:
-        raise RequestError(
-            "There is no such boundary, or more than one: this atlas has "
-            f"{', '.join(self._boundaries()) or 'none'}; asked for was the {given}.",
-            hint="Name a parameter and an edge, upper or lower.",
-        )
 
 
 # importlib.reload would register it again, and xarray warn of it

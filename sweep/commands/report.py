@@ -1,16 +1,18 @@
 """An atlas in words and tables, for a person to read."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweep.atlas import row_edges, share
+from sweep.atlas.boundary_rows import Row, boundary_rows, curve_rows
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
-from sweep.errors import counted, plain_text, printable
+from sweep.errors import counted, plain_text
 from sweep.model.quantity import ERROR_GAUGE, Input, Quantity
 from sweep.motion.sampling import end_of, kind_of, losses_of
 from sweep.motion.tables import TIME
@@ -77,11 +79,11 @@ def boundary_table(dataset: "xr.Dataset") -> str:
     spec = spec_of(dataset)
     if spec.is_list:
         return "This atlas has no boundary: a list of starts has no rows in which one is sought. See eulerdisk info."
-    tables = ["\n".join(_edge_rows(dataset, spec, axis, edge)) for axis, edge in found_edges(dataset, spec)]
-    if tables:
-        return "\n\n".join(tables)
+    tables = groupby(boundary_rows(dataset), lambda row: (row["along"], row["edge"]))
+    if found := ["\n".join(_edge_lines(spec, *edge, rows)) for edge, rows in tables]:
+        return "\n\n".join(found)
     if "curve_point_count" in dataset:
-        return "\n".join(_curve_rows(dataset, spec))
+        return "\n".join(_curve_lines(spec, curve_rows(dataset)))
     if spec.boundary_width is None and len(spec.axes) > 1:
         return f"This atlas has no boundary in rows: {_no_control(spec)}. --refine WIDTH finds it as curves."
     return f"This atlas has no boundary: {_no_control(spec)}."
@@ -98,48 +100,41 @@ def _head(spec: SweepSpec, name: str) -> str:
     return f"{name} [{spec.model.parameters[name].shown_units}]".removesuffix(" []")
 
 
-def _edge_rows(dataset: "xr.Dataset", spec: SweepSpec, axis: str, edge: str) -> Iterator[str]:
-    names = edge_names(axis, edge)
-    others = [str(name) for name in dataset[names[0]].dims]
-    units = dataset[names[0]].attrs["units"]
+def _edge_lines(spec: SweepSpec, along: str, edge: str, rows: Iterable[Row]) -> Iterator[str]:
+    names, others = edge_names(along, edge), [axis for axis in spec.axes if axis != along]
     heads = [_head(spec, name) for name in others]
+    units = spec.model.parameters[along].units
     yield "  ".join([*heads, f"{names[0]} [{units}]", "+-", names[2], names[3], "row"])
-    stacked = [dataset[name].values.reshape(-1) for name in names]
-    reasons = [row_edges.name(code) for code in edge_status(dataset, axis, edge).reshape(-1).tolist()]
-    places = np.indices(dataset[names[0]].shape).reshape(len(others), len(reasons)).T
-    for reason, place, *values in zip(reasons, places, *stacked, strict=True):
+    for row in rows:
         at = [
-            f"{dataset[name].values[i] * spec.model.parameters[name].plot_scale:<{len(head)}.6g}"
-            for name, i, head in zip(others, place, heads, strict=True)
+            f"{row[name] * spec.model.parameters[name].plot_scale:<{len(head)}.6g}"
+            for name, head in zip(others, heads, strict=True)
         ]
-        yield "  ".join([*at, *(_number(value, values[1]) for value in values), reason])
+        half = row["halfwidth"]
+        values = [_number(row[name], half) for name in ("measured", "halfwidth", "predicted", "critical")]
+        yield "  ".join([*at, *values, row["status"].replace("_", " ")])
 
 
-def _curve_rows(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
+def _curve_lines(spec: SweepSpec, rows: Iterable[Row]) -> Iterator[str]:
     yield "  ".join(["curve", *(word for name in spec.axes for word in (_head(spec, name), "+-"))])
-    closed = dataset["curve_closed"].values
-    columns = []
-    for name in spec.axes:
-        scale = spec.model.parameters[name].plot_scale
-        columns += [dataset[f"curve_{name}{end}"].values * scale for end in ("", "_halfwidth")]
-    numbers = np.repeat(np.arange(closed.size), dataset["curve_point_count"].values)
-    for number, *values in zip(numbers.tolist(), *(column.tolist() for column in columns), strict=True):
-        words = [
-            word
-            for value, half in zip(values[::2], values[1::2], strict=True)
+    for row in rows:
+        words = [f"{row['curve']} {'closed' if row['closed'] else 'open'}"]
+        for name in spec.axes:
+            scale = spec.model.parameters[name].plot_scale
+            place, half = row[name], (row[f"{name}_halfwidth"] or 0.0) * scale
             # a point on the grid is known to the last bit
-            for word in (_number(value, half or 1e-12), f"{half:.1e}" if half else "0")
-        ]
-        yield "  ".join([f"{number + 1} {'closed' if closed[number] else 'open'}", *words])
+            words.append(_number(place if place is None else place * scale, half or 1e-12))
+            words.append(f"{half:.1e}" if half else "0")
+        yield "  ".join(words)
 
 
-def _number(value: float, halfwidth: float) -> str:
-    if not np.isfinite(value):
+def _number(value: float | None, halfwidth: float | None) -> str:
+    if value is None:
         return "-"
     if value == halfwidth:
         return f"{value:.6f}" if value >= 1e-4 else f"{value:.1e}"
     # as many digits as the bracket of the row allows
-    digits = 6 if not 0.0 < halfwidth < 1e-4 else min(15, 2 - math.floor(math.log10(halfwidth)))
+    digits = min(15, 2 - math.floor(math.log10(halfwidth))) if halfwidth and halfwidth < 1e-4 else 6
     return f"{value:.{digits}f}"
 
 
@@ -271,10 +266,6 @@ def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
         )
 
 
-#: Characters of an attribute that are shown.
-_MOST_SHOWN = 300
-
-
 def describe_motion(path: Path) -> str:
     """Return what is in the file of a motion: title, start, disk, how long it is, and the largest tilt.
 
@@ -289,12 +280,14 @@ def describe_motion(path: Path) -> str:
         kind = kind_of(file)
         start_names = tuple(name for name in kind.inputs if name in kind.variables)
         require(file, (*start_names, *kind.fixed, TIME.name, kind.ending_time, "ending"), str(path))
-        title, made, source = (_text(file, name) for name in ("title", "history", "source"))
-        start = [kind.variables[name].spell(float(file[name].values[0]), 6) for name in start_names]
+        made = {name: _cut(plain_text(file.attrs.get(name, "unknown"))) for name in _MAKERS}
+        start = [
+            f"{name} {kind.variables[name].spell(float(file[name].values[0]), 6)}" for name in start_names
+        ]
         values = {name: float(file[name].values) for name in kind.fixed}
         # a loss that is not there, and a friction coefficient without a limit, say nothing
-        values = {name: value for name, value in values.items() if value != 0.0 and np.isfinite(value)}
-        disk = [kind.inputs[name].spell(value, 6) for name, value in values.items()]
+        told = {name: value for name, value in values.items() if value != 0.0 and np.isfinite(value)}
+        disk = [f"{name} {kind.inputs[name].spell(value, 6)}" for name, value in told.items()]
         times, ending, lost = file[TIME.name].values, end_of(file), losses_of(file)
         peak = kind.variables["tilt"].spell(float(np.abs(file["tilt"].values).max()), 3)
     ending = f", {ending}" if ending else ""
@@ -302,21 +295,13 @@ def describe_motion(path: Path) -> str:
     lines = [
         "This file holds one motion in time, as eulerdisk simulate makes it; it is no stability atlas.",
         "",
-        title,
-        f"start       {_pairs(start_names, start)}",
-        f"disk        {_pairs(tuple(values), disk)}",
+        made["title"],
+        f"start       {', '.join(start)}",
+        f"disk        {', '.join(disk)}",
         f"time        {counted(times.size, 'sample')} from {times[0]:g} to {times[-1]:g} s{ending}",
         f"peak tilt   {peak}",
         *losses,
-        f"made        {made}",
-        f"by          {source}",
+        f"made        {made['history']}",
+        f"by          {made['source']}",
     ]
     return "\n".join(lines)
-
-
-def _pairs(names: tuple[str, ...], values: list[str]) -> str:
-    return ", ".join(f"{name} {value}" for name, value in zip(names, values, strict=True))
-
-
-def _text(file: "xr.Dataset", name: str) -> str:
-    return printable(plain_text(file.attrs.get(name, "unknown")))[:_MOST_SHOWN]
