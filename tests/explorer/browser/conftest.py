@@ -43,7 +43,7 @@ class Tabs:
 
     def take(self, options: dict[str, Any]) -> tuple[Page, int]:
         """Return a tab, as when it was begun, and how many tests have used it."""
-        free = self.free.setdefault(str(options), [])
+        free = self.free.setdefault(self._key(options), [])
         if not free:
             page = self.browser.new_context(**options).new_page()
             page.set_default_timeout(PATIENCE)
@@ -65,7 +65,11 @@ class Tabs:
         page.mouse.move(0, 0)
         page.goto("about:blank")
         page.unroute_all(behavior="ignoreErrors")
-        self.free[str(options)].append((page, used + 1))
+        self.free[self._key(options)].append((page, used + 1))
+
+    @staticmethod
+    def _key(options: dict[str, Any]) -> str:
+        return str(sorted(options.items()))
 
 
 @pytest.fixture(scope="package")

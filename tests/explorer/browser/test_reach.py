@@ -1,6 +1,7 @@
 """A page whose server does not answer says what has happened and what to do, and goes on when it answers again."""
 
 import re
+from contextlib import ExitStack
 
 import pytest
 from explorer_browser import COMPLETE, served
@@ -22,21 +23,26 @@ GONE = "The explorer does not answer"
 
 
 @pytest.fixture
-def unwatched(browser):
+def unwatched(browser, tabs):
     """Return a function that opens a page of a server whose failures are meant."""
-    context = browser.new_context(reduced_motion="reduce", viewport={"width": 1280, "height": 800})
+    options = {"reduced_motion": "reduce", "viewport": {"width": 1280, "height": 800}}
+    with ExitStack() as stack:
 
-    def open_page(url, load=True):
-        page = context.new_page()
-        page.set_default_timeout(20_000)
-        if not load:
+        def open_page(url, load=True):
+            if not load:
+                # what such a page is given before it begins stays with its tab
+                context = browser.new_context(**options)
+                stack.callback(context.close)
+                page = context.new_page()
+                page.set_default_timeout(20_000)
+                return page
+            page, used = tabs.take(options)
+            stack.callback(tabs.give_back, options, page, used)
+            page.goto(f"{url}#{BOTH}")
+            page.wait_for_selector(COMPLETE)
             return page
-        page.goto(f"{url}#{BOTH}")
-        page.wait_for_selector(COMPLETE)
-        return page
 
-    yield open_page
-    context.close()
+        yield open_page
 
 
 def test_a_page_says_that_its_server_has_gone(unwatched):
