@@ -16,7 +16,7 @@ from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import ENDINGS
 from sweep.model.lossy_disk.model import LOSSY_DISK
-from sweep.model.quantity import FILL, STABLE, UNDECIDED, UNSTABLE
+from sweep.model.quantity import FILL, FINAL, MISSING, STABLE, UNDECIDED, UNSTABLE, Ending, Endings
 from sweep.request.criterion import Criterion
 from sweep.request.spec import SweepSpec
 
@@ -160,6 +160,14 @@ def test_the_verdict_by_a_time():
     ]:
         given = {model.endings.lost_time: time}
         assert by_values("aloft:10s", ending, model, **given) == expected, (model.name, ending)
+
+
+def test_an_ending_of_no_model_is_undecided():
+    """A code that is none of the model's, as in a damaged file, has no verdict, also beside a final one."""
+    endings = Endings(Ending(0, "none", "", MISSING), Ending(1, "done", "", FINAL))
+    for criterion in (DEPARTURE, Criterion("aloft", 1.0), Criterion.parse(TEXT)):
+        found = criterion.outcome(endings, np.array([1, 2, 9, -1], np.int8), np.zeros(4, bool))
+        assert found.tolist() == [STABLE, UNDECIDED, UNDECIDED, UNDECIDED]
 
 
 def test_a_cell_without_numbers_is_never_stable():
