@@ -52,6 +52,12 @@ def test_every_sweep_becomes_an_atlas(batch, tmp_path):
             assert atlas.history.endswith("Z eulerdisk batch two.toml -o tonight")
 
 
+def test_a_sweep_that_misses_the_boundary_is_warned_of(batch, spec_file):
+    """As by `run`: the range lies on one side of the boundary of theory in every row."""
+    spec_file('radius = 0.012\nroll_rate = "2:4:9"\ntilt = "0.1deg,1deg"\n', "small.toml")
+    assert "warning: roll_rate=2.0:4.0:9 lies on the unstable side" in batch(specs="small.toml")[2]
+
+
 def test_a_sweep_of_a_file_of_its_own_can_be_repeated_by_run(batch, spec_file, tmp_path):
     """Its history has the command `run` that makes it."""
     spec_file('roll_rate = 3\ntilt = "1deg"\n', "one.toml")

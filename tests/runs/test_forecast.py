@@ -121,6 +121,10 @@ def test_what_a_file_stores_as_it_is():
     spec = SweepSpec(roll_rate="1:4:3", tilt="1deg:5deg:1000000")
     assert forecast.plain_bytes(spec) == 8 * 1000003 + 33 * 1000000
     assert forecast.plain_bytes(spec.replace(roll_rate=2.0)) == 8 * 1000000
+    # a start of a list has its own values of what is listed
+    grid = SweepSpec(roll_rate="1:4:3", tilt="1deg,5deg")
+    listed = SweepSpec(roll_rate="uniform:1:4", tilt="uniform:1deg:5deg", samples=6)
+    assert forecast.cell_bytes(listed) - forecast.cell_bytes(grid) == 16
     # of a refined boundary a point of two coordinates with their half-widths on each line of cells, either way
     refined = spec.replace(boundary="refined")
     assert forecast.plain_bytes(refined) - forecast.plain_bytes(spec) == 16 * 2 * (1000000 + 3)
