@@ -78,6 +78,13 @@ def test_a_plane_has_a_map():
         assert ("one cell" in page) == (found["ending"].size == 1), words
 
 
+def test_rows_of_a_boundary_are_counted():
+    """Two rows are some; of one row there is nothing to count."""
+    for tilts, said in (("1deg,2deg", " in 2 of 2 rows along roll_rate"), ("1deg", "")):
+        text = as_text(sweep.run(sweep.SweepSpec(roll_rate="2:4:9", tilt=tilts)))
+        assert line(text, "boundary").partition(" rad s-1")[2] == said, tilts
+
+
 def test_the_map_is_a_plane_of_the_atlas(atlas):
     """The rate is upward; of a third axis it shows one value, and says which."""
     page = as_html(atlas)
