@@ -212,6 +212,16 @@ def test_the_boundary_table_of_any_number_of_axes():
             assert [match.start() for match in re.finditer(r"\S+", line)][: count + 1] == columns
 
 
+def test_a_narrow_bracket_is_told_with_its_digits():
+    """A boundary that was bisected to 1e-9 has the digits that are known."""
+    fine = sweep.refine(sweep.run(ROLLING.replace(tilt="0.1deg,1deg")), 1e-9)
+    _, *lines = rows(boundary_table(fine))
+    for i, (_, measured, half, *_) in enumerate(lines):
+        assert re.fullmatch(r"\d\.\d{11,12}", measured), measured
+        assert float(measured) == pytest.approx(float(fine.boundary_roll_rate[i]), abs=1e-11)
+        assert re.fullmatch(r"\d\.\de-10", half), half
+
+
 def test_a_report_on_a_part_is_refused():
     """A selection of an atlas is not described as if it were the whole."""
     part = sweep.run(ROLLING).isel(tilt=0)

@@ -348,8 +348,11 @@ def test_cells_end_within_what_a_parameter_allows():
 def test_a_bar_of_colours_has_three_numbers_or_its_ends():
     """A bar with one number between its ends says nothing of them."""
     for own in (False, True):
-        for tilt in ("2deg:3deg:5", "3deg:3.1deg:5", "7deg:9deg:5"):
-            atlas = sweep.run(sweep.SweepSpec(roll_rate="2.5:2.9:6", tilt=tilt))
+        # of the last one 1, 2 and 5 times a power of ten leave one number
+        for rates, tilt in (
+            ("2.5:2.9:6", "2deg:3deg:5"), ("2.5:2.9:6", "3deg:3.1deg:5"), ("6:7:3", "2.2deg:9.5deg:5"),
+        ):  # fmt: skip
+            atlas = sweep.run(sweep.SweepSpec(roll_rate=rates, tilt=tilt))
             drawn = atlas.eulerdisk.plot(ax=own_axes()[0]) if own else draw(atlas, width="86mm")
             drawn.draw_without_rendering()
             bar = next(axes for axes in drawn.axes if "peak" in axes.get_ylabel())

@@ -4,6 +4,7 @@ import matplotlib
 import numpy as np
 import pytest
 from matplotlib.container import ErrorbarContainer
+from matplotlib.text import Text
 
 import sweep
 from sweep.figures import plots
@@ -288,6 +289,25 @@ def test_one_verdict_gets_one_word():
     assert not points(axes)
     told = r"analytic: $\dot\phi = \sqrt{g/3R}$ = 2.557 rad s$^{-1}$ (outside the map)"
     assert told in [each.replace("\n", " ") for each in said]
+
+
+def test_names_have_their_places(panels):
+    """A lone verdict is in the middle, a formula above the right end of its line, the name of an end beside it."""
+    (lone,) = plots.figure([sweep.run(ROLLING.replace(roll_rate="1:2:10"))]).axes[0].texts
+    # as far from both sides as there is room
+    assert abs(lone.get_position()[0] - 0.5) < 0.05
+    top, _, _ = map_and_strip(panels["rolling"])
+    (formula,) = (each for each in top.texts if "sqrt" in each.get_text())
+    line_at = top.transAxes.inverted().transform(top.transData.transform((1.0, math.sqrt(G_OVER_3R))))[1]
+    assert formula.get_position()[0] > 0.8
+    assert formula.get_position()[1] > line_at
+    top, _, _ = map_and_strip(panels["circling"])
+    top.figure.draw_without_rendering()
+    away = []
+    for each in (each for each in top.texts if hasattr(each, "xy")):
+        box, at = Text.get_window_extent(each), top.transData.transform(each.xy)
+        away.append(np.hypot(*np.maximum(np.maximum([box.x0, box.y0] - at, at - [box.x1, box.y1]), 0.0)))
+    assert min(away) < 20.0 * top.figure.dpi / 72.0
 
 
 def test_hatching_is_explained_only_where_it_is(panels):

@@ -4,7 +4,7 @@ Where rolling without slipping is impossible (`sweep.motion.contact`) the figure
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -99,14 +99,24 @@ def figure(dataset: "xr.Dataset") -> Figure:
     motion = closely_sampled(dataset)
     with sheet(7.2, 5.6) as drawn:
         grid = drawn.add_gridspec(2, 3, height_ratios=(1.25, 1.0))
-        picture = drawn.add_subplot(grid[0, :])
-        draw_picture(picture, motion)
-        panels = [drawn.add_subplot(grid[1, column]) for column in range(3)]
-        for axes, draw in zip(panels, (draw_tilt, draw_path, draw_contact), strict=True):
-            draw(axes, motion)
-        write_head(drawn, plain_text(dataset.attrs.get("title", "")), caption(motion))
-        thin_panels(panels)
+        draw_picture(drawn.add_subplot(grid[0, :]), motion)
+        draw_panels(drawn, [grid[1, i] for i in range(3)], (draw_tilt, draw_path, draw_contact), motion)
     return drawn
+
+
+def draw_panels(
+    drawn: Figure,
+    places: Iterable[Any],
+    draws: "Iterable[Callable[[Axes, xr.Dataset], None]]",
+    motion: "xr.Dataset",
+) -> None:
+    """Draw the panels of a motion, each into its place of a grid, with its title and caption above all."""
+    panels = []
+    for place, draw in zip(places, draws, strict=True):
+        panels.append(drawn.add_subplot(place))
+        draw(panels[-1], motion)
+    write_head(drawn, plain_text(motion.attrs.get("title", "")), caption(motion))
+    thin_panels(panels)
 
 
 def draw_tilt(axes: "Axes", dataset: "xr.Dataset") -> None:

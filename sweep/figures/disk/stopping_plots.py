@@ -2,16 +2,17 @@
 
 import math
 from fractions import Fraction
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from sweep.checks.explain import Explanation
-from sweep.errors import RequestError, plain_text
-from sweep.figures.disk.captions import caption, spell_length
+from sweep.errors import RequestError
+from sweep.figures.disk.captions import spell_length
 from sweep.figures.disk.losses_map import COLOURS
-from sweep.figures.disk.motion_plots import draw_picture, label_axes, legend_above, thin_panels, write_head
+from sweep.figures.disk.motion_plots import draw_panels, draw_picture, label_axes, legend_above
 from sweep.figures.drawing import sheet
 from sweep.figures.scales import set_log_ticks
 from sweep.model.lossy_disk.model import LOSSY_DISK
@@ -71,23 +72,17 @@ def figure(dataset: "xr.Dataset") -> Figure:
         If the dataset is no motion.
     """
     motion = closely_sampled(dataset)
-    ends = wobbles(motion)
-    with sheet(7.2, 7.6 if ends else 5.4) as drawn:
-        grid = drawn.add_gridspec(3 if ends else 2, 2)
-        picture = drawn.add_subplot(grid[0, 0])
-        draw_picture(picture, motion, _moments(motion))
-        draws = [
-            draw_inclination,
-            draw_rates,
-            draw_ledger,
-            *([draw_approach, draw_speeding_up] if ends else []),
+    draws = [draw_inclination, draw_rates, draw_ledger]
+    if wobbles(motion):
+        draws += [
+            partial(_draw_end, name="inclination", share=Fraction(1)),
+            partial(_draw_end, name="precession_rate", share=Fraction(-1, 2)),
         ]
-        places = [grid[0, 1], grid[1, 0], grid[1, 1], *([grid[2, 0], grid[2, 1]] if ends else [])]
-        panels = [drawn.add_subplot(place) for place in places]
-        for axes, draw in zip(panels, draws, strict=True):
-            draw(axes, motion)
-        write_head(drawn, plain_text(dataset.attrs.get("title", "")), caption(motion))
-        thin_panels(panels)
+    rows = (len(draws) + 1) // 2
+    with sheet(7.2, 7.6 if rows == 3 else 5.4) as drawn:
+        grid = drawn.add_gridspec(rows, 2)
+        draw_picture(drawn.add_subplot(grid[0, 0]), motion, _moments(motion))
+        draw_panels(drawn, [grid[i // 2, i % 2] for i in range(1, 2 * rows)], draws, motion)
     return drawn
 
 
@@ -152,18 +147,11 @@ def draw_ledger(axes: "Axes", dataset: "xr.Dataset") -> None:
     label_axes(axes, TIME.plot_label, f"energy ({unit})")
 
 
-def draw_approach(axes: "Axes", dataset: "xr.Dataset") -> None:
-    """Draw the inclination against the time that is left, with the slope of each law."""
-    _draw_end(axes, dataset, "inclination", Fraction(1))
-
-
-def draw_speeding_up(axes: "Axes", dataset: "xr.Dataset") -> None:
-    """Draw the precession rate against the time that is left, with the slope of each law."""
-    _draw_end(axes, dataset, "precession_rate", Fraction(-1, 2))
-
-
 def _draw_end(axes: "Axes", dataset: "xr.Dataset", name: str, share: Fraction) -> None:
-    """Draw a variable of the wobble against the time that is left; `share`: its exponent over that of a."""
+    """Draw a variable of the wobble against the time that is left, with the slope of each law.
+
+    `share` is its exponent over that of the inclination.
+    """
     quantity = LOSSY_TRAJECTORY[name]
     end = _end_of_wobble(dataset)
     left = flat_time(end) - end[TIME.name].values
