@@ -139,6 +139,7 @@ def test_a_page_with_a_part_missing_says_so(unwatched, explorer, part):
         look();"""
     )
     page.goto(explorer.url)
+    page.wait_for_function("window.first !== undefined")
     assert page.evaluate("first") == ""
     page.get_by_text("reload it").wait_for(state="visible")
     page.unroute(f"**/page/{part}")
