@@ -111,7 +111,7 @@ def contact_rates(state, senses, inertia, losses):
 
     Notes
     -----
-    Chaplygin's equations for o and s (`kernels.lossy_disk.equations.slopes`) in f and v, with the forces on these. What
+    Chaplygin's equations for o and s (`kernels.disk.equations.slopes`) in f and v, with the forces on these. What
     holds a rate is what leaves its derivative zero.
     """
     S, C, w, f, v = state

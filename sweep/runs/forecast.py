@@ -79,10 +79,6 @@ _LOADING = 0.3
 #: What the bytes of other stretches may have more than those of the samples.
 _MARGIN = 1.1
 
-#: Rows in which the boundary is searched and cells of each, at most; how many fewer the first search has; cells that
-#: the bisection of a row computes.
-_ROWS, _ALONG, _FEWER, _HALVINGS = 2048, 128, 8, 40
-
 #: Cells from which on the bytes on disk are worth a sample; below that the bounds are small.
 _FEW = 10_000
 
