@@ -62,6 +62,25 @@ def random_cells(n, rng, kinds=KINDS):
     return cells
 
 
+def near_steady(n, rng):
+    """Starts at or almost at rest near a steady motion, each with one loss of its contact that slows it; scaled."""
+    alpha, tilt, turning = (
+        rng.uniform(0.2, 1.0, n),
+        rng.uniform(0.05, 1.45, n),
+        10.0 ** rng.uniform(-0.3, 0.7, n),
+    )
+    # the acceleration of the tilt vanishes
+    pull = 4.0 * np.sin(tilt) + (2.0 + alpha) * turning**2 * np.sin(2.0 * tilt)
+    rolling = -pull / (4.0 * (1.0 + alpha) * turning * np.cos(tilt))
+    off, tilt_rate = (10.0 ** rng.uniform(low, -2, n) * rng.choice((-1.0, 1.0), n) for low in (-8, -9))
+    law, arm = rng.integers(0, 3, n), 10.0 ** rng.uniform(-4, -1.5, n)
+    return referee.starts(
+        tilt=tilt, tilt_rate=np.where(rng.random(n) < 0.5, 0.0, tilt_rate), precession_rate=turning,
+        roll_rate=rolling * (1.0 + off), alpha=alpha, contour_friction=np.where(law == 0, arm, 0.0),
+        contour_damping=np.where(law == 1, arm, 0.0), pivoting_friction=np.where(law == 2, arm, 0.0),
+    )  # fmt: skip
+
+
 def without(given, names):
     """Starts without some losses: their rows of `arrays.PARAMETERS` are 0, or infinite for `friction`."""
     changed = given.copy()

@@ -44,6 +44,9 @@ _STAGES, _A, _B = DOP853.n_stages, DOP853.A.copy(), DOP853.B.copy()
 _E3, _E5 = DOP853.E3.copy(), DOP853.E5.copy()
 _SAMPLES, _MOST_STEPS = 8, 20_000_000
 
+#: Longest step until this scaled time.
+_FIRST_STEPS, _AT_FIRST = 0.02, 1.0
+
 
 @njit(cache=True)
 def slopes(y, mode, par, out):
@@ -379,7 +382,7 @@ def follow(y, par, horizon, flat, center, limit, rtol, measures):
     measures[0], measures[1], measures[2:] = y[0], y[0], 0.0
     measures[3] = np.nan
     ending, deciding, turn_zero, halved = RUNS_ON, True, False, False
-    if y[0] == 0.0 and y[1] == 0.0:
+    if y[0] == 0.0 and y[1] == 0.0 and y[2] * y[3] == 0.0:
         return UNDISTURBED
     while ending == RUNS_ON:
         if deciding:
@@ -425,6 +428,8 @@ def follow(y, par, horizon, flat, center, limit, rtol, measures):
             growth = 10.0 if error == 0.0 else min(10.0, 0.9 * error**-0.125)
             h *= min(growth, 1.0) if halved else growth
             halved = False
+            # a tilt that all but stands at the start may turn twice within a long step, and so unseen
+            h = min(h, _FIRST_STEPS) if t < _AT_FIRST else h
             ending = TIME_OVER if t >= horizon else ending
         elif event == FLAT:
             ending = FLAT_DOWN

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from kernels.jit import kernel
 from kernels.lossy_disk.contact import contact_forces
-from kernels.lossy_disk.contact_motion import horizontal_rate
+from kernels.lossy_disk.contact_motion import contact_rates, horizontal_rate
 from kernels.lossy_disk.creeping import next_state
 from kernels.lossy_disk.dry_friction import HOLDS_ON
 from kernels.lossy_disk.loss_laws import Losses
@@ -195,6 +195,15 @@ def _contact_rests(state, senses, case):
 
 
 @kernel
+def _heading(state, senses, case):
+    """Sign of the tilt rate, of a disk at rest that with which its motion begins; 0 if nothing tilts it."""
+    rate = state[2]
+    if rate == 0.0:
+        (_, _, rate, _, _), _, _ = contact_rates(state, senses, case.inertia, case.losses)
+    return 0.0 if rate == 0.0 else math.copysign(1.0, rate)
+
+
+@kernel
 def step_to_event(state, senses, case, reach, h):
     """One step, cut at its first event.
 
@@ -214,8 +223,7 @@ def step_to_event(state, senses, case, reach, h):
     (state, gain, h, event)
         State and gain of the ledger behind the step; its length; the event that ended it, or NO_EVENT.
     """
-    w = state[2]
-    heading = 0.0 if w == 0.0 else math.copysign(1.0, w)
+    heading = _heading(state, senses, case)
     found = NO_EVENT
     after, gain = next_state(state, senses, case.inertia, case.losses, h)
     # between two turning points the tilt is monotone: what a step passed twice is seen from the turning point

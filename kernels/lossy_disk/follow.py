@@ -21,7 +21,7 @@ from kernels.lossy_disk.contact_motion import (
     spin_state,
     time_scale,
 )
-from kernels.lossy_disk.creeping import creeps, stiffness
+from kernels.lossy_disk.creeping import creeps, next_state, stiffness
 from kernels.lossy_disk.dry_friction import LETS_GO, SEIZES, decided
 from kernels.lossy_disk.endings import FLAT, HORIZON, LIFT_OFF, REST, SLIP, UNRESOLVED
 from kernels.lossy_disk.events import (
@@ -261,6 +261,23 @@ def leap(motion, case, until, reach):
         strength = LETS_GO if event == ROLL_LET_GO or event == TURN_LET_GO else SEIZES
         after = _switched(after, (no_roll, no_turn, no_tilting), strength, case)
     return after, length, event
+
+
+@kernel
+def turns_early(motion, case, steps):
+    """Whether the tilt may turn within the first steps of a motion while its acceleration changes by half.
+
+    The lanes see one turning point in a few steps, by a parabola about the state next to it. For a start that all but
+    stands that is the start itself: near a steady wobble that friction slows, the turning point soon after it may be
+    that of the least tilt of all.
+    """
+    h = steps * step_length(motion.state, motion.senses, case)
+    _, _, w, _, _ = motion.state
+    (_, _, acceleration, _, _), _, _ = contact_rates(motion.state, motion.senses, case.inertia, case.losses)
+    (_, _, later, _, _), _ = next_state(motion.state, motion.senses, case.inertia, case.losses, h)
+    gain = h * abs(acceleration)
+    change = abs(later - w - h * acceleration)
+    return change > 0.5 * gain and abs(w) < gain + change
 
 
 @kernel

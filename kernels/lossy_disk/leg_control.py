@@ -16,7 +16,18 @@ from kernels.lossy_disk.contact_motion import Senses, contact_state, spin_state
 from kernels.lossy_disk.endings import FLAT, HORIZON, INVALID, UNDISTURBED, UNRESOLVED
 from kernels.lossy_disk.error_estimate import late_errors, stated_errors
 from kernels.lossy_disk.events import BREACHES, Case
-from kernels.lossy_disk.follow import MOVING, Motion, Record, begun, ending_of, follow, slides, tilt_of
+from kernels.lossy_disk.follow import (
+    MOVING,
+    Motion,
+    Record,
+    begun,
+    ending_of,
+    follow,
+    slides,
+    step_length,
+    tilt_of,
+    turns_early,
+)
 from kernels.lossy_disk.lag import drift_off_path, lag
 from kernels.lossy_disk.loss_laws import Losses, scaled_losses
 from kernels.lossy_disk.rk4 import changes, step
@@ -80,6 +91,13 @@ def _possible(cell, starts, run):
     return abs(tilt) < 0.5 * math.pi and finite and size and arms and air and heavy and allowed
 
 
+@kernel
+def _undisturbed(cell, starts):
+    """Whether a start stands upright and nothing tilts it: the gyroscopic torque (1+alpha) o s vanishes with a rate."""
+    still = starts[row.TILT, cell] == 0.0 and starts[row.TILT_RATE, cell] == 0.0
+    return still and (starts[row.PRECESSION_RATE, cell] == 0.0 or starts[row.ROLL_RATE, cell] == 0.0)
+
+
 @inlined
 def _write(cell, ending, times, tilts, ledger, errors, taken, measures, counts):
     end_time, breach_time = times
@@ -105,8 +123,7 @@ def _write(cell, ending, times, tilts, ledger, errors, taken, measures, counts):
 
 @kernel
 def _write_at_once(cell, ending, tilt, time, measures, counts):
-    """Write a cell without a motion."""
-    # nothing where nothing is known
+    """Write a cell without a motion: nothing was lost in it, or with a tilt of NaN nothing is known of it."""
     zero = 0.0 * tilt
     ledger, tilts = (zero, zero, zero, zero, zero, zero, zero), (tilt, tilt, tilt)
     errors, taken = (zero, zero, zero, zero, zero), (0.0, 0.0, 0.0)
@@ -176,8 +193,8 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
         ending, tilt = INVALID, math.nan
     elif abs(tilt) >= run.flat_tilt:
         ending, time = FLAT, 0.0
-    elif tilt == 0.0 and tilt_rate == 0.0:
-        ending = UNDISTURBED
+    elif _undisturbed(cell, starts):
+        ending, tilt = UNDISTURBED, math.nan
     if ending != MOVING:
         _write_at_once(cell, ending, tilt, time, measures, counts)
         fill_idle(lane, lanes)
@@ -331,6 +348,9 @@ def _begun(cell, lane, run, lanes, measures, counts):
             record = Record(record.least, record.greatest, 0.0, record.steps, record.switches)
         if ending == MOVING and not slides(motion, case):
             motion, record, ending = _followed(motion, record, case, lane, 0.0, lanes)
+        elif ending == MOVING and turns_early(motion, case, STEPS_OF_A_CALL):
+            past = STEPS_OF_A_CALL * step_length(motion.state, motion.senses, case)
+            motion, record, ending = _followed(motion, record, case, lane, past, lanes)
         state = _judged(cell, lane, motion, record, ending, run, lanes, measures, counts)
     return state == _GOES_ON
 

@@ -17,10 +17,9 @@ _MOST_WRONG = 6
 def audit_text(found: Findings, spec: SweepSpec) -> str:
     """Return what an audit found: counts, the distribution of the difference, and the cells to look at."""
     counted = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in found.counts.items() if count)
-    lines = [
-        f"cells        {counted}",
-        f"{found.told} {_spread(found.extremes)} {found.units}",
-    ]
+    lines = [f"cells        {counted}"]
+    if np.isfinite(found.extremes[2]):
+        lines.append(f"{found.told} {_spread(found.extremes)} {found.units}")
     if found.has_period:
         lines.append(
             f"periods      differ from the exact ones by {_spread(found.period)} of them; "
@@ -85,12 +84,14 @@ def _small(value: float) -> str:
 def audit_line(found: Findings) -> str:
     """Return the outcome of an audit in one line."""
     agreeing = counted(found.agreeing, "cell", found.cells)
+    known = np.isfinite(found.extremes[2])
     if found.passed and found.sampled:
+        largest = f", largest difference {found.extremes[2]:.1e} {found.units}" if known else ""
         return (
             f"verified: {agreeing} against themselves, and only a sample against a second "
-            f"computation ({found.sampled}), largest difference {found.extremes[2]:.1e} {found.units}"
+            f"computation ({found.sampled}){largest}"
         )
-    if found.passed and not np.isfinite(found.extremes[2]):
+    if found.passed and not known:
         return f"verified: {agreeing}; none has extremes that could be held against exact ones"
     if found.passed:
         return (

@@ -1,3 +1,4 @@
+import lossy_runner
 import numpy as np
 import pytest
 import referee
@@ -6,7 +7,7 @@ from auditing import ENDINGS, PRESETS, atlas, changed, coarse, counts, flags, mo
 
 import sweep
 from sweep.checks.verify import findings, findings_of, verify
-from sweep.commands.audit_report import audit_line
+from sweep.commands.audit_report import audit_line, audit_text
 from sweep.errors import RequestError
 from sweep.model.disk.tables import PARAMETERS
 from sweep.request.criterion import Criterion
@@ -113,6 +114,19 @@ def test_all_kinds_of_atlases_agree():
         assert counts(dataset) == expected, (words, expected)
         assert findings(verify(dataset)).passed, (words, expected)
         assert verify(dataset).audit.dims == dataset.ending.dims, (words, expected)
+
+
+def test_starts_with_losses_that_nothing_disturbs_have_no_numbers():
+    """Their descriptions say so, and a fresh file of nothing else is verified without a distribution of differences."""
+    spec = SweepSpec.read("rolling", contour_friction="0.1mm", tilt=0, roll_rate="2,3", duration=1)
+    with lossy_runner.general_kernels():
+        made = sweep.run(spec)
+        found = findings_of(made)
+    numbers = [name for name in spec.model.measures if "undisturbed" in made[name].attrs.get("comment", "")]
+    assert len(numbers) >= 10
+    assert np.isnan([made[name].values for name in numbers]).all()
+    assert found.passed
+    assert "nan" not in audit_text(found, spec)
 
 
 def test_a_run_that_time_ended_is_within():

@@ -64,15 +64,26 @@ def _refuse_unused_air(values: Mapping[str, Any]) -> None:
 
 def _check_arms(values: Mapping[str, Any]) -> None:
     """Refuse a lever arm as long as the radius: such a disk would not move at all."""
-    radius = _ends(values["radius"])[0]
     for name in ARMS:
-        if _ends(values[name])[1] >= radius:
+        if told := _too_long(name, values[name], values["radius"]):
             raise RequestError(
-                f"A lever arm must be shorter than the radius of the disk; got {name}={values[name]} "
-                f"radius={values['radius']}.",
+                f"A lever arm must be shorter than the radius of the disk; got {told}.",
                 hint="Give a shorter arm: that of a coin on glass is some micrometres, as in 10um.",
                 where=name,
             )
+
+
+def _too_long(name: str, arm: Any, radius: Any) -> str:
+    """Return an arm and a radius of one disk that is not longer, in words; nothing if there is none."""
+    columns = [each for each in (arm, radius) if hasattr(each, "table")]
+    if len(columns) < 2 or arm.table is not radius.table or arm.table.columns is None:
+        return f"{name}={arm} radius={radius}" if _ends(arm)[1] >= _ends(radius)[0] else ""
+    arms, radii = (each.table.values(each.name) for each in columns)
+    rows = np.flatnonzero(arms >= radii)
+    if not rows.size:
+        return ""
+    first = rows[0]
+    return f"{name}={arms[first]:g} m radius={radii[first]:g} m in row {first + 1} of the table"
 
 
 def _ends(value: Any) -> tuple[float, float]:

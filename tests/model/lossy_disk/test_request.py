@@ -134,6 +134,16 @@ def test_what_is_refused():
         assert caught.value.hint, (words, where, facts)
 
 
+def test_an_arm_of_a_table_is_held_against_the_radius_of_its_own_start(tmp_path):
+    """The longest arm may be longer than the smallest radius; one that is as long as its own radius is refused."""
+    table = tmp_path / "coins.csv"
+    table.write_text("tilt [deg],roll_rate,radius,contour_friction\n1,2,1,0.02\n1,20,0.01,0.001\n")
+    assert SweepSpec.read("rolling", starts=table).model is LOSSY_DISK
+    table.write_text("tilt [deg],roll_rate,radius,contour_friction\n1,2,1,0.02\n1,20,0.01,0.01\n")
+    with pytest.raises(RequestError, match=r"contour_friction=0.01 m radius=0.01 m in row 2 of the table"):
+        SweepSpec.read("rolling", starts=table)
+
+
 def test_laws_with_what_they_need_are_taken():
     """Moffatt's law needs no density; a law may have it all the same; zero coefficients need nothing."""
     assert SweepSpec(**FULL).air_law == "bildsten"
