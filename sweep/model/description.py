@@ -149,7 +149,7 @@ class LineWords:
     label : str
         The predicted line in a legend, with one place for the criterion.
     bound : bool
-        Whether the predicted line is only a bound of the boundary, not where it is expected.
+        Whether the boundary may be well below the predicted line, which then says nothing of a range below it.
     """
 
     critical: str = "analytic critical {}, the limit of a vanishing perturbation"

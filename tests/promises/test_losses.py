@@ -167,7 +167,7 @@ def test_every_command_speaks_of_losses(command):
         "friction unlimited",
         "losses take the roll rate",
         "largest_loss",
-        "not beyond it",
+        "the edge of stability by the end",
         "bit for bit",
     ):
         assert said in " ".join(out.split()), said

@@ -4,6 +4,7 @@ The values of its symbols come from the referee of the disk with losses, which s
 quadrature, never from the formula itself.
 """
 
+import itertools
 import math
 
 import lossy_motion
@@ -86,6 +87,55 @@ def test_what_the_losses_take(v):
     ahead, behind = (lossy_motion.energy(motion + side * h * out[:4], v["alpha"]) for side in (1.0, -1.0))
     check("power", {**with_forces(v), "dE/dtau": (ahead - behind) / (2.0 * h)}, 1e-7)
     check("power", {**with_forces(v), "dE/dtau": -out[lossy_motion.LOSSES : lossy_motion.PLACE].sum()}, 1e-10)
+
+
+def test_an_upright_disk_that_is_slowed(rng):
+    """The small number of a disk that rolls all but upright, how it changes, and the middle of its swings."""
+    alpha, small = rng.uniform(0.2, 1.0), 1e-6
+    losses = dict.fromkeys(("c_r", "c_c", "k", "q_M", "q_B"), 0.01) | {"alpha": alpha, "c_p": 0.0}
+    motion = (small * rng.normal(), small * rng.normal(), small * rng.normal(), rng.uniform(0.9, 3.0))
+    known = moving(losses, motion) | {"theta": motion[0]}
+    s = known["s"]
+    known["r"] = s * s / float(steady.critical_roll_rate_squared(alpha, 1.0, 1.0))
+    check("rolling-square", known)
+    (line,) = FORMULAS["wound"]
+    known["c"] = line.value(known)
+    slope = 0.5 * alpha * known["do/dtau"] + alpha * (known["ds/dtau"] * motion[0] + s * motion[1])
+    # of second order in what is small, and over the loss
+    check("winding", known | {"dc/dtau": slope}, 1e-3 * small)
+    # rolling friction acts on the tilt rate too, against which it is small
+    known["dw/dtau"] = moving(losses | {"c_r": 0.0}, motion)["dw/dtau"]
+    known["theta_m"] = FORMULAS["swinging"][1].value(known)
+    check("swinging", known, 1e-3 * small)
+
+
+def test_how_far_a_slowed_disk_winds_up():
+    """The reach of the referee's disks, released and kicked, which lose half of r - 1 in a hundred swings or more."""
+    for alpha, tilt, rate in itertools.product((0.2, 0.5, 1.0), (1e-6, 0.0), (1e-6, 0.0)):
+        if tilt == rate == 0.0:
+            continue
+        arm, start = 1e-4, 1.3 / math.sqrt(2.0 * (1.0 + alpha))
+        given = lossy.starts(tilt=tilt, tilt_rate=rate, roll_rate=start, alpha=alpha, contour_friction=arm)
+        last = math.sqrt(1.0 + 0.5 * 0.69) / 1.3 * start
+        found = lossy.run(given, duration=(start - last) * (1.0 + alpha) / arm)
+        known = {
+            "alpha": alpha,
+            "theta_0": tilt,
+            "w_0": rate,
+            "s_0": start,
+            "s": last,
+            "r_0": 1.69,
+            "r": 1.345,
+        }
+        known["ds/dtau"] = -arm / (1.0 + alpha)
+        ends = []
+        for place in (known | {"s": start, "r": 1.69}, known):
+            for line in FORMULAS["wound-up"]:
+                place[line.first] = line.value(place)
+            ends.append(place["theta_m"] + place["A"])
+        reach = max(ends)
+        # the last swing need not come to its end
+        assert 0.97 * reach < found.tilt_max[0] < 1.001 * reach, (alpha, tilt, rate)
 
 
 @pytest.fixture

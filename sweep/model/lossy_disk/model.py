@@ -164,11 +164,10 @@ class LossyDisk(Model):
     )
     line_words = LineWords(
         critical="analytic critical {} of the disk without losses, the limit of a vanishing perturbation",
-        predicted="{} that losses take down to the critical one by the end; in the limit of a vanishing perturbation "
-        "the boundary is not beyond it, since falling takes time",
+        predicted="estimate of the {} at the boundary: losses take it down to the edge of stability by the end",
         limit="without losses, in the limit of no perturbation",
-        told="what losses take down to that by the end; of a vanishing perturbation the boundary is not beyond it",
-        label="sinks to the analytic rate by the end: above it a vanishing perturbation is stable",
+        told="estimated for this start and this criterion: losses take it down to the edge of stability by the end",
+        label="estimated, {}",
         bound=True,
     )
     synonyms = DISK.synonyms
@@ -254,7 +253,7 @@ class LossyDisk(Model):
         return {"peak_tilt": np.maximum(np.abs(least), np.abs(greatest)), "largest_loss": largest}
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
-        """Return the critical rate without losses, and what sinks to it; see `sweep.model.lossy_disk.theory.lines`."""
+        """Return the critical rate without losses, and an estimate with them: `sweep.model.lossy_disk.theory.lines`."""
         return theory.lines(spec, axis, starts)
 
     def line_label(self, spec: Request, axis: str) -> str:

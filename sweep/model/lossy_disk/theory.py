@@ -2,10 +2,9 @@
 
 An upright disk that rolls is slowed by friction along its rim and by the air, one that spins by pivoting friction.
 Until its rate has sunk to the critical one of the disk without losses a perturbation grows by no more than a factor,
-and afterwards falling takes time: so in the limit of a vanishing perturbation the boundary of a given departure, or of
-a time aloft, is not above the rate that sinks to the critical one by the end. It is an upper estimate, and says nothing
-of an amplification, which is that factor. For the factor is not 1: a path that is slowed winds up. Far above the
-critical rate the tilt of a rolling disk grows like rate^(-(1 + alpha)/alpha).
+and afterwards falling takes time. So the boundary of a vanishing perturbation is about the rate that sinks to the
+critical one by the end. That of a finite perturbation of a disk that rolls is above it, for the factor is not 1: a path
+that is slowed winds up (`grown`).
 
 What brakes the roll rate of a disk that spins upright (contour friction, damping, air) lets its tilt grow at every
 rate: with a small viscous friction k like exp(k t/(1+alpha) (1 + q)/(q - 1)), q = (1 + alpha/2) P^2 (scaled), and dry
@@ -30,6 +29,10 @@ from sweep.model.quantity import Array
 #: inclination: both are then known to 1e-9.
 _STEPS, _NODES = 256, 400
 
+#: Logarithms to base 10 of the least and the largest excess of (rate/critical rate)^2 over 1 at the end that is looked
+#: at, and halvings between them: to 1e-9 of the logarithm.
+_LEAST, _LARGEST, _HALVINGS = -12.0, 8.0, 34
+
 #: Beyond this inclination [rad] the closed forms of the wobble are off by more than a few per cent.
 _STEEP = math.radians(30.0)
 
@@ -43,7 +46,7 @@ _UNSTEADIED = {
 
 
 def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
-    """Return the critical rate without losses, and the rate that losses take down to it by the end.
+    """Return the critical rate without losses, and an estimate of where the boundary lies with them.
 
     Parameters
     ----------
@@ -66,13 +69,80 @@ def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Ar
     if not known.any():
         return {}
     critical = np.where(known, critical_rate(starts, axis), np.nan)
-    with np.errstate(over="ignore", invalid="ignore"):
-        slowed = rate_before(critical, lasting(spec), slowing(spec, starts, axis))
+    with np.errstate(all="ignore"):
+        slowed = _estimate(spec, axis, starts, critical)
     edge = critical, np.where(np.isfinite(slowed), slowed, np.nan)
     low, high = getattr(spec, axis).ends()
     if low < 0.0 < high:
         return {"upper": edge, "lower": (-edge[0], -edge[1])}
     return {"upper": edge} if high > 0.0 else {"lower": (-edge[0], -edge[1])}
+
+
+def _estimate(spec: Request, axis: str, starts: Starts, critical: Array) -> Array:
+    """Return the rate [rad/s] at the start of a disk that is stable until the end, shape (n,); NaN where none is known.
+
+    By an amplification, and for the departure of a disk that rolls, the rate from which a perturbation grows to the
+    limit of the criterion by the end (`grown`); else the rate that sinks to the critical one by then.
+    """
+    slowed, time = slowing(spec, starts, axis), lasting(spec)
+    sinks = rate_before(critical, time, slowed)
+    if axis != "roll_rate" or spec.criterion.kind == "aloft":
+        return sinks if spec.criterion.kind != "amplification" else np.full_like(sinks, np.nan)
+    limit = spec.criterion.allowed(spec.model.perturbation(spec, starts))
+
+    def tried(excess: Array) -> tuple[Array, Array]:
+        """Rates at the start of disks with an excess of (rate/critical rate)^2 over 1 at the end; which go too far."""
+        end = critical * np.sqrt(1.0 + 10.0**excess)
+        start = rate_before(end, time, slowed)
+        return start, grown(starts, (critical, start, end), slowed) > limit
+
+    low, high = np.full_like(critical, _LEAST), np.full_like(critical, _LARGEST)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        _, far = tried(middle)
+        low, high = np.where(far, middle, low), np.where(far, high, middle)
+    found, far = tried(high)
+    found = np.where(far, np.nan, np.where(tried(low)[1], found, sinks))
+    return np.where(np.hypot(starts["tilt"], starts["tilt_rate"]) > 0.0, found, sinks)
+
+
+def grown(starts: Starts, rates: tuple[Array, Array, Array], slowed: tuple[Array, Array, Array]) -> Array:
+    """Return how far [rad] from upright a disk that rolls has come while losses took its rate from one to another.
+
+    Parameters
+    ----------
+    starts : mapping of str to array, shape (n,)
+        With small tilts and tilt rates, and without a precession rate.
+    rates : (critical, first, last), arrays of shape (n,)
+        The critical rate, and those at start and end, which are above it [rad/s].
+    slowed
+        As of `slowing`.
+
+    Returns
+    -------
+    array, shape (n,)
+
+    Notes
+    -----
+    docs/losses-theory.md. The losses that slow the rolling leave dc = -theta ds of the small c = (alpha/2) o + alpha s
+    theta, which without them is an invariant. The tilt swings about r c / (alpha s (r - 1)), r = (rate/critical)^2, so
+    c grows as (r - 1)^(-1/(2 alpha)); the volume of (theta, w, c) is conserved, so c times the adiabatic invariant of
+    the swing is constant. A kick leaves a little c, as the disk is slowed while it is tilted. Close to r = 1, where r
+    changes much within a swing, all of it grows less.
+    """
+    critical, first, last = rates
+    dry, viscous, layer = slowed
+    alpha, tilt = starts["alpha"], starts["tilt"]
+    r, s = (first / critical) ** 2, last / first
+    stiffness = (r - 1.0) / (1.0 + 0.5 * alpha) * starts["gravity"] / starts["radius"]
+    kick = starts["tilt_rate"] / np.sqrt(stiffness)
+    lost = (dry / first + viscous + layer * np.sqrt(first)) / np.sqrt(stiffness)
+    middle = (tilt + kick * lost / alpha) * r / (r - 1.0)
+    growth = (r - 1.0) / ((last / critical) ** 2 - 1.0)
+    swing, middle = np.hypot(middle - tilt, kick), np.abs(middle)
+    at_end = middle * s * growth ** (1.0 + 0.5 / alpha) + swing * growth ** (0.25 - 0.25 / alpha)
+    found: Array = np.maximum(middle + swing, at_end)
+    return found
 
 
 def unsteadied(spec: Request, starts: Starts, axis: str) -> npt.NDArray[np.bool_]:
@@ -92,7 +162,7 @@ def unsteadied(spec: Request, starts: Starts, axis: str) -> npt.NDArray[np.bool_
 
 def lasting(spec: Request) -> float:
     """Return the time [s] for which the criterion asks that a motion lasts; NaN if it asks something else."""
-    if spec.criterion.kind == "departure":
+    if spec.criterion.kind in ("departure", "amplification"):
         return float(spec.duration)
     return float(spec.criterion.limit) if spec.criterion.kind == "aloft" else math.nan
 
