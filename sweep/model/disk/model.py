@@ -1,5 +1,6 @@
 """The disk: the model of a request that names none."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from kernels.disk import arrays
+from sweep.errors import RequestError
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk import tables, theory
 from sweep.model.disk.contact import CONTACT_EXTREMES, contact_columns, slipping
@@ -23,6 +25,9 @@ _MOTIONS = {
     (True, True): "Rolling and precessing",
     (False, False): "Neither rolling nor spinning",
 }
+
+#: Tilt [rad] up to which `kernels.disk.exact.legendre` has tables; 0.002 degrees more would be too far.
+_STEEPEST_EXACT = math.radians(89.9005)
 
 
 class Disk(Model):
@@ -99,8 +104,15 @@ class Disk(Model):
         return "steady circling at this tilt" if circling(spec) else "the upright disk"
 
     def check(self, values: Mapping[str, Any]) -> None:
-        """Refuse steady rates that do not follow from the others."""
+        """Refuse steady rates that do not follow, and a fall that the exact reduction does not reach."""
         check_steady_rates(values)
+        if values["method"] == "exact" and values["fall_tilt"] > _STEEPEST_EXACT:
+            raise RequestError(
+                "The exact reduction ends at a tilt of 89.9 deg: of a steeper fall_tilt it does not know which disks "
+                f"reach it; got fall_tilt={tables.SETTINGS['fall_tilt'].spell(values['fall_tilt'], 6)}.",
+                hint="Give fall_tilt=89.9deg or less, or leave out method=exact.",
+                where="fall_tilt",
+            )
 
     def complete(self, spec: Request, starts: Starts) -> Starts:
         """Return starts with the rate that keeps the tilt of each cell constant, where the request asks for it."""

@@ -7,6 +7,7 @@ import xarray as xr
 from auditing import ENDINGS, PRESETS, atlas, coarse
 
 import sweep
+from sweep.errors import RequestError
 from sweep.figures import plots
 from sweep.files.reading import open_atlas
 from sweep.model.disk.model import DISK
@@ -65,6 +66,28 @@ def test_extremes_and_falls_of_random_starts(crowd):
     assert np.array_equal(found["ending"] == ENDINGS["fell"], truth.fell)
     assert np.abs(found["tilt_min"] - truth.least).max() < 1e-13
     assert np.abs(found["tilt_max"] - truth.greatest).max() < 1e-13
+
+
+def test_every_start_near_flat_is_decided(rng):
+    """RK4 resolves all, with the endings and extremes of the reduction, whose tables end at 89.9 degrees."""
+    for rates in (
+        {"roll_rate": "wobble", "precession_rate": "uniform:2:400", "tilt_rate": "uniform:-10:10"},
+        {
+            "roll_rate": "uniform:-100:100",
+            "precession_rate": "uniform:-100:100",
+            "tilt_rate": "uniform:-30:30",
+        },
+        {"roll_rate": "uniform:-6:6", "precession_rate": "uniform:-10:10", "tilt_rate": 0},
+    ):
+        words = {"tilt": "uniform:85deg:89.89deg", "alpha": "uniform:0.05:1", "samples": 2000, "duration": 60}
+        spec = SweepSpec(**rates, **words, fall_tilt="89.9deg", seed=int(rng.integers(2**31)))
+        found, exact = sweep.run(spec), sweep.run(spec.replace(method="exact"))
+        assert np.isin(found.ending, [ENDINGS["bounded"], ENDINGS["fell"]]).all(), rates
+        assert np.array_equal(found.ending, exact.ending), rates
+        for name in ("tilt_min", "tilt_max"):
+            assert np.abs(found[name] - exact[name]).max() < 1e-8, rates
+    with pytest.raises(RequestError, match=r"ends at a tilt of 89.9 deg: .* got fall_tilt=89.99 deg"):
+        SweepSpec(method="exact", fall_tilt="89.99deg")
 
 
 def test_periods():
