@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import xarray as xr
 
 from sweep.atlas.cf_metadata import edge_names, status_name
-from sweep.atlas.selection import check_flags, is_atlas, require_atlas
+from sweep.atlas.selection import check_numbers, is_atlas, require_atlas
 from sweep.errors import RequestError
 from sweep.model.quantity import STABLE, UNSTABLE
 from sweep.motion.sampling import check_motion, is_motion
@@ -396,7 +396,7 @@ class Eulerdisk:
                 f"have made; got a dataset of {given}.",
                 hint="Open an atlas, and keep its attributes (xarray.set_options(keep_attrs=True)).",
             )
-        check_flags(self._dataset)
+        check_numbers(self._dataset)
 
     def _verdict(self, code: int, name: str) -> xr.DataArray:
         self._check()

@@ -3,8 +3,8 @@
 import re
 from typing import Self
 
-#: Characters of a message: a word of the user may have a million.
-_MOST_SHOWN = 4000
+#: Characters of a message, and of its place: a word of the user may have a million, a path four thousand.
+_MOST_SHOWN, _MOST_OF_PLACE = 4000, 500
 
 #: A character beyond ASCII, spelled by its number in an attribute of a file.
 _SPELLED = re.compile(r"\\x[89a-f][0-9a-f]|\\u[0-9a-f]{4}|\\U[0-9a-f]{8}")
@@ -35,10 +35,10 @@ class RequestError(Exception):
 
     def __str__(self) -> str:
         """Return the error as one line that prints, also where words of the user or of a file would not."""
-        place = f"{self.where}: " if self.where else ""
+        place = f"{_shortened(self.where, _MOST_OF_PLACE)}: " if self.where else ""
         text = printable(f"{place}{self.message} {self.hint}".rstrip())
         # the sentence is at the end, behind what was given
-        return text if len(text) <= _MOST_SHOWN else f"{text[:1000]} ... {text[1000 - _MOST_SHOWN :]}"
+        return _shortened(text, _MOST_SHOWN)
 
     def at(self, where: str) -> Self:
         """Return the same error at another place."""
@@ -71,6 +71,10 @@ class SurroundingsWarning(RuntimeWarning):
 
 class StoppedError(Exception):
     """A run was asked to stop and ended between two blocks; ``str(error)`` says which finished blocks are kept."""
+
+
+def _shortened(text: str, most: int) -> str:
+    return text if len(text) <= most else f"{text[: most // 4]} ... {text[most // 4 - most :]}"
 
 
 def shown(raw: object) -> str:

@@ -15,6 +15,14 @@ def test_an_error_is_one_line_of_place_message_and_hint():
     assert str(RequestError("tilt must be finite; got nan.")) == "tilt must be finite; got nan."
 
 
+def test_a_long_place_is_shortened_in_the_midst():
+    """Its begin and end say which file it is; the sentence stands whole."""
+    text = str(RequestError(TEXTS[0], where="/data/" + "x" * 4000 + "/a.nc"))
+    assert text.startswith("/data/xxx")
+    assert text.endswith(f"xxx/a.nc: {TEXTS[0]}")
+    assert len(text) < 600
+
+
 def test_an_error_is_sent_between_processes_and_placed():
     """A pickled error comes back with kind, text and status; `at` moves it and changes nothing else."""
     for kind, status in [(RequestError, 2), (StorageError, 3), (FailedBlocksError, 1)]:

@@ -16,6 +16,7 @@ from sweep.atlas.cf_metadata import (
 )
 from sweep.atlas.completion import completed, is_complete, without_boundary
 from sweep.atlas.dataset import as_variable, coordinates, edge_variables, encoding_of, place_of, spec_named
+from sweep.atlas.structure import known_names
 from sweep.engine.grid import blocks, starts_of
 from sweep.errors import RequestError, printable, shown
 from sweep.model.quantity import Array, Input
@@ -84,13 +85,21 @@ def _always_held(dataset: "xr.Dataset") -> tuple[str, ...]:
     return "ending", "stability", *spec_named(dataset).model.extremes
 
 
-def check_flags(dataset: "xr.Dataset") -> None:
-    """Refuse an atlas whose endings or verdicts are fractions, as ``interp`` and ``mean`` of xarray make them.
+def check_numbers(dataset: "xr.Dataset") -> None:
+    """Refuse an atlas of other things than numbers, or with fractions as flags, as ``interp`` of xarray makes them.
 
     Raises
     ------
     RequestError
     """
+    for name in sorted(known_names(spec_named(dataset)) & {*map(str, dataset.variables)}):
+        if (kind := dataset[name].dtype).kind not in "fiu":
+            what = "coordinate" if name in dataset.coords else "variable"
+            raise RequestError(
+                f"The {what} {name} of an atlas must be of numbers, floating point or whole; got the type {kind}.",
+                hint=f"Take the atlas as it was, or change it with dataset[{name!r}].astype.",
+                where=place_of(dataset),
+            )
     for name in ("ending", "stability"):
         if not _is_whole_numbers(dataset, name) and (np.nan_to_num(dataset[name].values) % 1.0).any():
             _no_flags(name)
@@ -172,6 +181,12 @@ def _kept(dataset: "xr.Dataset", axis: str, dimension: bool) -> float | Range | 
         )
     if not dimension:
         return float(found)
+    if not found.size:
+        raise RequestError(
+            f"This selection holds no cells: it has no value of {axis} left.",
+            hint="Select at least one.",
+            where=place_of(dataset),
+        )
     if even := _as_range(found):
         return even
     if found.size > _MOST_LISTED:
@@ -286,7 +301,7 @@ def as_atlas(dataset: "xr.Dataset", trusting: bool = False) -> "xr.Dataset":
 
     if not is_atlas(dataset):
         return dataset
-    check_flags(dataset)
+    check_numbers(dataset)
     stated, dims = spec_named(dataset), dataset["ending"].dims
     order = [name for name in stated.axes if name in dims]
     if len(order) == len(dims) and tuple(order) != dims:

@@ -7,18 +7,20 @@ must hold; what only the new one holds is named, and no difference.
 """
 
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from sweep.atlas.selection import as_atlas, require_atlas
+from sweep.atlas.selection import as_atlas
 from sweep.checks.alignment import Pair, align
 from sweep.checks.cell_pair import CellPair
 from sweep.checks.finding import MEANING, Finding, HeldVariable
 from sweep.checks.variables import read_limits, variables
 from sweep.errors import RequestError
+from sweep.files.reading import atlas_of
 from sweep.progress.display import following
 from sweep.progress.timetable import Progress, Stage, Timetable
 
@@ -80,8 +82,8 @@ def _without_infinities(value: Any) -> Any:
 
 
 def compare(
-    new: "xr.Dataset",
-    reference: "xr.Dataset",
+    new: "xr.Dataset | str | os.PathLike[str]",
+    reference: "xr.Dataset | str | os.PathLike[str]",
     *,
     common: bool = False,
     tolerances: Mapping[str, float | str] | None = None,
@@ -94,8 +96,8 @@ def compare(
 
     Parameters
     ----------
-    new, reference : xarray.Dataset
-        Atlases, as `sweep.run` or `sweep.open_atlas` returns them, or selections from some.
+    new, reference : xarray.Dataset, str or Path
+        Atlases, as `sweep.run` or `sweep.open_atlas` returns them, or selections from some, or their files.
     common : bool
         Compare only the cells that both have; otherwise the grids must be the same.
     tolerances : mapping of str to float or str, optional
@@ -116,10 +118,17 @@ def compare(
         method, duration or fall_tilt, or other grids; or if a tolerance cannot be that of a variable, or `progress` is
         something else.
     """
-    for dataset in (new, reference):
-        require_atlas(dataset)
-    new, reference = as_atlas(new), as_atlas(reference)
-    pair = align(new, reference, common=common)
+    with atlas_of(new) as one, atlas_of(reference) as other:
+        pair = align(as_atlas(one), as_atlas(other), common=common)
+        findings, notes = _compared(pair, tolerances or {}, exact, progress)
+        size = pair.reference["ending"].size
+        return Comparison(size, common, findings, _provenance(pair), notes)
+
+
+def _compared(
+    pair: Pair, tolerances: Mapping[str, float | str], exact: bool, progress: Progress
+) -> tuple[tuple[Finding, ...], tuple[str, ...]]:
+    """Return what was found in each variable of two atlases whose cells stand side by side, and what was not held."""
     held = [HeldVariable(each, pair, exact) for each in variables(pair)]
     if exact and tolerances:
         raise RequestError(
@@ -127,11 +136,10 @@ def compare(
             hint="Leave one of them out.",
         )
     measured = {each.variable.name: each.variable.quantity for each in held if each.variable.has_tolerance}
-    for name, limit in read_limits(tolerances or {}, measured).items():
+    for name, limit in read_limits(tolerances, measured).items():
         next(each for each in held if each.variable.name == name).limit = limit
-    size = pair.reference["ending"].size
     with following(progress) as show:
-        timetable = Timetable([Stage(COMPARING, size)], show)
+        timetable = Timetable([Stage(COMPARING, pair.reference["ending"].size)], show)
         timetable.begin(COMPARING)
         cells = CellPair(pair, timetable.report)
         per_cell = [each for each in held if each.variable.name in cells.names]
@@ -152,7 +160,7 @@ def compare(
             notes.append(f"{each.variable.name} is not compared: {found}")
         else:
             findings.append(found)
-    return Comparison(size, common, tuple(findings), _provenance(pair), tuple(notes))
+    return tuple(findings), tuple(notes)
 
 
 def _provenance(pair: Pair) -> dict[str, tuple[str, str]]:

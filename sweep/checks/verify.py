@@ -1,5 +1,6 @@
 """Hold all that an atlas states against what it follows from: its spec, and the reference of its model."""
 
+import os
 from collections.abc import Generator, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, NoReturn
@@ -27,6 +28,7 @@ from sweep.engine.compute import arithmetic_hash, use_threads
 from sweep.engine.grid import Span, blocks, starts_of
 from sweep.errors import RequestError
 from sweep.files.cell_reader import CellReader, UnreadableError
+from sweep.files.reading import atlas_of
 from sweep.model.description import Reference
 from sweep.model.quantity import Array, Quantity
 from sweep.progress.display import following
@@ -48,13 +50,15 @@ _ROUNDING = 1e-15
 _STATEMENTS, _SAMPLE = "audit_statements", "audit_sample"
 
 
-def verify(dataset: "xr.Dataset", *, seed: int | None = None, progress: Progress = None) -> "xr.Dataset":
+def verify(
+    dataset: "xr.Dataset | str | os.PathLike[str]", *, seed: int | None = None, progress: Progress = None
+) -> "xr.Dataset":
     """Hold all that an atlas states against its spec and the reference of its model.
 
     Parameters
     ----------
-    dataset : xarray.Dataset
-        An atlas, as `sweep.run` or `sweep.open_atlas` returns it, or a selection from one.
+    dataset : xarray.Dataset, str or Path
+        An atlas, as `sweep.run` or `sweep.open_atlas` returns it, or a selection from one, or its file.
     seed : int, optional
         Which cells are computed a second time, of a model without an exact reference; fresh ones if not given.
     progress : bool or callable, optional
@@ -77,9 +81,14 @@ def verify(dataset: "xr.Dataset", *, seed: int | None = None, progress: Progress
         If its model has no reference, or the atlas lacks a variable that is needed, or cannot be read, or `progress`
         is something else.
     """
+    with atlas_of(dataset) as atlas:
+        return _audited(_Audit(atlas, seed), progress)
+
+
+def _audited(audit: "_Audit", progress: Progress) -> "xr.Dataset":
+    """Return what `verify` returns."""
     import xarray as xr
 
-    audit = _Audit(dataset, seed)
     spec, declared = audit.spec, audit.declared
     found = {each.name: np.empty(spec.size, each.dtype) for each in declared}
     with following(progress) as show:
@@ -96,7 +105,18 @@ def verify(dataset: "xr.Dataset", *, seed: int | None = None, progress: Progress
 
 
 def findings(audited: "xr.Dataset") -> Findings:
-    """Return the counts and statistics of an audit, as from `sweep.verify`."""
+    """Return the counts and statistics of an audit, as from `sweep.verify`.
+
+    Raises
+    ------
+    RequestError
+        If it is none.
+    """
+    if _STATEMENTS not in getattr(audited, "attrs", {}) or "audit" not in audited:
+        raise RequestError(
+            "This is no audit of an atlas: it lacks the variable audit, or the attribute audit_statements.",
+            hint="Give what sweep.verify returns, with its attributes.",
+        )
     spec = spec_named(audited)
     summary = AuditSummary(_reference(spec).audit)
     columns = {str(name): each.values.reshape(-1) for name, each in audited.data_vars.items()}
@@ -139,6 +159,7 @@ class _Audit:
     """
 
     def __init__(self, dataset: "xr.Dataset", seed: int | None) -> None:
+        require_atlas(dataset)
         self.dataset = as_atlas(dataset, trusting=True)
         self.spec, self._reference = _checked(self.dataset, seed)
         self.declared = declare_cells(self.spec, self._reference.audit.variables, "audit")
@@ -256,7 +277,6 @@ def _reference(spec: SweepSpec, seed: int | None = None) -> Reference:
 
 def _checked(dataset: "xr.Dataset", seed: int | None) -> tuple[SweepSpec, Reference]:
     """Return the spec of an atlas and the reference of its model, or refuse an atlas that cannot be verified."""
-    require_atlas(dataset)
     reference = _reference(spec_named(dataset), seed)
     names = reference.needed(spec_named(dataset))
     listed = spec_named(dataset).listed

@@ -214,11 +214,15 @@ def plan(
 def warmup() -> None:
     """Compile the kernels into the cache, for images and clusters, and say where it is.
 
+    These are the kernels of every method, of contact forces, of the presets and of motions. Each other set of laws of
+    loss has its own, which is compiled by the first run with it.
+
     EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them. A model that
     cannot be loaded is reported and left out. With EULERDISK_NOTICES=no nothing is said of what takes seconds.
     """
     from sweep.model import registry
     from sweep.model.kernel import Kernel, cache_root, check_cache
+    from sweep.motion.trajectory import PATHS
     from sweep.request.spec import SweepSpec
     from sweep.request.spec_file import presets
     from sweep.runs.forecast import coarse
@@ -233,6 +237,7 @@ def warmup() -> None:
             say(f"left out: {problem}")
             continue
         specs = {method: SweepSpec(model=model.name, method=method) for method in model.methods}
+        specs |= {word: SweepSpec(model=model.name, **dict([word.split("=")])) for word in model.additions}
         # a preset may need a variant of the kernels; how long its motions last does not matter
         short = {"duration": 1e-3, "criterion": "departure:5deg"}
         specs |= {name: coarse(SweepSpec.preset(name, **short), 1) for name in presets(model)}
@@ -243,6 +248,11 @@ def warmup() -> None:
             run(spec)
             kernels += model.kernels(spec)
             show(f"{model.name} {name:<6} ready after {time.perf_counter() - began:.1f} s")
+        if path := PATHS.get(model.name):
+            began = time.perf_counter()
+            for kernel in path.KERNELS:
+                kernel.make_ready()
+            show(f"{model.name} motion ready after {time.perf_counter() - began:.1f} s")
     check_cache(kernels)
     show(f"cache  {cache_root()}")
 

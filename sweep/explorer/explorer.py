@@ -57,10 +57,10 @@ class Subject:
         RequestError
         """
         from sweep.atlas.dataset import spec_of
-        from sweep.atlas.selection import as_atlas, check_flags, require_atlas
+        from sweep.atlas.selection import as_atlas, check_numbers, require_atlas
 
         require_atlas(dataset)
-        check_flags(dataset)
+        check_numbers(dataset)
         atlas, source = as_atlas(dataset), dataset.encoding.get("source")
         spec = spec_of(atlas)
         return cls(spec, Stored(atlas, spec, Path(source).name if source else "atlas"))

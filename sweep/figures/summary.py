@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from sweep.atlas.cf_metadata import EDGES, edge_names
 from sweep.atlas.dataset import spec_named
-from sweep.atlas.selection import is_atlas
+from sweep.atlas.selection import check_numbers, is_atlas
 from sweep.errors import RequestError, counted, plain_text, printable, shown
 from sweep.model.quantity import STABLE, UNSTABLE
 from sweep.motion.sampling import check_motion, end_of, is_motion, losses_of
@@ -54,7 +54,7 @@ def as_html(dataset: "xr.Dataset") -> str:
         f"<tr><th style='{_STYLE}'>{html.escape(label)}</th><td style='{_STYLE}'>{html.escape(text)}</td></tr>"
         for label, text in _rows(dataset)
     )
-    found = _map(dataset) if is_atlas(dataset) else ""
+    found = _map(dataset) if is_atlas(dataset) and not _lacks(dataset) else ""
     return f"<div style='display:flex;flex-wrap:wrap;gap:1em;align-items:start'><table>{rows}</table>{found}</div>"
 
 
@@ -63,12 +63,26 @@ def _rows(dataset: "xr.Dataset") -> Iterator[Row]:
         yield from _motion(dataset)
     elif is_atlas(dataset):
         yield "eulerdisk", _text(dataset.attrs["title"])
+        if lacks := _lacks(dataset):
+            yield "", lacks
+            return
         yield from _labelled("grid", _axes(dataset))
         yield from _labelled("fixed", _fixed(dataset))
         yield from _verdicts(dataset)
         yield from _boundaries(dataset)
     else:
         yield "eulerdisk", "not a stability atlas"
+
+
+def _lacks(dataset: "xr.Dataset") -> str:
+    """Return why an atlas has no numbers to sum up; empty if it has."""
+    if not dataset["ending"].size:
+        return "no cells"
+    try:
+        check_numbers(dataset)
+    except RequestError as problem:
+        return problem.message
+    return ""
 
 
 def _text(attribute: object) -> str:

@@ -146,7 +146,7 @@ def check_room(path: Path, needed: float) -> None:
     if needed > free:
         raise RequestError(
             f"The atlas does not fit on the disk: the file and the journal that it is made from take about "
-            f"{size(needed)}, and {size(free)} are free in {path.parent.resolve()}.",
+            f"{size(needed)}, and {size(free)} are free in {path.parent.resolve()}: {size(needed - free)} too little.",
             hint=f"Free {size(needed - free)}, use fewer cells or another disk.",
             where=str(path),
         )
@@ -164,4 +164,4 @@ def size(count: float) -> str:
     for factor, unit in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB")):
         if count >= 10 * factor:
             return f"{count / factor:.0f} {unit}"
-    return f"{count / 1e6:.1f} MB"
+    return f"{count / 1e6:.1f} MB" if count >= 1e6 else f"{count / 1e3:.0f} kB"

@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+import os
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 
 from sweep.atlas.cf_metadata import FORMAT
 from sweep.atlas.dataset import place_of, require, spec_named
-from sweep.atlas.selection import as_atlas
+from sweep.atlas.selection import as_atlas, require_atlas
 from sweep.atlas.structure import check_structure, known_names, strangers
 from sweep.engine.grid import chunks
 from sweep.errors import LeftOutWarning, RequestError, printable, shown
@@ -72,6 +73,23 @@ def open_atlas(path: str | Path, *, indexed: bool = True) -> "xr.Dataset":
     _tell(path, left_out)
     found.set_close(stored.close)
     return found
+
+
+@contextlib.contextmanager
+def atlas_of(given: "xr.Dataset | str | os.PathLike[str]") -> "Iterator[xr.Dataset]":
+    """Yield an atlas, or the one in a file, which is closed behind it.
+
+    Raises
+    ------
+    RequestError
+        If it is neither; as from `open_atlas`.
+    """
+    if isinstance(given, (str, os.PathLike)):
+        with open_atlas(Path(given)) as opened:
+            yield opened
+    else:
+        require_atlas(given)
+        yield given
 
 
 @contextlib.contextmanager

@@ -35,7 +35,7 @@ FORMAT = 1
 _PACKAGES = ("numba", "llvmlite", "numpy", "scipy", "xarray", "netCDF4")
 
 #: Model -> the module that integrates its motions.
-_PATHS = {DISK_MOTION.model.name: disk_path, LOSSY_MOTION.model.name: lossy_path}
+PATHS = {DISK_MOTION.model.name: disk_path, LOSSY_MOTION.model.name: lossy_path}
 
 
 def simulate(
@@ -69,7 +69,7 @@ def simulate(
     elif spec is None:
         spec = TrajectorySpec.read(**words)
     start = start_of(spec)
-    times, values = _PATHS[spec.kind.model.name].follow(spec, start)
+    times, values = PATHS[spec.kind.model.name].follow(spec, start)
     return _dataset(spec, start, times, values, command)
 
 

@@ -146,7 +146,7 @@ REFUSED = {
     "twice": (lambda atlas: atlas.isel(alpha=[0, 0]), "strictly increasing"),
     "fractions": (lambda atlas: atlas.interp(roll_rate=[2.51, 2.6]), "atlas.eulerdisk.interp"),
     "one fraction": (lambda atlas: atlas.interp(roll_rate=1.01), "atlas.eulerdisk.interp"),
-    "nothing": (lambda atlas: atlas.isel(alpha=slice(0, 0)), "at least one value"),
+    "nothing": (lambda atlas: atlas.isel(alpha=slice(0, 0)), "holds no cells"),
     "turned": (
         lambda atlas: atlas.isel(roll_rate=slice(None, None, -1)),
         "coordinate roll_rate has other values",

@@ -158,15 +158,23 @@ def run(folder, *words, **environment):
 
 @pytest.mark.compiled
 def test_warmup_fills_the_cache(tmp_path):
-    """Afterwards the kernels of both methods lie in the folder that it names, and nothing else was written."""
+    """Afterwards the kernels of methods, contact forces and motions lie where it says, and nothing else was written."""
     done = run(tmp_path, "warmup")
     assert (done.returncode, done.stderr) == (0, "")
     *ready, last = done.stdout.splitlines()
-    names = ["disk rk4", "disk exact", "lossy_disk rk4", "lossy_disk coin", "lossy_disk toy"]
+    names = ["disk rk4", "disk exact", "disk contact=yes", "disk motion"]
+    names += ["lossy_disk rk4", "lossy_disk coin", "lossy_disk toy", "lossy_disk motion"]
     assert [line.split()[:3] for line in ready] == [[*name.split(), "ready"] for name in names]
     assert last.split() == ["cache", str(cache_root())]
     compiled = {path.name.partition("-")[0].rpartition(".")[2] for path in cache_root().rglob("*.nbc")}
-    assert {"integrate_of_disk", "reduce", "build_tables"} <= compiled
+    assert {
+        "integrate_of_disk",
+        "reduce",
+        "build_tables",
+        "contact_extremes",
+        "trajectory",
+        "derived",
+    } <= compiled
     assert list(tmp_path.iterdir()) == []
 
 
@@ -210,7 +218,7 @@ def test_warmup_leaves_out_what_cannot_be_loaded(tmp_path):
     paths = (CHECKOUT, tmp_path / "site", CHECKOUT / "tests" / "models")
     done = run(tmp_path, "warmup", PYTHONPATH=os.pathsep.join(map(str, paths)))
     assert done.returncode == 0
-    names = ["disk", "disk", "lossy_disk", "lossy_disk", "lossy_disk", "bead", "cache"]
+    names = [*["disk"] * 4, *["lossy_disk"] * 4, "bead", "cache"]
     assert [line.split()[0] for line in done.stdout.splitlines()] == names
     assert done.stderr.startswith("eulerdisk: left out: model=aaa: ")
     assert "TypeError('too old')" in done.stderr

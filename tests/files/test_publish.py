@@ -6,7 +6,8 @@ import os
 import pytest
 
 from sweep.atomic import publish_bytes
-from sweep.errors import StorageError
+from sweep.errors import RequestError, StorageError
+from sweep.files import publish
 from sweep.files.publish import published, refusals
 
 
@@ -70,3 +71,20 @@ def test_a_limit_of_files_is_told_in_the_units_of_the_shell(tmp_path, needed, hi
     with pytest.raises(StorageError) as caught, refusals(tmp_path / "a", lambda: needed):
         raise OSError(errno.EFBIG, "File too large")
     assert caught.value.hint == hint
+
+
+@pytest.mark.parametrize(
+    ("needed", "free", "told"),
+    [
+        (101e3, 98e3, "about 101 kB, and 98 kB are free in .*: 3 kB too little"),
+        (3.06e6, 3.04e6, "about 3.1 MB, and 3.0 MB are free in .*: 20 kB too little"),
+        (4.0e9, 1.0e6, "about 4000 MB, and 1.0 MB are free in .*: 3999 MB too little"),
+    ],
+)
+def test_what_does_not_fit_is_told_with_what_lacks(tmp_path, monkeypatch, needed, free, told):
+    """Two numbers that are written alike would not say why; nothing is written."""
+    monkeypatch.setattr(publish, "free_bytes", lambda path: free)
+    with pytest.raises(RequestError, match=told):
+        publish.check_room(tmp_path / "a.nc", needed)
+    publish.check_room(tmp_path / "a.nc", free)
+    assert list(tmp_path.iterdir()) == []

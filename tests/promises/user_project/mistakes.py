@@ -11,6 +11,6 @@ sweep.run("rolling", progress=lambda status: status.percent)  # wrong
 sweep.run_to_file("rolling")  # wrong
 sweep.run("rolling").eulerdisc.stable  # xarray gives names of variables as attributes: nobody can know
 sweep.open_atlas("a.nc", indexd=False)  # wrong
-sweep.findings(sweep.verify("a.nc"))  # wrong
+sweep.findings("audit.nc")  # wrong
 sweep.compare(sweep.run("rolling"), sweep.run("rolling")).equal  # wrong
 sweep.SweepSpec.preset(1)  # wrong

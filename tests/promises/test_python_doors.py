@@ -1,0 +1,99 @@
+"""Whatever is given where an atlas belongs: the functions of Python answer, or refuse in a sentence."""
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+import sweep
+
+SMALL = {"roll_rate": "2:4:3", "tilt": "0.1deg,1deg"}
+
+#: What may be given instead of an atlas, made from an atlas.
+GIVEN = {
+    "nothing": lambda atlas: None,
+    "a number": lambda atlas: 3,
+    "an array": lambda atlas: atlas["tilt_max"],
+    "no variables": lambda atlas: xr.Dataset(),
+    "no attributes": lambda atlas: atlas.drop_attrs(),
+    "a file that is not there": lambda atlas: "no.nc",
+    "a path of 4,000 characters": lambda atlas: Path("x" * 4000),
+    "a folder": lambda atlas: Path(),
+    "no cells": lambda atlas: atlas.isel(roll_rate=slice(0, 0)),
+    "no rows": lambda atlas: atlas.isel(tilt=[]),
+    "no dimensions": lambda atlas: atlas.isel(roll_rate=0, tilt=0),
+    **{
+        f"{name} of {kind}": lambda atlas, name=name, kind=kind: atlas.assign(
+            {name: atlas[name].astype(kind)}
+        )
+        for name in ("ending", "stability", "tilt_max", "boundary_roll_rate", "boundary_roll_rate_halfwidth")
+        for kind in ("U", "O", "complex128", "bool", "datetime64[ns]", "float32", "uint64")
+    },
+    **{
+        f"axis of {kind}": lambda atlas, kind=kind: atlas.assign_coords(
+            roll_rate=atlas["roll_rate"].astype(kind)
+        )
+        for kind in ("U", "O", "complex128", "datetime64[ns]", "int16")
+    },
+    "a text as spec": lambda atlas: atlas.assign_attrs(sweep_spec=3),
+    "a list as spec": lambda atlas: atlas.assign_attrs(sweep_spec="[]"),
+    "a title that is none": lambda atlas: atlas.assign_attrs(title=np.arange(3)),
+}
+
+#: What is done with it.
+DOORS = {
+    "verify": sweep.verify,
+    "compare": lambda given: sweep.compare(given, given),
+    "findings": sweep.findings,
+    "reclassify": lambda given: sweep.reclassify(given, "departure:2deg"),
+    "repr": lambda given: repr(given.eulerdisk),
+    "html": lambda given: given.eulerdisk._repr_html_(),
+    "boundary": lambda given: given.eulerdisk.boundary(),
+    "critical": lambda given: given.eulerdisk.critical,
+    "stable": lambda given: given.eulerdisk.stable,
+    "cell": lambda given: given.eulerdisk.cell(roll_rate=3.0, tilt=0.01),
+    "interp": lambda given: given.eulerdisk.interp(roll_rate=3.0),
+    "spec": lambda given: given.eulerdisk.spec,
+    "simulate": lambda given: given.eulerdisk.simulate(roll_rate=3.0, tilt=0.01),
+    "plot": lambda given: given.eulerdisk.plot(),
+}
+
+#: Those that take anything; the others are asked of a dataset.
+FUNCTIONS = ("verify", "compare", "findings", "reclassify")
+
+
+def _raised(use, given):
+    try:
+        use(given)
+    except Exception as problem:
+        return problem
+    return None
+
+
+def test_they_answer_or_refuse_in_a_sentence(tmp_path, monkeypatch):
+    """No other error leaves any of them, and no message repeats a path of thousands of characters."""
+    monkeypatch.chdir(tmp_path)
+    atlas = sweep.run("rolling", **SMALL)
+    for door, use in DOORS.items():
+        for name, make in GIVEN.items():
+            given = make(atlas)
+            if not isinstance(given, xr.Dataset) and door not in FUNCTIONS:
+                continue
+            problem = _raised(use, given)
+            assert problem is None or isinstance(problem, sweep.RequestError), (door, name, problem)
+            assert len(str(problem)) < 1200, (door, name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_path_is_an_atlas(tmp_path):
+    """Verify and compare take a file, as text or Path, and give what they give for its contents."""
+    spec = sweep.SweepSpec.preset("rolling", **SMALL)
+    path = tmp_path / "a.nc"
+    sweep.run_to_file(spec, path)
+    with sweep.open_atlas(path) as atlas:
+        told = sweep.verify(atlas)
+        assert sweep.verify(path).drop_attrs().identical(told.drop_attrs())
+        assert sweep.compare(str(path), path) == sweep.compare(atlas, atlas)
+    assert sweep.findings(sweep.verify(str(path))) == sweep.findings(told)
+    # the file was closed: it can be replaced
+    sweep.run_to_file(spec, path, overwrite=True)
