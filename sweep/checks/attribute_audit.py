@@ -43,6 +43,9 @@ _MEANING = (
     "dimensions",
 )
 
+#: Attributes that an atlas has not, by which other programs read its values as others or as missing.
+_READ_OTHERWISE = ("scale_factor", "add_offset", "valid_min", "valid_max", "valid_range", "_Unsigned")
+
 #: What attributes of variables are held against.
 _TABLE = "the table of the model"
 
@@ -154,7 +157,9 @@ def _of_variable(
 ) -> Iterator[Statement]:
     """Yield one statement of all attributes of a variable that are right, and one of each that is not."""
     # what xarray keeps among the encoding it drops in most operations
-    encoded = {name: variable.encoding.get(name) for name in ("_FillValue", "coordinates") if in_file}
+    encoded = {
+        name: variable.encoding.get(name) for name in ("_FillValue", "coordinates", "_Unsigned") if in_file
+    }
     stored = {**variable.attrs} | {name: value for name, value in encoded.items() if value is not None}
     expected = {**declared.attributes}
     if not in_file:
@@ -175,7 +180,7 @@ def _of_variable(
     yield Statement(f"{declared.name}:", _TABLE, judged=right)
     for name in [each for each in stored if each not in expected]:
         place = f"{declared.name}:{name}"
-        if name in (*_MEANING, "scale_factor", "add_offset"):
+        if name in (*_MEANING, *_READ_OTHERWISE):
             # xarray adds it when it saves a variable from memory
             if name != "coordinates" or not set(str(stored[name]).split()) <= scalars:
                 yield _wrong(place, _TABLE, f"{shown(stored[name])} instead of nothing")

@@ -21,7 +21,7 @@ from sweep.checks.variables import Stated, allowed_of_cells
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
 from sweep.engine.grid import Span, starts_of
 from sweep.model.description import Starts
-from sweep.model.quantity import ERROR_GAUGE, FAILED, MISSING, STEP_COUNT, UNDISTURBED, UNSTABLE, Quantity
+from sweep.model.quantity import FAILED, MISSING, OF_THE_RUN, UNDISTURBED, UNSTABLE, Quantity
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -153,7 +153,7 @@ def _repeat(
             continue
         differing.append(name)
         # other kernels make other errors with other work
-        judged = own or table[name].tolerance not in (ERROR_GAUGE, STEP_COUNT)
+        judged = own or table[name].tolerance not in OF_THE_RUN
         most = allowed_of_cells(table[name], *both, starts)
         if judged and not (difference(again[name], stored[name]) <= most)[0]:
             beyond.append(name)

@@ -22,7 +22,7 @@ from sweep.checks.variables import (
     may_lack,
 )
 from sweep.errors import counted
-from sweep.model.quantity import EDGE_HALFWIDTH, ERROR_GAUGE, GRID, STEP_COUNT, TIMED, Array, Truths
+from sweep.model.quantity import EDGE_HALFWIDTH, GRID, OF_THE_RUN, TIMED, Array, Truths
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -141,7 +141,7 @@ class HeldVariable:
         if not self._exact:
             # written so that NaN is beyond
             beyond = ~(apart <= most)
-            if rule in (ERROR_GAUGE, STEP_COUNT) or rule.stated == TIMED:
+            if rule in OF_THE_RUN or rule.stated == TIMED:
                 # no time, error or number of steps is negative
                 beyond |= (new < 0.0) != (old < 0.0)
         columns = [
@@ -195,9 +195,7 @@ class HeldVariable:
             return reason
         if self.variable.kind == FOREIGN:
             return "this version does not know it"
-        # errors and work of the integration belong to its steps and its kernels, not to the motion
-        costs = self.variable.quantity.tolerance in (ERROR_GAUGE, STEP_COUNT)
-        return self._pair.other_errors if costs else ""
+        return self._pair.other_errors if self.variable.quantity.tolerance in OF_THE_RUN else ""
 
     def _reason(self) -> str:
         """Return why the values may differ as far as they may."""

@@ -160,7 +160,7 @@ def _open_in_halfwidth(quantity: Quantity, pair: Pair) -> Array | float:
     """Return what may differ in half-widths: all brackets have ends that are known to rounding.
 
     A bracket that is wider than asked for ends where the estimated errors leave a verdict open. Each side is found to a
-    quarter of the width; other kernels or steps have other errors.
+    quarter of the width, which rounding may move; other kernels or steps have other errors.
     """
     sides = [np.nan_to_num(atlas[quantity.name].values) for atlas in (pair.new, pair.reference)]
     name = quantity.name.removesuffix(_HALFWIDTH)
@@ -171,7 +171,8 @@ def _open_in_halfwidth(quantity: Quantity, pair: Pair) -> Array | float:
     if len(widths) < len(pair.specs):
         return ends
     reached = [side <= 0.5 * width * (1.0 + 1e-9) for side, width in zip(sides, widths, strict=True)]
-    return ends + np.where(np.all(reached, axis=0), 0.0, max(widths) + sides[1] * bool(pair.other_errors))
+    apart = max(widths) + sides[1] if pair.other_errors else 0.25 * max(widths)
+    return ends + np.where(np.all(reached, axis=0), 0.0, apart)
 
 
 def read_limits(given: Mapping[str, float | str], known: Mapping[str, Quantity]) -> dict[str, float]:

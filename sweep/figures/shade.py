@@ -11,7 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from sweep.atlas.dataset import in_order
 from sweep.errors import RequestError, printable, shown
 from sweep.figures.scales import SQUEEZED
-from sweep.model.quantity import DECISION, ERROR_GAUGE, STEP_COUNT, Array, Quantity, Truths
+from sweep.model.quantity import DECISION, OF_THE_RUN, Array, Quantity, Truths
 from sweep.request.spec import SweepSpec
 from sweep.request.suggestions import suggestion
 
@@ -88,7 +88,7 @@ def shade(
     else:
         numbers = drawable(values) * quantity.plot_scale
         # what says how good a result is holds without one
-        if quantity.tolerance not in (ERROR_GAUGE, STEP_COUNT):
+        if quantity.tolerance not in OF_THE_RUN:
             numbers = np.where(lost, np.nan, numbers)
     return Shade(quantity, numbers, np.isnan(numbers) & ~lost, f"no {quantity.name.replace('_', ' ')}")
 

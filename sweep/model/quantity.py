@@ -83,6 +83,10 @@ PREDICTED_EDGE = Tolerance(
 )
 ERROR_GAUGE = Tolerance(1e-8, 0.0, "made of rounding: only the magnitude of an error estimate matters")
 STEP_COUNT = Tolerance(2.0, 0.0, "the last bit can move a turning point across the end of a step")
+EVENT_COUNT = Tolerance(0.0, 0.0, "the last bit moves an event, and adds none")
+
+#: What belongs to the steps and the kernels of a run, more than to the motion.
+OF_THE_RUN = (ERROR_GAUGE, STEP_COUNT, EVENT_COUNT)
 
 
 @dataclass(frozen=True)

@@ -278,6 +278,17 @@ def test_other_kernels_are_compared_by_their_results(reference):
     assert found(compare(changed(new, "nutation_period", (2, 2), 1.0), reference)) == {"nutation_period": 1}
 
 
+def test_events_are_counted_exactly():
+    """Rounding moves a switch of dry friction, and adds none; other kernels may count others."""
+    lossy = sweep.run(
+        sweep.SweepSpec(contour_friction="0.3mm", tilt="20deg:80deg:5", roll_rate="1,2", duration="5s")
+    )
+    place = (0, 0)
+    more = changed(lossy, "switches", place, int(lossy["switches"][place]) + 2)
+    assert found(compare(more, lossy)) == {"switches": 1}
+    assert compare(more.assign_attrs(kernel_hash="0" * 64), lossy).same
+
+
 def test_a_tolerance_of_the_caller_takes_the_place_of_what_is_stated(reference):
     """A variable may be given another tolerance, in SI or with a unit, wider or narrower; others keep theirs."""
     place = (2, 2)

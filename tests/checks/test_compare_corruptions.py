@@ -121,7 +121,10 @@ def test_extremes_may_differ_by_what_both_atlases_state(atlases):
 
 
 def test_half_widths_that_were_not_reached_may_differ_by_a_width_and_others_by_none(atlases):
-    """A bracket as narrow as asked for is known to rounding, one that stopped before to the width asked for."""
+    """A bracket as narrow as asked for is known to rounding, one that stopped before to a quarter of the width.
+
+    Other kernels have other errors, and leave a verdict open elsewhere.
+    """
     name, width = "boundary_roll_rate_halfwidth", 1e-6
     atlas = atlases["refined"]
     count = int(np.isfinite(atlas[name].values).sum())
@@ -129,8 +132,14 @@ def test_half_widths_that_were_not_reached_may_differ_by_a_width_and_others_by_n
     assert (atlas[name].values[np.isfinite(atlas[name].values)] <= 0.5 * width * (1.0 + 1e-9)).all()
     assert found(compare(atlas.assign({name: 0.9 * atlas[name]}), atlas)) == {name: count}
     wide = atlas.assign({name: 0.0 * atlas[name] + 3.0 * width})
-    assert compare(wide.assign({name: wide[name] + 0.9 * width}), wide).same
-    assert found(compare(wide.assign({name: wide[name] + 1.1 * width}), wide)) == {name: count}
+    assert compare(wide.assign({name: wide[name] + 0.2 * width}), wide).same
+    assert found(compare(wide.assign({name: wide[name] + 0.3 * width}), wide)) == {name: count}
+    others = wide.assign_attrs(kernel_hash="0" * 64)
+    assert compare(others.assign({name: wide[name] + 3.9 * width}), wide).same
+    assert found(compare(others.assign({name: wide[name] + 4.1 * width}), wide)) == {name: count}
+    for half in (each for each in atlas.variables if str(each).endswith("_halfwidth")):
+        known = int((atlas[half].values > 0.0).sum())
+        assert found(compare(atlas.assign({half: 2.0 * atlas[half]}), atlas)) == {half: known} != {half: 0}
 
 
 #: What a version did wrong, or a file went through, and passed an earlier regression check.

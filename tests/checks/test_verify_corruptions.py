@@ -8,6 +8,7 @@ import hashlib
 import itertools
 from functools import lru_cache
 
+import netCDF4
 import numpy as np
 import pytest
 from kernel_runner import run_blocks
@@ -339,6 +340,23 @@ def test_a_corrupt_attribute_is_named(files):
         expected, found = corrupt_attributes(files[kind], change)
         free = {"title", "history"} if change == "another value" else set()
         assert expected - found.keys() == free, (kind, change)
+
+
+@pytest.mark.parametrize("name", ["tilt_max", "ending", "steps", "roll_rate"])
+@pytest.mark.filterwarnings("ignore:variable .* has _Unsigned attribute")
+def test_an_attribute_by_which_others_read_otherwise_is_named(files, tmp_path, name):
+    """It was added to a finished file: other programs take values for missing, or for other numbers."""
+    for attribute, value in {
+        "valid_min": 0.1,
+        "valid_max": 2,
+        "valid_range": [0, 1],
+        "_Unsigned": "true",
+    }.items():
+        sweep.save(files["rolling"], tmp_path / "a.nc", overwrite=True)
+        with netCDF4.Dataset(tmp_path / "a.nc", "a") as file:
+            file[name].setncattr(attribute, value)
+        with sweep.open_atlas(tmp_path / "a.nc") as dataset:
+            assert f"{name}:{attribute}" in wrong_values(dataset)
 
 
 def corrupt_attributes(dataset, change):

@@ -17,6 +17,7 @@ from sweep.model.quantity import (
     DECISION,
     DURATION,
     ERROR_GAUGE,
+    EVENT_COUNT,
     FAILED,
     FINAL,
     GRID,
@@ -24,7 +25,6 @@ from sweep.model.quantity import (
     MISSING,
     OPEN,
     STEP,
-    STEP_COUNT,
     UNDISTURBED,
     Array,
     Ending,
@@ -219,6 +219,6 @@ VARIABLES: Mapping[str, Quantity] = table(
              "as heading_error", "f4"),
     disk.VARIABLES["steps"],
     disk.VARIABLES["refinements"],
-    Quantity("switches", "", "1", "how often dry friction changed its sense, held or let go", STEP_COUNT, "", "i4"),
+    Quantity("switches", "", "1", "how often dry friction changed its sense, held or let go", EVENT_COUNT, "", "i4"),
 )
 # fmt: on
