@@ -44,6 +44,7 @@ REMOVERS = {
     "sweep/runs/run_directory.py",
     "sweep/runs/run.py",
     "sweep/runs/folder.py",
+    "sweep/explorer/explorer.py",
 }
 
 

@@ -137,8 +137,7 @@ def _say_impossible(dataset: "xr.Dataset") -> None:
 def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":
     """Return the request for a motion, that of a cell where an atlas is given; say which cell, if it is another one."""
     from sweep.motion.origin import is_preset
-    from sweep.motion.request import MotionRequest, check_names, split_motion_words
-    from sweep.request.start_list import START
+    from sweep.motion.request import MotionRequest, split_motion_words
     from sweep.request.words import pairs
 
     preset = words[0] if words and is_preset(words[0]) else ""
@@ -151,13 +150,10 @@ def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":
             f"A motion starts from a preset or from a cell of an atlas; got {preset} and --from {source}.",
             "Leave one of them out.",
         )
-    given = pairs(words)
-    # a cell of a list of starts has a number; whether the atlas is one is known when it is open
-    check_names({name: text for name, text in given.items() if name != START.name})
     from sweep.files.reading import opened
 
     with opened(source, indexed=False) as atlas:
-        request, taken = _request_of_cell(atlas, given)
+        request, taken = _request_of_cell(atlas, pairs(words))
     if taken:
         say(f"{source}: the nearest cell is the one at {taken}")
     return request

@@ -96,9 +96,9 @@ def _motion(view: View, fields: Mapping[str, Any], check: Callable[[], None]) ->
     start = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
     duration = None if fields.get("duration") is None else read_number(fields, "duration")
     losses = read_object(fields.get("losses") or {}, "losses")
-    # compiling takes seconds, and is no motion that others wait for
-    make_ready(view.spec, losses)
     try:
+        # compiling takes seconds, and is no motion that others wait for
+        make_ready(view.spec, losses)
         with MOTIONS, ended_with(check) as begun:
             return _binary(*motion(view.spec, start, duration, losses, begun))
     except NoMotionError as error:

@@ -1,6 +1,8 @@
 """What is explored, presets, a spec or an atlas, and an explorer that runs: a server in a thread until it is closed."""
 
 import html
+import secrets
+import tempfile
 import threading
 import webbrowser
 from collections.abc import Mapping, Sequence
@@ -10,11 +12,15 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from sweep.atomic import publish_bytes
 from sweep.errors import RequestError
 from sweep.explorer.answers import Answers
 from sweep.explorer.server import Server
 from sweep.explorer.stored import Stored
 from sweep.request.spec import SweepSpec
+
+#: Where a system has browsers that cannot read files of others: they have a folder of temporary files of their own.
+_CONFINED = Path("/snap")
 
 #: Endings of files that are no spec files.
 _ATLASES = (".nc", ".nc4", ".cdf")
@@ -138,6 +144,7 @@ class Explorer:
 
     def __init__(self, subject: Subject, port: int = 0) -> None:
         self._subject = subject
+        self._door: Path | None = None
         try:
             self._server = Server(Answers(subject.spec, subject.stored), port, framed=True)
         except BaseException:
@@ -152,12 +159,21 @@ class Explorer:
         return self._server.url
 
     def open_browser(self) -> None:
-        """Open the page in the browser of this system, without waiting for it."""
+        """Open the page in the browser of this system, without waiting for it.
+
+        All users of a system see the arguments of its programs: the browser is given a file that leads to the page,
+        which this user alone can read. On a system with confined browsers (snap) it is given the address itself.
+        """
+        if self._door is None and not _CONFINED.is_dir():
+            self._door = _door_to(self.url)
+        address = self.url if self._door is None else self._door.as_uri()
         # some browsers return only when they are closed
-        threading.Thread(target=webbrowser.open, args=(self.url,), daemon=True).start()
+        threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
     def close(self) -> None:
         """End the server; the page of it answers no more. Once is enough, and more does no harm."""
+        if self._door is not None:
+            self._door.unlink(missing_ok=True)
         self._server.shutdown()
         self._server.server_close()
         self._thread.join()
@@ -186,6 +202,14 @@ class Explorer:
             f'<iframe src="{html.escape(self.url)}" width="100%" height="720" style="border: 0" '
             'title="eulerdisk explorer"></iframe>'
         )
+
+
+def _door_to(url: str) -> Path:
+    """Write a file that leads a browser to an address, and that nobody else can read."""
+    path = Path(tempfile.gettempdir(), f"eulerdisk-{secrets.token_hex(8)}.html").absolute()
+    text = f'<!DOCTYPE html><meta http-equiv="refresh" content="0; url={html.escape(url)}">\n'
+    publish_bytes(path, text.encode(), mode=0o600)
+    return path
 
 
 def explore(given: Any = None, *, port: int = 0, open_browser: bool = False, **changes: Any) -> Explorer:

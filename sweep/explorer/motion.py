@@ -112,7 +112,7 @@ def motion(
     -----
     It calls kernels, beside the maps: those that follow one motion have one thread.
     """
-    check_start(start)
+    check_start(spec, start)
     words = words_of(spec, start, losses or {})
     lossy = _is_lossy(spec, losses or {})
     exact = {} if lossy else _exact(spec, start)
@@ -126,7 +126,8 @@ def motion(
 
 
 def make_ready(spec: SweepSpec, losses: Mapping[str, Any]) -> None:
-    """Compile what `motion` calls with these words, if it is not kept on disk."""
+    """Compile what `motion` calls with these words, if it is not kept on disk; raises as `check_start` does."""
+    _check_model(spec)
     lossy = _is_lossy(spec, losses)
     for kernel in lossy_path.KERNELS if lossy else (EXTREMES, *disk_path.KERNELS):
         kernel.make_ready()
@@ -196,16 +197,18 @@ def stored_motions(spec: SweepSpec) -> dict[str, Any] | None:
     return {"fall_tilt": spec.fall_tilt, "quantities": quantities(), "words": words}
 
 
-def check_start(start: Mapping[str, float]) -> None:
+def check_start(spec: SweepSpec, start: Mapping[str, float]) -> None:
     """Refuse a start that has no motion.
 
     Raises
     ------
     NoMotionError
-        If a rate was to keep the tilt constant and none does.
+        If the model has no motions in time, a rate was to keep the tilt constant and none does, or a parameter is
+        beyond its limits, as some at the border of a map are.
     RequestError
         If the energy of it is no number.
     """
+    _check_model(spec)
     none = [name for name in _STATE if not math.isfinite(start[name])]
     if none:
         raise NoMotionError(
@@ -213,6 +216,13 @@ def check_start(start: Mapping[str, float]) -> None:
             hint="Choose another place of the map.",
             where=none[0],
         )
+    for name, known in DISK.parameters.items():
+        if not known.allows(np.array([start[name]]))[0]:
+            raise NoMotionError(
+                f"Here is no motion: it needs {known.rule}; got {known.spell(start[name])}.",
+                hint="Choose another place of the map.",
+                where=name,
+            )
     unit = _unit(start)
     for name in _STATE:
         if not abs(start[name]) * (1.0 if name == "tilt" else unit) < _LARGEST:
@@ -221,6 +231,14 @@ def check_start(start: Mapping[str, float]) -> None:
                 hint="Choose another place of the map, or a smaller number.",
                 where=name,
             )
+
+
+def _check_model(spec: SweepSpec) -> None:
+    if spec.model not in (DISK_MOTION.model, LOSSY_MOTION.model):
+        raise NoMotionError(
+            f"The model {spec.model.name} has no motions in time here; the disk has, with losses and without.",
+            where="model",
+        )
 
 
 def _unit(start: Mapping[str, float]) -> float:

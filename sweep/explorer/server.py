@@ -29,7 +29,7 @@ MOST_BYTES = 64 * 1024
 MOST_REQUESTS = 64
 
 #: Seconds that a connection may say nothing while its request arrives, and that one waits for room.
-_SILENCE = 10.0
+_SILENCE = 5.0
 
 #: Bytes of a file that are in memory at a time.
 _CHUNK = 2**18

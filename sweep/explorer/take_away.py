@@ -127,7 +127,7 @@ def _motion_words(view: View, fields: Mapping[str, Any]) -> dict[str, Any]:
     from sweep.explorer.motion import check_start, words_of
 
     start = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
-    check_start(start)
+    check_start(view.spec, start)
     words = words_of(view.spec, start, read_object(fields.get("losses") or {}, "losses"))
     if fields.get("duration") is not None:
         words["duration"] = read_number(fields, "duration")

@@ -272,7 +272,7 @@ def _spec_of(given: SweepSpec, words: tuple[tuple[str, float | str], ...], x: st
     if extra := [name for name in found.axes if name not in (x, y)]:
         raise RequestError(
             f"{extra[0]} must be one number here: the axes of the window are {x} and {y}; got "
-            f"{shown(changes[extra[0]])}.",
+            f"{shown(str(getattr(found, extra[0])))}.",
             hint="Give one number.",
             where=extra[0],
         )

@@ -4,6 +4,7 @@ A model lists its parameters, settings and variables as tables of these; a unit 
 """
 
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -26,17 +27,11 @@ UNDECIDED, STABLE, UNSTABLE = 0, 1, 2
 Array = npt.NDArray[np.float64]
 Truths = npt.NDArray[np.bool_]
 
-#: units -> (spelling on a label, label = value * factor), where they differ: files hold radians, readers think in
-#: degrees.
-_SHOWN: Mapping[str, tuple[str, float]] = {
-    "1": ("", 1.0),
-    "rad": ("deg", math.degrees(1.0)),
-    "rad s-1": (r"rad s$^{-1}$", 1.0),
-    "m s-2": (r"m s$^{-2}$", 1.0),
-    "kg m-3": (r"kg m$^{-3}$", 1.0),
-    "kg m2 s-1": (r"kg m$^2$ s$^{-1}$", 1.0),
-    "kg m2 s-2": (r"kg m$^2$ s$^{-2}$", 1.0),
-}
+#: Units of files -> units in which people think, where they differ.
+_SHOWN: Mapping[str, str] = {"1": "", "rad": "deg"}
+
+#: A unit of a CF units string, and its power.
+_POWER = re.compile(r"([A-Za-z]+)(-?\d+)")
 
 
 # What else two atlases may differ by, because both state it (`sweep.checks.variables`).
@@ -108,19 +103,19 @@ class Quantity:
     @property
     def shown_units(self) -> str:
         """Units in which people read the quantity, in plain text: deg for an angle, nothing for a pure number."""
-        return {"rad": "deg", "1": ""}.get(self.units, self.units)
+        return _SHOWN.get(self.units, self.units)
 
     @property
     def plot_label(self) -> str:
         """Label of an axis that shows value * `plot_scale`, in mathtext."""
         words = self.name.replace("_", " ") + (f" ${self.symbol}$" if self.symbol else "")
-        units = _SHOWN.get(self.units, (self.units, 1.0))[0]
+        units = _POWER.sub(r"\1$^{\2}$", _SHOWN.get(self.units, self.units))
         return f"{words} ({units})" if units else words
 
     @property
     def plot_scale(self) -> float:
         """Factor from the value in `units` to the value that people read."""
-        return _SHOWN.get(self.units, (self.units, 1.0))[1]
+        return math.degrees(1.0) if self.units == "rad" else 1.0
 
     def spell(self, value: float, digits: int = 10) -> str:
         """Return a value as a message says it, angles in degrees."""

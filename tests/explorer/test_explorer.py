@@ -1,5 +1,6 @@
 import html
 import math
+import queue
 import re
 import threading
 from concurrent.futures import ThreadPoolExecutor
@@ -40,6 +41,26 @@ def losses(tmp_path_factory):
         "toy", path, tilt="20deg:60deg:5", precession_rate="5:20:6", duration="5s", criterion="aloft:5s"
     )
     return path
+
+
+def test_the_browser_is_given_no_address_that_others_can_read(tmp_path, monkeypatch):
+    """Its argument names a file of this user alone, which leads to the page until the explorer is closed."""
+    given = queue.Queue()
+    monkeypatch.setattr("webbrowser.open", given.put)
+    monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
+    monkeypatch.setattr("sweep.explorer.explorer._CONFINED", tmp_path / "none")
+    with explore(open_browser=True) as explorer:
+        address = given.get(timeout=5)
+        (door,) = tmp_path.iterdir()
+        assert address == door.as_uri()
+        assert door.stat().st_mode & 0o777 == 0o600
+        assert re.search(r'content="0; url=(.*)"', door.read_text())[1] == explorer.url
+        explorer.open_browser()
+        assert given.get(timeout=5) == address
+    assert list(tmp_path.iterdir()) == []
+    monkeypatch.setattr("sweep.explorer.explorer._CONFINED", tmp_path)
+    with explore(open_browser=True) as explorer:
+        assert given.get(timeout=5) == explorer.url
 
 
 def test_stored_cells_are_shown_as_they_are(file):

@@ -1,5 +1,6 @@
 """What the server of the explorer answers, and what it refuses."""
 
+import contextlib
 import json
 import os
 import re
@@ -14,6 +15,7 @@ from cases import case
 from explorer_client import ROLLING, ask, changed, post, raw, refused
 
 from sweep.errors import RequestError
+from sweep.explorer import server
 from sweep.explorer import window as window_module
 from sweep.explorer.explorer import explore
 
@@ -224,6 +226,17 @@ def test_a_defect_is_one_sentence_to_the_page(url, monkeypatch, capfd):
     assert status == 500
     assert "secret" not in json.dumps(error)
     assert "secret place" in capfd.readouterr().err
+
+
+def test_connections_that_say_nothing_hold_no_place_for_long(url, monkeypatch):
+    """With all places taken by silent connections, a request is answered when the first of them is closed."""
+    assert server._Handler.timeout <= 5.0
+    monkeypatch.setattr(server._Handler, "timeout", 0.5)
+    place = urlsplit(url)
+    with contextlib.ExitStack() as silent:
+        for _ in range(server.MOST_REQUESTS + 1):
+            silent.enter_context(socket.create_connection((place.hostname, place.port), timeout=10.0))
+        assert ask(url, "about").status == 200
 
 
 def test_only_this_machine_is_let_in(url):

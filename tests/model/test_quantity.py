@@ -9,7 +9,7 @@ from sweep.atlas.cf_metadata import curve_quantities, edge_quantities, point_qua
 from sweep.model.disk.exact import AUDIT
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import CONTACT_VARIABLES, PARAMETERS, REDUCTION, SETTINGS, VARIABLES
-from sweep.model.quantity import DECISION, Quantity, positive, table
+from sweep.model.quantity import DECISION, GRID, Quantity, positive, table
 from sweep.request.units import _FITTING
 
 QUANTITIES = [
@@ -54,6 +54,18 @@ def test_flags_are_written_as_cf_has_them():
         assert [quantity.flag(code) for code in quantity.flags] == [
             name.replace("_", " ") for name in meanings
         ], quantity
+
+
+@pytest.mark.parametrize(
+    ("units", "printed"),
+    [
+        ("s-1", "(s$^{-1}$)"), ("kg m2 s-1", "(kg m$^{2}$ s$^{-1}$)"), ("m3 kg-1 s-2", "(m$^{3}$ kg$^{-1}$ s$^{-2}$)"),
+        ("m", "(m)"), ("rad", "(deg)"), ("1", "rate"),
+    ],
+)  # fmt: skip
+def test_units_of_any_model_are_typeset_alike(units, printed):
+    """A power is above the line, in whatever units a model has."""
+    assert Quantity("rate", "", units, "a rate", GRID).plot_label.endswith(printed)
 
 
 def test_labels_speak_of_degrees():

@@ -297,4 +297,4 @@ def test_a_bead_has_no_motion_of_a_disk():
     with pytest.raises(
         RequestError, match="one of the model disk or lossy_disk; got an atlas of the model bead"
     ):
-        cell_and_changes(sweep.SweepSpec(model="bead"), {})
+        cell_and_changes(sweep.SweepSpec(model="bead"), {"hoop_rate": 1.0})
