@@ -175,7 +175,7 @@ def _start(spec: SweepSpec, start: Mapping[str, float]) -> Iterator[str]:
         spelled = spec.model.parameters[name].spell(start[name]) if np.isfinite(start[name]) else "none"
         fixed.append(f"{name} {getattr(spec, name) if name in spec.constants else spelled}")
     yield f"start       {', '.join(fixed)}"
-    yield f"disturbed   {spec.model.disturbed_motion(spec)}"
+    yield f"reference   {spec.model.disturbed_motion(spec)}"
 
 
 def _stored(spec: SweepSpec, stored: Mapping[str, float]) -> Iterator[str]:

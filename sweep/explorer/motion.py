@@ -114,7 +114,7 @@ def motion(
     """
     check_start(spec, start)
     words = words_of(spec, start, losses or {})
-    lossy = _is_lossy(spec, losses or {})
+    lossy = is_lossy(spec, losses or {})
     exact = {} if lossy else _exact(spec, start)
     request = MotionRequest.read(**words, duration=_duration(start, exact, duration, lossy))
     path = lossy_path if lossy else disk_path
@@ -128,12 +128,13 @@ def motion(
 def make_ready(spec: SweepSpec, losses: Mapping[str, Any]) -> None:
     """Compile what `motion` calls with these words, if it is not kept on disk; raises as `check_start` does."""
     _check_model(spec)
-    lossy = _is_lossy(spec, losses)
+    lossy = is_lossy(spec, losses)
     for kernel in lossy_path.KERNELS if lossy else (EXTREMES, *disk_path.KERNELS):
         kernel.make_ready()
 
 
-def _is_lossy(spec: SweepSpec, losses: Mapping[str, Any]) -> bool:
+def is_lossy(spec: SweepSpec, losses: Mapping[str, Any]) -> bool:
+    """Return whether a motion has losses: those of its cells, or words that ask for some."""
     return spec.model is LOSSY_MOTION.model or bool(loss_words(losses))
 
 
@@ -233,8 +234,13 @@ def check_start(spec: SweepSpec, start: Mapping[str, float]) -> None:
             )
 
 
+def has_motions(spec: SweepSpec) -> bool:
+    """Return whether the cells of a spec have motions in time."""
+    return spec.model in (DISK_MOTION.model, LOSSY_MOTION.model)
+
+
 def _check_model(spec: SweepSpec) -> None:
-    if spec.model not in (DISK_MOTION.model, LOSSY_MOTION.model):
+    if not has_motions(spec):
         raise NoMotionError(
             f"The model {spec.model.name} has no motions in time here; the disk has, with losses and without.",
             where="model",

@@ -1,18 +1,21 @@
 """One point of the map: the numbers of a cell with that start, to the bit, and the words of `eulerdisk explain`."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from sweep.engine.compute import compute
-from sweep.explorer.fields import read_number
+from sweep.engine.grid import Span, starts_of, whole
+from sweep.explorer.fields import read_number, read_object
 from sweep.explorer.lines import bracket_width
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import View
 from sweep.explorer.waiting import KERNELS
 from sweep.model.description import Columns
 from sweep.model.quantity import Array, Quantity
+from sweep.motion.tables import LOSSY_MOTION
 from sweep.request.sources import Values
 from sweep.request.spec import SweepSpec
 
@@ -34,20 +37,25 @@ def point(view: View, stored: Stored | None, fields: Mapping[str, Any]) -> dict[
     view : View
     stored : Stored or None
     fields : mapping
-        ``x`` and ``y``, the values of the two parameters in SI.
+        ``x`` and ``y``, the values of the two parameters in SI; beside a motion its ``losses``.
 
     Returns
     -------
     dict
         ``start``, ``numbers`` and ``verdict``: every number with its value in SI (None if there is none) and as text.
         ``stored`` is the same of the nearest cell of the file, None where it has none. Where cells cannot be computed
-        the numbers are those of that cell; beyond them there are none, and ``note`` says so.
+        the numbers are those of that cell; beyond them there are none, and ``note`` says so. With ``losses``, or in the
+        map of a file with losses, what is asked beside a motion is told of that motion.
 
     Raises
     ------
     RequestError
     """
     x, y = place(fields)
+    if alone := _spec_of_motion(view, fields):
+        columns = _computed(alone)
+        start = {name: float(values[0]) for name, values in starts_of(alone, Span(0, 1)).items()}
+        return {**_cell(alone, start, columns), "stored": None}
     held = None if stored is None else stored.cell(view, float(x[0]), float(y[0]))
     told = None if stored is None or held is None else _cell(stored.spec, *held)
     if told is not None and not view.is_live:
@@ -101,8 +109,40 @@ def _told(quantity: Quantity, value: float) -> dict[str, Any]:
     return {"value": value, "text": quantity.spell(value, 3 if quantity.dtype == "f4" else 10)}
 
 
+def _spec_of_motion(view: View, fields: Mapping[str, Any]) -> SweepSpec | None:
+    """Return the spec of the one cell of a motion that has to be integrated, None for another one or without one."""
+    from sweep.explorer.motion import check_start, has_motions, is_lossy, words_of
+
+    losses = read_object(fields.get("losses") or {}, "losses")
+    lossy = is_lossy(view.spec, losses)
+    if "losses" not in fields or not has_motions(view.spec) or (view.is_live and not lossy):
+        return None
+    start = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
+    check_start(view.spec, start)
+    if not lossy:
+        return view.spec.replace(**{side.name: start[side.name] for side in (view.x, view.y)})
+    words = words_of(view.spec, start, losses)
+    model = LOSSY_MOTION.model
+    if view.spec.model is model:
+        words |= {name: getattr(view.spec, name) for name in ("step", "tolerance")}
+    # to its end, as the motion that is drawn
+    words["duration"] = max(view.spec.duration, float(model.settings["duration"].default))
+    return SweepSpec(model=model.name, criterion=view.spec.criterion, **words)
+
+
+def _computed(spec: SweepSpec) -> Columns:
+    """Return the columns of all cells of a small spec."""
+    for kernel in spec.model.kernels(spec):
+        # compiling takes seconds, in which maps go on
+        kernel.make_ready()
+    with KERNELS:
+        return compute(spec, whole(spec))
+
+
 def explanation(view: View, stored: Stored | None, fields: Mapping[str, Any]) -> str:
     """Explain the cell at a point, in the row of the window along the control parameter; or the nearest stored cell.
+
+    With losses the cell is that of the motion alone.
 
     Parameters
     ----------
@@ -110,7 +150,7 @@ def explanation(view: View, stored: Stored | None, fields: Mapping[str, Any]) ->
     stored : Stored or None
         Its cells are explained where none can be computed.
     fields : mapping
-        ``x`` and ``y``, the values of the two parameters in SI.
+        As for `point`.
 
     Raises
     ------
@@ -118,10 +158,11 @@ def explanation(view: View, stored: Stored | None, fields: Mapping[str, Any]) ->
     """
     from sweep.atlas.dataset import assemble
     from sweep.checks.explain import explain
-    from sweep.engine.grid import whole
 
     x, y = place(fields)
     at = {view.x.name: float(x[0]), view.y.name: float(y[0])}
+    if alone := _spec_of_motion(view, fields):
+        return _explained(explain(assemble(alone, _computed(alone), "explorer"), {}).text, alone, at)
     if stored is not None and not view.is_live:
         return NO_CELL if stored.cell(view, *at.values()) is None else stored.explained(view, at)
     axes = {name: Values((value,)) for name, value in at.items()}
@@ -133,11 +174,13 @@ def explanation(view: View, stored: Stored | None, fields: Mapping[str, Any]) ->
         axes[side.name] = Values(tuple(np.unique(row).tolist()))
         refined = {"boundary": f"refined:{bracket_width(view)!r}"}
     spec = view.live.replace(**axes, **refined)
-    with KERNELS:
-        columns = compute(spec, whole(spec))
     # what follows computes single cells, with one thread, as motions do beside the maps
-    text = explain(assemble(spec, columns, "explorer"), at).text
+    return _explained(explain(assemble(spec, _computed(spec), "explorer"), at).text, spec, at)
+
+
+def _explained(text: str, spec: SweepSpec, at: Mapping[str, float]) -> str:
+    """Return the words of a cell that was computed for them: without the count of cells, and without a file."""
     parameters = spec.model.parameters
     where = ", ".join(f"{name} {parameters[name].spell(value)}" for name, value in at.items())
-    # its first line counts the cells of the row
-    return f"cell        {where}\n{text[text.index('start  ') :]}"
+    kept = re.sub("^repeated .*\n", "", text[text.index("start  ") :], flags=re.MULTILINE)
+    return re.sub("\n{3,}", "\n\n", f"cell        {where}\n{kept}")

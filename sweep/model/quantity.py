@@ -30,6 +30,9 @@ Truths = npt.NDArray[np.bool_]
 #: Units of files -> units in which people think, where they differ.
 _SHOWN: Mapping[str, str] = {"1": "", "rad": "deg"}
 
+#: Turns from which on an angle is told in turns.
+_MANY_TURNS = 10.0
+
 #: A unit of a CF units string, and its power.
 _POWER = re.compile(r"([A-Za-z]+)(-?\d+)")
 
@@ -118,7 +121,9 @@ class Quantity:
         return math.degrees(1.0) if self.units == "rad" else 1.0
 
     def spell(self, value: float, digits: int = 10) -> str:
-        """Return a value as a message says it, angles in degrees."""
+        """Return a value as a message says it, angles in degrees, those of many turns in turns."""
+        if self.units == "rad" and abs(value) >= _MANY_TURNS * math.tau:
+            return f"{value / math.tau:.{digits}g} turns"
         return f"{value * self.plot_scale:.{digits}g} {self.shown_units}".rstrip()
 
     def flag(self, code: float) -> str:

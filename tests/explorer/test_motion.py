@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 from cases import case
-from explorer_client import ROLLING, post, refused, side
+from explorer_client import ROLLING, about, post, refused, side
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -235,6 +235,52 @@ def test_the_server_answers_with_the_same_motion(url):
     assert {name: head[name] for name in expected_head} == json.loads(json.dumps(expected_head))
     assert arrays.keys() == expected.keys()
     assert all(np.array_equal(arrays[name], expected[name], equal_nan=True) for name in expected)
+
+
+def test_what_is_said_beside_a_motion_is_said_of_it(url):
+    """With losses its numbers and words are those of the disk that stops, at this very place."""
+    place = {"view": ROLLING, "x": 3.0, "y": 0.15}
+    for losses, ending in [({}, "bounded"), ({"mass": 2.0}, "bounded"), ({"contour_friction": 1e-3}, "flat")]:
+        with case(losses):
+            asked = place | {"losses": losses}
+            numbers = {each["name"]: each for each in post(url, "point", **asked)["numbers"]}
+            text = post(url, "explain", **asked)["text"]
+            assert numbers["ending"]["text"] == ending
+            assert f"ending      {ending}" in text
+            assert "repeated" not in text
+            _, arrays = post(url, "motion", **asked)
+            tilts = arrays["tilt"]
+            if ending == "flat":
+                assert numbers["end_time"]["value"] == pytest.approx(arrays["time"][-1], abs=1e-6)
+                assert numbers["end_time"]["text"] in text
+            # no sample is beyond the extremes, and with a sample every few degrees of the swing some are near them
+            extremes = [numbers[name]["value"] for name in ("tilt_min", "tilt_max")]
+            assert extremes[0] - 1e-6 <= tilts.min() <= tilts.max() <= extremes[1] + 1e-6
+            assert np.ptp(tilts) == pytest.approx(np.ptp(extremes), rel=0.01)
+
+
+def test_words_of_a_stored_atlas_are_those_of_the_place(tmp_path):
+    """A motion between the cells of a file with losses has its own end, in its picture, numbers and words."""
+    path = tmp_path / "toy.nc"
+    words = {
+        "tilt": "60deg:70deg:3",
+        "precession_rate": "40:60:3",
+        "duration": "20s",
+        "criterion": "aloft:5s",
+    }
+    sweep.run_to_file(SweepSpec.preset("toy", **words), path)
+    with sweep.explore(path) as explorer:
+        view = about(explorer.url)["bases"][0]["view"]
+        place = {"precession_rate": 47.0, "tilt": math.radians(63.0)}
+        asked = {"view": view, "x": place[view["x"]["name"]], "y": place[view["y"]["name"]]}
+        _, arrays = post(explorer.url, "motion", **asked)
+        text = post(explorer.url, "explain", **asked, losses={})["text"]
+        numbers = {each["name"]: each for each in post(explorer.url, "point", **asked, losses={})["numbers"]}
+        assert numbers["end_time"]["value"] == pytest.approx(arrays["time"][-1], abs=1e-4)
+        assert "tilt 63 deg" in text
+        assert numbers["end_time"]["text"] in text
+        # what is pointed at is the nearest cell, as before
+        assert post(explorer.url, "point", **asked)["stored"] is not None
 
 
 def test_an_exported_page_knows_what_it_draws():

@@ -137,7 +137,7 @@
  */
 
 /**
- * @typedef {{view: View, x: number, y: number}} Place
+ * @typedef {{view: View, x: number, y: number, losses?: Record<string, number|string>}} Place
  */
 
 /**

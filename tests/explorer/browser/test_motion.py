@@ -234,11 +234,19 @@ def test_losses_stop_the_disk(opened):
     page.locator("details.laws summary").first.click()
     slider = page.get_by_role("slider", name="contour friction")
     assert slider.get_attribute("aria-valuetext") == "none"
-    for _ in range(3):
+    for _ in range(7):
         slider.press("PageUp")
     page.locator(".motion.lossy.shown:not(.waiting)").wait_for()
+    page.locator(".motion .ending", has_text="flat at").first.wait_for()
     assert slider.get_attribute("aria-valuetext").endswith(" mm")
     assert page.locator(".plot.potential .area.contour_loss").count() == 1
+    # what is said beside it is said of this motion
+    assert page.locator(".motion .verdict").first.inner_text() == ""
+    page.locator("details.words summary").first.click()
+    page.locator(".explanation", has_text="contour_loss").first.wait_for()
+    told = dict(re.findall(r"^ *(\w+) +(\S+)", page.locator(".explanation").first.inner_text(), re.MULTILINE))
+    ending = page.locator(".motion .ending").first.inner_text()
+    assert values(ending)[0] == pytest.approx(float(told["end_time"]), rel=1e-3)
     page.get_by_role("button", name="no losses").click()
     page.locator(f"{SHOWN}:not(.lossy)").wait_for()
     assert slider.get_attribute("aria-valuetext") == "none"

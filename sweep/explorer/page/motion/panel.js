@@ -48,7 +48,8 @@ export class MotionPanel {
     this.judged = null;
     this.timer = 0;
     this.fresh = false;
-    /** Whether the words of the start are those of the request. */
+    /** The motion of which is told, as text; and whether its words are there. */
+    this.subject = "";
     this.explained = false;
     this.parts = partsOf(element);
     /** @type {DiskScene|null|undefined} null where there is no WebGL */
@@ -77,15 +78,28 @@ export class MotionPanel {
     const former = this.request;
     const another = !former || former.x !== request.x || former.y !== request.y;
     this.request = request;
-    // the same place is another start where the other words are others: what was said is not said of it
-    if (!former || another || wordsOf(former.view) !== wordsOf(request.view)) {
+    await this.#ask(another);
+  }
+
+  /** The motion of which is told: a place, with the losses that are set here. */
+  get #place() {
+    const { view, x, y } = /** @type {MotionRequest} */ (this.request);
+    return { view, x, y, losses: this.losses.losses };
+  }
+
+  /** Ask for what is said of the motion; what was said of another one goes. */
+  #judge() {
+    const { view, x, y, losses } = this.#place;
+    const key = JSON.stringify([x, y, wordsOf(view), losses]);
+    if (key !== this.subject) {
       this.explained = false;
       this.parts.explanation.textContent = "";
       this.parts.verdict.textContent = "";
     }
-    if (!this.parts.verdict.textContent) void this.#tellVerdict(request);
-    await this.#ask(another);
-    if (this.request === request) await this.#explain();
+    this.subject = key;
+    // the kernel of a set of losses takes seconds to compile: their verdict stands in the words, which a person opens
+    const free = Object.keys(losses).length === 0;
+    if (free && !this.parts.verdict.textContent) void this.#tellVerdict(key);
   }
 
   /**
@@ -129,6 +143,7 @@ export class MotionPanel {
   /** @param {boolean} fromStart  whether the clock begins anew */
   async #ask(fromStart) {
     if (!this.request) return;
+    this.#judge();
     this.asked?.abort();
     const asked = new AbortController();
     this.asked = asked;
@@ -136,8 +151,7 @@ export class MotionPanel {
     // another start whose motion was dropped for one with other words begins anew all the same
     this.fresh ||= fromStart;
     try {
-      const request = { ...this.request, losses: this.losses.losses };
-      const answer = await this.source.motion(request, asked.signal);
+      const answer = await this.source.motion({ ...this.request, losses: this.losses.losses }, asked.signal);
       if (asked.signal.aborted) return;
       this.#show(new Samples(answer), this.fresh);
       this.fresh = false;
@@ -163,6 +177,7 @@ export class MotionPanel {
       this.element.classList.toggle("refused", !this.samples);
     }
     this.element.classList.remove("waiting");
+    await this.#explain();
   }
 
   /**
@@ -262,13 +277,12 @@ export class MotionPanel {
     this.forces.show(forcesFigure(samples, length));
   }
 
-  /** @param {MotionRequest} request */
-  async #tellVerdict(request) {
-    const { view, x, y } = request;
+  /** @param {string} key  the motion of which is told */
+  async #tellVerdict(key) {
     this.judged?.abort();
     this.judged = new AbortController();
-    const point = await this.source.point({ view, x, y }, this.judged.signal).catch(() => null);
-    if (this.request !== request || !point) return;
+    const point = await this.source.point(this.#place, this.judged.signal).catch(() => null);
+    if (!this.request || this.subject !== key || !point) return;
     // the motion of a start that is no cell of an atlas is shown, and has no verdict
     this.parts.verdict.textContent = point.verdict || (point.note ?? "");
     this.parts.verdict.dataset.verdict = point.verdict;
@@ -276,17 +290,16 @@ export class MotionPanel {
 
   /** Ask for the explanation when it is open and not there yet. */
   async #explain() {
-    const { request } = this;
-    if (!request || !this.parts.words.open || this.explained) return;
-    const { view, x, y } = request;
+    if (!this.request || !this.parts.words.open || this.explained) return;
+    const { subject } = this;
     /** @type {Promise<string>} */
-    const asked = this.source.explain({ view, x, y });
+    const asked = this.source.explain(this.#place);
     const found = await asked.then(
       (text) => ({ text, explained: true }),
       // what was refused is asked for once more when the words are opened again
       (problem) => ({ text: wordsOfProblem(problem), explained: false }),
     );
-    if (this.request !== request) return;
+    if (!this.request || this.subject !== subject) return;
     this.parts.explanation.textContent = found.text;
     this.explained = found.explained;
   }
