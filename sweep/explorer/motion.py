@@ -65,11 +65,11 @@ _FORCES = ("normal_force", "friction_across", "friction_along")
 
 #: Arrays whose unit is not that of their variable in a file of one motion -> label and unit.
 _SCALED: Mapping[str, tuple[str, str]] = {
-    "normal_force": ("normal force", "weights"),
-    "friction_across": ("friction across the track", "weights"),
-    "friction_along": ("friction along the track", "weights"),
+    "normal_force": ("normal force", "weight"),
+    "friction_across": ("friction across the track", "weight"),
+    "friction_along": ("friction along the track", "weight"),
     "energy": ("energy", "m g R"),
-    "potential": ("potential less energy", "m g R"),
+    "potential": ("potential \u2212 energy", "m g R"),
     **{name: (words, "m g R") for name, words in LAWS.items()},
 }
 
@@ -333,7 +333,7 @@ def _turns(request: MotionRequest, exact: Mapping[str, float]) -> dict[str, Any]
     period = exact["nutation_period"]
     return {
         # as the numbers of the point beside it
-        "turns": [[turn, TRAJECTORY["tilt"].spell(turn, 10)] for turn in turns],
+        "turns": [[turn, TRAJECTORY["tilt"].spell(turn, 6)] for turn in turns],
         "period": period if math.isfinite(period) else None,
         "fall_tilt": request.fall_tilt,
     }

@@ -106,7 +106,7 @@ def _told(quantity: Quantity, value: float) -> dict[str, Any]:
         return {"value": value if np.isfinite(value) else None, "text": quantity.flag(value)}
     if not np.isfinite(value):
         return {"value": None, "text": "none"}
-    return {"value": value, "text": quantity.spell(value, 3 if quantity.dtype == "f4" else 10)}
+    return {"value": value, "text": quantity.spell(value, 3 if quantity.dtype == "f4" else 6)}
 
 
 def _spec_of_motion(view: View, fields: Mapping[str, Any]) -> SweepSpec | None:

@@ -202,7 +202,7 @@ def test_a_point_has_the_numbers_of_its_cell_to_the_bit(url):
             expected = float(cell[name])
             assert each["value"] == (expected if np.isfinite(expected) else None), name
         assert found["start"]["tilt"]["value"] == y
-        assert found["start"]["roll_rate"] == {"value": x, "text": f"{x:.10g} rad s-1"}
+        assert found["start"]["roll_rate"] == {"value": x, "text": f"{x:.6g} rad s-1"}
 
 
 def test_a_steady_rate_is_shown_where_it_exists(url):

@@ -100,9 +100,10 @@ export class Controls {
   }
 
   #colours() {
-    const { box, label } = checkbox("hold-colours", ["hold the scale of colours"], (held) =>
+    const { box, label } = checkbox("hold-colours", ["keep the range of the colours"], (held) =>
       this.#change((state) => ({ ...state, range: held ? this.#range() : null })),
     );
+    label.title = "One colour stays one value while the window moves; else the colours span what is seen.";
     this.#follow.push((state) => {
       box.checked = state.range !== null;
       label.hidden = quantityOf(this.#about, state.quantity).flags !== null;

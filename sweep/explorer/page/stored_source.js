@@ -10,9 +10,8 @@ import { readable, printedUnits } from "eulerdisk/ticks";
 
 /** @typedef {Float32Array|Float64Array|Uint8Array} Values */
 
-/** Digits of numbers that are told, and as many as an array in single precision has. */
-const DIGITS = 8;
-const SINGLE_DIGITS = 7;
+/** Digits of numbers that are told: an array in single precision has as many. */
+const DIGITS = 6;
 
 /** Said of a place that the page has no cell for. */
 const NO_MOTION =
@@ -231,7 +230,7 @@ function toldNumber(value, factor, unit, digits) {
 }
 
 /**
- * What a cell holds, with no more digits than its array has.
+ * What a cell holds.
  * @param {Quantity} quantity
  * @param {Values} values  of all cells
  * @param {number} index
@@ -239,8 +238,7 @@ function toldNumber(value, factor, unit, digits) {
 function toldValue({ flags, factor, unit }, values, index) {
   const value = values[index];
   if (flags) return { value, text: flags[String(value)] ?? String(value) };
-  const digits = values instanceof Float32Array ? SINGLE_DIGITS : DIGITS;
-  return Number.isFinite(value) ? toldNumber(value, factor, unit, digits) : { value: null, text: "none" };
+  return Number.isFinite(value) ? toldNumber(value, factor, unit, DIGITS) : { value: null, text: "none" };
 }
 
 /**

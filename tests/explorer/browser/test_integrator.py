@@ -224,8 +224,9 @@ def test_words_of_turning_points_are_those_of_the_server(page):
     for (_, mine), (_, served) in zip(found, told, strict=True):
         (value, unit), (exact, its_unit) = mine.split(), served.split()
         assert unit == its_unit == "deg"
-        assert float(value) == pytest.approx(float(exact), rel=1e-7)
-        assert len(value) <= len("12.345678")
+        # six digits, of which rounding may decide the last
+        assert float(value) == pytest.approx(float(exact), rel=1e-5)
+        assert len(value) <= len("12.3456")
 
 
 def test_a_tilt_that_never_changes_has_one_turning_point(page):

@@ -6,7 +6,7 @@ import { MINUS, readable } from "eulerdisk/ticks";
 /** @import { Samples } from "eulerdisk/motion/panel" */
 /** @import { Figure } from "eulerdisk/motion/plot" */
 
-/** Forces stay in view up to this many weights, or this many times what they are for all but a twentieth of the time. */
+/** Forces stay in view up to this many times the weight, or this many times what they are for all but a twentieth of the time. */
 const IN_VIEW = 2.5;
 const OFTEN = 1.3;
 const MOMENTS = 400;
@@ -73,7 +73,8 @@ export function forcesFigure(samples, length) {
   return {
     title: "forces at the contact against time",
     xLabel: labelled(samples, "time"),
-    yLabel: "weights",
+    yLabel: "force / weight",
+    hint: "Forces at the contact over the weight of the disk: at rest the normal force is 1.",
     x: { low: 0, high: length },
     y,
     curves: [
@@ -112,6 +113,9 @@ export function potentialFigure(samples) {
     title: "potential less energy against tilt",
     xLabel: labelled(samples, "tilt"),
     yLabel: labelled(samples, "potential"),
+    hint:
+      "The potential of the tilt less its energy, over the weight times the radius: the tilt moves where it is below 0, " +
+      "and turns back where it is 0.",
     x: { low: tilt[0], high: tilt[tilt.length - 1] },
     y: rangeOf(potential.excess),
     curves: [{ x: tilt, y: potential.excess, kind: "potential" }],
@@ -161,6 +165,7 @@ export function ledgerFigure(samples, length) {
     title: "energy and what the losses have taken of it, against time",
     xLabel: labelled(samples, "time"),
     yLabel: labelled(samples, "energy"),
+    hint: "Energy over m g R, the weight times the radius: what is left, and on it what each loss has taken.",
     x: { low: 0, high: length },
     y: { low: 0, high: 1.05 * extremes(top)[1] },
     curves: [],

@@ -16,6 +16,7 @@ import { superscript, ticksOf } from "eulerdisk/ticks";
  * @property {string} title  what it is, for those who do not see it
  * @property {string} xLabel
  * @property {string} yLabel
+ * @property {string} [hint]  what its unit means, shown where the pointer rests on the label
  * @property {Range} x
  * @property {Range} y
  * @property {Curve[]} curves
@@ -222,7 +223,8 @@ export class Plot {
     parts.push(
       svg("text", { x: right, y: this.height - 3, class: "name across" }, named(figure.xLabel, across)),
     );
-    parts.push(svg("text", { x: 2, y: 11, class: "name" }, named(figure.yLabel, upward)));
+    const hint = figure.hint ? [svg("title", {}, figure.hint)] : [];
+    parts.push(svg("text", { x: 2, y: 11, class: "name" }, named(figure.yLabel, upward), ...hint));
     return parts;
   }
 

@@ -15,7 +15,7 @@ const TURNS = 400;
 const NO_SWING = 1e-9;
 
 /** Digits of a turning point: those of the other numbers of an exported page. */
-const DIGITS = 8;
+const DIGITS = 6;
 
 /**
  * @param {Start} start  in SI units
