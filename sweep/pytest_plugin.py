@@ -12,16 +12,27 @@
 import shlex
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 _OPTION = "--eulerdisk-regen"
+
+#: What is said of a reference file.
+_WRITTEN = " was written"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the option that rewrites the reference files."""
     group = parser.getgroup("eulerdisk")
     group.addoption(_OPTION, action="store_true", help="rewrite the reference atlases of eulerdisk_atlas")
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Say which reference files were written: a skipped test alone says it only to those who ask."""
+    for report in terminalreporter.stats.get("skipped", ()) if config.getoption(_OPTION) else ():
+        if (said := str(report.longrepr[2]).removeprefix("Skipped: ")).endswith(_WRITTEN):
+            terminalreporter.write_line(f"eulerdisk: {said}")
 
 
 @pytest.fixture
@@ -62,7 +73,7 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[..., None]:
             if request.config.getoption(_OPTION):
                 command = f"eulerdisk run {words} -o {Path(reference).as_posix()}"
                 run_to_file(spec, path, overwrite=True, command=command)
-                pytest.skip(f"{reference} rewritten")
+                pytest.skip(f"{reference}{_WRITTEN}")
             if not path.exists():
                 pytest.fail(f"{path} does not exist: pytest {_OPTION} writes it", pytrace=False)
             with open_atlas(path) as trusted:

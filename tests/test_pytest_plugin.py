@@ -74,6 +74,7 @@ def test_references_are_written_and_compared(project):
     assert said.count("does not exist: pytest --eulerdisk-regen writes it") >= 3
     status, said = run(project, "--eulerdisk-regen")
     assert (status, "5 skipped" in said) == (0, True)
+    assert "\neulerdisk: data/file.nc was written\n" in said
     with sweep.open_atlas(project / "data" / "file.nc") as atlas:
         assert atlas.attrs["history"].endswith("Z eulerdisk run mine.toml alpha=1 -o data/file.nc")
         assert float(atlas["alpha"]) == 1.0

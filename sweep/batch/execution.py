@@ -115,7 +115,7 @@ def carry_out(
     for number, sweep in enumerate(sweeps):
         if stopping():
             raise StoppedError(f"{counted(number, 'sweep', len(sweeps))} {are(number)} finished")
-        show(Status("preparing", 0, 0, None))
+        show(Status("compiling the kernels", 0, 0, None))
         found = Outcome(sweep, options.folder / f"{sweep.name}.nc")
         if sweep.spec is None:
             found.state, found.problems["run"] = REFUSED, sweep.problem

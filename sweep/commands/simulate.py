@@ -93,7 +93,7 @@ def simulate(
         counted(dataset["tilt"].size, "sample"),
         f"peak tilt {math.degrees(abs(dataset['tilt']).max()):.3g} deg",
     ]
-    say(f"{output}: {', '.join(filter(None, (*parts, end_of(dataset))))}")
+    say(f"{output}: {', '.join((*parts, end_of(dataset) or _not_yet(dataset)))}")
     _say_impossible(dataset)
 
 
@@ -123,6 +123,16 @@ def _save_film(dataset: "xr.Dataset", path: Path, film: "FilmOptions") -> None:
 
         made = animation.save(dataset, path, film, after_frame)
     say(f"{path}: {made.words()}")
+
+
+def _not_yet(dataset: "xr.Dataset") -> str:
+    """Return that a motion has not come to an end, and what to add to see it: one without losses may have none."""
+    from sweep.motion.sampling import kind_of
+    from sweep.motion.tables import TIME
+
+    length = float(dataset[TIME.name][-1])
+    more = f"; add duration={10.0 * length:.3g}s to see its end" if kind_of(dataset).stops else ""
+    return f"still moving after {length:.6g} s{more}"
 
 
 def _say_impossible(dataset: "xr.Dataset") -> None:

@@ -177,20 +177,22 @@ def _boundaries(dataset: "xr.Dataset") -> Iterator[Row]:
             else ""
         )
         yield "boundary", f"{name}: {_range(measured[there])} {units}{rows}"
+        # a boundary of another kind than departure has nothing to do with the limit of no perturbation
+        has_theory = False
         for kind in ("predicted", "critical"):
             other = name.replace("boundary", kind, 1)
             if other in dataset and dataset[other].shape == measured.shape:
-                yield from _held_against(
-                    kind, np.asarray(dataset[other].values, np.float64)[there], measured[there]
-                )
+                theory = np.asarray(dataset[other].values, np.float64)[there]
+                has_theory |= bool(np.isfinite(theory).any()) and kind == "predicted"
+                yield from _held_against(kind, theory, measured[there], has_theory)
 
 
-def _held_against(kind: str, theory: Any, measured: Any) -> Iterator[Row]:
+def _held_against(kind: str, theory: Any, measured: Any, comparable: bool) -> Iterator[Row]:
     both = np.isfinite(theory) & (theory != 0.0)
     if both.any():
         words = {"predicted": "predicted for this criterion", "critical": "analytic limit"}[kind]
         largest = 100.0 * np.max(np.abs(measured[both] / theory[both] - 1.0))
-        yield "", f"{words} {_range(theory[both])}: measured within {largest:.2g} %"
+        yield "", f"{words} {_range(theory[both])}" + f": measured within {largest:.2g} %" * comparable
 
 
 def _range(values: Any) -> str:

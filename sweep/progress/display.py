@@ -21,6 +21,9 @@ _LOG_INTERVAL, _NOTEBOOK_INTERVAL = 5.0, 0.1
 #: Seconds after the expected end from which on nothing is expected any more.
 _LATE = 2.0
 
+#: Said before the first stage: the first use of a kernel compiles it.
+_FIRST = "compiling the kernels"
+
 #: Seconds of work before a bar appears by itself.
 _PATIENCE = 0.5
 
@@ -130,7 +133,7 @@ class _Latest:
     def line(self) -> str:
         """Return the line of a log."""
         if self.status is None:
-            return f"{_utc()} preparing"
+            return f"{_utc()} {_FIRST}"
         done, size = self.status.done, self.status.size
         share = f" {done} of {size} {self.status.things} ({100 * done / size:.0f} %)" if size else ""
         return ", ".join(filter(None, (f"{_utc()} {self.status.stage}{share}", self.to_go())))
@@ -213,7 +216,7 @@ def _rich_bar(console: "Console") -> "tuple[RichProgress, Show]":
 
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), ToGo())
     bar = Progress(*columns, console=console)
-    task = bar.add_task("preparing", total=None)
+    task = bar.add_task(_FIRST, total=None)
 
     def show(status: Status) -> None:
         latest.take(status)

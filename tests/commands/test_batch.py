@@ -116,9 +116,9 @@ def test_every_step_tells_its_own_progress(batch, tmp_path):
     options = execution.Options(folder, verify=True, reference=tmp_path / "trusted")
     list(execution.carry_out(read_sweeps(["two.toml"]), options, show=heard.append))
     stages = [each.stage for each in heard]
-    first = [heard[stages.index(name)] for name in ("preparing", "verify", "compare")]
+    first = [heard[stages.index(name)] for name in ("compiling the kernels", "verify", "compare")]
     assert [(each.size, each.seconds) for each in first] == [(0, None)] * 3
-    assert stages.count("preparing") == stages.count("verify") == stages.count("compare") == 2
+    assert stages.count("compiling the kernels") == stages.count("verify") == stages.count("compare") == 2
     assert {"verify: checking", "compare: comparing"} < {*stages}
     last = max(i for i, each in enumerate(heard) if each.stage == "verify: checking")
     assert (heard[last].done, heard[last].size) == (15, 15)

@@ -55,7 +55,9 @@ def test_everything_at_once(simulate, tmp_path, ffmpeg, monkeypatch):
     # 0.2 s become four seconds of 25 frames each
     film = "eulerdisk: disk.mp4: 101 frames, 4.04 s at 0.05 times real time\n"
     # a busy machine shows its progress before
-    assert words.endswith(f"{film}eulerdisk: path.nc: 1001 samples, peak tilt 0.119 deg\n")
+    assert words.endswith(
+        f"{film}eulerdisk: path.nc: 1001 samples, peak tilt 0.119 deg, still moving after 0.2 s\n"
+    )
     assert sorted(each.name for each in tmp_path.iterdir()) == ["disk.mp4", "path.nc", "path.png"]
     assert (tmp_path / "path.png").read_bytes().startswith(b"\x89PNG")
     frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "disk.mp4"))
@@ -98,10 +100,23 @@ def test_a_fall_is_told(simulate):
     assert "lifts off at 0.718016 s" in second
 
 
+def test_a_motion_that_is_not_at_its_end_says_what_to_add(simulate):
+    """With losses every disk comes to an end: the duration that is added shows it."""
+    words = "toy tilt=70deg -o path.nc --overwrite"
+    status, said = simulate(f"{words} duration=2s")
+    assert status == 0
+    added = re.search(r"still moving after 2 s; add duration=(\w+) to see its end$", said, re.MULTILINE)[1]
+    assert added == "20s"
+    assert re.search(r"flat at \d", simulate(f"{words} duration={added}")[1])
+
+
 def test_friction_that_is_enough_is_not_mentioned(simulate):
     """A disk that rolls all the time is reported as before."""
     status, words = simulate(f"{WORDS} -o path.nc")
-    assert (status, words) == (0, "eulerdisk: path.nc: 1001 samples, peak tilt 0.119 deg\n")
+    assert (status, words) == (
+        0,
+        "eulerdisk: path.nc: 1001 samples, peak tilt 0.119 deg, still moving after 0.2 s\n",
+    )
 
 
 @pytest.mark.parametrize(
@@ -252,7 +267,7 @@ def test_the_motion_of_a_cell(simulate, coin, tmp_path):
     before = (tmp_path / coin).read_bytes()
     assert simulate(f"--from '{coin}' roll_rate=15 tilt=1deg -o on.nc") == (
         0,
-        "eulerdisk: on.nc: 1001 samples, peak tilt 31.1 deg\n",
+        "eulerdisk: on.nc: 1001 samples, peak tilt 31.1 deg, still moving after 1.67251 s\n",
     )
     status, words = simulate(f"--from '{coin}' speed=18.1cm/s tilt=1deg duration=2s mass=5g -o near.nc")
     assert status == 0

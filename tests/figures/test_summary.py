@@ -35,6 +35,14 @@ def test_the_axes_are_named_with_their_values(atlas):
     assert line(text, "fixed") == "radius 0.5 m, gravity 9.81 m s-2"
 
 
+def test_a_boundary_of_another_kind_is_not_held_against_the_limit(atlas):
+    """The limit of no perturbation is told, and no distance from it: nothing says that the two lie together."""
+    text = as_text(sweep.reclassify(atlas, "peak_tilt > 10deg"))
+    assert "boundary_roll_rate" in text
+    assert re.search(r"analytic limit [\d. to]+$", text, re.MULTILINE)
+    assert "measured within" not in text
+
+
 def test_the_boundary_is_held_against_theory(atlas):
     """The largest relative distance from the analytic line and from the prediction, over the rows that have one."""
     text = as_text(atlas)

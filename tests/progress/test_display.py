@@ -81,7 +81,7 @@ def test_a_log_gets_a_line_every_few_seconds(clock, ticks):
         show(Status("checking", 1000, 1000, 0.0))
         ticks.line()
     assert stream.getvalue().splitlines() == [
-        "eulerdisk: 2026-01-02T03:04:05Z preparing",
+        "eulerdisk: 2026-01-02T03:04:05Z compiling the kernels",
         "eulerdisk: 2026-01-02T03:04:05Z computing 0 of 1000 cells (0 %)",
         "eulerdisk: 2026-01-02T03:04:10Z computing 250 of 1000 cells (25 %), 56 s to go",
         "eulerdisk: 2026-01-02T03:05:06Z computing 250 of 1000 cells (25 %), 1.0 s to go",
@@ -125,7 +125,7 @@ def test_a_terminal_gets_a_bar(monkeypatch):
     monkeypatch.delenv("NO_COLOR")
     stream = Terminal()
     with display.showing(stream) as show:
-        assert "preparing" in stream.getvalue()
+        assert "compiling" in stream.getvalue()
         show(Status("computing", 25, 100, 42.0))
         time.sleep(0.5)
         show(Status("checking", 100, 100, 0.0))

@@ -179,7 +179,7 @@ _HELD = 1.0
 #: Share of the time of a motion -> angle [rad] by which the disk may turn in it from one frame to the next: the painted
 #: radius of a disk that turns by more than half a turn is seen to turn backwards. The rest are the moments in which a
 #: disk that is nearly flat turns its lean round, in one sweep that no frame need show.
-_TURNS = {0.9: math.pi / 4.0, 0.98: 2.0 * math.pi / 3.0}
+_TURNS = {0.9: math.pi / 2.0, 0.98: 2.0 * math.pi / 3.0}
 
 #: Largest number of frames: 4 minutes at 25 a second.
 MOST_FRAMES = 6000
