@@ -1,15 +1,16 @@
 """What theory says of the range of a control: whether it meets the predicted boundary, and which range would."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.cf_metadata import EDGES, edge_names
+from sweep.atlas.told import told_in
 from sweep.model.quantity import Array
-from sweep.request.sources import Range
+from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ _MARGIN = 0.2
 _DIGITS = 3
 
 
-def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None) -> list[str]:
+def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None, asked: Iterable[str] = ()) -> list[str]:
     """Return a warning if the whole range of a control lies on one side of the predicted boundary in every row.
 
     Parameters
@@ -33,6 +34,8 @@ def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None) -> list[str]
     spec : SweepSpec
     dataset : xarray.Dataset, optional
         Its atlas, which holds the prediction; computed for up to 2048 rows if not given.
+    asked : iterable of str, optional
+        Names of the words of the request: the range is told in them.
 
     Returns
     -------
@@ -56,11 +59,19 @@ def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None) -> list[str]
     if not known.any():
         # no range around zero can be given as a share of it
         return []
-    ends = dict.fromkeys(f"{value:.4g}" for value in (known.min(), known.max()))
-    at = f"{' to '.join(ends)} {spec.model.parameters[axis].units}"
+    told = told_in(spec, asked)[axis]
+    name, found = told.quantity.name, told.value(known)
+    ends = dict.fromkeys(f"{value:.4g}" for value in (found.min(), found.max()))
+    at = f"{' to '.join(ends)} {told.quantity.units}".removesuffix(" 1")
+    # the ends of a range that became one of the parameter have the rounding of that
+    given = (
+        getattr(spec, axis)
+        if name == axis
+        else _range(getattr(spec, axis), *told.value(np.array([low, high])))
+    )
     return [
-        f"{axis}={getattr(spec, axis)} lies on the {side} side of the predicted boundary in every row that has one: "
-        f"it is at {at}. Expect no boundary. A range that holds it: {axis}={_around(spec, axis, known)}"
+        f"{name}={given} lies on the {side} side of the predicted boundary in every row that has one: "
+        f"it is at {at}. Expect no boundary. A range that holds it: {name}={_around(spec, axis, found)}"
     ]
 
 
@@ -98,17 +109,21 @@ def _side(low: float, high: float, lines: dict[str, Array]) -> str:
 
 
 def _around(spec: SweepSpec, axis: str, known: Array) -> str:
-    """Return a range around values, with the count and the spacing of the axis, in SI."""
-    given = getattr(spec, axis)
+    """Return a range around values, with the count and the spacing of an axis, in SI."""
     low, high = float(known.min()), float(known.max())
     start, stop = low - _MARGIN * abs(low), high + _MARGIN * abs(high)
+    return _range(getattr(spec, axis), _rounded(start, math.floor), _rounded(stop, math.ceil))
+
+
+def _range(given: Range | Values, start: float, stop: float) -> str:
+    """Return a range with other ends, with the count and the spacing of an axis."""
     log = isinstance(given, Range) and given.spacing == "log" and start > 0.0
-    return f"{_rounded(start, math.floor)}:{_rounded(stop, math.ceil)}:{len(given)}" + (":log" if log else "")
+    return f"{start:.{_DIGITS + 1}g}:{stop:.{_DIGITS + 1}g}:{len(given)}" + (":log" if log else "")
 
 
-def _rounded(value: float, outward: Callable[[float], int]) -> str:
-    """Return a number with a few digits, rounded outward."""
+def _rounded(value: float, outward: Callable[[float], int]) -> float:
+    """Return a number of a few digits, rounded outward."""
     if value == 0.0:
-        return "0"
+        return 0.0
     unit = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - _DIGITS)
-    return f"{outward(value / unit) * unit:.{_DIGITS + 1}g}"
+    return outward(value / unit) * unit

@@ -16,6 +16,7 @@ from sweep.atlas import row_edges
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.parts import nearest_cell
+from sweep.atlas.told import Told, asked_words, told_in
 from sweep.checks.tally import difference, other_bits
 from sweep.checks.variables import Stated, allowed_of_cells
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
@@ -98,9 +99,10 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     contradicted = [
         name for name, (value, error) in in_time.items() if _apart(table[name], stored[name], value, error)
     ]
+    told = told_in(spec, (*asked_words(dataset), *given))
     lines = [
-        *_where(spec, place, given),
-        *_start(spec, start),
+        *_where(spec, place, given, told),
+        *_start(spec, start, told),
         "",
         *_stored(spec, stored),
         "",
@@ -109,7 +111,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
         *_in_time(spec, in_time, stored, contradicted),
         "",
         *model.linear_prediction(spec, start, stored),
-        *_lines(dataset, spec, start, place),
+        *_lines(dataset, spec, start, place, told),
         "",
         f"verdict     {measures['stability'].flag(stored['stability'])} by {spec.criterion}",
         f"because     {_reason(spec, start, stored)}",
@@ -160,20 +162,27 @@ def _repeat(
     return differing, beyond
 
 
-def _where(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object]) -> Iterator[str]:
+def _where(
+    spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object], told: Mapping[str, Told]
+) -> Iterator[str]:
     at = []
     for name, i in place.items():
-        axis = getattr(spec, name).array()
-        at.append(f"{name} {spec.quantities[name].spell(axis[i])} ({i + 1} of {axis.size})")
+        axis, shown = getattr(spec, name).array(), told[name]
+        held = f"{name} {spec.quantities[name].spell(axis[i])}"
+        is_held = shown.quantity.name == name
+        place_of_it = f"{i + 1} of {axis.size}" if is_held else f"{held}, {i + 1} of {axis.size}"
+        at.append(f"{held if is_held else f'{shown.quantity.name} {shown.spell(axis[i])}'} ({place_of_it})")
     asked = ", ".join(f"{name}={value}" for name, value in given.items())
     yield f"cell        {', '.join(at) or 'the only one'}" + (f"; nearest to {asked}" if asked else "")
 
 
-def _start(spec: SweepSpec, start: Mapping[str, float]) -> Iterator[str]:
+def _start(spec: SweepSpec, start: Mapping[str, float], told: Mapping[str, Told]) -> Iterator[str]:
     fixed = []
     for name in [each for each in start if each not in spec.axes]:
-        spelled = spec.model.parameters[name].spell(start[name]) if np.isfinite(start[name]) else "none"
-        fixed.append(f"{name} {getattr(spec, name) if name in spec.constants else spelled}")
+        spelled = told[name].spell(start[name]) if np.isfinite(start[name]) else "none"
+        fixed.append(
+            f"{told[name].quantity.name} {getattr(spec, name) if name in spec.constants else spelled}"
+        )
     yield f"start       {', '.join(fixed)}"
     yield f"reference   {spec.model.disturbed_motion(spec)}"
 
@@ -247,20 +256,26 @@ def _apart(quantity: Quantity, stored: float, value: float, error: float) -> boo
 
 
 def _lines(
-    dataset: "xr.Dataset", spec: SweepSpec, start: Mapping[str, float], place: Mapping[str, int]
+    dataset: "xr.Dataset",
+    spec: SweepSpec,
+    start: Mapping[str, float],
+    place: Mapping[str, int],
+    told: Mapping[str, Told],
 ) -> Iterator[str]:
     """Yield where the boundaries of the cell's row lie."""
     for axis, edge in found_edges(dataset, spec):
         measured, halfwidth, predicted, critical = (
             float(_value_at(dataset, name, place)) for name in edge_names(axis, edge)
         )
-        units = spec.model.parameters[axis].units
+        shown, name = told[axis], told[axis].quantity.name
+        measured, predicted, critical = map(shown.value, (measured, predicted, critical))
         others = [str(name) for name in dataset[edge_names(axis, edge)[0]].dims]
-        row = f" at this {' and '.join(others)}" if others else ""
-        side = f"stable {'below' if edge == 'lower' else 'above'} {axis}"
-        here = f"this cell is at {start[axis]:.6g}"
+        row = f" at this {' and '.join(told[each].quantity.name for each in others)}" if others else ""
+        side = f"stable {'below' if edge == 'lower' else 'above'} {name}"
+        here = f"this cell is at {shown.value(start[axis]):.6g}"
         if np.isfinite(measured):
-            yield f"boundary    {side} {measured:.6g} {units} +- {halfwidth:.2g} as measured{row}; {here}"
+            half = f"+- {shown.width(halfwidth):.2g} as measured"
+            yield f"boundary    {side} {_value(measured, shown.quantity)} {half}{row}; {here}"
         else:
             status = edge_status(dataset, axis, edge)[tuple(map(place.__getitem__, others))]
             reason = row_edges.name(int(status), edge)
@@ -269,12 +284,12 @@ def _lines(
             yield f"            theory has no line{row}"
             continue
         how, words = "as" if np.isfinite(predicted) else "is", spec.model.line_words
-        yield f"            {_value(predicted, units)} {how} {words.told}"
-        yield f"            {_value(critical, units)} {words.limit}"
+        yield f"            {_value(predicted, shown.quantity)} {how} {words.told}"
+        yield f"            {_value(critical, shown.quantity)} {words.limit}"
 
 
-def _value(value: float, units: str) -> str:
-    return f"{value:.6g} {units}" if np.isfinite(value) else "none"
+def _value(value: float, quantity: Quantity) -> str:
+    return f"{value:.6g} {quantity.units}".removesuffix(" 1") if np.isfinite(value) else "none"
 
 
 def _reason(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]) -> str:

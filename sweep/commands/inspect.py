@@ -1,5 +1,6 @@
 """Look into finished atlases, draw them and write them in other formats: `info`, `boundary`, `plot`, `export`."""
 
+from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -92,8 +93,9 @@ def _warn(file: "xr.Dataset") -> None:
     """Say if the range of a control misses the predicted boundary."""
     from sweep.atlas.dataset import spec_of
     from sweep.atlas.outlook import one_sided
+    from sweep.atlas.told import asked_words
 
-    for warning in one_sided(spec_of(file), file):
+    for warning in one_sided(spec_of(file), file, asked_words(file)):
         say(f"warning: {warning}")
 
 
@@ -152,12 +154,13 @@ def boundary(
     from sweep.atlas.reclassify import refine as refined
     from sweep.files.netcdf import save
     from sweep.files.publish import published
+    from sweep.request.words import pairs
 
     with opened_part(atlas, words) as dataset:
         found = dataset if criterion is None else reclassify(dataset, criterion)
         if refine is not None:
             found = refined(found, refine)
-        text = _boundary_text(found, kind)
+        text = _boundary_text(found, kind, pairs(words or []))
         if output is not None and kind is not None:
             with published(output) as unfinished:
                 unfinished.write_text(f"{text}\n", encoding="utf-8")
@@ -180,12 +183,12 @@ def _check_output(output: Path, kind: str | None) -> None:
     check_atlas_name(output, "" if ending in FIGURE_FORMATS else hint)
 
 
-def _boundary_text(atlas: "xr.Dataset", kind: str | None) -> str:
-    """Return the boundary as a table for people, or in a format for programs."""
+def _boundary_text(atlas: "xr.Dataset", kind: str | None, asked: Iterable[str] = ()) -> str:
+    """Return the boundary as a table for people, in the words `asked` for, or in a format for programs."""
     if kind is None:
         from sweep.commands.report import boundary_table
 
-        return boundary_table(atlas)
+        return boundary_table(atlas, asked)
     if kind == "json":
         from sweep.commands.summary import as_json
         from sweep.commands.summary import boundary as plain

@@ -1,7 +1,7 @@
 """An atlas in words and tables, for a person to read."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +12,7 @@ from sweep.atlas import row_edges, share
 from sweep.atlas.boundary_rows import Row, boundary_rows, curve_rows
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
+from sweep.atlas.told import Told, asked_words, told_in
 from sweep.errors import counted, plain_text
 from sweep.model.quantity import ERROR_GAUGE, Input, Quantity
 from sweep.motion.sampling import end_of, kind_of, losses_of
@@ -38,13 +39,14 @@ def describe(dataset: "xr.Dataset") -> str:
     model = spec.model
     require(dataset, (model.peak, model.error_name))
     errors = list(_errors(dataset, spec))
+    told = told_in(spec, asked_words(dataset))
     known = {name: _cut(plain_text(dataset.attrs.get(name, "unknown"))) for name in _MAKERS}
     lines = [
         known["title"],
         "",
         f"{'starts' if spec.is_list else 'grid':<11} {_grid(spec)}",
-        *_axis_lines(spec),
-        f"fixed       {_fixed(dataset, spec)}",
+        *_axis_lines(spec, told),
+        f"fixed       {_fixed(dataset, spec, told)}",
         f"criterion   unstable if {spec.criterion.unstable_if(spec.model)}",
         f"method      {spec.method}, {_settings(spec)}",
         *_untimed(spec),
@@ -56,7 +58,7 @@ def describe(dataset: "xr.Dataset") -> str:
         f"{model.peak.replace('_', ' '):<11} {_range(dataset[model.peak], model.variables[model.peak])}",
         f"errors      {', '.join(errors)} ({'both ' * (len(errors) == 2)}estimated in every cell)",
         *_added_lines(dataset, spec),
-        *_boundary_lines(dataset, spec),
+        *_boundary_lines(dataset, spec, told),
         "",
         "made        " + known["history"].replace("\n", "\n            "),
         f"by          {known['source']}; fingerprint {known['sweep_fingerprint'][:16]}",
@@ -71,19 +73,21 @@ def _cut(text: str) -> str:
     return "\n".join(lines if len(lines) <= _MOST_LINES else [*lines[:_MOST_LINES], "..."])
 
 
-def boundary_table(dataset: "xr.Dataset") -> str:
+def boundary_table(dataset: "xr.Dataset", asked: Iterable[str] = ()) -> str:
     """Return the measured boundary beside the lines of theory, one row per value of the other axes.
 
     Without a control parameter among the axes there are no such rows: then the points of its curves, if it was refined.
+    Values are told in the words that made the atlas, or in those that are `asked` for.
     """
     spec = spec_of(dataset)
+    told = told_in(spec, (*asked_words(dataset), *asked))
     if spec.is_list:
         return "This atlas has no boundary: a list of starts has no rows in which one is sought. See eulerdisk info."
     tables = groupby(boundary_rows(dataset), lambda row: (row["along"], row["edge"]))
-    if found := ["\n".join(_edge_lines(spec, *edge, rows)) for edge, rows in tables]:
+    if found := ["\n".join(_edge_lines(spec, told, *edge, rows)) for edge, rows in tables]:
         return "\n\n".join(found)
     if "curve_point_count" in dataset:
-        return "\n".join(_curve_lines(spec, curve_rows(dataset)))
+        return "\n".join(_curve_lines(spec, told, curve_rows(dataset)))
     if spec.boundary_width is None and len(spec.axes) > 1:
         return f"This atlas has no boundary in rows: {_no_control(spec)}. --refine WIDTH finds it as curves."
     return f"This atlas has no boundary: {_no_control(spec)}."
@@ -96,34 +100,42 @@ def _no_control(spec: SweepSpec) -> str:
     return f"neither {' nor '.join(controls)} is among its axes"
 
 
-def _head(spec: SweepSpec, name: str) -> str:
-    return f"{name} [{spec.model.parameters[name].shown_units}]".removesuffix(" []")
+def _head(quantity: Quantity) -> str:
+    return f"{quantity.name} [{quantity.shown_units}]".removesuffix(" []")
 
 
-def _edge_lines(spec: SweepSpec, along: str, edge: str, rows: Iterable[Row]) -> Iterator[str]:
-    names, others = edge_names(along, edge), [axis for axis in spec.axes if axis != along]
-    heads = [_head(spec, name) for name in others]
-    units = spec.model.parameters[along].units
-    yield "  ".join([*heads, f"{names[0]} [{units}]", "+-", names[2], names[3], "row"])
+def _edge_lines(
+    spec: SweepSpec, told: Mapping[str, Told], along: str, edge: str, rows: Iterable[Row]
+) -> Iterator[str]:
+    shown = told[along]
+    names, others = edge_names(shown.quantity.name, edge), [axis for axis in spec.axes if axis != along]
+    heads = [_head(told[name].quantity) for name in others]
+    head = f"{names[0]} [{shown.quantity.units}]".removesuffix(" [1]")
+    yield "  ".join([*heads, head, "+-", names[2], names[3], "row"])
     for row in rows:
         at = [
-            f"{row[name] * spec.model.parameters[name].plot_scale:<{len(head)}.6g}"
+            f"{told[name].value(row[name]) * told[name].quantity.plot_scale:<{len(head)}.6g}"
             for name, head in zip(others, heads, strict=True)
         ]
-        half = row["halfwidth"]
-        values = [_number(row[name], half) for name in ("measured", "halfwidth", "predicted", "critical")]
-        yield "  ".join([*at, *values, row["status"].replace("_", " ")])
+        half = None if row["halfwidth"] is None else shown.width(row["halfwidth"])
+        measured, *lines = (
+            _number(None if row[name] is None else shown.value(row[name]), half)
+            for name in ("measured", "predicted", "critical")
+        )
+        yield "  ".join([*at, measured, _number(half, half), *lines, row["status"].replace("_", " ")])
 
 
-def _curve_lines(spec: SweepSpec, rows: Iterable[Row]) -> Iterator[str]:
-    yield "  ".join(["curve", *(word for name in spec.axes for word in (_head(spec, name), "+-"))])
+def _curve_lines(spec: SweepSpec, told: Mapping[str, Told], rows: Iterable[Row]) -> Iterator[str]:
+    heads = [(_head(told[name].quantity), "+-") for name in spec.axes]
+    yield "  ".join(["curve", *(word for pair in heads for word in pair)])
     for row in rows:
         words = [f"{row['curve']} {'closed' if row['closed'] else 'open'}"]
         for name in spec.axes:
-            scale = spec.model.parameters[name].plot_scale
-            place, half = row[name], (row[f"{name}_halfwidth"] or 0.0) * scale
+            shown, scale = told[name], told[name].quantity.plot_scale
+            half = shown.width(row[f"{name}_halfwidth"] or 0.0) * scale
             # a point on the grid is known to the last bit
-            words.append(_number(place if place is None else place * scale, half or 1e-12))
+            place = None if row[name] is None else shown.value(row[name]) * scale
+            words.append(_number(place, half or 1e-12))
             words.append(f"{half:.1e}" if half else "0")
         yield "  ".join(words)
 
@@ -149,21 +161,27 @@ def _grid(spec: SweepSpec) -> str:
     return f"{' x '.join(map(str, spec.shape))} = {counted(spec.size, 'cell')}"
 
 
-def _axis_lines(spec: SweepSpec) -> Iterator[str]:
+def _axis_lines(spec: SweepSpec, told: Mapping[str, Told]) -> Iterator[str]:
     for name in spec.listed:
         yield f"  {name:<17} {getattr(spec, name).in_words(spec.model.parameters[name])}"
     for name in () if spec.is_list else spec.axes:
         quantity, axis = spec.model.parameters[name], getattr(spec, name)
-        low, high = axis.ends() * quantity.plot_scale
+        shown = told[name].quantity
         spacing = getattr(axis, "spacing", "listed")
-        ends = f"{low:.6g} to {high:.6g} {quantity.shown_units}".strip()
-        yield f"  {name:<17} {ends}, {counted(len(axis), 'value')}, {spacing}"
+        ends = _ends(shown, sorted(map(told[name].value, axis.ends())))
+        held = "" if shown is quantity else f"; {name} {_ends(quantity, axis.ends())}"
+        yield f"  {shown.name:<17} {ends}, {counted(len(axis), 'value')}, {spacing}{held}"
 
 
-def _fixed(dataset: "xr.Dataset", spec: SweepSpec) -> str:
+def _ends(quantity: Quantity, ends: Iterable[float]) -> str:
+    low, high = (f"{each * quantity.plot_scale:.6g}" for each in ends)
+    return f"{low} to {high} {quantity.shown_units}".strip()
+
+
+def _fixed(dataset: "xr.Dataset", spec: SweepSpec, told: Mapping[str, Told]) -> str:
     parameters = spec.model.parameters
     fixed = [
-        f"{name} {parameters[name].spell(float(dataset[name].values), 6)}"
+        f"{told[name].quantity.name} {told[name].spell(float(dataset[name].values), 6)}"
         for name in spec.fixed
         if name in dataset and not _not_there(getattr(spec, name), parameters[name])
     ]
@@ -233,28 +251,29 @@ def _added_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
             yield f"added       {quantity.long_name}: {told}"
 
 
-def _most(values: "xr.DataArray | xr.Variable", form: str = ".1e") -> str:
+def _most(values: "xr.DataArray | xr.Variable") -> str:
     known = values.values[np.isfinite(values.values)]
-    return f"{known.max():{form}}" if known.size else "-"
+    return f"{known.max():.1e}" if known.size else "-"
 
 
-def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
+def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec, told: Mapping[str, Told]) -> Iterator[str]:
     for axis, edge in found_edges(dataset, spec):
         measured, halfwidth_name, _, _ = edge_names(axis, edge)
         found = dataset[measured].values
         count = int(np.isfinite(found).sum())
         side = "below" if edge == "lower" else "above"
-        units = spec.model.parameters[axis].units
-        lines = row_edges.in_words(edge_status(dataset, axis, edge), axis)
+        shown, name = told[axis], told[axis].quantity.name
+        lines = row_edges.in_words(edge_status(dataset, axis, edge), name)
         if count:
+            low, high = (shown.value(float(each(found))) for each in (np.nanmin, np.nanmax))
+            half = shown.width(float(np.nanmax(dataset[halfwidth_name].values)))
             lines.insert(
                 0,
-                f"stable {side} {axis} {np.nanmin(found):.6g} to {np.nanmax(found):.6g} {units}, "
-                f"+- {_most(dataset[halfwidth_name], '.2g')} at most, in "
-                f"{counted(count, 'row', found.size)} along {axis}",
+                f"stable {side} {name} {f'{low:.6g} to {high:.6g} {shown.quantity.units}'.removesuffix(' 1')}, "
+                f"+- {half:.2g} at most, in {counted(count, 'row', found.size)} along {name}",
             )
         else:
-            lines[0] += f", along {axis} (stable {side})"
+            lines[0] += f", along {name} (stable {side})"
         yield f"boundary    {lines[0]}"
         yield from (f"            {line}" for line in lines[1:])
     if "curve_point_count" in dataset:

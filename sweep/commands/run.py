@@ -82,7 +82,7 @@ def run(
     first = [] if spec is None else [spec]
     command = shlex.join(["eulerdisk", "run", *origin, *first, *words, "-o", str(output)])
     with stoppable() as stopping, showing(quiet=quiet) as progress:
-        _warn(request)
+        _warn(request, words)
         failures = run_to_file(
             request,
             output,
@@ -124,7 +124,7 @@ def prepare(
     )
     show(str(journal.folder))
     say(f"{counted(request.size, 'cell')} in {counted(len(journal.spans), 'block')}")
-    _warn(request)
+    _warn(request, words)
 
 
 def block(
@@ -199,7 +199,7 @@ def plan(
         found = Forecast.measured(request, threads)
         block_cells = block_cells or suitable_block(found.rate, least_cells(threads))
     show("\n".join(describe(request, output, found, block_cells, used, there)))
-    _warn(request)
+    _warn(request, words)
     try:
         if found is None:
             bound = journal_bytes(request, request.size) + file_bytes(request)
@@ -257,11 +257,12 @@ def warmup() -> None:
     show(f"cache  {cache_root()}")
 
 
-def _warn(request: "SweepSpec") -> None:
+def _warn(request: "SweepSpec", words: list[str] | None) -> None:
     """Say if no row of a grid will show a boundary, by theory: most often the range is that of another disk."""
     from sweep.atlas.outlook import one_sided
+    from sweep.request.words import pairs
 
-    for warning in one_sided(request):
+    for warning in one_sided(request, asked=pairs(words or [])):
         say(f"warning: {warning}")
 
 

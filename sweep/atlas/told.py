@@ -1,0 +1,70 @@
+"""In which words values are told: who asked for a speed is told of speeds, not of the rates that the file holds."""
+
+import re
+import shlex
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from sweep.errors import plain_text
+from sweep.model.quantity import Quantity
+from sweep.request.spec import SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True)
+class Told:
+    """The quantity in which values of a parameter are told: `scale` times what they are above `offset` [both SI]."""
+
+    quantity: Quantity
+    scale: float = 1.0
+    offset: float = 0.0
+
+    def value(self, of_parameter: Any) -> Any:
+        """Return a value, or an array of them, of the parameter as one of the quantity, both in SI."""
+        return (of_parameter - self.offset) * self.scale
+
+    def width(self, of_parameter: float) -> float:
+        """Return a difference of the parameter as one of the quantity, both in SI."""
+        return of_parameter * abs(self.scale)
+
+    def spell(self, of_parameter: float, digits: int = 10) -> str:
+        """Return a value of the parameter as a message says it, with its unit."""
+        return self.quantity.spell(self.value(of_parameter), digits)
+
+
+def asked_words(dataset: "xr.Dataset") -> list[str]:
+    """Return the names of the words in the command that made an atlas, which its history begins with."""
+    command = plain_text(dataset.attrs.get("history", "")).partition("\n")[0]
+    try:
+        words = shlex.split(command)
+    except ValueError:
+        # a history that another program has cut
+        words = command.split()
+    return [found[1] for word in words if (found := re.match(r"(\w+)=", word))]
+
+
+def told_in(spec: SweepSpec, asked: Iterable[str]) -> Mapping[str, Told]:
+    """Return how the values of each parameter are told: as they are, or as the word that was asked for instead.
+
+    Parameters
+    ----------
+    spec : SweepSpec
+    asked : iterable of str
+        Names of words, of which the later ones count. Substitutes whose scale varies from cell to cell do not, nor do
+        those of a control that fall where it rises: above its boundary they would be below theirs.
+    """
+    told = {name: Told(each) for name, each in spec.quantities.items()}
+    for name in asked:
+        if name in spec.quantities:
+            told[name] = Told(spec.quantities[name])
+        elif substitute := spec.model.substitutes.get(name):
+            needed = {each: getattr(spec, each) for each in substitute.needs}
+            if not all(isinstance(each, float) for each in needed.values()):
+                continue
+            scale = substitute.scale(needed)
+            if scale > 0.0 or not spec.quantities[substitute.parameter].control:
+                told[substitute.parameter] = Told(substitute, scale, substitute.offset)
+    return told

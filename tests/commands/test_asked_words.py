@@ -1,0 +1,105 @@
+"""Who asks in a word that stands for a parameter is answered in that word."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+import sweep
+from sweep.atlas.outlook import one_sided
+from sweep.checks.explain import explain
+from sweep.commands.report import boundary_table, describe
+from sweep.request.spec import SweepSpec
+
+pytestmark = pytest.mark.compiled
+
+#: sqrt(R/g) of the disk below.
+UNIT = math.sqrt(0.2 / 9.81)
+
+DISK = "radius=0.2 gravity=9.81"
+
+#: For each substitute: request, axes, a cell of it, and the quantity of the parameter that it stands for.
+ASKED = {
+    "speed": ("rolling speed=0.7:1.2:6 tilt=1deg:3deg:3", "roll_rate", lambda rate: 0.2 * rate),
+    "scaled_roll_rate": ("rolling scaled_roll_rate=0.4:0.9:6 tilt=1deg:3deg:3", "roll_rate", lambda rate: UNIT * rate),
+    "scaled_precession_rate": (
+        "spinning scaled_precession_rate=0.6:3:6 tilt=0.2deg:3deg:3", "precession_rate", lambda rate: UNIT * rate,
+    ),
+    "inclination": ("rolling roll_rate=4:7:7 inclination=87deg:89deg:3", "tilt", lambda tilt: math.pi / 2 - tilt),
+    "scaled_tilt_rate": (
+        "rolling roll_rate=4:7:7 tilt=1deg scaled_tilt_rate=0:0.02:3", "tilt_rate", lambda rate: UNIT * rate,
+    ),
+}  # fmt: skip
+
+
+@pytest.fixture(params=ASKED)
+def asked(request, monkeypatch):
+    """Return a substitute, its parameter, what makes one of the other, and an atlas that was asked for in it."""
+    words, parameter, convert = ASKED[request.param]
+    preset, *words = (words + " " + DISK).split()
+    atlas = sweep.run(SweepSpec.from_words(preset, words))
+    atlas.attrs["history"] = f"1970-01-01T00:00:00Z eulerdisk run {preset} {' '.join(words)} -o 'an atlas.nc'"
+    return request.param, parameter, convert, atlas
+
+
+def test_the_boundary_is_told_in_the_word_that_was_asked_for(asked):
+    """Heads name the word alone, and each number is that of the file, converted here."""
+    word, parameter, convert, atlas = asked
+    head, *lines = (re.split(r" {2,}", line.strip()) for line in boundary_table(atlas).splitlines())
+    assert parameter not in re.findall(r"(?:boundary_|^)(\w+)", " ".join(each.split()[0] for each in head))
+    (control,) = {"roll_rate", "precession_rate"} & {*atlas.ending.dims}
+    if parameter == control:
+        assert head[1].split()[0] == f"boundary_{word}"
+        names = (f"boundary_{parameter}", f"boundary_{parameter}_halfwidth", f"critical_{parameter}")
+        stored = np.transpose([convert(atlas[name].values) for name in names])
+        shown = [[math.nan if line[i] == "-" else float(line[i]) for i in (1, 2, 4)] for line in lines]
+        assert np.isfinite(stored[0]).all()
+        np.testing.assert_allclose(shown, stored, rtol=2e-5)
+    else:
+        units = {"inclination": " [deg]"}.get(word, "")
+        assert head[0] == f"{word}{units}"
+        scale = 180.0 / math.pi if units else 1.0
+        shown = [float(line[0]) for line in lines]
+        assert shown == pytest.approx([scale * convert(each) for each in atlas[parameter].values], rel=1e-5)
+
+
+def test_an_atlas_and_a_cell_are_told_in_it(asked):
+    """Info names the word with its ends, and the parameter beside; explain by what its own words say first."""
+    word, parameter, convert, atlas = asked
+    units, scale = {"speed": (" m s-1", 1.0), "inclination": (" deg", 180.0 / math.pi)}.get(word, ("", 1.0))
+    values = atlas[parameter].values
+    low, high = sorted(scale * convert(values[[0, -1]]))
+    told = describe(atlas)
+    assert re.search(
+        rf"^  {word} +{low:.6g} to {high:.6g}{units}, {values.size} values, linear; {parameter} ", told, re.M
+    )
+    control = next(name for name in atlas.ending.dims if name in ("roll_rate", "precession_rate"))
+    shown = word if parameter == control else control
+    assert re.search(rf"^boundary    stable above {shown} .* along {shown}$", told, re.M)
+    at = {name: float(atlas[name][0]) for name in atlas.ending.dims}
+    others = {name: value for name, value in at.items() if name != parameter}
+    own = convert(at[parameter])
+    for given, is_told in (({**others, word: own}, True), (at, False)):
+        text = " ".join(explain(atlas, given).text.split())
+        assert (f"cell {word} {scale * own:.6g}" in text or f"), {word} {scale * own:.6g}" in text) == is_told
+        assert (f"(stable above {word}): " in text or f"stable above {word} " in text) == (
+            is_told and parameter == control
+        )
+
+
+def test_a_range_on_one_side_is_told_in_it():
+    """The range that is offered can be pasted: it is in the word of the request, and holds the boundary."""
+    words = ["radius=0.2", "speed=0.1:0.3:5", "tilt=1deg,2deg"]
+    (warning,) = one_sided(SweepSpec.from_words("rolling", words), asked=["speed"])
+    assert warning.startswith("speed=0.1:0.3:5 lies on the unstable side")
+    offered = warning.rpartition(" ")[2]
+    assert re.match(r"speed=[\d.]+:[\d.]+:5$", offered)
+    assert one_sided(SweepSpec.from_words("rolling", [words[0], offered, words[2]])) == []
+
+
+def test_a_word_that_means_another_rate_in_each_cell_is_not_used():
+    """With several radii there is no one speed: the file is told in its own parameter."""
+    atlas = sweep.run(SweepSpec(roll_rate="2:6:5", tilt="1deg", radius="0.2,0.4"))
+    atlas.attrs["history"] = "1970-01-01T00:00:00Z eulerdisk run 'broken speed=1:2:5"
+    assert "boundary_roll_rate [rad s-1]" in boundary_table(atlas, ["speed"])
