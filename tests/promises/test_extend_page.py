@@ -84,11 +84,15 @@ def test_its_commands_run_in_the_fork(fork, tmp_path):
     assert (tmp_path / "falls.png").is_file()
     assert "## How long a disk takes to fall" in (tmp_path / "gallery.md").read_text(encoding="utf-8")
     told = {line: out for line, (_, out, _) in ends.items()}
-    assert all("\nverified: " in told[f"verify {name}.nc"] for name in ("swings", "falls", "gains"))
+    assert all(
+        "\nverified: " in told[f"verify {name}.nc"] for name in ("swings", "falls", "pressed", "gains")
+    )
     assert re.search(r"^swing .* the stored measures$", told["verify swings.nc"], re.M)
     assert re.search(r"^fall_rate .* its computation, repeated$", told["verify falls.nc"], re.M)
     assert "20 dB above the perturbation" in told["info gains.nc"]
     assert told["compare again.nc swings.nc"].startswith("identical")
+    assert "of them by DOP853 too" in told["verify pressed.nc"]
+    assert "Circling at constant tilt with air" in told["info pressed.nc"]
 
 
 @pytest.mark.compiled
