@@ -1,6 +1,8 @@
 """The errors that a user can put right, and their exit statuses."""
 
+import os
 import re
+from pathlib import Path
 from typing import Self
 
 #: Characters of a message, and of its place: a word of the user may have a million, a path four thousand.
@@ -81,6 +83,23 @@ def shown(raw: object) -> str:
     """Return what a request gave, as it was given, short enough for a message."""
     text = raw if isinstance(raw, str) else repr(raw)
     return text if len(text) <= 80 else f"{text[:60]} ... {text[-15:]}"
+
+
+def as_path(given: object, example: str = "rolling.nc") -> Path:
+    """Return a path that was given as text or as a path.
+
+    Raises
+    ------
+    RequestError
+        If it is something else.
+    """
+    text = os.fspath(given) if isinstance(given, (str, os.PathLike)) else None
+    if isinstance(text, str):
+        return Path(text)
+    raise RequestError(
+        f"A path is a text or a pathlib.Path; got a {type(given).__name__}.",
+        hint=f'Write "{example}", for instance.',
+    )
 
 
 def counted(count: int, thing: str, of: int | None = None) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.engine.grid import Span, completed, starts_at, starts_of
-from sweep.errors import RequestError
+from sweep.errors import RequestError, shown
 from sweep.model.description import Columns, Model, Starts
 from sweep.model.kernel import Kernel, code_hash
 from sweep.model.quantity import Quantity
@@ -251,8 +251,10 @@ def usable_threads(threads: int | None) -> int:
     """
     most = most_threads()
     wanted = usual_threads() if threads is None else threads
-    if not 1 <= wanted <= most:
+    if not isinstance(wanted, int) or not 1 <= wanted <= most:
         raise RequestError(
-            f"threads must be from 1 to {most}; got {threads}.", hint="Leave it out.", where="threads"
+            f"threads must be a whole number from 1 to {most}; got {shown(threads)}.",
+            hint="Leave it out.",
+            where="threads",
         )
     return wanted

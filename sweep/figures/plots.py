@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.atlas.dataset import require, spec_named
-from sweep.errors import RequestError, shown
+from sweep.errors import RequestError, as_path, shown
 from sweep.figures import scatter
 from sweep.figures.drawing import (
     add_bar,
@@ -167,7 +167,7 @@ def save(drawn: Figure, path: str | Path, dpi: int | None = None) -> None:
         If the name's ending is none of png, pdf, svg, or the folder does not exist or cannot be written, or the figure
         would have too many dots.
     """
-    path, dpi = Path(path), dpi or _DOTS_PER_INCH
+    path, dpi = as_path(path, "rolling.png"), dpi or _DOTS_PER_INCH
     ending = check_format(path)
     check_target(path, overwrite=True)
     dots = [int(side * dpi) for side in drawn.get_size_inches()]

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sweep.atlas.selection import BETWEEN, as_atlas, require_atlas
-from sweep.errors import RequestError, shown
+from sweep.errors import RequestError, as_path, shown
 from sweep.files.paths import check_target
 from sweep.files.publish import FILE_SHARE, check_room, published
 from sweep.request.criterion import Criterion
@@ -31,7 +31,7 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
         If the file system refuses.
     """
     _check_kind(dataset)
-    path, dataset = Path(path), _rechunked(as_atlas(dataset))
+    path, dataset = as_path(path), _rechunked(as_atlas(dataset))
     _check_criterion(dataset, path)
     check_target(path, overwrite)
     needed = dataset.nbytes * FILE_SHARE

@@ -15,7 +15,7 @@ from sweep.atlas.dataset import place_of, require, spec_named
 from sweep.atlas.selection import as_atlas, require_atlas
 from sweep.atlas.structure import check_structure, known_names, strangers
 from sweep.engine.grid import chunks
-from sweep.errors import LeftOutWarning, RequestError, printable, shown
+from sweep.errors import LeftOutWarning, RequestError, as_path, printable, shown
 from sweep.files.paths import check_atlas
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def open_atlas(path: str | Path, *, indexed: bool = True) -> "xr.Dataset":
     RequestError
         If the file is missing, is not netCDF, is not an atlas, or has a newer format than this version knows.
     """
-    path = Path(path)
+    path = as_path(path)
     check_atlas(path)
     import xarray as xr
 

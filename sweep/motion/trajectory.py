@@ -17,6 +17,7 @@ from sweep.atlas.cf_metadata import (
     created,
     versions,
 )
+from sweep.errors import RequestError
 from sweep.model.kernel import code_hash
 from sweep.model.quantity import FILL, Array, Quantity
 from sweep.motion import disk_path, lossy_path
@@ -68,6 +69,12 @@ def simulate(
         spec = request_of_preset(spec, words)
     elif spec is None:
         spec = TrajectorySpec.read(**words)
+    elif not isinstance(spec, MotionRequest):
+        raise RequestError(
+            f"A motion is asked for by a TrajectorySpec, the name of a preset or the path of a .toml file; got a "
+            f"{type(spec).__name__}.",
+            hint='Write sweep.simulate("toy", tilt="80deg"), for instance.',
+        )
     start = start_of(spec)
     times, values = PATHS[spec.kind.model.name].follow(spec, start)
     return _dataset(spec, start, times, values, command)

@@ -17,7 +17,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NoReturn, Self
 
-from sweep.errors import RequestError, shown
+from sweep.errors import RequestError, as_path, shown
 from sweep.model import registry
 from sweep.model.description import Model
 from sweep.model.quantity import Input, Quantity, Word
@@ -255,7 +255,7 @@ class SweepSpec:
         RequestError
             If the file cannot be read, is not TOML, or is not a request.
         """
-        return cls._of_file(Path(path), {})
+        return cls._of_file(as_path(path, "my-sweep.toml"), {})
 
     @classmethod
     def from_words(cls, spec: str | Path, words: Sequence[str]) -> Self:

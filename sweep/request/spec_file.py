@@ -5,7 +5,7 @@ import os
 import stat
 from pathlib import Path
 
-from sweep.errors import RequestError, shown
+from sweep.errors import RequestError, as_path, shown
 from sweep.model import registry
 from sweep.model.description import Model
 from sweep.request.suggestions import suggestion
@@ -36,7 +36,7 @@ def find_spec_file(spec: str | Path) -> Path:
     RequestError
         If it is the name of neither.
     """
-    path = Path(spec)
+    path = as_path(spec, "rolling")
     if isinstance(spec, Path) or path.suffix == ".toml" or path.name != spec:
         return path
     # the presets of the default model first: the other models need not be loaded then
@@ -51,7 +51,7 @@ def find_spec_file(spec: str | Path) -> Path:
         path.suffix == ".nc"
     )
     raise RequestError(
-        f"There is no preset {spec or 'without a name'}. A spec is a preset or a .toml file; presets are "
+        f"There is no preset {shown(spec) or 'without a name'}. A spec is a preset or a .toml file; presets are "
         f"{', '.join(known)}.",
         hint=from_atlas
         or suggestion(spec, known)

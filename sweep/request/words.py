@@ -110,7 +110,14 @@ def pairs(words: Iterable[str]) -> dict[str, str]:
         If a word has no ``=``, or a name comes twice.
     """
     found: dict[str, str] = {}
-    for word in words:
+    is_list = isinstance(words, Iterable) and not isinstance(words, str)
+    listed = [*words] if is_list else []
+    if not is_list or not all(isinstance(word, str) for word in listed):
+        raise RequestError(
+            f"Words are a list of texts NAME=VALUE; got {shown(words)}.",
+            hint='Write ["alpha=0.5,1"], for instance.',
+        )
+    for word in listed:
         name, equals, value = (part.strip() for part in word.partition("="))
         if not equals or not name:
             raise RequestError(
@@ -333,7 +340,8 @@ def with_table(words: Mapping[str, Any], folder: Path | None = None) -> dict[str
     if isinstance(raw, str) and raw.strip() and folder is not None:
         raw = folder / raw
     table = read_table(raw)
-    return {**words} if table is None else {**words, "starts": table}
+    others = {name: value for name, value in words.items() if name != "starts" or value is not None}
+    return others if table is None else {**others, "starts": table}
 
 
 def _elsewhere() -> Mapping[str, str]:

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from sweep.atomic import open_or_create
-from sweep.errors import RequestError
+from sweep.errors import RequestError, as_path
 
 #: Suffix of the name of the folder, after the name of the output.
 SUFFIX = ".run"
@@ -33,7 +33,8 @@ _NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS, errno.EINVAL)
 
 def resolved(path: str | Path) -> Path:
     """Return where a file will be: a symbolic link is followed, so that two names of one output share one lock."""
-    return Path(os.path.realpath(path)) if os.path.islink(path) else Path(path)
+    path = as_path(path)
+    return Path(os.path.realpath(path)) if os.path.islink(path) else path
 
 
 def directory_of(path: Path) -> Path:

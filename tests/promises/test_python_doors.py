@@ -85,6 +85,38 @@ def test_they_answer_or_refuse_in_a_sentence(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+#: What no request, path or list of words is, and a name of 4,000 characters.
+STRANGE = (3, b"a.nc", 2.5, ["a.nc"], xr.Dataset(), np.zeros(3), {"a": 1}, "x" * 4000, Path("x" * 4000), None)
+
+#: What takes a request, a path, words or a number of threads.
+REQUESTS = {
+    "open_atlas": sweep.open_atlas,
+    "run": sweep.run,
+    "run_to_file": lambda given: sweep.run_to_file("rolling", given, **SMALL),
+    "spec of run_to_file": lambda given: sweep.run_to_file(given, "a.nc"),
+    "simulate": lambda given: sweep.simulate(given, duration=0.1),
+    "from_toml": sweep.SweepSpec.from_toml,
+    "preset": sweep.SweepSpec.preset,
+    "spec of from_words": lambda given: sweep.SweepSpec.from_words(given, []),
+    "words of from_words": lambda given: sweep.SweepSpec.from_words("rolling", given),
+    "starts": lambda given: sweep.SweepSpec(starts=given),
+    "threads": lambda given: sweep.run("rolling", **SMALL, threads=given),
+    "save": lambda given: sweep.save(sweep.run("rolling", **SMALL), given),
+    "animate": lambda given: sweep.simulate(roll_rate=3.0, duration=0.1).eulerdisk.animate(given),
+}
+
+
+def test_strange_requests_are_refused_in_a_sentence(tmp_path, monkeypatch):
+    """No other error leaves any of them, no message repeats a name of thousands of characters, nothing is written."""
+    monkeypatch.chdir(tmp_path)
+    for door, use in REQUESTS.items():
+        for given in STRANGE:
+            problem = _raised(use, given)
+            assert problem is None or isinstance(problem, sweep.RequestError), (door, given, problem)
+            assert len(str(problem)) < 1200, (door, given)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_path_is_an_atlas(tmp_path):
     """Verify and compare take a file, as text or Path, and give what they give for its contents."""
     spec = sweep.SweepSpec.preset("rolling", **SMALL)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NoReturn, Self
 
 import numpy as np
 
-from sweep.errors import RequestError, counted, shown
+from sweep.errors import RequestError, as_path, counted, shown
 from sweep.model.quantity import Array
 from sweep.motion.sampling import end_of, kind_of
 from sweep.motion.tables import TIME
@@ -101,11 +101,11 @@ def check_format(path: str | Path) -> str:
     RequestError
         If the name has another extension, or it is mp4 and there is no ffmpeg.
     """
-    ending = Path(path).suffix.lower().removeprefix(".")
-    name = Path(path).stem or "disk"
+    film = as_path(path, "disk.gif")
+    ending, name = film.suffix.lower().removeprefix("."), shown(film.stem) or "disk"
     if ending not in _RATES:
         raise RequestError(
-            f"The name of a film ends in {' or '.join(f'.{each}' for each in _RATES)}; got {path}.",
+            f"The name of a film ends in {' or '.join(f'.{each}' for each in _RATES)}; got {shown(str(path))}.",
             hint=f"Write {name}.gif.",
             where=str(path),
         )
