@@ -44,7 +44,10 @@ _MEANING = (
 )
 
 #: Attributes that an atlas has not, by which other programs read its values as others or as missing.
-_READ_OTHERWISE = ("scale_factor", "add_offset", "valid_min", "valid_max", "valid_range", "_Unsigned")
+_READ_OTHERWISE = (
+    "scale_factor", "add_offset", "valid_min", "valid_max", "valid_range", "missing_value", "_Unsigned", "flag_masks",
+    "compress",
+)  # fmt: skip
 
 #: What attributes of variables are held against.
 _TABLE = "the table of the model"
@@ -158,7 +161,9 @@ def _of_variable(
     """Yield one statement of all attributes of a variable that are right, and one of each that is not."""
     # what xarray keeps among the encoding it drops in most operations
     encoded = {
-        name: variable.encoding.get(name) for name in ("_FillValue", "coordinates", "_Unsigned") if in_file
+        name: variable.encoding.get(name)
+        for name in ("_FillValue", "missing_value", "coordinates", "_Unsigned")
+        if in_file
     }
     stored = {**variable.attrs} | {name: value for name, value in encoded.items() if value is not None}
     expected = {**declared.attributes}
