@@ -45,6 +45,9 @@ from kernels.lossy_disk.simd_stages import (
 )
 from kernels.lossy_disk.step_control import added, imbalance_of, present, refined, slowed_down
 
+#: Steps at a start in which turning points are looked for one by one: two calls of lanes.
+_EARLY = 2.0 * STEPS_OF_A_CALL
+
 #: What becomes of a cell: its results are written, it goes on in its lane, it begins again.
 _WRITTEN, _GOES_ON, _AGAIN = range(3)
 
@@ -348,8 +351,8 @@ def _begun(cell, lane, run, lanes, measures, counts):
             record = Record(record.least, record.greatest, 0.0, record.steps, record.switches)
         if ending == MOVING and not slides(motion, case):
             motion, record, ending = _followed(motion, record, case, lane, 0.0, lanes)
-        elif ending == MOVING and turns_early(motion, case, STEPS_OF_A_CALL):
-            past = STEPS_OF_A_CALL * step_length(motion.state, motion.senses, case)
+        elif ending == MOVING and turns_early(motion, case, _EARLY):
+            past = _EARLY * step_length(motion.state, motion.senses, case)
             motion, record, ending = _followed(motion, record, case, lane, past, lanes)
         state = _judged(cell, lane, motion, record, ending, run, lanes, measures, counts)
     return state == _GOES_ON

@@ -109,14 +109,18 @@ def test_a_late_motion_states_how_far_it_is_off_wherever_it_ends():
 def test_turning_points_soon_after_the_start_are_extreme_tilts(rng):
     """Near a steady wobble that friction slows the first of them, in the first steps, may be the least tilt of all.
 
-    Of 19,000 such starts six are beyond their stated error, where the tilt rate vanishes twice within a step.
+    Of some the tilt rate vanishes twice soon after the start: as lanes saw them, they were off by 3.4 stated errors.
     """
-    given = lossy_cells.near_steady(2000, rng)
+    twice = [
+        lossy_cells.near_steady(20_000, np.random.default_rng(seed))[:, cells]
+        for seed, cells in ((11, [3842, 9307]), (13, [6461, 18388]), (14, [1321, 7233, 19359]))
+    ]
+    given = np.concatenate([lossy_cells.near_steady(2000, rng), *twice], axis=1)
     found, true = lossy_runner.run(given, duration=5.0), referee.run(given, duration=5.0)
     assert np.array_equal(found.ending, true.ending)
     for name in ("tilt_min", "tilt_max"):
         off = np.abs(getattr(found, name) - getattr(true, name)) / found.tilt_error
-        assert (off > 1.0).sum() <= 3, name
+        assert off.max() <= 1.0, name
     example = referee.starts(
         tilt=1.1929015143948214, precession_rate=2.413936523512177, roll_rate=-2.2436174526880928,
         alpha=0.9401629077323868, contour_friction=0.02959953745357208,
