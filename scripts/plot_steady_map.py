@@ -38,7 +38,11 @@ TITLES = {
     "fast": "By roll rate, faster precession",
 }
 #: Names on the ends of the curve k = 0 at upright: where they lie [rad/s], and where the word goes [points].
-_ENDS = {"precession": ((3.9618, "spinning\n$4g/5R$"),), "slow": ((2.5573, "rolling\n$g/3R$"),), "fast": ()}
+_ENDS = {
+    "precession": ((3.9618, "spinning\n$\\sqrt{4g/5R}$"),),
+    "slow": ((2.5573, "rolling\n$\\sqrt{g/3R}$"),),
+    "fast": (),
+}
 
 _MOST_POINTS = 46
 

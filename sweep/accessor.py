@@ -4,7 +4,7 @@ The package registers it when both this package and xarray have been imported, i
 imported here before something is asked.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -223,6 +223,8 @@ class Eulerdisk:
         family: bool = False,
         losses: bool = False,
         friction: float | None = None,
+        bare: bool = False,
+        without: "str | Sequence[str] | None" = None,
         width: "str | float | None" = None,
         height: "str | float | None" = None,
         font_size: float | None = None,
@@ -249,6 +251,11 @@ class Eulerdisk:
             Of a disk with losses: draw how long it stays aloft, and which law took most of its energy.
         friction : float, optional
             Hatch where rolling without slip needs a larger friction coefficient.
+        bare : bool
+            Draw no title and no caption, and a short legend. The text of all three is the label of the figure,
+            ``figure.get_label()``.
+        without : str or sequence of str, optional
+            Parts to leave out: title, caption, legend, strip, bar, as in ``"strip,bar"``.
         width, height : str or float, optional
             Of the figure, as in ``"86mm"``; a number is in m.
         font_size : float, optional
@@ -263,7 +270,7 @@ class Eulerdisk:
         """
         words = {
             "rate": rate, "quantity": quantity, "contours": contours, "family": family, "width": width,
-            "height": height, "font_size": font_size, "dpi": dpi,
+            "height": height, "font_size": font_size, "dpi": dpi, "bare": bare, "without": without,
         }  # fmt: skip
         if is_motion(self._dataset):
             return self._plot_motion({**words, "losses": losses, "ax": ax, "friction": friction})

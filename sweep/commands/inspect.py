@@ -14,6 +14,9 @@ from sweep.errors import RequestError, counted, shown
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
+
+    from sweep.figures.look import Look
 
 #: How `boundary` prints for programs.
 _TABLES = ("csv", "json")
@@ -247,6 +250,18 @@ def plot(
         bool,
         typer.Option("--family", help="Draw an atlas of more than two axes as a family of boundary curves."),
     ] = False,
+    bare: Annotated[
+        bool,
+        typer.Option(
+            "--bare", help="Draw it without title and caption, with a short legend; print their text instead."
+        ),
+    ] = False,
+    without: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PARTS", help="Leave out title, caption, legend, strip, bar, or some: strip,bar."
+        ),
+    ] = None,
     width: Annotated[str | None, typer.Option(metavar="LENGTH", help="Of the figure, e.g. 86mm.")] = None,
     height: Annotated[str | None, typer.Option(metavar="LENGTH", help="Of the figure, e.g. 70mm.")] = None,
     font_size: Annotated[
@@ -280,7 +295,7 @@ def plot(
         )
     look = Look.read(
         rate=rate, quantity=quantity, contours=contours, width=width, height=height, font_size=font_size, dpi=dpi,
-        family=family,
+        family=family, bare=bare, without=without,
     )  # fmt: skip
     paths, words = files_and_words(atlases)
     for atlas in paths:
@@ -293,7 +308,7 @@ def plot(
             drawn = plots.figure(
                 [stack.enter_context(opened(path, indexed=False)) for path in paths], look=look
             )
-            plots.save(drawn, output, look.dpi)
+            _save(drawn, output, look)
             return
         datasets = [stack.enter_context(opened_part(path, words)) for path in paths]
         if criterion is not None:
@@ -301,7 +316,16 @@ def plot(
 
             datasets = [reclassify(dataset, criterion) for dataset in datasets]
         drawn = getattr(plots, draw)(datasets, look) if draw else plots.figure(datasets, friction, look)
-        plots.save(drawn, output, look.dpi)
+        _save(drawn, output, look)
+
+
+def _save(drawn: "Figure", output: Path, look: "Look") -> None:
+    """Write a figure, and print the text of its caption if it has not all of it."""
+    from sweep.figures import plots
+
+    plots.save(drawn, output, look.dpi)
+    if look.without & {"title", "caption", "legend"}:
+        show(str(drawn.get_label()))
 
 
 def export(

@@ -25,6 +25,7 @@ from sweep.figures.panels import Edge, Panel
 from sweep.figures.room import HALO
 from sweep.figures.scales import add_second_axis, set_log_ticks, set_scale, unit_of_label
 from sweep.figures.shade import COLOURS, LEAST, Shade, common_norm, flag_colours, is_wide
+from sweep.figures.texts import number
 from sweep.model.quantity import Array, Truths
 
 if TYPE_CHECKING:
@@ -82,8 +83,9 @@ _POINTS: dict[str, Any] = {
     "markersize": 3.4,
     "markerfacecolor": "white",
     "markeredgewidth": 0.8,
-    "elinewidth": 0.8,
-    "capsize": 1.6,
+    "elinewidth": 0.9,
+    # without caps, which would fill a marker that is larger than its bracket
+    "capsize": 0.0,
     "zorder": 5,
 }
 _MARKERS = {"upper": "o", "lower": "s"}
@@ -333,7 +335,8 @@ def _draw_points(
         **_POINTS,
         **look,
     }
-    axes.errorbar(x[some], y[some], yerr=error[:, some], **words)
+    # a bracket that is shorter than its marker is seen on it
+    axes.errorbar(x[some], y[some], yerr=error[:, some], barsabove=True, **words)
 
 
 def _step(count: int) -> int:
@@ -394,9 +397,7 @@ def _draw_contours(axes: "Axes", panel: Panel, levels: Sequence[float]) -> None:
     drawn.set_path_effects(CONTOUR_EDGE)
     quantity = panel.shade.quantity
     unit = unit_of_label(quantity)
-    label = (
-        f"{quantity.name.replace('_', ' ')} of {', '.join(f'{each:.4g}' for each in levels)} {unit}".rstrip()
-    )
+    label = f"{quantity.name.replace('_', ' ')} of {', '.join(map(number, levels))} {unit}".rstrip()
     axes.plot([], [], color="white", linewidth=0.9, path_effects=CONTOUR_EDGE, label=label)
 
 
@@ -499,28 +500,49 @@ def _automatic(maps: Sequence[Shade], low: float, high: float) -> tuple[float, .
     return tuple(float(each) for each in found if low < each < high)
 
 
-def add_bar(
-    drawn: Figure, panels: Sequence[Panel], colouring: Colouring, beside: Any = None
-) -> "Axes | None":
-    """Add the bar of colours: in axes of its own, or beside those of a caller; none for flags and profiles."""
+@dataclass(frozen=True)
+class Bar:
+    """A bar of colours: what they mean, and the levels of contour lines; `whole` says that values are integers."""
+
+    colours: ScalarMappable
+    label: str
+    extend: str = "neither"
+    whole: bool = False
+    levels: tuple[float, ...] = ()
+
+    def draw(self, drawn: Figure, *, lies: bool = False, beside: "Axes | None" = None) -> "Axes":
+        """Draw it into axes of its own, with its numbers above if it lies, or standing beside those of a caller."""
+        place: dict[str, Any] = (
+            {"cax": drawn.add_axes((0.9, 0.2, 0.02, 0.6))} if beside is None else {"ax": beside}
+        )
+        direction = ("horizontal", "top") if lies else ("vertical", "right")
+        axes: Axes = drawn.colorbar(
+            self.colours, label=self.label, extend=self.extend, orientation=direction[0],
+            ticklocation=direction[1], **place,
+        ).ax  # fmt: skip
+        axis, norm = axes.xaxis if lies else axes.yaxis, self.colours.norm
+        if isinstance(norm, LogNorm):
+            set_log_ticks(axis, float(norm.vmax or 1.0) / float(norm.vmin or 1.0))
+        elif self.whole:
+            axis.set_major_locator(MaxNLocator(6, integer=True))
+        for level in self.levels:
+            (axes.axvline if lies else axes.axhline)(
+                level, color="white", linewidth=0.9, path_effects=CONTOUR_EDGE
+            )
+        return axes
+
+
+def bar_of(panels: Sequence[Panel], colouring: Colouring) -> Bar | None:
+    """Return the bar of colours of maps; none of flags and profiles."""
     quantity = panels[0].shade.quantity
     maps = [each.shade for each in panels if each.y is not None]
     if quantity.flags is not None or not any(np.isfinite(each.values).any() for each in maps):
         return None
-    low, high = float(colouring.norm.vmin or 0.0), float(colouring.norm.vmax or 1.0)
-    cut = any((each.values < low).any() for each in maps)
-    place: dict[str, Any] = (
-        {"cax": drawn.add_axes((0.9, 0.2, 0.02, 0.6))} if beside is None else {"ax": beside}
+    cut = any((each.values < float(colouring.norm.vmin or 0.0)).any() for each in maps)
+    return Bar(
+        ScalarMappable(colouring.norm, colouring.colours),
+        quantity.plot_label,
+        "min" if cut else "neither",
+        quantity.dtype.startswith("i"),
+        colouring.levels,
     )
-    bar = drawn.colorbar(
-        ScalarMappable(colouring.norm, colouring.colours), label=quantity.plot_label,
-        extend="min" if cut else "neither", **place,
-    )  # fmt: skip
-    if isinstance(colouring.norm, LogNorm):
-        set_log_ticks(bar.ax.yaxis, high / low)
-    elif quantity.dtype.startswith("i"):
-        bar.ax.yaxis.set_major_locator(MaxNLocator(6, integer=True))
-    for level in colouring.levels:
-        bar.ax.axhline(level, color="white", linewidth=0.9, path_effects=CONTOUR_EDGE)
-    found: Axes = bar.ax
-    return found

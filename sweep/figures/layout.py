@@ -5,7 +5,8 @@ legend that is wider than its panel take the width of the panel.
 """
 
 import math
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -16,7 +17,7 @@ from matplotlib.container import ErrorbarContainer
 from matplotlib.transforms import ScaledTranslation
 
 from sweep.errors import RequestError
-from sweep.figures.drawing import OUTSIDE, analytic_lines, joined, joined_heights, sheet
+from sweep.figures.drawing import OUTSIDE, Bar, analytic_lines, joined, joined_heights, sheet
 from sweep.figures.look import Look, columns_of, inches, size_of
 from sweep.figures.panels import Panel
 from sweep.figures.room import Room, name_end, name_line, name_regions
@@ -30,10 +31,16 @@ if TYPE_CHECKING:
     from matplotlib.legend import Legend
 
 #: Gaps in sizes of a letter: around the figure, between columns, between map and strip, above and below a legend.
-_MARGIN, _GAP, _CLOSE, _ABOVE, _BELOW = 0.6, 1.4, 1.2, 0.6, 0.8
+_MARGIN, _GAP, _CLOSE, _ABOVE, _BELOW = 0.45, 1.4, 1.2, 0.6, 0.8
 
 #: Width of the bar of colours, and its distance from the maps.
 _BAR, _TO_BAR = 1.0, 1.2
+
+#: Up to this width the bar of colours of a single column lies above the maps, which would be narrow beside it.
+_NARROW = 36.0
+
+#: Height [in] that a figure of several rows has at most, if its panels have room in it: that of a page.
+PAGE = 11.7
 
 #: Height of a map, or of a profile, over its width; and of a strip over that of its map, and at least in letters.
 #: Points have no cells, whose shape could be seen: they are in no higher panel than this.
@@ -44,6 +51,9 @@ _TITLE, _LINE = 2.2, 1.35
 
 #: Least width and height of a panel, and the width from which a legend below all panels has another column.
 _LEAST, _COLUMN = 7.0, 32.0
+
+#: How much wider words can be in the dots of a file than in those in which they are measured.
+_HINTED = 1.05
 
 #: How often sizes and ticks, which depend on each other, are computed.
 _ROUNDS = 2
@@ -79,8 +89,11 @@ class Block:
         return {label: named[label] for label in order}
 
 
-#: Adds the bar of colours to a figure: in axes of its own, or beside those of a caller.
-Bar = Callable[["Figure", "Axes | None"], "Axes | None"]
+#: Words of a legend -> what is left of them in a figure without a caption.
+_SHORT = (
+    (re.compile(r"^\w+ boundary with its bracket(, upper|, lower|).*"), r"measured\1"),
+    (re.compile(rf"^(analytic|predicted)\b.*?({re.escape(OUTSIDE)}|)$"), r"\1\2"),
+)
 
 
 def figure_of(
@@ -109,14 +122,19 @@ def figure_of(
         Width of a panel where the look has none, and the least one [in].
     columns : int, optional
         Panels in a row; by default as many as have room.
-    bar : callable, optional
-        Adds the bar of colours, to the right of all.
+    bar : Bar, optional
+        The bar of colours: to the right of all, or above them in a narrow figure.
     common : sequence of str, optional
         Caption of one legend below all panels; without it each has its own.
     title : str
         Of the whole figure.
     axes : Axes, optional
         Draw the only item into these.
+
+    Returns
+    -------
+    Figure
+        Its label is the text of a caption: all that its title, caption and legend would say without `look.without`.
 
     Raises
     ------
@@ -128,7 +146,8 @@ def figure_of(
     columns = columns or columns_of(len(items), look, *widths)
     with sheet(*size_of(columns, look, widths[0]), look.font_size, "none") as drawn:
         blocks = [block(drawn.add_axes((0.2, 0.2, 0.6, 0.6)), each) for each in items]
-        layout = _Layout(drawn, blocks, columns, inches(look.height), bar and bar(drawn, None), title)
+        drawn.set_label(_text(title, blocks, common or (), bar))
+        layout = _Layout(drawn, blocks, columns, look, bar, title)
         layout.write_legends(common)
         for _ in range(_ROUNDS):
             layout.place()
@@ -160,13 +179,14 @@ def _figure_in(
     assert drawn is not None
     with nullcontext() if look.font_size == Look.font_size else rc_context({"font.size": look.font_size}):
         made = block(axes, items[0])
-        added = bar(drawn, axes) if bar else None
+        added = bar.draw(drawn, beside=axes) if bar and "bar" not in look.without else None
         drawn.draw_without_rendering()
         room = axes.get_window_extent().width / dots
-        axes.set_title(wrapped(made.title, float(axes.title.get_fontsize()), room), parse_math=False)
+        title = "" if "title" in look.without else made.title
+        axes.set_title(wrapped(title, float(axes.title.get_fontsize()), room), parse_math=False)
         drawn.draw_without_rendering()
         box = axes.get_window_extent()
-        legend = _add_legend(axes, made.legend(), made.caption, box.width / dots)
+        legend = _add_legend(axes, made.legend(), made.caption, box.width / dots, look.without)
         tight = axes.get_tightbbox(for_layout_only=True)
         assert tight is not None
         shift = ScaledTranslation(
@@ -196,19 +216,29 @@ class _Layout:
         drawn: "Figure",
         blocks: Sequence[Block],
         columns: int,
-        height: float | None,
-        bar: "Axes | None",
+        look: Look,
+        bar: Bar | None,
         title: str,
     ) -> None:
-        self.drawn, self.blocks, self.columns, self.height, self.bar = drawn, blocks, columns, height, bar
-        self.letter, self.width, self.rows = _letter(), drawn.get_size_inches()[0], -(-len(blocks) // columns)
+        self.drawn, self.blocks, self.columns, self.without = drawn, blocks, columns, look.without
+        self.height, self.letter, self.width = inches(look.height), _letter(), drawn.get_size_inches()[0]
+        self.rows = -(-len(blocks) // columns)
+        # places at the end of the last row, where the legend of all panels has room
+        self.empty = 0 if self.height else self.rows * columns - len(blocks)
+        if "bar" in self.without:
+            bar = None
+        self.bar_lies = bar is not None and columns == 1 and self.width <= _NARROW * self.letter
+        if self.bar_lies and len(blocks) == 1:
+            # above the bar
+            title, blocks[0].title = blocks[0].title, ""
+        self.bar = None if bar is None else bar.draw(drawn, lies=self.bar_lies)
         self.has_strip = any(block.strip is not None for block in blocks)
         self.common: Legend | None = None
         self.legends: list[Legend] = []
         size = float(rcParams["axes.titlesize"])
-        text = wrapped(title, size, self.width - 2.0 * self.letter) if title else ""
+        text = "" if "title" in self.without else wrapped(title, size, self.width - 2.0 * self.letter)
         self.title = drawn.text(0.0, 1.0, text, size=size, weight="bold", va="top", parse_math=False)
-        every = [*(each for block in blocks for each in (block.axes, block.strip)), bar]
+        every = [*(each for block in blocks for each in (block.axes, block.strip)), self.bar]
         self.axes = [each for each in every if each is not None]
         self.labels = [
             (axis, which, axis.get_label_text())
@@ -219,8 +249,6 @@ class _Layout:
         # sizes near the final ones: the numbers on axes depend on them
         for axes in self.axes:
             axes.set_position((0.2, 0.2, 0.7 / columns, 0.7 / columns))
-        if bar is not None:
-            bar.set_position((0.9, 0.2, 0.02, 0.6))
         for block in blocks:
             if block.strip is not None:
                 drawn.align_ylabels([block.axes, block.strip])
@@ -235,28 +263,35 @@ class _Layout:
             title = "\n".join(broken(probe, title, (column - 5.0 * self.letter) * self.drawn.dpi))
             probe.remove()
         else:
-            title = wrapped(title, size, column - 2.5 * self.letter)
+            title = "" if "title" in self.without else wrapped(title, size, column - 2.5 * self.letter)
         weight = "normal" if block.is_mathematics else "bold"
         block.axes.set_title(title, parse_math=block.is_mathematics, weight=weight)
 
     def write_legends(self, common: Sequence[str] | None) -> None:
         """Write the legends, as wide as the columns are, or one with a caption that is common to all panels."""
+        if self.without >= {"caption", "legend"}:
+            return
         found = [block.legend() for block in self.blocks]
         if common is None:
             for block, named in zip(self.blocks, found, strict=True):
                 # the words of signs are short
                 columns = 2 if len(named) == len(block.signs) else 1
-                legend = _add_legend(block.lowest, named, block.caption, self._column(), columns)
+                room = self._column()
+                legend = _add_legend(block.lowest, named, block.caption, room, self.without, columns)
                 self.legends.append(legend)
             return
-        every = {label: handle for named in reversed(found) for label, handle in named.items()}
-        order = dict.fromkeys(label for named in found for label in named)
-        # a line that lies outside of one map and inside of another has one entry
-        once = [each for each in order if each.removesuffix(OUTSIDE) not in order.keys() - {each}]
-        named = joined({label: every[label] for label in once})
-        room = self.width - 2.0 * _MARGIN * self.letter
+        named = _together(found)
+        # a panel has numbers on its left, which the legend has not
+        room = self.empty * self._column() - 2.5 * self.letter
+        if self.empty:
+            self.common = self._add_common(named, common, room)
+            self.empty = self.empty if _HINTED * self._size(self.common)[0] <= room else 0
+        if not self.empty:
+            self.common = self._add_common(named, common, self.width - 2.0 * _MARGIN * self.letter)
+
+    def _add_common(self, named: Mapping[str, Any], caption: Sequence[str], room: float) -> "Legend":
         count = max(1, min(len(named), int(room / (_COLUMN * self.letter))))
-        self.common = _add_legend(self.blocks[0].axes, named, common, room, columns=count)
+        return _add_legend(self.blocks[0].axes, named, caption, room, self.without, count)
 
     def break_labels(self) -> None:
         """Break the labels that are longer than their axes."""
@@ -284,7 +319,13 @@ class _Layout:
         across = self._column() - (left.max(axis=0) + right.max(axis=0)).mean()
         foot = self._size(self.common)[1] + _BELOW * letter if self.common else 0.0
         head = (_TITLE + _LINE * self.title.get_text().count("\n")) * letter if self.title.get_text() else 0.0
-        panel, strip, total = self._heights(across, tops.sum() + feet.sum() + foot + head)
+        if self.bar is not None and self.bar_lies:
+            head += margin + float(self._around(self.bar)[3]) + _BAR * letter
+        fixed = tops.sum() + feet.sum() + head
+        panel, strip, total = self._heights(across, fixed + (0.0 if self.empty else foot))
+        if self.empty:
+            # what the legend lacks in the empty place
+            total += max(0.0, foot - panel - feet[-1])
         if self.height is None:
             self.drawn.set_size_inches(self.width, total)
         lefts = margin + np.cumsum(left.max(axis=0) + across + right.max(axis=0) + _GAP * letter)
@@ -298,13 +339,17 @@ class _Layout:
                 self._set(block.strip, x, top - panel, across, strip)
             if self.legends:
                 # under the axes, or further left if it is wider than they
-                start = min(x, x + across + around[i, 2] - self._size(self.legends[i])[0])
+                start = min(x, x + across + around[i, 2] - _HINTED * self._size(self.legends[i])[0])
                 foot_of_labels = top - panel - around[i, 1] - _ABOVE * letter
                 self._put_legend(self.legends[i], max(start, x - around[i, 0]), foot_of_labels)
-        if self.common is not None:
+        if self.common is not None and self.empty:
+            self._put_legend(self.common, lefts[-self.empty] - left.max(axis=0)[-self.empty], highs[-1])
+        elif self.common is not None:
             self._put_legend(self.common, margin, highs[-1] - panel - feet[-1])
         self.title.set_position((margin / self.width, 1.0 - margin / total))
-        if self.bar is not None:
+        if self.bar is not None and self.bar_lies:
+            self._set(self.bar, lefts[0], total - head, across, _BAR * letter)
+        elif self.bar is not None:
             low = min(block.lowest.get_position().y0 for block in self.blocks) * total
             where = self.width - self._bar_width() - margin + _TO_BAR * letter
             self._set(self.bar, where, low, _BAR * letter, highs[0] - low)
@@ -315,23 +360,28 @@ class _Layout:
         return float(self.width - self._bar_width() - gaps * self.letter) / self.columns
 
     def _bar_width(self) -> float:
-        return 0.0 if self.bar is None else (_TO_BAR + _BAR) * self.letter + float(self._around(self.bar)[2])
+        if self.bar is None or self.bar_lies:
+            return 0.0
+        return (_TO_BAR + _BAR) * self.letter + float(self._around(self.bar)[2])
 
     def _heights(self, across: float, fixed: float) -> tuple[float, float, float]:
         """Return the heights of a panel with its strip, of a strip and of the figure; `fixed` is that of all words."""
         letter = self.letter
         gap, least, share = (_CLOSE * letter, _LEAST_STRIP * letter, _STRIP) if self.has_strip else (0.0,) * 3
-        if self.height is not None:
-            panel = (self.height - fixed) / self.rows
-            strip = max((panel - gap) * share / (1.0 + share), least)
-        else:
+        total = self.height
+        if total is None:
             flat = all(block.panel is not None and block.panel.y is None for block in self.blocks)
             high = across * (_PROFILE if flat else _SHAPE)
             if all(block.panel is None for block in self.blocks):
                 high = min(high, _POINTS * letter)
             strip = max(share * high, least)
             panel = high + gap + strip
-        total = fixed + self.rows * panel if self.height is None else self.height
+            total = fixed + self.rows * panel
+            # panels of a page are lower, if that leaves them half their height
+            if total > PAGE and fixed + self.rows * (gap + strip + 0.5 * high) <= PAGE:
+                total = PAGE
+        panel = (total - fixed) / self.rows
+        strip = max((panel - gap) * share / (1.0 + share), least) if share else 0.0
         self._check_room(across, panel - strip - gap, total)
         return panel, strip, total
 
@@ -395,10 +445,44 @@ def _write_names(block: Block) -> None:
                 name_end(room, text, (0.0, height))
 
 
+def _together(found: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the entries of several legends as one."""
+    every = {label: handle for named in reversed(found) for label, handle in named.items()}
+    order = dict.fromkeys(label for named in found for label in named)
+    # a line that lies outside of one map and inside of another has one entry
+    once = [each for each in order if each.removesuffix(OUTSIDE) not in order.keys() - {each}]
+    return joined({label: every[label] for label in once})
+
+
+def _text(title: str, blocks: Sequence[Block], common: Sequence[str], bar: Bar | None) -> str:
+    """Return what a figure says in titles, captions and legends, a line for each part; formulas are LaTeX."""
+    parts = [title, *common]
+    if common:
+        parts += _together([block.legend() for block in blocks])
+    else:
+        parts += [part for each in blocks for part in (each.title, *each.caption, *each.legend())]
+    parts += [f"colours: {bar.label}"] if bar else []
+    return "\n".join(" ".join(each.split()) for each in parts if each)
+
+
 def _add_legend(
-    axes: "Axes", named: dict[str, Any], caption: Sequence[str], width: float, columns: int = 1
+    axes: "Axes",
+    named: Mapping[str, Any],
+    caption: Sequence[str],
+    width: float,
+    without: frozenset[str],
+    columns: int = 1,
 ) -> "Legend":
-    """Write a legend that is at most so wide [in], its lines broken where they have to be; it is not in any layout."""
+    """Write a legend that is at most so wide [in], its lines broken where they have to be; it is not in any layout.
+
+    Without a caption its words are short, and as many of them as have room stand beside each other.
+    """
+    if "legend" in without:
+        named = {}
+    if "caption" in without:
+        caption = ()
+        for words, short in _SHORT:
+            named = {words.sub(short, label): handle for label, handle in named.items()}
     size = axes.figure.dpi * width
     probe = axes.figure.text(0.0, 0.0, "", fontsize=rcParams["legend.fontsize"])
     inside = size / columns - 4.5 * float(probe.get_fontsize()) * axes.figure.dpi / 72.0
@@ -406,9 +490,12 @@ def _add_legend(
     probe.set_fontsize(rcParams["legend.title_fontsize"] or rcParams["legend.fontsize"])
     title = "\n".join(line for part in caption if part for line in broken(probe, part, size))
     probe.remove()
-    legend = axes.legend(
-        list(named.values()), labels, title=title or None, loc="upper left", ncols=columns, alignment="left",
-        frameon=False, borderpad=0.0, borderaxespad=0.0, handlelength=2.4,
-    )  # fmt: skip
+    for count in range(max(len(labels), 1), 0, -1) if "caption" in without else (columns,):
+        legend = axes.legend(
+            list(named.values()), labels, title=title or None, loc="upper left", ncols=count, alignment="left",
+            frameon=False, borderpad=0.0, borderaxespad=0.0, handlelength=2.4, columnspacing=1.5,
+        )  # fmt: skip
+        if _HINTED * legend.get_window_extent().width <= size:
+            break
     legend.set_in_layout(False)
     return legend

@@ -15,6 +15,9 @@ from sweep.request.values import read_number, read_value
 #: How the axis of a rate is drawn: the rate, its square, the rate in units of sqrt(g/R), or times the radius.
 RATES = LINEAR, SQUARED, SCALED, SPEED = ("linear", "squared", "scaled", "speed")
 
+#: What a figure can be drawn without; a bare one, without the first two.
+PARTS = ("title", "caption", "legend", "strip", "bar")
+
 #: The word for levels that fit the values.
 AUTO = "auto"
 
@@ -52,6 +55,8 @@ class Look:
         Dots per inch of a png, and of the colours in a pdf or svg; None is 200.
     family : bool
         Whether atlases of more than two axes are drawn as one family of boundary curves, not as a map each.
+    without : frozenset of str
+        Those of `PARTS` that are left out. Without the caption the words of a legend are short.
     """
 
     rate: str = LINEAR
@@ -62,6 +67,7 @@ class Look:
     font_size: float = 8.0
     dpi: int | None = None
     family: bool = False
+    without: frozenset[str] = frozenset()
 
     @classmethod
     def read(
@@ -75,6 +81,8 @@ class Look:
         font_size: object = None,
         dpi: object = None,
         family: bool = False,
+        bare: bool = False,
+        without: str | Sequence[str] | None = None,
     ) -> Self:
         """Return the look that words or numbers ask for; what is None has its default.
 
@@ -110,6 +118,7 @@ class Look:
             font_size=8.0 if font_size is None else _within("font_size", font_size, *_LETTERS, "points"),
             dpi=None if dpi is None else _dots(dpi),
             family=family,
+            without=_parts(without) | frozenset(PARTS[:2] if bare else ()),
         )
 
     def levels(self, quantity: Quantity) -> tuple[float, ...]:
@@ -136,6 +145,19 @@ class Look:
                 "contours",
             )
         return tuple(levels)
+
+
+def _parts(raw: str | Sequence[str] | None) -> frozenset[str]:
+    """Return the parts that a figure is drawn without, from a list or words with commas."""
+    named = raw.split(",") if isinstance(raw, str) else raw or ()
+    for each in named:
+        if each not in PARTS:
+            raise RequestError(
+                f"A figure can be drawn without {', '.join(PARTS[:-1])} or {PARTS[-1]}; got {shown(each)}.",
+                suggestion(each, PARTS) or "Write --without strip,bar.",
+                "without",
+            )
+    return frozenset(named)
 
 
 def _length(name: str, raw: object) -> float | None:

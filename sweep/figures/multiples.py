@@ -16,14 +16,14 @@ from sweep.errors import RequestError
 from sweep.figures.drawing import (
     INK,
     LINES,
-    add_bar,
+    bar_of,
     check_same_quantity,
     colours_of,
     draw_map,
     draw_points,
     thinning,
 )
-from sweep.figures.layout import Block, figure_of
+from sweep.figures.layout import PAGE, Block, figure_of
 from sweep.figures.look import SPEED, Look, columns_of
 from sweep.figures.panels import (
     Panel,
@@ -46,9 +46,6 @@ _MOST_MAPS, _MOST_CURVES = 12, 8
 
 #: Width of one of several maps, and its least one; those of a family [in].
 _WIDTHS, _FAMILY = (2.4, 1.2), (4.2, 4.2)
-
-#: Height [in] that a figure of given width may have by itself: that of a page.
-_PAGE = 11.7
 
 #: Markers and part of viridis for the curves of a family: they differ in shape, hue and lightness.
 _MARKERS, _PART = "os^Dv<>p", 0.85
@@ -133,12 +130,13 @@ def _maps(
     def block(axes: "Axes", i: int) -> Block:
         each = panels[i]
         draw_map(axes, each, colouring, second=False)
-        _hide_inner(axes, i % columns == 0 or not same, i + columns >= len(panels))
+        # a row above an incomplete one has its numbers below all of its panels
+        _hide_inner(axes, i % columns == 0 or not same, (i // columns + 2) * columns > len(panels))
         return Block(axes, each, titles[i], regions=each.regions(), is_mathematics=True)
 
     return figure_of(
         range(len(panels)), block, look, _WIDTHS, columns=columns, common=_caption(dataset, panels),
-        bar=lambda drawn, _: add_bar(drawn, panels, colouring), title=panels[0].title,
+        bar=bar_of(panels, colouring), title=panels[0].title,
     )  # fmt: skip
 
 
@@ -154,10 +152,10 @@ def _values_text(part: "xr.Dataset", further: Sequence[str]) -> str:
 def _check_page(drawn: Figure, look: Look, count: int) -> None:
     """Refuse a figure that is higher than a page because it was asked to be narrow."""
     wide, high = (25.4 * side for side in drawn.get_size_inches())
-    if look.width is None or look.height is not None or high <= 25.4 * _PAGE:
+    if look.width is None or look.height is not None or high <= 25.4 * PAGE:
         return
     raise RequestError(
-        f"{count} maps in a width of {wide:.0f} mm would be {high:.0f} mm high, and a page has {25.4 * _PAGE:.0f} mm.",
+        f"{count} maps in a width of {wide:.0f} mm would be {high:.0f} mm high, and a page has {25.4 * PAGE:.0f} mm.",
         "Give a larger --width, as in 180mm, a --height, or draw fewer values of an axis.",
         "width",
     )

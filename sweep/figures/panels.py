@@ -15,6 +15,7 @@ from sweep.errors import RequestError
 from sweep.figures.look import LINEAR, SCALED, SPEED, SQUARED, Look
 from sweep.figures.scales import Scale, Speed, check_rate_is_drawn, readable, scale, unit_of_label
 from sweep.figures.shade import Shade, drawable, shade
+from sweep.figures.texts import number
 from sweep.model.quantity import FAILED, MISSING, STABLE, UNDECIDED, UNSTABLE, Array, Truths
 from sweep.request.sources import Values
 from sweep.request.spec import SweepSpec
@@ -396,6 +397,6 @@ def value_text(spec: SweepSpec, name: str) -> str:
 
 
 def _in_mathtext(value: float) -> str:
-    """Return a number with four digits, as a power of ten where that is shorter."""
-    digits, _, power = f"{value:.4g}".partition("e")
+    """Return a number in mathtext, as a power of ten where that is shorter."""
+    digits, _, power = number(value).partition("e")
     return rf"{digits}\times 10^{{{int(power)}}}" if power else digits

@@ -15,7 +15,7 @@ from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError, as_path, shown
 from sweep.figures import scatter
 from sweep.figures.drawing import (
-    add_bar,
+    bar_of,
     check_same_quantity,
     colours_of,
     draw_map,
@@ -122,7 +122,7 @@ def figure(
             draw_profile(own, each)
             return found
         draw_map(own, each, colouring, second=axes is not None or room >= _SECOND)
-        if each.has_ratio and axes is None:
+        if each.has_ratio and axes is None and "strip" not in look.without:
             found.strip = own.figure.add_axes((0.2, 0.1, 0.6, 0.1), sharex=own)
             draw_ratio(found.strip, each)
             found.strip.set_xlabel(own.get_xlabel())
@@ -130,10 +130,7 @@ def figure(
             own.tick_params(axis="x", which="both", labelbottom=False)
         return found
 
-    def bar(drawn: Figure, beside: Axes | None) -> Axes | None:
-        return add_bar(drawn, panels, colouring, beside)
-
-    return figure_of(panels, block, look, _WIDTHS, columns=columns, bar=bar, axes=axes)
+    return figure_of(panels, block, look, _WIDTHS, columns=columns, bar=bar_of(panels, colouring), axes=axes)
 
 
 def _check_any(datasets: Sequence["xr.Dataset"]) -> None:

@@ -40,8 +40,8 @@ _APART = {"x": 0.7, "y": 0.4}
 _LEAST_NUMBERS = 3
 
 
-#: Lengths below this one [m] are shown in micrometres.
-_SHORT = 2e-3
+#: Lengths below these [m] -> their unit, and how many of it are a metre.
+_SHORT = ((2e-3, "\u00b5m", 1e6), (0.1, "mm", 1e3))
 
 #: Speeds from this one on [m/s] -> their unit, and how many of it are a metre per second.
 _SPEEDS = ((1.0, "m", 1.0), (0.01, "cm", 1e2), (0.0, "mm", 1e3))
@@ -121,29 +121,36 @@ def _words_of_axis(
 
 @dataclass(frozen=True, kw_only=True)
 class _Short(Input):
-    """A length that figures show in micrometres, such as the arm of a friction; its values are in m."""
+    """A length that figures show in a smaller unit than the metre; its values are in m."""
+
+    unit: str
+    times: float
 
     @property
     def shown_units(self) -> str:
-        """Micrometres, in ASCII."""
-        return "um"
+        """The unit, in ASCII."""
+        return self.unit.replace("\u00b5", "u")
 
     @property
     def plot_label(self) -> str:
         """Label of an axis."""
-        return super().plot_label.replace("(m)", "(\u00b5m)")
+        return super().plot_label.replace("(m)", f"({self.unit})")
 
     @property
     def plot_scale(self) -> float:
-        """Micrometres in a metre."""
-        return 1e6
+        """How many of the unit are a metre."""
+        return self.times
 
 
 def readable(quantity: Input, largest: float) -> Input:
-    """Return a quantity as figures show it whose values have this size at most [SI]: short lengths in micrometres."""
-    if quantity.units != "m" or not 0.0 < largest < _SHORT:
+    """Return a quantity as figures show it whose values have this size at most [SI]: short lengths in mm or less."""
+    if quantity.units != "m" or not largest > 0.0:
         return quantity
-    return _Short(**{each.name: getattr(quantity, each.name) for each in fields(quantity)})
+    found = next(((unit, times) for below, unit, times in _SHORT if largest < below), None)
+    if found is None:
+        return quantity
+    words = {each.name: getattr(quantity, each.name) for each in fields(quantity)}
+    return _Short(**words, unit=found[0], times=found[1])
 
 
 def scale(
@@ -301,14 +308,15 @@ def thin_ticks(axes: "Axes", most: int = _MOST_TICKS, steps: Sequence[float] = _
 
 def name_ends(axes: "Axes") -> None:
     """Put numbers at both ends of a bar of colours that has fewer than three, and leave out those that touch them."""
-    axis, (low, high) = axes.yaxis, axes.get_ylim()
-    between = [place for place, _, _ in _numbers(axis, "y")]
+    which = "x" if axes.bbox.width > axes.bbox.height else "y"
+    axis, (low, high) = getattr(axes, f"{which}axis"), getattr(axes, f"get_{which}lim")()
+    between = [place for place, _, _ in _numbers(axis, which)]
     if len(between) >= _LEAST_NUMBERS or low == high:
         return
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
     for places in ((low, *between, high), (low, high)):
         axis.set_major_locator(FixedLocator(sorted(set(places))))
-        if _are_apart(_numbers(axis, "y"), "y"):
+        if _are_apart(_numbers(axis, which), which):
             return
 
 

@@ -19,6 +19,12 @@ _MOST = 400
 _PIECES = re.compile(r"(?:\([^()]*\)|\$[^$]*\$|[^ $(]|\()+")
 
 
+def number(value: float) -> str:
+    """Return a number as it was given, if it has up to nine digits; one with more, as computed ones have, in four."""
+    given = f"{value:.9g}"
+    return given if float(f"{value:.12g}") == float(given) else f"{value:.4g}"
+
+
 def fitted(text: str, size: float, width: float, weight: str = "bold") -> str:
     """Return a text as one line can show it.
 

@@ -281,7 +281,7 @@ def check_verdicts(atlas, drawn, case):
 
 def test_too_small_a_figure_is_refused_with_the_size_that_will_do():
     """The size that a refusal names is enough."""
-    for width, font_size in (("25mm", 8), ("86mm", 30), ("40mm", 8)):
+    for width, font_size in (("25mm", 8), ("86mm", 30), ("30mm", 8)):
         atlas = sweep.run(PLAIN)
         with pytest.raises(sweep.RequestError, match=r"no room for its panels.*width=\d+mm") as caught:
             plots.figure([atlas], look=Look.read(width=width, font_size=font_size))
@@ -300,3 +300,79 @@ def test_a_figure_has_the_size_that_was_asked_for(tmp_path):
     plots.save(drawn, tmp_path / "a.png", 300)
     assert imread(tmp_path / "a.png").shape[:2] == (int(100 / 25.4 * 300), int(86 / 25.4 * 300))
     assert drawn.axes[0].xaxis.label.get_fontsize() == 7.0
+
+
+def width_of_map(drawn):
+    """Return the width [mm] of the map of a figure of one panel."""
+    drawn.draw_without_rendering()
+    [axes] = [each for each in drawn.axes if any(isinstance(one, QuadMesh) for one in each.collections)][:1]
+    return axes.get_window_extent().width / drawn.dpi * 25.4
+
+
+def test_the_map_of_a_column_of_a_journal_is_55_mm_wide():
+    """Of a figure of 86 mm, with or without its words; a bare one has a legend of one line inside it."""
+    atlas = sweep.run(AWKWARD["preset"])
+    for words in ({}, {"bare": True}, {"bare": True, "without": "strip"}):
+        drawn = plots.figure([atlas], look=Look.read(width="86mm", **words))
+        assert width_of_map(drawn) >= 55.0
+        assert misplaced(drawn) == []
+    [legend] = [axes.get_legend() for axes in drawn.axes if axes.get_legend()]
+    assert [each.get_text() for each in legend.get_texts()] == ["measured", "predicted", "analytic"]
+    assert legend.get_window_extent().height < 2.0 * 8.0 / 72.0 * drawn.dpi
+    # in the dots of the file words are a little wider
+    drawn.set_dpi(200)
+    assert misplaced(drawn) == []
+
+
+def test_what_a_bare_figure_leaves_out_is_its_label():
+    """No title, no caption, and the label is the text of both and of the legend; other parts go by name."""
+    atlas = sweep.run(AWKWARD["preset"])
+    drawn = plots.figure([atlas], look=Look.read(bare=True, without=["strip", "legend", "bar"]))
+    assert len(drawn.axes) == 1
+    told = [text for text, _ in words_of(drawn)]
+    full = plots.figure([atlas], look=Look.read())
+    title, caption = full.axes[0].get_title(loc="left"), "unstable: departure above 5°, or the disk falls"
+    [legend] = [axes.get_legend() for axes in full.axes if axes.get_legend()]
+    lines = drawn.get_label().split("\n")
+    assert not any(title in each or each.startswith("unstable:") for each in told)
+    assert lines[:2] == [title, caption]
+    for each in legend.get_texts():
+        assert " ".join(each.get_text().split()) in lines
+    assert lines[-1] == r"colours: peak tilt $\max|\theta|$ (deg)"
+    assert full.get_label() == drawn.get_label()
+
+
+def test_a_bracket_is_drawn_over_its_marker():
+    """Where a marker is larger than its bracket it does not hide it."""
+    drawn = plots.figure([sweep.run(AWKWARD["preset"])], look=Look.read())
+    sets = [each for axes in drawn.axes for each in axes.containers if hasattr(each, "has_yerr")]
+    assert sets
+    for markers, caps, bars in sets:
+        assert not caps
+        assert all(bar.get_zorder() > markers.get_zorder() for bar in bars)
+
+
+def test_the_legend_of_an_incomplete_last_row_is_in_its_empty_place():
+    """The height below the last row has no legend, and panels of a row have numbers all or none."""
+    drawn = plots.figure([sweep.run(AWKWARD["five alphas"])], look=Look.read())
+    assert misplaced(drawn) == []
+    [legend] = [axes.get_legend() for axes in drawn.axes if axes.get_legend()]
+    box, panels = legend.get_window_extent(), drawn.axes[:5]
+    assert box.x0 > panels[4].bbox.x1
+    assert box.y1 <= panels[4].bbox.y1 + 1.0
+    numbered = [bool(numbers_on(each.xaxis)) for each in panels]
+    assert numbered == [True] * 5
+
+
+def test_a_number_of_the_request_stays_as_it_was_given():
+    """A radius of 12.875 mm is not 12.88 mm, in a caption, nor in that of a motion; a computed rate has four digits."""
+    spec = sweep.SweepSpec(radius="12.875mm", gravity=9.80665, roll_rate="20:40:5", tilt="0.1deg:4deg:4")
+    text = plots.figure([sweep.run(spec)]).get_label()
+    assert "$R = 12.875$ mm, $g = 9.80665$ m s$^{-2}$" in text
+    motion = sweep.simulate("toy", radius="12.875mm", tilt="62.125deg", duration="0.1s")
+    told = [text for text, _ in words_of(plots.motion_figure(motion))]
+    [caption] = [each for each in told if each.startswith("R = ")]
+    assert " ".join(caption.split()).startswith(
+        "R = 12.875 mm, α = 0.5; start: tilt 62.125 deg, precession rate "
+    )
+    assert len(caption.split("precession rate ")[1].split(" ")[0]) == 5

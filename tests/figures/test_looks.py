@@ -355,9 +355,10 @@ def test_a_bar_of_colours_has_three_numbers_or_its_ends():
             atlas = sweep.run(sweep.SweepSpec(roll_rate=rates, tilt=tilt))
             drawn = atlas.eulerdisk.plot(ax=own_axes()[0]) if own else draw(atlas, width="86mm")
             drawn.draw_without_rendering()
-            bar = next(axes for axes in drawn.axes if "peak" in axes.get_ylabel())
-            low, high = bar.get_ylim()
-            numbers = [each for each in bar.yaxis.get_majorticklocs() if low <= each <= high]
+            bar = next(axes for axes in drawn.axes if "peak" in axes.get_ylabel() + axes.get_xlabel())
+            axis = bar.yaxis if bar.get_ylabel() else bar.xaxis
+            low, high = axis.get_view_interval()
+            numbers = [each for each in axis.get_majorticklocs() if low <= each <= high]
             assert len(numbers) >= 3 or {low, high} <= set(numbers)
 
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from sweep.figures.texts import number
 from sweep.model.disk.tables import PARAMETERS
 from sweep.motion.tables import TIME
 
@@ -15,7 +16,7 @@ _UNITS = ((1e-4, "\u00b5m", 1e6), (0.1, "mm", 1e3), (1e4, "m", 1.0), (math.inf, 
 
 _RATES = ("tilt_rate", "precession_rate", "roll_rate")
 
-_DIGITS, _ROUNDING = 4, 1e-12
+_ROUNDING = 1e-12
 
 
 def length_unit(extent: float) -> tuple[str, float]:
@@ -26,7 +27,7 @@ def length_unit(extent: float) -> tuple[str, float]:
 def spell_length(value: float) -> str:
     """Return a length [m] with the unit that suits it."""
     unit, factor = length_unit(value)
-    return f"{value * factor:.{_DIGITS}g} {unit}"
+    return f"{number(value * factor)} {unit}"
 
 
 def nice_length(most: float) -> float:
@@ -54,15 +55,16 @@ def caption_of_start(start: Mapping[str, float]) -> str:
 
 
 def _line(start: Mapping[str, float], time: float) -> str:
-    disk = [f"R = {spell_length(start['radius'])}", f"\u03b1 = {start['alpha']:.{_DIGITS}g}"]
+    disk = [f"R = {spell_length(start['radius'])}", f"\u03b1 = {number(start['alpha'])}"]
     if start["gravity"] != PARAMETERS["gravity"].default:
-        disk.append(f"g = {start['gravity']:.{_DIGITS}g} m/s\u00b2")
-    state = [f"tilt {PARAMETERS['tilt'].spell(start['tilt'], _DIGITS)}"]
+        disk.append(f"g = {number(start['gravity'])} m/s\u00b2")
+    tilt = PARAMETERS["tilt"]
+    state = [f"tilt {number(start['tilt'] * tilt.plot_scale)} {tilt.shown_units}"]
     # a rate that is zero comes back from the coordinates of the kernels with rounding
     least = _ROUNDING * (
         math.sqrt(start["gravity"] / start["radius"]) + max(abs(start[name]) for name in _RATES)
     )
     moving = [name for name in _RATES if abs(start[name]) > least]
-    state += [f"{name.replace('_', ' ')} {start[name]:.{_DIGITS}g} rad/s" for name in moving] or ["at rest"]
-    when = "start" if time == 0.0 else f"from {TIME.spell(time, _DIGITS)} on"
+    state += [f"{name.replace('_', ' ')} {number(start[name])} rad/s" for name in moving] or ["at rest"]
+    when = "start" if time == 0.0 else f"from {number(time)} {TIME.units} on"
     return f"{', '.join(disk)}; {when}: {', '.join(state)}"

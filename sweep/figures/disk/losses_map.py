@@ -12,11 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator
 
 from sweep.atlas.dataset import in_order, require
-from sweep.figures.drawing import INK, draw_cells, explain_colour, hatch
+from sweep.figures.drawing import INK, Bar, draw_cells, explain_colour, hatch
 from sweep.figures.layout import Block, figure_of
 from sweep.figures.look import Look, columns_of
 from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, map_panel
-from sweep.figures.scales import set_log_ticks
 from sweep.figures.shade import common_norm, is_wide
 from sweep.model.lossy_disk.tables import ENDINGS, LOSSES, VARIABLES
 from sweep.model.quantity import Array, Truths
@@ -134,7 +133,7 @@ def figure(datasets: "Sequence[xr.Dataset]", look: Look | None = None) -> Figure
     columns = min(_IN_ROW, columns_of(len(maps), look, *_WIDTHS))
     return figure_of(
         maps, lambda axes, each: _block(axes, each, norm), look, _WIDTHS, columns=columns,
-        bar=lambda drawn, _: _bar(drawn, norm),
+        bar=_bar(norm),
     )  # fmt: skip
 
 
@@ -175,18 +174,11 @@ def _mixed(colour: str, part: Array) -> Array:
     return np.asarray(1.0 - strength * (1.0 - np.array(to_rgb(colour))))
 
 
-def _bar(drawn: Figure, norm: Normalize) -> "Axes":
-    """Add the bar that says how long a time a strength of a hue is, in grey, which stands for every hue."""
+def _bar(norm: Normalize) -> Bar:
+    """Return the bar that says how long a time a strength of a hue is, in grey, which stands for every hue."""
     greys = _mixed(_GREY, np.linspace(0.0, 1.0, 256))
     colours = LinearSegmentedColormap.from_list("time", list(map(tuple, greys)))
-    label = "time aloft (s)"
-    bar = drawn.colorbar(
-        ScalarMappable(norm, colours), cax=drawn.add_axes((0.9, 0.2, 0.02, 0.6)), label=label
-    )
-    if type(norm) is not Normalize:
-        set_log_ticks(bar.ax.yaxis, float(norm.vmax or 1.0) / float(norm.vmin or 1.0))
-    found: Axes = bar.ax
-    return found
+    return Bar(ScalarMappable(norm, colours), "time aloft (s)")
 
 
 def _draw_lines(axes: "Axes", each: LossesMap) -> None:

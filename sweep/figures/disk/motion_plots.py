@@ -24,7 +24,7 @@ from sweep.figures.disk.disk_3d import (
 )
 from sweep.figures.drawing import sheet
 from sweep.figures.scales import thin_ticks
-from sweep.figures.texts import wrapped
+from sweep.figures.texts import number, wrapped
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import Array
 from sweep.motion.contact import RollingLimit, rolling_limit
@@ -126,7 +126,7 @@ def draw_tilt(axes: "Axes", dataset: "xr.Dataset") -> None:
     axes.plot(dataset[TIME.name].values, dataset["tilt"].values * scale, label="motion", **_MOTION)
     axes.plot(times, linear.tilt * scale, label=f"linear theory, {_frequency(linear)}", **_THEORY)
     _shade(axes, dataset)
-    label_axes(axes, TIME.plot_label, TRAJECTORY["tilt"].plot_label)
+    label_times(axes, dataset, TRAJECTORY["tilt"].plot_label)
 
 
 def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
@@ -173,7 +173,7 @@ def draw_momentum(axes: "Axes", dataset: "xr.Dataset") -> None:
         label = r"to first order $m R^2\dot\phi_0\,(\theta-\theta_0)$"
         axes.plot(times, momentum[0] + gain * (tilt - tilt[0]), label=label, **_OTHER)
     _shade(axes, dataset)
-    label_axes(axes, TIME.plot_label, TRAJECTORY["vertical_momentum"].plot_label)
+    label_times(axes, dataset, TRAJECTORY["vertical_momentum"].plot_label)
 
 
 def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
@@ -186,7 +186,7 @@ def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
     unbounded = math.isinf(limit.needed)
     most = "without bound" if unbounded else f"up to {limit.needed:.3g}"
     axes.plot(times, needed, label=f"friction needed, {most}", color="#2b6ca3", linewidth=1.1)
-    axes.axhline(friction, label=f"friction {friction:g}", **_THEORY)
+    axes.axhline(friction, label=f"friction {number(friction)}", **_THEORY)
     for name, moment, style in (("slips", limit.slips, "-"), ("lifts off", limit.lifts_off, ":")):
         if moment is not None:
             label = f"{name} {limit.when(moment, times[0])}"
@@ -194,7 +194,7 @@ def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
     _shade(axes, dataset, limit)
     highest = _highest(normal, needed, friction, _UNBOUNDED if unbounded else _IN_VIEW)
     axes.set_ylim(min(0.0, 1.1 * float(normal.min())), 1.08 * highest)
-    label_axes(axes, TIME.plot_label, "contact (1)")
+    label_times(axes, dataset, "contact (1)")
 
 
 def _highest(normal: Array, needed: Array, friction: float, times: float) -> float:
@@ -308,9 +308,8 @@ def _shade(axes: "Axes", dataset: "xr.Dataset", limit: RollingLimit | None = Non
     """Shade the time in which rolling is impossible."""
     start = (limit or rolling_limit(dataset)).time
     times = dataset[TIME.name].values
-    axes.set_xlim(*_widened(times[0], times[-1]))
     if start <= times[-1]:
-        axes.axvspan(start, axes.get_xlim()[1], color=SHADE, linewidth=0.0, zorder=0)
+        axes.axvspan(start, _widened(times)[1], color=SHADE, linewidth=0.0, zorder=0)
 
 
 def thin_panels(panels: "Sequence[Axes]") -> None:
@@ -322,14 +321,20 @@ def thin_panels(panels: "Sequence[Axes]") -> None:
         thin_ticks(axes, _TICKS, _STEPS)
 
 
-def _widened(low: float, high: float) -> tuple[float, float]:
-    margin = 0.03 * (high - low)
-    return low - margin, high + margin
+def _widened(times: Array) -> tuple[float, float]:
+    margin = 0.03 * float(times[-1] - times[0])
+    return float(times[0]) - margin, float(times[-1]) + margin
 
 
 def _frequency(linear: LinearMotion) -> str:
     root = math.sqrt(abs(linear.coefficient))
     return rf"$\sqrt{{{'-' if linear.coefficient < 0.0 else ''}k}} = {root:.3g}$ s$^{{-1}}$"
+
+
+def label_times(axes: "Axes", dataset: "xr.Dataset", ylabel: str) -> None:
+    """Name the axes of a panel over time: all of a motion have the same time axis."""
+    axes.set_xlim(*_widened(dataset[TIME.name].values))
+    label_axes(axes, TIME.plot_label, ylabel)
 
 
 def label_axes(axes: "Axes", xlabel: str, ylabel: str) -> None:

@@ -12,9 +12,10 @@ from sweep.checks.explain import Explanation
 from sweep.errors import RequestError
 from sweep.figures.disk.captions import spell_length
 from sweep.figures.disk.losses_map import COLOURS
-from sweep.figures.disk.motion_plots import draw_panels, draw_picture, label_axes, legend_above
+from sweep.figures.disk.motion_plots import draw_panels, draw_picture, label_times, legend_above
 from sweep.figures.drawing import sheet
 from sweep.figures.scales import set_log_ticks
+from sweep.figures.texts import number
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.model.quantity import Array, Truths
 from sweep.motion.request import MotionRequest
@@ -106,7 +107,7 @@ def draw_inclination(axes: "Axes", dataset: "xr.Dataset") -> None:
     axes.plot(dataset[TIME.name].values, values, label=end_of(dataset) or "not yet at its end", **_MOTION)
     if quantity.name == "inclination":
         axes.set_ylim(bottom=0.0)
-    label_axes(axes, TIME.plot_label, quantity.plot_label)
+    label_times(axes, dataset, quantity.plot_label)
 
 
 def draw_rates(axes: "Axes", dataset: "xr.Dataset") -> None:
@@ -124,7 +125,7 @@ def draw_rates(axes: "Axes", dataset: "xr.Dataset") -> None:
         axes.plot(times, precession + roll * np.sin(tilt), label=label, **_OTHER)
     else:
         axes.plot(times, roll, label=rf"roll ${LOSSY_TRAJECTORY['roll_rate'].symbol}$", **_OTHER)
-    label_axes(axes, TIME.plot_label, r"rate (rad s$^{-1}$)")
+    label_times(axes, dataset, r"rate (rad s$^{-1}$)")
 
 
 def draw_ledger(axes: "Axes", dataset: "xr.Dataset") -> None:
@@ -143,8 +144,8 @@ def draw_ledger(axes: "Axes", dataset: "xr.Dataset") -> None:
         colors=[*(COLOURS[name] for name in laws), _LEFT], linewidth=0.0,
     )  # fmt: skip
     axes.axhline(factor * energy[0], label="energy and losses together", color="black", linewidth=1.0)
-    axes.set(xlim=(times[0], times[-1]), ylim=(0.0, 1.06 * factor * float(energy[0])))
-    label_axes(axes, TIME.plot_label, f"energy ({unit})")
+    axes.set_ylim(0.0, 1.06 * factor * float(energy[0]))
+    label_times(axes, dataset, f"energy ({unit})")
 
 
 def _draw_end(axes: "Axes", dataset: "xr.Dataset", name: str, share: Fraction) -> None:
@@ -215,7 +216,7 @@ def _law(dataset: "xr.Dataset", name: str) -> str:
         return f"{LAWS[name]} ({request_of(dataset).air_law.capitalize()})"
     parameter, unit = COEFFICIENTS[name]
     value = float(dataset[parameter])
-    return f"{LAWS[name]} {spell_length(value) if unit == 'm' else f'{value:.4g} {unit}'}"
+    return f"{LAWS[name]} {spell_length(value) if unit == 'm' else f'{number(value)} {unit}'}"
 
 
 def figure_of_cell(explanation: Explanation) -> Figure:

@@ -155,12 +155,12 @@ def test_the_command_draws_it(command, atlas, tmp_path):
 
 
 def test_arms_are_shown_in_micrometres(atlas):
-    """On the axis and in the caption; the radius, which is no short length, in metres."""
+    """On the axis and in the caption; the radius in millimetres."""
     axes = figure([atlas]).axes[0]
     assert axes.get_xlabel() == "contour friction $c_c$ (\u00b5m)"
     np.testing.assert_allclose(axes.get_xlim(), losses_map(atlas).panel.x.borders[[0, -1]])
     np.testing.assert_allclose(losses_map(atlas).panel.x.values, 1e6 * atlas["contour_friction"].values)
     caption = losses_map(atlas).caption[0]
     assert "$c_r = 15$\u00a0\u00b5m" in caption
-    assert "$R = 0.03755$\u00a0m" in caption
+    assert "$R = 37.55$\u00a0mm" in caption
     assert r"$\mu = 1.8\times 10^{-5}$" in caption
