@@ -125,13 +125,13 @@ ENTRIES = (
     Entry(
         ("fall.gif",),
         (
-            "python -m sweep simulate radius=12mm tilt=1deg duration=2s 'title=A coin falls' -o {folder}/motion.nc "
-            "--animate {folder}/fall.gif --size 480x360 --overwrite",
+            "python -m sweep simulate radius=12mm tilt=1deg duration=0.188s 'title=A coin falls' -o {folder}/motion.nc "
+            "--animate {folder}/fall.gif --size 480x360 --speed 0.05 --overwrite",
         ),
         "A film of one motion",
         "A coin is let go at a tilt of 1 degree and falls in a fifth of a second: twenty times slower than it is. "
-        "Before it lies, rolling would need more friction than there is, and then a plane that pulls: from there on "
-        "the film is shaded. How to film: [films](films.md).",
+        "Near flat, rolling would need more friction than there is: from there on the film is shaded, and it ends "
+        "where only a plane that pulls would keep the coin from lifting off. How to film: [films](films.md).",
     ),
     Entry(
         ("stopping.png",),

@@ -1,8 +1,8 @@
 r"""Formulas of the pages become MathML when the site is built: browsers draw it, and no script is needed.
 
 Docutils has the converter. What it would misread without a word (``\frac12`` becomes 12 over what follows) is
-refused, and three things are mended in what it returns: a dotted letter with a subscript, the space around sin and its
-like, and the size of fractions in lines of a displayed formula.
+refused, and four things are mended in what it returns: a dotted letter with a subscript, the space around sin and its
+like, bars of absolute values, and the size of fractions in lines of a displayed formula.
 """
 
 import re
@@ -20,6 +20,7 @@ Element = ElementTree.Element
 _LOG = logging.getLogger(__name__)
 _BARE_FRACTION = re.compile(r"\\[td]?frac(?!\{)|\\sqrt(?![{\[])")
 _NAMESPACE = ' xmlns="http://www.w3.org/1998/Math/MathML"'
+_SCRIPTS = ("msup", "msub", "msubsup")
 _APPLY, _DOTS, _OPEN, _CLOSED = "\u2061", ("˙", "¨"), ("(", "[", "{"), (")", "]", "}")
 _FUNCTIONS = {"sin", "cos", "tan", "cosh", "sinh", "tanh", "artanh", "ln", "exp"}
 
@@ -38,6 +39,7 @@ def mathml(text: str, as_block: bool) -> str:
     formula = ElementTree.fromstring(re.sub(r">\s+<", "><", written.replace(_NAMESPACE, "").strip()))
     for element in list(formula.iter()):
         _place_dots(element)
+        _pair_bars(element)
         _space_functions(element)
         if element.tag == "mtable":
             element.set("displaystyle", "true")
@@ -54,6 +56,27 @@ def _place_dots(element: Element) -> None:
     dotted = ElementTree.SubElement(element, "mover", {"accent": "true"})
     dotted.extend([letter, dots])
     element.append(subscript)
+
+
+def _pair_bars(row: Element) -> None:
+    """Make pairs of bars brackets: browsers space them as relations, and raise a power beside the second one alone."""
+    if row.tag in _SCRIPTS:
+        return
+    opened: list[int] = []
+    for each in list(row):
+        bar = each[0] if each.tag in _SCRIPTS else each
+        if bar.tag != "mo" or bar.text != "|":
+            continue
+        bar.attrib.update(form="postfix" if opened else "prefix", fence="true", stretchy="false")
+        if not opened:
+            opened.append(list(row).index(each))
+            continue
+        if bar is not each:
+            start, stop = opened[0], list(row).index(each)
+            each[0] = group = Element("mrow")
+            group.extend([*row[start:stop], bar])
+            row[start:stop] = []
+        opened.clear()
 
 
 def _is_function(element: Element) -> bool:

@@ -1,0 +1,35 @@
+"""Formulas of the site: what docs/_site/formulas.py mends in the MathML that docutils writes."""
+
+import sys
+from xml.etree import ElementTree
+
+import pytest
+from processes import CHECKOUT
+
+
+@pytest.fixture
+def mathml(monkeypatch):
+    """Return the function that converts a formula."""
+    pytest.importorskip("sphinx")
+    monkeypatch.syspath_prepend(str(CHECKOUT / "docs" / "_site"))
+    monkeypatch.delitem(sys.modules, "formulas", raising=False)
+    from formulas import mathml
+
+    return lambda text: ElementTree.fromstring(mathml(text, as_block=False))
+
+
+@pytest.mark.parametrize(
+    "text", [r"c |f| N |g|", r"c \lvert f\rvert N \lvert g\rvert", r"\sqrt{|f|} + \frac{n}{|f|}"]
+)
+def test_bars_of_an_absolute_value_are_brackets(mathml, text):
+    """The first of two opens, the second closes: a browser would space them as the relation "divides"."""
+    bars = [each for each in mathml(text).iter("mo") if each.text == "|"]
+    assert [each.get("form") for each in bars] == ["prefix", "postfix"] * 2
+
+
+def test_a_power_of_an_absolute_value_stands_beside_all_of_it(mathml):
+    """The base of the power is |f|, not the second bar."""
+    formula = mathml(r"R^4 \lvert f\rvert^{5/2}")
+    _, power = formula.iter("msup")
+    assert "".join(power[0].itertext()) == "|f|"
+    assert "".join(formula.itertext()) == "R4|f|5/2"
