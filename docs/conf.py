@@ -1,7 +1,6 @@
 """How Sphinx builds the site; `scripts/build_site.py` runs it. Sources are the pages of docs/ and those beside it."""
 
 import re
-from importlib.resources import files
 from pathlib import Path
 
 from numpydoc.xref import DEFAULT_LINKS
@@ -63,8 +62,8 @@ howto = re.findall(
 
 html_theme = "pydata_sphinx_theme"
 html_title = "eulerdisk"
-# The font of the formulas comes with the package ziamath.
-html_static_path = ["_site/style.css", str(files("ziamath") / "fonts" / "STIXTwoMath-Regular.ttf")]
+# `formulas` writes the font of the formulas beside it.
+html_static_path = ["_site/style.css"]
 html_css_files = ["style.css"]
 html_extra_path = ["_site/index.html"]
 html_copy_source = False

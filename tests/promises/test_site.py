@@ -18,7 +18,16 @@ from processes import CHECKOUT, python
 pytestmark = pytest.mark.slow_lane
 
 #: What the dependency group docs of pyproject.toml installs, by the names of imports.
-NEEDED = ("sphinx", "pydata_sphinx_theme", "myst_nb", "numpydoc", "ziamath", "ipykernel", "distributed")
+NEEDED = (
+    "sphinx",
+    "pydata_sphinx_theme",
+    "myst_nb",
+    "numpydoc",
+    "ziamath",
+    "fontTools",
+    "ipykernel",
+    "distributed",
+)
 #: A page of which one cell prints what the other one would not reach.
 RAISES = """---
 file_format: mystnb

@@ -33,3 +33,18 @@ def test_a_power_of_an_absolute_value_stands_beside_all_of_it(mathml):
     _, power = formula.iter("msup")
     assert "".join(power[0].itertext()) == "|f|"
     assert "".join(formula.itertext()) == "R4|f|5/2"
+
+
+def test_root_signs_of_the_font_are_as_wide_as_each_other(mathml, tmp_path):
+    """A browser keeps room for the widest one, and would leave a gap after a low root."""
+    ttlib = pytest.importorskip("fontTools.ttLib")
+    pytest.importorskip("ziamath")
+    from formulas import write_font
+
+    write_font(tmp_path / "font.ttf")
+    font = ttlib.TTFont(tmp_path / "font.ttf")
+    # the base, three larger ones, and the three parts of the largest
+    names = ["uni221A", *(f"uni221A.{each}" for each in ("s1", "s2", "s3", "s4", "x", "t"))]
+    assert {font["hmtx"][name][0] for name in names} == {794}
+    outlines = [font["glyf"][name].xMax for name in names]
+    assert max(outlines) == outlines[0]

@@ -180,3 +180,15 @@ def test_the_figure_of_an_explained_cell_is_its_motion(tmp_path):
     )
     with pytest.raises(RequestError, match="no motion to draw: no precession_rate"):
         stopping_plots.figure_of_cell(explain(impossible, {"tilt": "10deg"}))
+
+
+def test_all_panels_over_time_have_one_time_axis():
+    """What is below each other is at the same time: the energies too, of a motion with losses and of one without."""
+    for words in ({"model": "toy"}, {}):
+        start = {"tilt": "80deg"} if words else {"tilt_rate": 0.01, "roll_rate": 2.0}
+        motion = sweep.simulate(*words.values(), **start, duration="1s")
+        drawn = plots.motion_figure(motion)
+        ends = {axes.get_xlim() for axes in drawn.axes if axes.get_xlabel().startswith("elapsed time")}
+        assert len(ends) == 1
+        low, high = ends.pop()
+        assert low < 0.0 < 1.0 < high
