@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.legend import Legend
 
 #: Gaps in sizes of a letter: around the figure, between columns, between map and strip, above and below a legend.
-_MARGIN, _GAP, _CLOSE, _ABOVE, _BELOW = 0.45, 1.4, 1.2, 0.6, 0.8
+_MARGIN, _GAP, _CLOSE, _ABOVE, _BELOW = 0.52, 1.4, 1.2, 0.6, 0.8
 
 #: Width of the bar of colours, and its distance from the maps.
 _BAR, _TO_BAR = 1.0, 1.2
@@ -54,6 +54,9 @@ _LEAST, _COLUMN = 7.0, 32.0
 
 #: How much wider words can be in the dots of a file than in those in which they are measured.
 _HINTED = 1.05
+
+#: Dots per inch of a png by default.
+_DOTS = 200
 
 #: How often sizes and ticks, which depend on each other, are computed.
 _ROUNDS = 2
@@ -405,6 +408,8 @@ class _Layout:
 
     def _set(self, axes: "Axes", left: float, low: float, wide: float, high: float) -> None:
         width, height = self.drawn.get_size_inches()
+        # on whole dots of a png, so that cells of colours are sharp and the file is small
+        left, low, wide, high = np.round([_DOTS * each for each in (left, low, wide, high)]) / _DOTS
         axes.set_position((left / width, low / height, wide / width, high / height))
 
     def _put_legend(self, legend: "Legend", left: float, top: float) -> None:

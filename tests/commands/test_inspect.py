@@ -92,6 +92,21 @@ def test_regimes_are_drawn(command, tmp_path):
         assert not (tmp_path / "b.png").exists()
 
 
+def test_a_bare_figure_prints_the_text_of_its_caption(command, tmp_path):
+    """On standard output, a line for each part; a whole one prints nothing; an unknown part is refused."""
+    sweep.save(sweep.run(sweep.SweepSpec(roll_rate="2:4:11", tilt="0.1deg:4deg:7", title="Nudged")), "a.nc")
+    assert command("plot a.nc -o a.png")[:2] == (0, "")
+    for words in ("--bare", "--bare --without strip,bar", "--without caption"):
+        status, out, _ = command(f"plot a.nc {words} -o a.png")
+        assert status == 0
+        assert out.splitlines()[:2] == ["Nudged", "unstable: departure above 5°, or the disk falls"]
+    assert command("plot a.nc --without bar -o a.png")[:2] == (0, "")
+    status, _, err = command("plot a.nc --without stripe -o b.png")
+    assert status == 2
+    assert "title, caption, legend, strip or bar; got stripe. Did you mean strip" in " ".join(err.split())
+    assert not (tmp_path / "b.png").exists()
+
+
 def test_plot_takes_quantity_contours_size_and_rate(command, tmp_path):
     """The options reach the figure: a png has the width and the dots that were asked for, a flag has no bar."""
     from matplotlib.image import imread

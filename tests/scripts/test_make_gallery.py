@@ -115,7 +115,11 @@ def test_the_map_of_steady_motions(tmp_path):
     }
     for name, atlas in atlases.items():
         assert " 0 of them against the sign of k" in steady.agreement(atlas), name
-    plots.save(steady.figure(atlases), tmp_path / "steady.pdf")
+    drawn = steady.figure(atlases)
+    # marks at the critical rates, which are roots
+    marks = [each.get_text() for axes in drawn.axes for each in axes.texts if "\n" in each.get_text()]
+    assert marks == ["spinning\n$\\sqrt{4g/5R}$", "rolling\n$\\sqrt{g/3R}$"]
+    plots.save(drawn, tmp_path / "steady.pdf")
 
 
 @pytest.mark.compiled
