@@ -131,18 +131,15 @@ def base_of(name: str, spec: SweepSpec) -> dict[str, Any]:
 
 
 def sides(spec: SweepSpec) -> dict[str, dict[str, Any]]:
-    """Return the window that shows all of the first two axes of a spec, a control parameter to the right.
+    """Return the window that shows all of the first two axes of a spec, turned as a figure of them.
 
     A spec with fewer axes has parameters of the model for the others.
     """
     model = spec.model
-    names = [
-        *spec.axes,
-        *(name for name in (*model.controls(model.parameters), "tilt") if name not in spec.axes),
-    ]
-    controls = model.controls(names[:2])
-    x = controls[0] if controls else names[0]
-    y = next(name for name in names if name != x)
+    others = (name for name in (*model.controls(model.parameters), "tilt") if name not in spec.axes)
+    names = [*spec.axes, *others][:2]
+    y = model.upward(names)
+    x = next(name for name in names if name != y)
     return {"x": _side(spec, x), "y": _side(spec, y)}
 
 

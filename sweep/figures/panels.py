@@ -136,8 +136,7 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Loo
     control = next((name for name in model.controls(spec.axes) if edge_names(name)[0] in dataset), None)
     joined = model.joined_edges(spec)
     dims = drawn_dims(dataset)
-    # y is the control that has a boundary, else the first axis of the atlas
-    y_name = (control or dims[0]) if len(dims) > 1 else None
+    y_name = model.upward(dims) if len(dims) > 1 else None
     x_name = next(name for name in dims if name != y_name)
 
     controls = model.controls(dims)

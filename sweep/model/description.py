@@ -489,3 +489,7 @@ class Model(ABC):
     def controls(self, axes: Iterable[str]) -> list[str]:
         """Return the axes along which a boundary of stability is sought."""
         return [name for name in axes if name in self.parameters and self.parameters[name].control]
+
+    def upward(self, axes: Sequence[str]) -> str:
+        """Return which axis a map shows upward, in a figure and on the page: the first control, else the first of all."""
+        return next(iter(self.controls(axes)), axes[0])

@@ -15,6 +15,7 @@ import sweep
 from sweep.errors import RequestError
 from sweep.explorer.explorer import Explorer, explore, subject_of_words
 from sweep.explorer.point import NO_CELL
+from sweep.figures.panels import panel
 
 SPEC = sweep.SweepSpec.preset("rolling", roll_rate="2:4:20", tilt="0.1deg:10deg:12:log")
 
@@ -71,16 +72,16 @@ def test_stored_cells_are_shown_as_they_are(file):
             with explore(file if given == "file" else chosen) as explorer:
                 view = about(explorer.url)["bases"][0]["view"]
                 head, arrays = post(
-                    explorer.url, "window", view=view, width=50, height=40, quantity="peak_tilt", stored=True
+                    explorer.url, "window", view=view, width=48, height=40, quantity="peak_tilt", stored=True
                 )
-                x, y = centres(view["x"], 50), centres(view["y"], 40)
-                columns = abs(chosen["roll_rate"].values - x[:, None]).argmin(1)
-                rows = abs(np.log(chosen["tilt"].values / y[:, None])).argmin(1)
-                expected = chosen.transpose("tilt", "roll_rate").isel(tilt=rows, roll_rate=columns)
+                x, y = centres(view["x"], 48), centres(view["y"], 40)
+                columns = abs(np.log(chosen["tilt"].values / x[:, None])).argmin(1)
+                rows = abs(chosen["roll_rate"].values - y[:, None]).argmin(1)
+                expected = chosen.transpose("roll_rate", "tilt").isel(tilt=columns, roll_rate=rows)
                 assert np.array_equal(
-                    arrays["value"].reshape(40, 50), expected["peak_tilt"].values.astype("f4")
+                    arrays["value"].reshape(40, 48), expected["peak_tilt"].values.astype("f4")
                 )
-                assert np.array_equal(arrays["verdict"].reshape(40, 50), expected["stability"].values)
+                assert np.array_equal(arrays["verdict"].reshape(40, 48), expected["stability"].values)
                 assert (arrays["stored"] == 1).all()
                 assert head["low"] == float(expected["peak_tilt"].min())
 
@@ -89,14 +90,14 @@ def test_beyond_the_grid_cells_are_computed(file):
     """Pixels further out than half a cell are those of the exact reduction, and are told apart."""
     with explore(file) as explorer:
         view = about(explorer.url)["bases"][0]["view"]
-        view["x"] = {**view["x"], "centre": 4.0, "half": 2.0}
+        view["y"] = {**view["y"], "centre": 4.0, "half": 2.0}
         asked = {"view": view, "width": 60, "height": 40, "quantity": "peak_tilt"}
         _, both = post(explorer.url, "window", **asked, stored=True)
         _, live = post(explorer.url, "window", **asked)
     inside = both["stored"].reshape(40, 60) == 1
     half = (4.0 - 2.0) / 19 / 2
-    x = centres(view["x"], 60)
-    assert np.array_equal(inside, np.broadcast_to((x > 2.0 - half) & (x < 4.0 + half), (40, 60)))
+    y = centres(view["y"], 40)[:, None]
+    assert np.array_equal(inside, np.broadcast_to((y > 2.0 - half) & (y < 4.0 + half), (40, 60)))
     assert np.array_equal(both["value"].reshape(40, 60)[~inside], live["value"].reshape(40, 60)[~inside])
     assert not np.array_equal(both["value"].reshape(40, 60)[inside], live["value"].reshape(40, 60)[inside])
 
@@ -140,23 +141,23 @@ def test_a_third_axis_is_cut_at_its_nearest_value(tmp_path):
         for alpha in (0.52, 0.8, 1.0):
             view = {**base["view"], "words": {"alpha": alpha}}
             _, arrays = post(
-                explorer.url, "window", view=view, width=20, height=12, quantity="amplification", stored=True
+                explorer.url, "window", view=view, width=12, height=20, quantity="amplification", stored=True
             )
-            plane = atlas["amplification"].sel(alpha=alpha, method="nearest").transpose("tilt", "roll_rate")
-            assert np.array_equal(arrays["value"].reshape(12, 20), plane.values.astype("f4"))
+            plane = atlas["amplification"].sel(alpha=alpha, method="nearest").transpose("roll_rate", "tilt")
+            assert np.array_equal(arrays["value"].reshape(20, 12), plane.values.astype("f4"))
 
 
 def test_a_point_of_a_file_has_both_numbers(file):
     """A point has the exact numbers at its own place, and those stored in the nearest cell."""
     with explore(file) as explorer, sweep.open_atlas(file) as atlas:
         view = about(explorer.url)["bases"][0]["view"]
-        found = post(explorer.url, "point", view=view, x=2.512, y=0.02)
+        found = post(explorer.url, "point", view=view, x=0.02, y=2.512)
         cell = atlas.eulerdisk.cell(roll_rate=2.512, tilt=0.02)
         stored = {each["name"]: each["value"] for each in found["stored"]["numbers"]}
         assert stored["peak_tilt"] == float(cell["peak_tilt"])
         assert found["stored"]["start"]["tilt"]["value"] == float(cell["tilt"])
         assert found["start"]["tilt"]["value"] == 0.02
-        assert post(explorer.url, "point", view=view, x=5.0, y=0.02)["stored"] is None
+        assert post(explorer.url, "point", view=view, x=0.02, y=5.0)["stored"] is None
 
 
 def test_the_colour_is_that_of_the_numbers_however_the_axis_is_seen():
@@ -169,16 +170,16 @@ def test_the_colour_is_that_of_the_numbers_however_the_axis_is_seen():
             ends = np.log([low, high]) if scale == "log" else (low, high)
             side = {"name": "tilt", "centre": np.mean(ends), "half": np.ptp(ends) / 2, "scale": scale}
             with explore(atlas) as explorer:
-                view = {**about(explorer.url)["bases"][0]["view"], "y": side}
-                asked = {"view": view, "width": 6, "height": 60, "quantity": "peak_tilt", "stored": True}
+                view = {**about(explorer.url)["bases"][0]["view"], "x": side}
+                asked = {"view": view, "width": 60, "height": 6, "quantity": "peak_tilt", "stored": True}
                 _, arrays = post(explorer.url, "window", **asked)
-                x = centres(view["x"], 6)[2]
-                for row, y in enumerate(centres(side, 60)):
+                y = centres(view["y"], 6)[2]
+                for column, x in enumerate(centres(side, 60)):
                     told = post(explorer.url, "point", view=view, x=x, y=y)["stored"]
-                    assert (told is not None) == arrays["stored"].reshape(60, 6)[row, 2], np.degrees(y)
+                    assert (told is not None) == arrays["stored"].reshape(6, 60)[2, column], np.degrees(x)
                     if told is not None:
                         peak = {each["name"]: each["value"] for each in told["numbers"]}["peak_tilt"]
-                        assert arrays["value"].reshape(60, 6)[row, 2] == np.float32(peak), np.degrees(y)
+                        assert arrays["value"].reshape(6, 60)[2, column] == np.float32(peak), np.degrees(x)
 
 
 def test_an_atlas_with_losses_shows_its_cells_and_refuses_others(losses):
@@ -187,16 +188,16 @@ def test_an_atlas_with_losses_shows_its_cells_and_refuses_others(losses):
         held = about(explorer.url)
         assert held["atlas"]["live"] is False
         view = held["bases"][0]["view"]
-        asked = {"view": view, "width": 6, "height": 5, "quantity": "end_time"}
+        asked = {"view": view, "width": 5, "height": 6, "quantity": "end_time"}
         _, arrays = post(explorer.url, "window", **asked, stored=True)
         expected = atlas["end_time"].transpose(view["y"]["name"], view["x"]["name"])
-        assert np.allclose(arrays["value"].reshape(5, 6), expected.values, rtol=1e-7)
+        assert np.allclose(arrays["value"].reshape(6, 5), expected.values, rtol=1e-7)
         status, error = refused(explorer.url, "window", **asked)
         assert (status, "no exact reduction" in error["error"]) == (400, True)
         wide = {**view, "x": {**view["x"], "half": 4 * view["x"]["half"]}}
         _, beyond = post(explorer.url, "window", **{**asked, "view": wide}, stored=True)
         assert np.isnan(beyond["value"][beyond["stored"] == 0]).all()
-        found = post(explorer.url, "point", view=view, x=12.0, y=0.6)
+        found = post(explorer.url, "point", view=view, x=0.6, y=12.0)
         assert found["numbers"] == found["stored"]["numbers"]
 
 
@@ -204,19 +205,19 @@ def test_outside_the_grid_of_an_atlas_with_losses_there_is_nothing(losses):
     """Where there is no cell a window has neither number nor code, says so of each pixel, and a point is refused."""
     with explore(losses) as explorer:
         view = about(explorer.url)["bases"][0]["view"]
-        wide = {**view, "x": {**view["x"], "half": 4.0 * view["x"]["half"]}}
-        asked = {"view": wide, "width": 9, "height": 5, "stored": True}
+        wide = {**view, "y": {**view["y"], "half": 4.0 * view["y"]["half"]}}
+        asked = {"view": wide, "width": 5, "height": 9, "stored": True}
         for quantity in ("end_time", "stability"):
             head, arrays = post(explorer.url, "window", quantity=quantity, **asked)
-            value, origin = arrays["value"].reshape(5, 9), arrays["stored"].reshape(5, 9)
-            assert np.array_equal(origin[2], [2, 2, 2, 1, 1, 1, 2, 2, 2])
+            value, origin = arrays["value"].reshape(9, 5), arrays["stored"].reshape(9, 5)
+            assert np.array_equal(origin[:, 2], [2, 2, 2, 1, 1, 1, 2, 2, 2])
             empty = value[origin == 2]
             assert (np.isnan(empty) if quantity == "end_time" else empty == 255).all()
             assert head["high"] == np.nanmax(value[origin == 1])
-        x, y = wide["x"]["centre"] + 0.9 * wide["x"]["half"], view["y"]["centre"]
+        x, y = view["x"]["centre"], wide["y"]["centre"] + 0.9 * wide["y"]["half"]
         found = post(explorer.url, "point", view=view, x=x, y=y)
         assert (found["note"], found["numbers"], found["verdict"]) == ("No cell here.", [], "")
-        assert found["start"]["precession_rate"]["value"] == x
+        assert found["start"]["precession_rate"]["value"] == y
 
 
 def test_what_is_no_plane_is_refused(tmp_path, file):
@@ -324,13 +325,30 @@ def test_cells_are_shown_while_one_is_explained(losses, monkeypatch):
     monkeypatch.setattr("sweep.checks.explain.explain", endless)
     with explore(losses) as explorer, ThreadPoolExecutor(1) as pool:
         view = about(explorer.url)["bases"][0]["view"]
-        first = pool.submit(post, explorer.url, "explain", view=view, x=12.0, y=0.6)
+        first = pool.submit(post, explorer.url, "explain", view=view, x=0.6, y=12.0)
         try:
             assert begun.wait(30)
             asked = {"view": view, "width": 6, "height": 5, "stored": True}
             assert post(explorer.url, "window", quantity="end_time", **asked)[1]["stored"].all()
-            assert post(explorer.url, "point", view=view, x=12.0, y=0.6)["numbers"]
+            assert post(explorer.url, "point", view=view, x=0.6, y=12.0)["numbers"]
             assert not first.done()
         finally:
             ended.set()
         assert first.result()["text"] == "words"
+
+
+def test_the_page_has_the_axes_of_a_figure():
+    """What goes up and what goes across in a map is the same on the page and in print."""
+    tilt, rate = "1deg:4deg:4", "2:4:5"
+    for words in [
+        {"tilt": tilt, "roll_rate": rate},
+        {"roll_rate": rate, "tilt": tilt},
+        {"tilt": tilt, "alpha": "0.5:1:3", "roll_rate": 3.0},
+        {"precession_rate": "0.1:0.4:3", "roll_rate": rate, "tilt": 0.02},
+    ]:
+        with case(words):
+            atlas = sweep.run("rolling", method="exact", progress=False, **words)
+            drawn = panel(atlas)
+            with explore(atlas) as explorer:
+                view = about(explorer.url)["bases"][0]["view"]
+            assert (view["x"]["name"], view["y"]["name"]) == (drawn.x.quantity.name, drawn.y.quantity.name)

@@ -47,26 +47,26 @@ def page(tmp_path_factory):
 
 def test_the_page_has_the_cells_of_the_atlas(page):
     """Every quantity, the verdicts and the coordinates are those of the atlas, at its own resolution."""
-    held, atlas = held_in(page), sweep.run(SPEC).transpose("tilt", "roll_rate")
-    assert np.array_equal(array(held["x"]), atlas["roll_rate"].values)
-    assert np.array_equal(array(held["y"]), atlas["tilt"].values)
+    held, atlas = held_in(page), sweep.run(SPEC).transpose("roll_rate", "tilt")
+    assert np.array_equal(array(held["x"]), atlas["tilt"].values)
+    assert np.array_equal(array(held["y"]), atlas["roll_rate"].values)
     names = [each["name"] for each in held["about"]["quantities"]]
     assert {"peak_tilt", "amplification", "nutation_period", "stability", "separatrix"} <= set(names)
     assert {*names, "verdict"} == held["cells"].keys()
     for name in {*names} - {"regime"}:
         expected, found = atlas[name].values, array(held["cells"][name])
-        assert np.array_equal(found.reshape(12, 20), expected.astype(found.dtype), equal_nan=True), name
+        assert np.array_equal(found.reshape(20, 12), expected.astype(found.dtype), equal_nan=True), name
     crosses = (atlas["tilt_min"] < 0.0) & (atlas["tilt_max"] > 0.0)
     regime = np.where(atlas["ending"] == 4, 4, 2 * (atlas["wells"] - 1) + crosses)
-    assert np.array_equal(array(held["cells"]["regime"]).reshape(12, 20), regime)
-    assert np.array_equal(array(held["cells"]["verdict"]).reshape(12, 20), atlas["stability"].values)
+    assert np.array_equal(array(held["cells"]["regime"]).reshape(20, 12), regime)
+    assert np.array_equal(array(held["cells"]["verdict"]).reshape(20, 12), atlas["stability"].values)
     assert held["starts"] == {
         "tilt_rate": 0.0, "precession_rate": 0.0, "alpha": 0.5, "radius": 0.5, "gravity": 9.81,
         "fall_tilt": float(np.radians(85.0)),
     }  # fmt: skip
     assert {line["name"] for line in held["lines"]} == {"analytic", "predicted", "measured"}
     assert held["about"]["atlas"]["live"] is False
-    assert "20 x 12 cells" in held["about"]["atlas"]["note"]
+    assert "12 x 20 cells" in held["about"]["atlas"]["note"]
 
 
 def test_cells_have_the_rates_that_they_compute(tmp_path):
@@ -75,8 +75,8 @@ def test_cells_have_the_rates_that_they_compute(tmp_path):
     held = held_in(tmp_path / "a.html")
     atlas = sweep.run("circling", method="exact", precession_rate="1:4:10", tilt="1deg:20deg:8")
     assert "roll_rate" not in held["starts"]
-    found = array(held["cells"]["roll_rate"]).reshape(8, 10)
-    assert np.array_equal(found, atlas["roll_rate"].transpose("tilt", "precession_rate").values)
+    found = array(held["cells"]["roll_rate"]).reshape(10, 8)
+    assert np.array_equal(found, atlas["roll_rate"].transpose("precession_rate", "tilt").values)
 
 
 def test_the_page_needs_nothing_else(page):

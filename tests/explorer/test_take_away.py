@@ -125,9 +125,7 @@ def test_the_command_of_a_toy_lies_flat_where_its_file_says(tmp_path):
     with explore(atlas) as explorer:
         about = json.loads(ask(explorer.url, "about").body)
         view = about["bases"][0]["view"]
-        axes = {view[name]["name"]: at for name, at in (("x", 12.0), ("y", 0.6))}
-        x, y = (axes[view[name]["name"]] for name in ("x", "y"))
-        given = post(explorer.url, "command", view=view, x=x, y=y, duration=0.5)
+        given = post(explorer.url, "command", view=view, x=0.6, y=12.0, duration=0.5)
     words = dict(word.split("=") for word in shlex.split(given["command"]) if "=" in word)
     assert float(words["flat_tilt"]) == pytest.approx(np.radians(70.0))
     assert {"contour_friction", "air_law"} <= words.keys()

@@ -132,17 +132,17 @@ def test_both_lines_are_whole_in_any_window():
 
 
 def test_an_edge_that_runs_along_the_rows_is_met_by_the_columns():
-    """Where a line is nearly level its points are no farther apart than a tenth of the window, at every depth."""
+    """Where a line is nearly upright its points are no farther apart than a tenth of the window, at every depth."""
     for base in ["rolling", "spinning"]:
         with case(base):
             first = base_of(base, preset(base))["view"]
             view = View.read({**first, "words": {"criterion": "departure:5deg"}}, None)
             curves = {line["name"]: line["points"] for line in theory(view)}["predicted"]
             curve = np.array(curves[0]).T
-            index = np.argmin(np.abs(curve[0] - view.x.ends()[1]))
+            index = np.argmin(np.abs(curve[1] - view.y.ends()[1]))
             x, y = curve[:, index]
             for depth in (1e-1, 1e-3, 1e-6):
-                sides = {"x": side(first["x"]["name"], x, 0.3 * x), "y": side("tilt", y, y * depth)}
+                sides = {"x": side("tilt", x, x * depth), "y": side(first["y"]["name"], y, 0.3 * y)}
                 found = theory(View.read({**first, **sides}, None))
                 (line,) = [
                     np.array(points).T

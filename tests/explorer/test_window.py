@@ -208,12 +208,12 @@ def test_a_point_has_the_numbers_of_its_cell_to_the_bit(url):
 def test_a_steady_rate_is_shown_where_it_exists(url):
     """A point of the preset circling has the roll rate that its cell computes; where none exists there is none."""
     (given,) = (each for each in about(url)["bases"] if each["name"] == "circling")
-    found = post(url, "point", view=given["view"], x=2.0, y=0.2)
+    found = post(url, "point", view=given["view"], x=0.2, y=2.0)
     cell = sweep.run("circling", method="exact", precession_rate=[2.0], tilt=[0.2]).squeeze()
     assert found["start"]["roll_rate"]["value"] == float(cell["roll_rate"])
     view = {**given["view"], "words": {"roll_rate": 3.0, "precession_rate": "steady-slow"}}
-    view["x"] = side("alpha", 0.5, 0.2)
-    found = post(url, "point", view=view, x=0.5, y=1.4)
+    view["y"] = side("alpha", 0.5, 0.2)
+    found = post(url, "point", view=view, x=1.4, y=0.5)
     assert found["start"]["precession_rate"] == {"value": None, "text": "none"}
 
 

@@ -53,6 +53,16 @@ def test_controls_are_the_axes_with_a_boundary():
     assert DISK.controls(("tilt", "alpha", "tilt_rate")) == []
 
 
+def test_a_map_has_the_first_control_upward():
+    """Of two axes the rate along which a boundary is sought goes up, wherever it stands; of two others the first."""
+    for axes, expected in [
+        (("tilt", "roll_rate"), "roll_rate"),
+        (("precession_rate", "roll_rate"), "precession_rate"),
+        (("alpha", "tilt"), "alpha"),
+    ]:
+        assert DISK.upward(axes) == expected, axes
+
+
 def test_reach_is_the_larger_distance_from_the_undisturbed_motion():
     """Either extreme may be the farther one; without extremes there is no reach."""
     spec = SweepSpec(tilt="0.1,0.2,0.3")
