@@ -35,10 +35,10 @@ PICTURE, RECORDING = {"width": 1840, "height": 1060}, {"width": 1840, "height": 
 #: How often the wheel is turned, by how much, and after how many turns one aims at the boundary anew.
 TURNS, TURN, AIM = 36, -100, 4
 
-#: Height at which the boundary is zoomed into, from -1 to 1: there the smallest tilts are, and motions differ most.
-LOW = -0.5
+#: Where the boundary is zoomed into, from -1 to 1 across: there the smallest tilts are, and motions differ most.
+SMALL = -0.5
 
-#: How far from the boundary the two starts lie, as part of the width of the map.
+#: How far below and above the boundary the two starts lie, as part of the height of the map.
 BESIDE = 0.12
 
 #: Part of their time at which motions are shown in pictures.
@@ -118,13 +118,13 @@ def on_screen(page: Page, across: float, up: float) -> tuple[float, float]:
     return box["x"] + 0.5 * (across + 1.0) * box["width"], box["y"] + 0.5 * (1.0 - up) * box["height"]
 
 
-def boundary(page: Page, height: float = 0.0) -> tuple[float, float]:
-    """Return the place of the boundary at a height of the map, from -1 to 1; or the nearest one."""
+def boundary(page: Page, where: float = 0.0) -> tuple[float, float]:
+    """Return the place of the boundary at a place across the map, from -1 to 1; or the nearest one."""
     lines: dict[str, Any] = page.evaluate(LINES)
     inside = [place for place in lines["measured"] if max(map(abs, place)) < 0.9]
     if not inside:
         raise SystemExit("The boundary does not cross the map that is to be recorded.")
-    across, up = min(inside, key=lambda place: abs(place[1] - height))
+    across, up = min(inside, key=lambda place: abs(place[0] - where))
     return across, up
 
 
@@ -132,7 +132,7 @@ def zoom_in(page: Page, camera: Camera) -> None:
     """Turn the wheel over the boundary, and take a frame after each turn."""
     for turn in range(TURNS):
         if turn % AIM == 0:
-            page.mouse.move(*on_screen(page, *boundary(page, LOW)))
+            page.mouse.move(*on_screen(page, *boundary(page, SMALL)))
         page.mouse.wheel(0, TURN)
         camera.frames()
     settle(page)
@@ -140,11 +140,11 @@ def zoom_in(page: Page, camera: Camera) -> None:
 
 
 def choose(page: Page, beside: float, *, second: bool) -> None:
-    """Click beside the boundary."""
+    """Click below or above the boundary."""
     across, up = boundary(page)
     if second:
         page.keyboard.down("Shift")
-    page.mouse.click(*on_screen(page, across + beside, up))
+    page.mouse.click(*on_screen(page, across, up + beside))
     if second:
         page.keyboard.up("Shift")
     page.wait_for_selector(f"#motions canvas >> nth={int(second)}")

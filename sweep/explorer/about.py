@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sweep.errors import RequestError
-from sweep.explorer.losses import LOSS_WORDS
+from sweep.explorer.losses import LOSS_WORDS, has_motions
 from sweep.explorer.quantities import Shown, shown_of
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import base_names, exact, middle, other_names, preset
@@ -61,6 +61,7 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
     bases |= {name: preset(name) for name in base_names()}
     by_base = {name: _shown(spec, stored if name == "" else None) for name, spec in bases.items()}
     shown = {name: each for held in by_base.values() for name, each in held.items()}
+    peaks = {spec.model.peak for spec in bases.values()}
     rows = {
         name: row
         for spec in bases.values()
@@ -71,7 +72,9 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
         "bases": [{**base_of(name, spec), "quantities": list(by_base[name])} for name, spec in bases.items()],
         "others": list(other_names()),
         "parameters": [_input(row) for row in rows.values()],
-        "quantities": [{**_quantity(each.quantity), "scale": each.scale} for each in shown.values()],
+        "quantities": [
+            {**_quantity(each.quantity), "is_peak": name in peaks} for name, each in shown.items()
+        ],
         "criteria": [
             {"word": word, "description": description, "unit": unit, "low": low, "high": high}
             for word, (description, unit, low, high) in _CRITERIA.items()
@@ -127,6 +130,7 @@ def base_of(name: str, spec: SweepSpec) -> dict[str, Any]:
         "description": spec.headline,
         "words": words,
         "view": {"base": name, "words": {}, **view},
+        "moves": has_motions(spec),
     }
 
 

@@ -133,7 +133,8 @@ def stored_page(stored: Stored, check: Callable[[], None] = _go_on) -> dict[str,
         If the plane has too many cells.
     """
     spec = stored.spec
-    base = {**base_of("", spec), "quantities": list(stored.quantities())}
+    motions = stored_motions(spec)
+    base = {**base_of("", spec), "quantities": list(stored.quantities()), "moves": motions is not None}
     view = View.read(base["view"], spec)
     x, y = (getattr(spec, side.name).array() for side in (view.x, view.y))
     if x.size * y.size > MOST_CELLS:
@@ -175,7 +176,7 @@ def stored_page(stored: Stored, check: Callable[[], None] = _go_on) -> dict[str,
             name: value for name, value in starts.items() if isinstance(value, float) and np.isfinite(value)
         },
         "lines": lines(view, stored),
-        "motions": stored_motions(spec),
+        "motions": motions,
     }
 
 

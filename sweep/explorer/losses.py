@@ -15,7 +15,7 @@ from sweep.model.lossy_disk.tables import (
     UNKNOWN,
     UNLIMITED,
 )
-from sweep.motion.tables import LOSSY_MOTION
+from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION
 from sweep.request.spec import SweepSpec
 
 #: Air at room temperature: viscosity [Pa s], density [kg/m3].
@@ -35,6 +35,11 @@ _DAMPING = (1e-6, 0.1)
 
 #: Masses [kg] and friction coefficients between which a slider moves.
 _MASSES, _FRICTION = (1e-3, 100.0), (0.02, 2.0)
+
+
+def has_motions(spec: SweepSpec) -> bool:
+    """Return whether the cells of a spec have motions in time."""
+    return spec.model in (DISK_MOTION.model, LOSSY_MOTION.model)
 
 
 def loss_words(given: Mapping[str, Any]) -> dict[str, Any]:

@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import NoMotionError, RequestError
-from sweep.explorer.losses import controls, loss_words
+from sweep.explorer.losses import controls, has_motions, loss_words
 from sweep.explorer.waiting import KERNELS
 from sweep.model.disk.exact import EXTREMES
 from sweep.model.disk.model import DISK
@@ -63,14 +63,16 @@ _STATE = ("tilt", "tilt_rate", "precession_rate", "roll_rate")
 _SAMPLES = (*_STATE, "heading", "roll_angle", "contact_x", "contact_y")
 _FORCES = ("normal_force", "friction_across", "friction_along")
 
+_WEIGHT_TIMES_RADIUS = "weight \u00d7 radius"
+
 #: Arrays whose unit is not that of their variable in a file of one motion -> label and unit.
 _SCALED: Mapping[str, tuple[str, str]] = {
     "normal_force": ("normal force", "weight"),
     "friction_across": ("friction across the track", "weight"),
     "friction_along": ("friction along the track", "weight"),
-    "energy": ("energy", "m g R"),
-    "potential": ("potential \u2212 energy", "m g R"),
-    **{name: (words, "m g R") for name, words in LAWS.items()},
+    "energy": ("energy", _WEIGHT_TIMES_RADIUS),
+    "potential": ("potential \u2212 energy", _WEIGHT_TIMES_RADIUS),
+    **{name: (words, _WEIGHT_TIMES_RADIUS) for name, words in LAWS.items()},
 }
 
 
@@ -191,8 +193,8 @@ def quantities() -> dict[str, dict[str, Any]]:
 
 
 def stored_motions(spec: SweepSpec) -> dict[str, Any] | None:
-    """Return what an exported page has to know to integrate motions itself; None for a disk with losses."""
-    if spec.model is LOSSY_MOTION.model:
+    """Return what an exported page needs to integrate motions itself; None but for the disk without losses."""
+    if spec.model is not DISK_MOTION.model:
         return None
     words = {"lifts_off": _LIFTS_OFF, "needs": _NEEDS}
     return {"fall_tilt": spec.fall_tilt, "quantities": quantities(), "words": words}
@@ -232,11 +234,6 @@ def check_start(spec: SweepSpec, start: Mapping[str, float]) -> None:
                 hint="Choose another place of the map, or a smaller number.",
                 where=name,
             )
-
-
-def has_motions(spec: SweepSpec) -> bool:
-    """Return whether the cells of a spec have motions in time."""
-    return spec.model in (DISK_MOTION.model, LOSSY_MOTION.model)
 
 
 def _check_model(spec: SweepSpec) -> None:

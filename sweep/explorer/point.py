@@ -10,6 +10,7 @@ from sweep.engine.compute import compute
 from sweep.engine.grid import Span, starts_of, whole
 from sweep.explorer.fields import read_number, read_object
 from sweep.explorer.lines import bracket_width
+from sweep.explorer.losses import has_motions
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import View
 from sweep.explorer.waiting import KERNELS
@@ -111,7 +112,7 @@ def _told(quantity: Quantity, value: float) -> dict[str, Any]:
 
 def _spec_of_motion(view: View, fields: Mapping[str, Any]) -> SweepSpec | None:
     """Return the spec of the one cell of a motion that has to be integrated, None for another one or without one."""
-    from sweep.explorer.motion import check_start, has_motions, is_lossy, words_of
+    from sweep.explorer.motion import check_start, is_lossy, words_of
 
     losses = read_object(fields.get("losses") or {}, "losses")
     lossy = is_lossy(view.spec, losses)

@@ -30,8 +30,6 @@ class Shown:
     Parameters
     ----------
     quantity : Quantity
-    scale : {"linear", "log"}
-        How colours are spread over its values.
     needs : tuple of str
         Columns of a cell that `values` reads.
     values : callable
@@ -41,7 +39,6 @@ class Shown:
     """
 
     quantity: Quantity
-    scale: str
     needs: tuple[str, ...]
     values: Callable[[SweepSpec, Columns], npt.NDArray[Any]]
     timed: bool = False
@@ -51,20 +48,18 @@ def shown_of(spec: SweepSpec) -> dict[str, Shown]:
     """Return what the map can show of the cells of a spec, the usual one first."""
     model = spec.model
     variables = model.cell_variables(spec)
-    # the first one twice is still the first
-    scales = {
-        model.peak: "linear", "peak_tilt": "linear", "stability": "linear", "amplification": "log",
-        "separatrix": "linear", "nutation_period": "linear", "fall_time": "log", "end_time": "log",
-        "largest_loss": "linear", "least_normal_force": "linear", "friction_needed": "linear",
-    }  # fmt: skip
+    names = (
+        model.peak, "peak_tilt", "stability", "amplification", "separatrix", "nutation_period", "fall_time",
+        "end_time", "largest_loss", "least_normal_force", "friction_needed",
+    )  # fmt: skip
     unknown = model.unknown_to.get(spec.method, ())
     found = {
-        name: Shown(variables[name], scale, (name,), _column(name), name not in _EXTREMES)
-        for name, scale in scales.items()
+        name: Shown(variables[name], (name,), _column(name), name not in _EXTREMES)
+        for name in names
         if name in variables and name not in unknown
     }
     if {"wells", *model.extremes} <= variables.keys():
-        found[REGIME.name] = Shown(REGIME, "linear", ("ending", "wells", *model.extremes), _regime)
+        found[REGIME.name] = Shown(REGIME, ("ending", "wells", *model.extremes), _regime)
     return found
 
 

@@ -50,8 +50,8 @@ def window(
     Returns
     -------
     head : dict
-        ``low`` and ``high`` of the values (None without any), ``end``, whether pixels are so
-        small that rounding would be seen, and a ``note``, why there are no values, or nothing.
+        ``low`` and ``high`` of the values, ``least`` of those above zero (None without any), ``end``, whether pixels
+        are so small that rounding would be seen, and a ``note``, why there are no values, or nothing.
     arrays : dict of str to array, shape (height, width)
         ``value``: codes as uint8, or numbers as float32; as float64 where the values are too near to one another. From
         the bottom up. NaN (or the code 255) where there is no number. ``verdict``, uint8. If the file has cells there,
@@ -81,7 +81,8 @@ def window(
             label = name.replace("_", " ").capitalize()
             note = f"{label} is known of stored cells alone, and none of them is shown here."
     value, verdict, mask = _joined(view, name, size, held, check)
-    low, high = _range(value)
+    low, high = _range(value, value != _NO_CODE if value.dtype == np.uint8 else np.isfinite(value))
+    least, _ = _range(value, (value > 0) & (value < np.inf))
     if value.dtype == np.float64 and not _is_narrow(low, high):
         value = value.astype(np.float32)
     head = {
@@ -90,6 +91,7 @@ def window(
         "quantity": name,
         "low": low,
         "high": high,
+        "least": least,
         "end": view.x.is_too_fine(width) or view.y.is_too_fine(height),
         "note": note,
     }
@@ -152,8 +154,8 @@ def _pieces(size: tuple[int, int], cells: int, *, by_columns: bool) -> Iterator[
         yield (slice(None), part) if by_columns else (part, slice(None))
 
 
-def _range(value: npt.NDArray[Any]) -> tuple[float | None, float | None]:
-    known = value != _NO_CODE if value.dtype == np.uint8 else np.isfinite(value)
+def _range(value: npt.NDArray[Any], known: Truths) -> tuple[float | None, float | None]:
+    """Return the smallest and the largest of the known values; None without any."""
     if not known.any():
         return None, None
     # without a copy of the values

@@ -491,5 +491,5 @@ class Model(ABC):
         return [name for name in axes if name in self.parameters and self.parameters[name].control]
 
     def upward(self, axes: Sequence[str]) -> str:
-        """Return which axis a map shows upward, in a figure and on the page: the first control, else the first of all."""
+        """Return which axis goes up in a map, in a figure and on the page: the first control, else the first of all."""
         return next(iter(self.controls(axes)), axes[0])

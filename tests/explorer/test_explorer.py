@@ -342,12 +342,12 @@ def test_the_page_has_the_axes_of_a_figure():
     tilt, rate = "1deg:4deg:4", "2:4:5"
     for words in [
         {"tilt": tilt, "roll_rate": rate},
-        {"roll_rate": rate, "tilt": tilt},
+        {"spec": "circling", "tilt": tilt, "precession_rate": rate},
         {"tilt": tilt, "alpha": "0.5:1:3", "roll_rate": 3.0},
         {"precession_rate": "0.1:0.4:3", "roll_rate": rate, "tilt": 0.02},
     ]:
         with case(words):
-            atlas = sweep.run("rolling", method="exact", progress=False, **words)
+            atlas = sweep.run(**{"spec": "rolling", **words}, method="exact", progress=False)
             drawn = panel(atlas)
             with explore(atlas) as explorer:
                 view = about(explorer.url)["bases"][0]["view"]

@@ -208,11 +208,17 @@ def test_every_command(command, tmp_path):
         ("run --from a.nc -o b.nc", ""),
         ("compare b.nc a.nc", "identical: 147 cells"),
         ("export a.nc --to csv", ""),
+        ("explore a.nc --export a.html", ""),
         ("plan bottom --no-calibrate", "4040"),
     ):
         status, output, messages = command(words)
         assert (status, told in output) == (0, True), (words, output, messages)
     assert path.read_bytes()[:4] == again.read_bytes()[:4]
+    # a page without motions opens with none
+    held = json.loads(
+        re.search(r'id="stored">(.*?)</script>', (tmp_path / "a.html").read_text(), re.DOTALL)[1]
+    )
+    assert (held["motions"], held["about"]["bases"][0]["moves"]) == (None, False)
     for words, told in (
         ("verify a.nc", "bead has no exact reference"),
         ("plot --regimes a.nc -o r.png", "bead has no regimes"),

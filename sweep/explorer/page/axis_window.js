@@ -54,6 +54,22 @@ export function pixelValue(axis, pixel, count) {
 }
 
 /**
+ * The value with the fewest digits, as people read them, within a pixel of a place.
+ * @param {Axis} axis
+ * @param {number} place
+ * @param {number} count  of pixels
+ * @param {number} factor  from values to what people read
+ */
+export function roundestAt(axis, place, count, factor) {
+  const [low, middle, high] = [-1, 0, 1].map((side) => valueAt(axis, place + side / count));
+  for (let digits = 1; digits < 17; digits += 1) {
+    const value = Number((middle * factor).toPrecision(digits)) / factor;
+    if (value >= low && value <= high) return value;
+  }
+  return middle;
+}
+
+/**
  * Both ends of the range, in values.
  * @param {Axis} axis
  * @returns {[number, number]}

@@ -25,6 +25,9 @@ const REGIMES = ["#dcecf6", "#7fb9dc", "#fbe3bd", "#e69f00", "#ebebeb", "#b3b3b3
  */
 const LOSSES = ["#999999", "#e69f00", "#cc79a7", "#0072b2", "#56b4e9", "#009e73"];
 
+/** Ratio of numbers beyond which equal steps would squeeze the small ones (SQUEEZED of sweep/figures/scales.py). */
+const SQUEEZED = 20;
+
 /** How many shades a number may have. */
 const SHADES = 1024;
 
@@ -85,16 +88,20 @@ function packed([red, green, blue]) {
 const SCALE = Uint32Array.from({ length: SHADES }, (_, each) => packed(shade(each / (SHADES - 1))));
 
 /**
- * Range for values from low to high that the scale of the quantity allows; of equal values a narrow one around them.
+ * Range for values from low to high, as figures have it: logarithmic for the peak, and where numbers span decades; then
+ * it begins at the least one above zero. Of equal values it is a narrow one around them.
  * @param {Quantity} quantity
  * @param {number|null} low
  * @param {number|null} high
+ * @param {number|null} [least]  the smallest value above zero
  * @returns {Range}
  */
-export function rangeFor(quantity, low, high) {
+export function rangeFor(quantity, low, high, least = low) {
   if (low === null || high === null) return { low: 0, high: 1, scale: "linear" };
-  const scale = quantity.scale === "log" && low > 0 ? "log" : "linear";
-  if (high - low > 1e-12 * Math.max(Math.abs(low), Math.abs(high))) return { low, high, scale };
+  if (low >= 0 && least !== null && least > 0 && (quantity.is_peak || high > SQUEEZED * least)) {
+    return { low: least, high: Math.max(high, (1 + 1e-12) * least), scale: "log" };
+  }
+  if (high - low > 1e-12 * Math.max(Math.abs(low), Math.abs(high))) return { low, high, scale: "linear" };
   const margin = 1e-12 * Math.max(Math.abs(low), Math.abs(high)) || 1;
   return { low: low - margin, high: high + margin, scale: "linear" };
 }

@@ -2,6 +2,7 @@
 
 import { valueAt } from "eulerdisk/axis_window";
 import { checkbox, html, select, shareOnRuler, valueOnRuler } from "eulerdisk/elements";
+import { lineSample } from "eulerdisk/overlay";
 import {
   baseOf,
   isFixed,
@@ -114,8 +115,7 @@ export class Controls {
   /** @param {Line[]} lines */
   #lines(lines) {
     const labels = lines.map(({ name, label: words }) => {
-      const sample = html("i", { class: `sample ${name}` });
-      const { box, label } = checkbox(`line-${name}`, [sample, words], (shown) =>
+      const { box, label } = checkbox(`line-${name}`, [lineSample(name), words], (shown) =>
         this.#change((state) => {
           const others = state.hidden.filter((each) => each !== name);
           return { ...state, hidden: shown ? others : [...others, name] };

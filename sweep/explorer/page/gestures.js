@@ -8,7 +8,7 @@
  * @typedef {object} Deeds
  * @property {(factor: number, across: number|null, up: number|null) => void} zoom
  * @property {(across: number, up: number) => void} move
- * @property {(place: Place, second: boolean) => void} choose
+ * @property {(place: Place, second: boolean, tapped: boolean) => void} choose  `tapped`: by a hand, not by a key
  * @property {(place: Place|null) => void} hover
  * @property {(chosen: boolean) => void} reset  `chosen`: by a double click whose first click chose a start
  */
@@ -89,7 +89,10 @@ export class Gestures {
       this.#hover(now);
       return;
     }
-    if (!this.#moved && Math.hypot(now.x - before.x, now.y - before.y) < STILL) return;
+    const [across, up] = [now.x - before.x, now.y - before.y].map(Math.abs);
+    // the browser is about to scroll
+    const scrolls = event.pointerType === "touch" && this.#down.size === 1 && up >= across;
+    if (!this.#moved && (scrolls || Math.hypot(across, up) < STILL)) return;
     this.#moved = true;
     const other = [...this.#down].find(([id]) => id !== event.pointerId)?.[1];
     if (other) this.#pinch(other, before, now);
@@ -121,7 +124,7 @@ export class Gestures {
     if (event.detail > 1) return;
     const place = this.#place(event);
     this.#chose = !this.#moved && inside(place);
-    if (this.#chose) this.#deeds.choose(place, event.shiftKey);
+    if (this.#chose) this.#deeds.choose(place, event.shiftKey, true);
   }
 
   /** @param {{x: number, y: number}} point */
@@ -163,7 +166,7 @@ export function listenToKeys(element, deeds, cursor) {
       "=": () => deeds.zoom(KEY, across, up),
       "-": () => deeds.zoom(1 / KEY, across, up),
       0: () => deeds.reset(false),
-      Enter: () => deeds.choose([across, up], event.shiftKey),
+      Enter: () => deeds.choose([across, up], event.shiftKey, false),
     };
     const deed = keys[event.key];
     if (!deed) return;

@@ -39,6 +39,8 @@ class Page {
   #timer = 0;
   /** @type {State|null} what was shown before the last click */
   #before = null;
+  /** Whether a motion is still to be chosen: the page has been opened without one, or with another base. */
+  #opens = location.hash === "";
   /** @type {Error|null} why there is no picture, or no answer, until there is one */
   #problem = null;
 
@@ -53,12 +55,13 @@ class Page {
     const change = (/** @type {(state: State) => State} */ by) => this.#show(by(this.#state));
     this.#map = new AtlasMap(part("map"), about, source, this.#state, {
       onView: (view) => change((state) => ({ ...state, view })),
-      onChoose: (aim, second) => this.#choose(aim, second),
+      onChoose: (aim, second, tapped) => this.#choose(aim, second, tapped),
       onAim: (aim) => this.#aim(aim),
       onReset: (chosen) => this.#reset(chosen),
       onShown: () => {
         this.#problem = null;
         this.#shown();
+        this.#chooseFirst();
       },
       onLines: () => this.#shown(),
       onProblem: (problem) => this.#note(problem),
@@ -74,7 +77,10 @@ class Page {
         change((state) => ({ ...state, motions: withSlot(state.motions, slot, settings) })),
     });
     clock.listen(() => this.#hearClock());
-    const begin = (/** @type {(state: State) => State} */ by) => this.#begin(by(this.#state));
+    const begin = (/** @type {(state: State) => State} */ by) => {
+      this.#opens = true;
+      this.#begin(by(this.#state));
+    };
     this.#choices = [baseMenu(part("bases"), about, begin), themeButton(part("theme"), change)];
     part("compare").addEventListener("click", () =>
       change((state) => ({ ...state, compare: !state.compare })),
@@ -177,9 +183,11 @@ class Page {
   /**
    * @param {Aim} aim
    * @param {boolean} second
+   * @param {boolean} tapped
    */
-  #choose(aim, second) {
+  #choose(aim, second, tapped) {
     const { point } = aim;
+    this.#opens = false;
     // fingers do not hover: the numbers of what they choose are shown, too
     this.#aim(aim);
     this.#before = this.#state;
@@ -189,6 +197,15 @@ class Page {
     /** @type {[Point|null, Point|null]} */
     const chosen = slot ? [points[0], point] : [point, points[1]];
     this.#show({ ...this.#state, points: chosen, compare: compare || slot === 1, time: null });
+    if (tapped) this.#motions.reveal(slot, part("atlas"));
+  }
+
+  /** Choose the motion that a page begins with, once it has numbers to choose by. */
+  #chooseFirst() {
+    const point = this.#opens && baseOf(this.#about, this.#state.view).moves ? this.#map.firstStart() : null;
+    if (!point) return;
+    this.#opens = false;
+    this.#show({ ...this.#state, points: [point, null] });
   }
 
   /** @param {number} slot */

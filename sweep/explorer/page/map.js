@@ -1,6 +1,6 @@
 /** The map: picture, overlay and gestures of one element. It shows a state and tells what is done on it. */
 
-import { between, leastHalf, moved, valueAt, zoomed } from "eulerdisk/axis_window";
+import { between, leastHalf, moved, roundestAt, valueAt, zoomed } from "eulerdisk/axis_window";
 import { paint, rangeFor } from "eulerdisk/colours";
 import { Gestures, listenToKeys } from "eulerdisk/gestures";
 import { html, svg } from "eulerdisk/elements";
@@ -13,7 +13,7 @@ import { halfOfRange, parameterOf, quantityOf, wordsOf } from "eulerdisk/state";
 /** @import { Deeds, Place } from "eulerdisk/gestures" */
 /** @import { Wanted } from "eulerdisk/refresh" */
 /** @import { Point, State } from "eulerdisk/state" */
-/** @import { About, Line, Quantity, Source, View, WindowAnswer } from "eulerdisk/types" */
+/** @import { About, Axis, Line, Quantity, Source, View, WindowAnswer } from "eulerdisk/types" */
 
 /**
  * A start that is pointed at, and what the picture shows there.
@@ -21,11 +21,12 @@ import { halfOfRange, parameterOf, quantityOf, wordsOf } from "eulerdisk/state";
  */
 
 /**
- * What the map tells: another view; a chosen start (`second`: for the second motion); what is pointed at, null for
- * nothing; that the whole range is wanted; that new numbers are shown; that other lines are; that the server refused a window.
+ * What the map tells: another view; a chosen start (`second`: for the second motion; `tapped`: by a hand); what is pointed
+ * at, null for nothing; that the whole range is wanted; that new numbers are shown; that other lines are; that the server
+ * refused a window.
  * @typedef {object} Told
  * @property {(view: View) => void} onView
- * @property {(aim: Aim, second: boolean) => void} onChoose
+ * @property {(aim: Aim, second: boolean, tapped: boolean) => void} onChoose
  * @property {(aim: Aim|null) => void} onAim
  * @property {(chosen: boolean) => void} onReset
  * @property {() => void} onShown
@@ -35,6 +36,12 @@ import { halfOfRange, parameterOf, quantityOf, wordsOf } from "eulerdisk/state";
 
 /** Cells that the keyboard's cursor crosses from border to border. */
 const CELLS = [50, 40];
+
+/** Place near which the first start is chosen: small rates, and tilts large enough to be seen. */
+const BEGIN = /** @type {Place} */ ([0.5, -0.5]);
+
+/** Code of the verdict. */
+const UNSTABLE = 2;
 
 /** How much farther than the range of its base a window may reach. */
 const BEYOND = 8;
@@ -127,6 +134,23 @@ export class AtlasMap {
     this.redraw();
   }
 
+  /**
+   * A start to begin with: the nearest to the middle of the lower right quarter that is unstable, or else has numbers;
+   * null while the picture is not that of the state.
+   * @returns {Point|null}
+   */
+  firstStart() {
+    if (!this.#isOfState()) return null;
+    const { view } = this.#state;
+    const steps = Array.from({ length: 19 }, (_, i) => (i - 9) / 10);
+    /** @type {Place[]} */
+    const places = steps.flatMap((up) => steps.map((across) => /** @type {Place} */ ([across, up])));
+    const near = places.toSorted((a, b) => distance(a, BEGIN) - distance(b, BEGIN));
+    const seen = near.filter((place) => this.picture.codeAt(view, ...place) !== null);
+    const place = seen.find((each) => this.picture.at(view, ...each)?.verdict === UNSTABLE) ?? seen[0];
+    return place ? this.#pointAt(place, true) : null;
+  }
+
   /** Ask for all that is shown once more. */
   again() {
     this.#asked = "";
@@ -150,15 +174,18 @@ export class AtlasMap {
       [style.width, style.height] = [`${plot.width}px`, `${plot.height}px`];
     }
     const { atlas } = this.#about;
+    const coloured = this.picture.quantity ?? quantityOf(this.#about, quantity);
     drawOverlay(this.overlay, {
       view,
       plot,
       x: parameterOf(this.#about, view.x.name),
       y: parameterOf(this.#about, view.y.name),
-      quantity: this.picture.quantity ?? quantityOf(this.#about, quantity),
+      quantity: coloured,
       range: this.picture.range,
       lines: this.lines.filter((line) => !hidden.includes(line.name)),
       stale: this.#linesOf !== wordsOf(view),
+      codeAt: (across, up) => this.picture.codeAt(view, across, up),
+      regions: coloured.flags ?? quantityOf(this.#about, "stability").flags ?? {},
       points: [points[0], compare ? points[1] : null],
       grid: atlas && this.picture.hasStoredCells ? { x: atlas.x, y: atlas.y } : null,
       cursor: document.activeElement === this.#element ? this.#cursor : null,
@@ -249,7 +276,7 @@ export class AtlasMap {
     const deeds = {
       zoom: (factor, across, up) => this.#zoom(factor, across, up),
       move: (across, up) => this.#move(across, up),
-      choose: (place, second) => this.#told.onChoose(this.#aimAt(place, false), second),
+      choose: (place, second, tapped) => this.#told.onChoose(this.#aimAt(place, false, true), second, tapped),
       hover: (place) => this.#told.onAim(place && this.#aimAt(place, false)),
       reset: (chosen) => this.#told.onReset(chosen),
     };
@@ -272,20 +299,27 @@ export class AtlasMap {
 
   /**
    * @param {Place} place
+   * @param {boolean} chosen  a start that is chosen has no more digits than its pixel needs
    * @returns {Point}
    */
-  #pointAt([across, up]) {
+  #pointAt([across, up], chosen) {
     const { x, y } = this.#state.view;
-    return { x: valueAt(x, across), y: valueAt(y, up) };
+    const { width, height } = this.plot;
+    const at = (/** @type {Axis} */ axis, /** @type {number} */ place, /** @type {number} */ count) =>
+      chosen
+        ? roundestAt(axis, place, count, parameterOf(this.#about, axis.name).factor)
+        : valueAt(axis, place);
+    return { x: at(x, across, width), y: at(y, up, height) };
   }
 
   /**
    * @param {Place} place
    * @param {boolean} keys
+   * @param {boolean} [chosen]
    * @returns {Aim}
    */
-  #aimAt(place, keys) {
-    return { point: this.#pointAt(place), shown: this.picture.at(this.#state.view, ...place), keys };
+  #aimAt(place, keys, chosen = false) {
+    return { point: this.#pointAt(place, chosen), shown: this.picture.at(this.#state.view, ...place), keys };
   }
 
   /**
@@ -319,6 +353,14 @@ export class AtlasMap {
     const most = BEYOND * halfOfRange(this.#about, this.#state.view, which);
     return { least: leastHalf(axis, pixels), most };
   }
+}
+
+/**
+ * @param {Place} one
+ * @param {Place} other
+ */
+function distance(one, other) {
+  return Math.hypot(one[0] - other[0], one[1] - other[1]);
 }
 
 /**
@@ -369,7 +411,7 @@ export class Picture {
     const { width, height, value, head } = this.answer;
     this.range = held
       ? rangeFor(this.quantity, held[0], held[1])
-      : rangeFor(this.quantity, head.low, head.high);
+      : rangeFor(this.quantity, head.low, head.high, head.least);
     if (this.#colours.width !== width || this.#colours.height !== height) {
       this.#colours.width = width;
       this.#colours.height = height;
@@ -424,6 +466,18 @@ export class Picture {
       verdict: verdict[index],
       origin: stored === null ? "computed" : ORIGINS[stored[index]],
     };
+  }
+
+  /**
+   * Code of the region at a place of the present view: that of a quantity with flags, else the verdict; null without one.
+   * @param {View} view
+   * @param {number} across
+   * @param {number} up
+   */
+  codeAt(view, across, up) {
+    const seen = this.at(view, across, up);
+    if (!seen || seen.origin === "none" || Number.isNaN(seen.value)) return null;
+    return this.quantity?.flags ? seen.value : seen.verdict;
   }
 
   /** Whether some of its cells are stored ones. */

@@ -2,7 +2,7 @@
 
 import { html } from "eulerdisk/elements";
 import { MotionPanel } from "eulerdisk/motion/panel";
-import { parameterOf, wordsOf } from "eulerdisk/state";
+import { baseOf, parameterOf, wordsOf } from "eulerdisk/state";
 import { printedUnits, readable } from "eulerdisk/ticks";
 
 /** @import { About, MotionSettings, Place, Source, View } from "eulerdisk/types" */
@@ -14,6 +14,9 @@ import { printedUnits, readable } from "eulerdisk/ticks";
  * @property {(slot: number) => void} close
  * @property {(slot: number, settings: MotionSettings) => void} set
  */
+
+/** Digits of the values of a start: those of the numbers of a point. */
+const DIGITS = 6;
 
 /** One place for a motion: its heading and its panel. */
 class Slot {
@@ -68,7 +71,7 @@ class Slot {
     if (key === this.#shown && wanted === this.#settings) return;
     this.#shown = key;
     this.#settings = wanted;
-    this.#caption.textContent = point ? this.#words(view, point) : invitation(this.#letter);
+    this.#caption.textContent = point ? this.#words(view, point) : this.#invitation(view);
     this.#wanted = point && { view, ...point };
     if (!this.#wanted) {
       delete this.element.dataset.shown;
@@ -106,6 +109,15 @@ class Slot {
     if (this.#wanted === request) this.element.dataset.shown = JSON.stringify(request);
   }
 
+  /** @param {View} view */
+  #invitation(view) {
+    if (this.#letter === "B") return "Click the map for a second start.";
+    const { moves } = baseOf(this.#about, view);
+    return moves
+      ? "Click the map: the disk of that start rolls here."
+      : "Click the map for the words of a start.";
+  }
+
   /**
    * @param {View} view
    * @param {Point} point
@@ -114,7 +126,7 @@ class Slot {
     const values = /** @type {const} */ (["x", "y"])
       .map((which) => {
         const { label, factor, unit } = parameterOf(this.#about, view[which].name);
-        return `${label} ${readable(point[which] * factor, 7)} ${unit}`.trim();
+        return `${label} ${readable(point[which] * factor, DIGITS)} ${unit}`.trim();
       })
       .map(printedUnits)
       .join(", ");
@@ -148,6 +160,16 @@ export class Motions {
     return this.#slots[slot].request();
   }
 
+  /**
+   * Scroll to a motion that lies below the map.
+   * @param {number} slot
+   * @param {HTMLElement} atlas
+   */
+  reveal(slot, atlas) {
+    const { element } = this.#slots[slot];
+    if (element.getBoundingClientRect().top >= atlas.getBoundingClientRect().bottom) element.scrollIntoView();
+  }
+
   /** Ask for all motions that are shown once more. */
   again() {
     for (const slot of this.#slots) slot.again();
@@ -159,11 +181,4 @@ export class Motions {
     this.#slots[1].show(view, compare ? points[1] : null, motions[1]);
     this.#slots[1].element.hidden = !compare;
   }
-}
-
-/** @param {string} letter */
-function invitation(letter) {
-  return letter === "A"
-    ? "Click the map: the disk of that start rolls here."
-    : "Click the map for a second start.";
 }

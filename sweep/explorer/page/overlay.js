@@ -3,6 +3,7 @@
 import { placeOf, valueAt } from "eulerdisk/axis_window";
 import { flagColour, shade } from "eulerdisk/colours";
 import { svg, textWidth } from "eulerdisk/elements";
+import { codesOf, rasterOf, roomiest } from "eulerdisk/regions";
 import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
 
 /** @import { Range } from "eulerdisk/colours" */
@@ -26,6 +27,8 @@ import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
  * @property {Line[]} lines
  * @property {boolean} stale
  * @property {[Point|null, Point|null]} points
+ * @property {(across: number, up: number) => number|null} codeAt  which region has a place from -1 to 1
+ * @property {Record<string, string>} regions  names of regions by their codes
  * @property {{x: Axis, y: Axis}|null} grid  the range of stored cells, if some are shown
  * @property {[number, number]|null} cursor  places of the keyboard's cursor
  */
@@ -43,9 +46,16 @@ export function drawOverlay(element, scene) {
   const inside = svg("g", { transform: `translate(${left} ${top})` });
   if (scene.grid) inside.append(...gridFrame(scene, scene.grid));
   const lines = svg("g", { class: scene.stale ? "lines stale" : "lines" });
-  for (const line of order(scene.lines)) lines.append(...drawLine(scene, line));
+  const drawn = order(scene.lines).map((line) => ({ name: line.name, pieces: piecesOf(scene, line) }));
+  for (const { name, pieces } of drawn) lines.append(...drawLine(name, pieces));
   inside.append(lines, svg("rect", { class: "frame", width, height }));
   inside.append(xAxis(scene), yAxis(scene));
+  inside.append(
+    ...regionNames(
+      scene,
+      drawn.flatMap(({ pieces }) => pieces),
+    ),
+  );
   scene.points.forEach((point, slot) => {
     if (point) inside.append(...mark(scene, point, "AB"[slot]));
   });
@@ -65,32 +75,67 @@ function pixelOf({ view, plot }, x, y) {
 }
 
 /**
- * Lines from the lowest to the uppermost: the dashes of the predicted one are seen on the measured one.
+ * Lines from the lowest to the uppermost, as in figures.
  * @param {Line[]} lines
  */
 function order(lines) {
-  const names = ["analytic", "measured", "predicted"];
+  const names = ["analytic", "predicted", "measured"];
   return lines.toSorted((one, other) => names.indexOf(one.name) - names.indexOf(other.name));
 }
 
 /**
+ * The pieces of a line that are seen, in pixels of the plot.
  * @param {Scene} scene
  * @param {Line} line
  */
-function drawLine(scene, line) {
+function piecesOf(scene, line) {
   const { width, height } = scene.plot;
   const box = { left: 0, top: 0, right: width, bottom: height };
-  const pieces = line.points.flatMap((points) =>
+  return line.points.flatMap((points) =>
     clipped(
       points.map(([x, y]) => pixelOf(scene, x, y)),
       box,
     ),
   );
+}
+
+/**
+ * @param {string} name
+ * @param {Pixel[][]} pieces
+ */
+function drawLine(name, pieces) {
   if (!pieces.length) return [];
   const path = pieces
     .map((piece) => `M${piece.map(([x, y]) => `${x.toFixed(2)} ${y.toFixed(2)}`).join("L")}`)
     .join("");
-  return haloed(line.name, path);
+  return haloed(name, path);
+}
+
+/**
+ * The name of each region, so that a map can be read without its colours.
+ * @param {Scene} scene
+ * @param {Pixel[][]} lines
+ */
+function regionNames(scene, lines) {
+  const { plot, regions, points, codeAt } = scene;
+  const marks = points.flatMap((point) => (point ? [pixelOf(scene, point.x, point.y)] : []));
+  const raster = rasterOf(plot.width, plot.height, lines, marks);
+  const codes = codesOf(raster, codeAt);
+  return Object.entries(regions).flatMap(([code, name]) => {
+    // letters are larger and bolder than those that are measured
+    const place = roomiest(raster, codes, Number(code), [textWidth(name) * 1.3, 16]);
+    if (!place) return [];
+    const [x, y] = place;
+    return [svg("text", { class: "region", x, y, dy: "0.35em", "text-anchor": "middle" }, name)];
+  });
+}
+
+/**
+ * A sample of a line of some kind, to stand beside its name.
+ * @param {string} kind
+ */
+export function lineSample(kind) {
+  return svg("svg", { class: "sample", "aria-hidden": "true" }, ...haloed(kind, "M3 4h20"));
 }
 
 /**

@@ -83,7 +83,7 @@ export class Readout {
   #invite() {
     this.#aim = null;
     const words =
-      "Point at the map for its numbers, click to see the disk roll. Wheel or pinch zooms, a drag moves.";
+      "Point at the map for its numbers, click it for a motion. Wheel or pinch zooms; a drag moves, of one finger sideways, of two everywhere.";
     this.#element.replaceChildren(html("p", { class: "quiet" }, words));
   }
 
@@ -140,7 +140,8 @@ export class Readout {
       ["verdict", cell.verdict],
       ...cell.numbers.filter(({ text }) => text).map(({ name, text }) => [name.replaceAll("_", " "), text]),
     ]);
-    const origin = answer.stored === null ? "" : isStored ? "stored cell" : "computed now";
+    // what is computed beside a motion that has losses is told from it
+    const origin = isStored ? "stored cell" : "computed, without losses";
     this.#names = exact.map(([name]) => name);
     this.#fill(exact, origin);
     if (aim.keys) this.#spoken.textContent = exact.map((row) => row.join(" ")).join(", ");

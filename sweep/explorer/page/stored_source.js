@@ -6,7 +6,7 @@ import { Problem } from "eulerdisk/notice";
 import { baseOf, parameterOf, verdictWords } from "eulerdisk/state";
 import { readable, printedUnits } from "eulerdisk/ticks";
 
-/** @import { About, Line, MotionAnswer, PackedArray, Parameter, Place, PointAnswer, Quantity, Source, StoredPage, WindowAnswer, WindowRequest } from "eulerdisk/types" */
+/** @import { About, Line, MotionAnswer, MotionRequest, PackedArray, Parameter, Place, PointAnswer, Quantity, Source, StoredPage, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
 /** @typedef {Float32Array|Float64Array|Uint8Array} Values */
 
@@ -15,7 +15,7 @@ const DIGITS = 6;
 
 /** Said of a place that the page has no cell for. */
 const NO_MOTION =
-  "An exported page has no motions of a disk with losses: eulerdisk explore shows them, of the same atlas.";
+  "An exported page has motions of the disk without losses alone; eulerdisk explore shows those with losses.";
 const NO_CELL = "No cell here.";
 
 /** What to do where the page's own cells cannot be read. */
@@ -90,7 +90,7 @@ export class StoredSource {
     const [value, verdict] = [new Float32Array(count).fill(NaN), new Uint8Array(count)];
     const stored = new Uint8Array(count).fill(2);
     const [cells, verdicts] = [this.#cells[quantity], this.#cells.verdict];
-    let [low, high] = [Infinity, -Infinity];
+    let [low, high, least] = [Infinity, -Infinity, Infinity];
     for (let row = 0; row < height; row += 1) {
       if (rows[row] < 0) continue;
       for (let column = 0; column < width; column += 1) {
@@ -102,9 +102,11 @@ export class StoredSource {
         stored[row * width + column] = 1;
         if (found < low) low = found;
         if (found > high) high = found;
+        if (found > 0 && found < least) least = found;
       }
     }
-    const range = low <= high ? { low, high } : { low: null, high: null };
+    const known = (/** @type {number} */ each) => (Number.isFinite(each) ? each : null);
+    const range = { low: known(low), high: known(high), least: known(least) };
     const head = { ...range, end: false, note: this.#resolution(columns, rows) };
     return { head, width, height, value, verdict, stored };
   }
@@ -159,7 +161,7 @@ export class StoredSource {
 
   /**
    * The motion of the cell nearest to a place.
-   * @param {Place} place
+   * @param {MotionRequest} place
    * @returns {Promise<MotionAnswer>}
    */
   async motion(place) {
@@ -170,7 +172,7 @@ export class StoredSource {
     const values = Object.fromEntries(Object.entries(start).map(([name, { value }]) => [name, value]));
     const { view } = place;
     const title = [view.x, view.y].map(({ name }) => `${name.replaceAll("_", " ")} ${start[name].text}`);
-    return storedMotion(/** @type {any} */ (values), motions, title.join(", "));
+    return storedMotion(/** @type {any} */ (values), motions, title.join(", "), place.duration);
   }
 
   /**

@@ -30,14 +30,13 @@ export function superscript(power) {
 }
 
 /**
- * Text with units as they are printed: "rad s-1" becomes "rad s\u207b\u00b9".
+ * Text with units and powers of ten as they are printed: "rad s-1" becomes "rad s\u207b\u00b9", "2e-13" 2\u00d710\u207b\u00b9\u00b3.
  * @param {string} text
  */
 export function printedUnits(text) {
-  return text.replace(
-    /(?<= |^|[a-z])([a-z]+)(-?\d)(?= |$)/gi,
-    (_, unit, power) => unit + superscript(Number(power)),
-  );
+  return text
+    .replace(/(?<= |^|[a-z])([a-z]+)(-?\d)(?= |$)/gi, (_, unit, power) => unit + superscript(Number(power)))
+    .replace(/(?<=\d)e([+-]\d+)/g, (_, power) => `\u00d710${superscript(Number(power))}`);
 }
 
 /**

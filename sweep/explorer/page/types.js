@@ -39,7 +39,8 @@
  */
 
 /**
- * What gives a map its colours. `flags` maps each code of an enumerated quantity to its words.
+ * What gives a map its colours. `flags` maps each code of an enumerated quantity to its words; `is_peak` says that it is
+ * the number by which figures colour maps, always in equal steps of its logarithm.
  * @typedef {object} Quantity
  * @property {string} name
  * @property {string} label
@@ -47,7 +48,7 @@
  * @property {string} unit
  * @property {number} factor
  * @property {Record<string, string>|null} flags
- * @property {"linear"|"log"} scale
+ * @property {boolean} is_peak
  */
 
 /**
@@ -63,7 +64,8 @@
 /**
  * Something to begin with: a preset, or what was given on the command line (its name is "").
  * `words` has the value of every parameter that is no axis (a number in SI units, or a word) and of the criterion;
- * `view` is the whole range of its grid; `quantities` names what can be shown of it, the usual one first.
+ * `view` is the whole range of its grid; `quantities` names what can be shown of it, the usual one first; `moves` says
+ * that its starts have motions here.
  * @typedef {object} Base
  * @property {string} name
  * @property {string} label
@@ -71,6 +73,7 @@
  * @property {Record<string, number|string>} words
  * @property {View} view
  * @property {string[]} quantities
+ * @property {boolean} moves
  */
 
 /**
@@ -109,9 +112,10 @@
  * Values in rows from the bottom upward, x fastest; NaN where there is none. `verdict`: 0 undecided, 1 stable,
  * 2 unstable. `stored`: 1 where the value is that of a stored cell, 0 where it was computed, 2 where there is neither;
  * missing if all were computed.
- * `end` says that a pixel is below 8 units in the last place, so that zoom ends here; `low` and `high` are null without values.
+ * `end` says that a pixel is below 8 units in the last place, so that zoom ends here; `low`, `high` and `least`, the
+ * smallest value above zero, are null without such values.
  * @typedef {object} WindowAnswer
- * @property {{low: number|null, high: number|null, end: boolean, note?: string}} head
+ * @property {{low: number|null, high: number|null, least: number|null, end: boolean, note?: string}} head
  * @property {number} width
  * @property {number} height
  * @property {Float32Array|Float64Array|Uint8Array} value

@@ -229,13 +229,13 @@ def test_address_that_makes_no_sense_shows_the_first_view(opened):
     """What cannot be read of an address is as at the start; one that no page has written is not read."""
     page = opened("x=roll_rate,nan,1,linear")
     wait_for_picture(page)
-    assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear")
+    assert axis(page, "y") == ("roll_rate", 3.0, 1.0, "linear")
     go_to(page, BOTH)
     assert axis(page, "x")[1] == 2.7
     for fragment in SENSELESS:
         assert fragment_of(page) != fragment
         go_to(page, fragment)
-        assert axis(page, "x") == ("roll_rate", 3.0, 1.0, "linear"), fragment[:80]
+        assert axis(page, "y") == ("roll_rate", 3.0, 1.0, "linear"), fragment[:80]
         assert entries(page).keys() == {"base", "x", "y", "quantity"}, fragment[:80]
 
 

@@ -39,12 +39,12 @@ def check_cells(page, atlas):
     size, x, y = shown(page), axis(page, "x"), axis(page, "y")
     pixels = random_pixels(size["width"], size["height"], 60)
     stored, expected = sweep.open_atlas(atlas), []
-    verdicts = stored.stability.transpose("tilt", "roll_rate").values
+    verdicts = stored.stability.transpose("roll_rate", "tilt").values
     for column, row in pixels:
-        roll = value_at(x, (2 * column + 1) / size["width"] - 1)
-        tilt = value_at(y, (2 * row + 1) / size["height"] - 1)
-        across = int(np.abs(stored.roll_rate.values - roll).argmin())
-        up = int(np.abs(np.log(stored.tilt.values) - math.log(tilt)).argmin())
+        tilt = value_at(x, (2 * column + 1) / size["width"] - 1)
+        roll = value_at(y, (2 * row + 1) / size["height"] - 1)
+        across = int(np.abs(np.log(stored.tilt.values) - math.log(tilt)).argmin())
+        up = int(np.abs(stored.roll_rate.values - roll).argmin())
         expected.append(int(verdicts[up, across]))
     assert [VERDICTS[colour] for colour in colours(page, pixels)] == expected
     return pixels
@@ -156,10 +156,10 @@ def test_outside_the_grid_it_is_said_that_there_is_no_cell(opened, served_with, 
     assert "No cell here." in page.locator("#readout").inner_text()
     page.locator("#map").focus()
     for _ in range(2):
-        page.keyboard.press("Shift+ArrowRight")
+        page.keyboard.press("Shift+ArrowLeft")
     wait_for_text(page, "#spoken", "No cell here.")
-    # the window has gone as far as tilts go: the cells lie in its upper half
-    page.mouse.move(*point(page, 0.0, 0.44))
+    # the window has gone as far as tilts go: the cells lie in its right half
+    page.mouse.move(*point(page, 0.44, 0.0))
     wait_for_text(page, "#readout", "stored cell")
     assert "No cell here." not in page.locator("#readout").inner_text()
 
@@ -167,7 +167,7 @@ def test_outside_the_grid_it_is_said_that_there_is_no_cell(opened, served_with, 
 def test_that_there_is_no_cell_is_said_at_once_and_of_an_address(opened, served_with, lossy):
     """Where the picture has no cell nobody is asked; of a start in an address the server says it."""
     url = served_with(lossy).url
-    page = opened("quantity=stability&a=25,0.9", url=url)
+    page = opened("quantity=stability&a=0.9,25", url=url)
     page.wait_for_selector("#motions .motion:is(.shown, .refused):not(.waiting)")
     wait_for_text(page, "#readout", "No cell here.")
     assert "verdict" not in page.locator("#readout").inner_text()
@@ -195,7 +195,7 @@ def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
     wait_for_text(page, "#readout", "peak tilt")
     page.mouse.wheel(0, -1200)
     wait_for_picture(page)
-    assert "24 x 16 cells" in page.locator("#notice").text_content()
+    assert "16 x 24 cells" in page.locator("#notice").text_content()
     page.locator("#whole").click()
     wait_for_picture(page)
     # beyond its cells it knows nothing, and shows nothing

@@ -53,7 +53,7 @@ def test_between_samples_a_motion_is_smooth(quiet):
     asked = [0.15, 0.3, 0.45, 0.7, 1.0, 1.2]
     found = quiet.evaluate(
         """async ([times, values, asked]) => {
-            const { Samples } = await import("eulerdisk/motion/panel");
+            const { Samples } = await import("eulerdisk/motion/samples");
             const arrays = { time: Float64Array.from(times), tilt: Float64Array.from(values) };
             const samples = new Samples({ head: {}, arrays });
             return asked.map((time) => samples.at("tilt", time));

@@ -9,7 +9,11 @@ from random import Random
 import numpy as np
 import pytest
 
+import sweep
+
 random = Random(3)
+
+SPEC = sweep.SweepSpec.preset("rolling", method="exact")
 
 CHECKOUT = Path(__file__).resolve().parents[3]
 
@@ -225,6 +229,37 @@ def test_colours_are_those_of_the_figures(quiet):
     assert [re.findall(rf"\.{name} {{\s*--kind: (#\w+);", sheet) for name in names] == [
         [each] for each in laws
     ]
+
+
+def test_colours_are_spread_as_in_figures(quiet, rng):
+    """The page takes equal steps of the value or of its logarithm, from end to end, as a figure does."""
+    from matplotlib.colors import LogNorm
+
+    from sweep.figures.shade import Shade, common_norm
+    from sweep.model.disk.model import DISK
+
+    peak, other = DISK.cell_variables(SPEC)["peak_tilt"], DISK.cell_variables(SPEC)["nutation_period"]
+    windows = [
+        *(rng.uniform(1.0, most, 50) for most in (1.5, 19.0, 25.0, 1e4)),
+        np.concatenate(([0.0, 0.0], rng.uniform(0.1, 5.0, 50))),
+        np.concatenate(([0.0], rng.uniform(1.0, 5.0, 50))),
+        rng.uniform(-3.0, 5.0, 50),
+    ]
+    for quantity in (peak, other):
+        for values in windows:
+            norm = common_norm([Shade(quantity, values, np.isnan(values), "")], "peak_tilt")
+            if quantity is peak and values.min() < 0.0:
+                continue
+            asked = [quantity is peak, values.min(), values.max(), values[values > 0.0].min()]
+            found = quiet.evaluate(
+                """async ([is_peak, ...ends]) => {
+                    const { rangeFor } = await import("eulerdisk/colours");
+                    return rangeFor({ is_peak }, ...ends);
+                }""",
+                [asked[0], *map(float, asked[1:])],
+            )
+            assert (found["scale"] == "log") == isinstance(norm, LogNorm), asked
+            assert (found["low"], found["high"]) == pytest.approx((norm.vmin, norm.vmax)), asked
 
 
 def test_a_line_crosses_each_of_its_rows_once(quiet):

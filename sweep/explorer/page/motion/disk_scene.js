@@ -23,7 +23,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/orbit_controls";
 
-/** @import { Samples } from "eulerdisk/motion/panel" */
+/** @import { Samples } from "eulerdisk/motion/samples" */
 
 /**
  * Colours of the scene, as CSS writes them.
@@ -78,6 +78,8 @@ export class DiskScene {
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enablePan = false;
+    // a finger that goes up or down scrolls the page
+    this.canvas.style.touchAction = "pan-y";
     this.controls.maxPolarAngle = 0.495 * Math.PI;
     this.controls.addEventListener("change", () => this.draw());
     let before = "";

@@ -3,7 +3,7 @@
 import { rangeOf } from "eulerdisk/motion/plot";
 import { MINUS, readable } from "eulerdisk/ticks";
 
-/** @import { Samples } from "eulerdisk/motion/panel" */
+/** @import { Samples } from "eulerdisk/motion/samples" */
 /** @import { Figure } from "eulerdisk/motion/plot" */
 
 /** Forces stay in view up to this many times the weight, or this many times what they are for all but a twentieth of the time. */

@@ -12,14 +12,15 @@ import {
 } from "eulerdisk/motion/figures";
 import { LossSliders } from "eulerdisk/motion/loss_sliders";
 import { Plot } from "eulerdisk/motion/plot";
-import { potentialOf } from "eulerdisk/motion/potential";
+import { Samples } from "eulerdisk/motion/samples";
 import { tell, tellProblem, wordsOfProblem } from "eulerdisk/notice";
 import { wordsOf } from "eulerdisk/state";
+import { printedUnits } from "eulerdisk/ticks";
 
 /** @import { Problem } from "eulerdisk/notice" */
 /** @import { Clock } from "eulerdisk/motion/clock" */
 /** @import { Standpoint } from "eulerdisk/motion/disk_scene" */
-/** @import { MotionAnswer, MotionRequest, MotionSettings, Source } from "eulerdisk/types" */
+/** @import { MotionRequest, MotionSettings, Source } from "eulerdisk/types" */
 
 /** Milliseconds that a slider has to rest before its motion is asked for. */
 const REST = 60;
@@ -38,8 +39,14 @@ export class MotionPanel {
     this.told = told;
     /** @type {Standpoint|null} where the camera was put */
     this.standpoint = null;
+    /** @type {Samples|null} the motion as long as it is worth seeing, and as it is shown: as long as the one beside it */
+    this.own = null;
     /** @type {Samples|null} */
     this.samples = null;
+    /** Seconds to which the shown one is wanted. */
+    this.wanted = 0;
+    /** @type {AbortController|null} */
+    this.extended = null;
     /** @type {MotionRequest|null} */
     this.request = null;
     /** @type {AbortController|null} */
@@ -124,10 +131,11 @@ export class MotionPanel {
   clear() {
     clearTimeout(this.timer);
     this.asked?.abort();
+    this.extended?.abort();
     this.judged?.abort();
     this.parts.verdict.textContent = "";
     tell(this.parts.problem, "");
-    this.samples = null;
+    this.own = this.samples = null;
     this.request = null;
     this.fresh = false;
     this.scene?.clear();
@@ -186,11 +194,13 @@ export class MotionPanel {
    */
   #show(samples, fromStart) {
     const { head } = samples;
-    this.samples = samples;
+    this.extended?.abort();
+    this.own = this.samples = samples;
+    this.wanted = samples.length;
     this.element.classList.add("shown");
     this.element.classList.remove("refused");
     this.element.classList.toggle("lossy", head.lossy);
-    this.parts.note.textContent = head.note;
+    this.parts.note.textContent = printedUnits(head.note);
     this.parts.laws.hidden = head.losses.length === 0;
     this.losses.show(head.losses);
     this.#showScene();
@@ -246,8 +256,27 @@ export class MotionPanel {
     return scene;
   }
 
+  /** Follow a motion that goes on for as long as the one beside it. */
+  async #extend() {
+    const { own } = this;
+    const wanted = own && !own.head.ended ? Math.max(clock.length, own.length) : 0;
+    if (!own || !this.request || !wanted || wanted === this.wanted) return;
+    this.wanted = wanted;
+    this.extended?.abort();
+    const extended = new AbortController();
+    this.extended = extended;
+    const request = { ...this.request, losses: this.losses.losses, duration: wanted };
+    const longer =
+      wanted === own.length ? null : await this.source.motion(request, extended.signal).catch(() => null);
+    if (extended.signal.aborted) return;
+    this.samples = longer ? new Samples(longer) : own;
+    this.#showScene();
+    this.#follow();
+  }
+
   /** Show the time of the clock. */
   #follow() {
+    void this.#extend();
     const { samples } = this;
     // nothing has a place in a time without length
     if (!samples || clock.length === 0) return;
@@ -344,71 +373,6 @@ function partsOf(element) {
 function lengthText(length) {
   const [unit, factor] = length < 0.01 ? ["mm", 1e3] : length < 1 ? ["cm", 1e2] : ["m", 1];
   return `${Number((length * Number(factor)).toPrecision(3))} ${unit}`;
-}
-
-export class Samples {
-  /** @param {MotionAnswer} answer */
-  constructor({ head, arrays }) {
-    this.head = head;
-    this.arrays = arrays;
-    this.times = arrays.time;
-    /** The potential, of a motion without losses. */
-    this.potential = head.lossy
-      ? null
-      : potentialOf(/** @type {any} */ ({ ...head, ...head.start }), head.fall_tilt);
-  }
-
-  /** Length of the motion in seconds. */
-  get length() {
-    return this.times[this.times.length - 1];
-  }
-
-  /**
-   * Number of the last sample at or before a time, but not of the last of all.
-   * @param {number} time
-   */
-  before(time) {
-    let [low, high] = [0, this.times.length - 1];
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (this.times[middle] <= time) low = middle;
-      else high = middle;
-    }
-    return low;
-  }
-
-  /**
-   * Value of an array at a time, by the cubic whose slopes at both samples are those of the parabolas through their
-   * neighbours. Beyond its end a motion stays where it is.
-   * @param {string} name
-   * @param {number} time
-   */
-  at(name, time) {
-    const values = this.arrays[name];
-    const t = Math.min(Math.max(time, this.times[0]), this.length);
-    const i = this.before(t);
-    const step = this.times[i + 1] - this.times[i];
-    if (!(step > 0)) return values[i];
-    const share = (t - this.times[i]) / step;
-    const [a, b] = [this.#slope(values, i) * step, this.#slope(values, i + 1) * step];
-    const rise = values[i + 1] - values[i];
-    const bend = share * (1 - share) * ((1 - share) * (a - rise) - share * (b - rise));
-    return values[i] + share * rise + bend;
-  }
-
-  /**
-   * Slope of the parabola through a sample and its neighbours; at an end that of the line to the only one.
-   * @param {Float64Array} values
-   * @param {number} i
-   */
-  #slope(values, i) {
-    const last = values.length - 1;
-    if (i === 0) return (values[1] - values[0]) / (this.times[1] - this.times[0]);
-    if (i === last) return (values[last] - values[last - 1]) / (this.times[last] - this.times[last - 1]);
-    const [before, after] = [this.times[i] - this.times[i - 1], this.times[i + 1] - this.times[i]];
-    const [left, right] = [(values[i] - values[i - 1]) / before, (values[i + 1] - values[i]) / after];
-    return (after * left + before * right) / (before + after);
-  }
 }
 
 /** What the button does, drawn: not every font has signs for it. */

@@ -21,14 +21,15 @@ const DIGITS = 6;
  * @param {Start} start  in SI units
  * @param {StoredMotions} stored
  * @param {string} title  which start it is
+ * @param {number|null} [asked]  seconds to follow it
  * @returns {MotionAnswer}
  */
-export function storedMotion(start, stored, title) {
+export function storedMotion(start, stored, title, asked = null) {
   const { ended: endedBefore, turns } = turnsOf(start, stored.fall_tilt);
   const tilts = turns.map(({ tilt }) => tilt).sort((a, b) => a - b);
   // a swing back takes as long as the swing there
   const period = tilts[1] - tilts[0] > NO_SWING ? 2 * (turns[1].time - turns[0].time) : null;
-  const duration = durationOf(start, endedBefore === "fell" ? LONGEST : PERIODS * (period ?? 0));
+  const duration = durationOf(start, asked ?? (endedBefore === "fell" ? LONGEST : PERIODS * (period ?? 0)));
   const { ended, arrays } = integrateClosely(start, duration, stored.fall_tilt);
   const last = arrays.time[arrays.time.length - 1];
   const digits = (/** @type {number} */ value) => Number(value.toPrecision(3));

@@ -1,0 +1,102 @@
+/** Where the name of each region of a map has most room, clear of lines and marks, as in figures. */
+
+/** CSS pixels between two points of the raster on which places are sought. */
+const STEP = 6;
+
+/**
+ * Points of a raster over a plot, and which of them words must not cover.
+ * @typedef {{columns: number, rows: number, covered: Uint8Array}} Raster
+ */
+
+/**
+ * @param {number} width  of the plot in CSS pixels
+ * @param {number} height
+ * @param {[number, number][][]} lines  polylines in pixels of the plot
+ * @param {[number, number][]} marks  middles of what is a little smaller than a letter of 24 pixels
+ * @returns {Raster}
+ */
+export function rasterOf(width, height, lines, marks) {
+  const [columns, rows] = [Math.floor(width / STEP), Math.floor(height / STEP)];
+  const covered = new Uint8Array(columns * rows);
+  const cover = (/** @type {number} */ x, /** @type {number} */ y) => {
+    const [column, row] = [Math.floor(x / STEP), Math.floor(y / STEP)];
+    if (column >= 0 && row >= 0 && column < columns && row < rows) covered[row * columns + column] = 1;
+  };
+  for (const line of lines) {
+    line.slice(1).forEach((end, i) => {
+      const [x, y] = line[i];
+      const [across, down] = [end[0] - x, end[1] - y];
+      const count = Math.ceil((2 * Math.hypot(across, down)) / STEP) + 1;
+      for (let each = 0; each <= count; each += 1) {
+        cover(x + (each / count) * across, y + (each / count) * down);
+      }
+    });
+  }
+  for (const [x, y] of marks) {
+    for (let across = -12; across <= 12; across += STEP) {
+      for (let down = -12; down <= 12; down += STEP) cover(x + across, y + down);
+    }
+  }
+  return { columns, rows, covered };
+}
+
+/**
+ * Codes of the regions at the points of a raster.
+ * @param {Raster} raster
+ * @param {(across: number, up: number) => number|null} codeAt  places from -1 to 1
+ * @returns {(number|null)[]}
+ */
+export function codesOf({ columns, rows }, codeAt) {
+  return Array.from({ length: columns * rows }, (_, i) => {
+    const [column, row] = [i % columns, Math.floor(i / columns)];
+    return codeAt((2 * column + 1) / columns - 1, 1 - (2 * row + 1) / rows);
+  });
+}
+
+/**
+ * Middle [pixels] of the place where a word has most room in a region; null where it has none.
+ * @param {Raster} raster
+ * @param {(number|null)[]} codes
+ * @param {number} code  of the region
+ * @param {[number, number]} size  of the word in pixels
+ * @returns {[number, number]|null}
+ */
+export function roomiest({ columns, rows, covered }, codes, code, size) {
+  // sums over rectangles from the upper left corner tell in one step whether a box is free
+  const sums = new Int32Array((columns + 1) * (rows + 1));
+  for (let row = 0; row < rows; row += 1) {
+    for (let column = 0; column < columns; column += 1) {
+      const at = row * (columns + 1) + column;
+      const taken = codes[row * columns + column] !== code || covered[row * columns + column] ? 1 : 0;
+      sums[at + columns + 2] = taken + sums[at + 1] + sums[at + columns + 1] - sums[at];
+    }
+  }
+  const sum = (/** @type {number} */ column, /** @type {number} */ row) => sums[row * (columns + 1) + column];
+  const [wide, high] = size.map((each) => Math.ceil((each / 2 + STEP) / STEP));
+  /** @type {number[][]} */
+  let found = [];
+  let left = codes.flatMap((each, i) => (each === code ? [[i % columns, Math.floor(i / columns)]] : []));
+  for (let x = wide; left.length; x += 1) {
+    const y = Math.round((high * x) / wide);
+    found = x === wide ? [] : left;
+    left = left.filter(
+      ([column, row]) =>
+        column >= x &&
+        row >= y &&
+        column + x < columns &&
+        row + y < rows &&
+        sum(column + x + 1, row + y + 1) -
+          sum(column - x, row + y + 1) -
+          sum(column + x + 1, row - y) +
+          sum(column - x, row - y) ===
+          0,
+    );
+  }
+  if (!found.length) return null;
+  // of places with equal room the one in their middle
+  const [middle, height] = [0, 1].map((which) => found.reduce((all, each) => all + each[which], 0));
+  const apart = (/** @type {number[]} */ [column, row]) =>
+    Math.hypot(column - middle / found.length, row - height / found.length);
+  const [column, row] = found.reduce((best, each) => (apart(each) < apart(best) ? each : best));
+  return [(column + 0.5) * STEP, (row + 0.5) * STEP];
+}
