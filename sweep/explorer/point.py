@@ -123,6 +123,8 @@ def _spec_of_motion(view: View, fields: Mapping[str, Any]) -> SweepSpec | None:
     if not lossy:
         return view.spec.replace(**{side.name: start[side.name] for side in (view.x, view.y)})
     words = words_of(view.spec, start, losses)
+    # a rate that keeps the tilt constant stays one: it says what the start disturbs
+    words |= {name: getattr(view.spec, name) for name in view.spec.computed}
     model = LOSSY_MOTION.model
     if view.spec.model is model:
         words |= {name: getattr(view.spec, name) for name in ("step", "tolerance")}

@@ -1,5 +1,6 @@
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -307,3 +308,15 @@ def test_a_loss_beside_those_of_an_atlas_leaves_them_as_they_are():
             words = words_of(spec, start, losses)
             assert words == words_of(spec, start, {}) | changed
             assert motion(spec, start, 0.1, losses)[0]["lossy"]
+
+
+def test_losses_leave_what_a_start_disturbs(url):
+    """A steady circling to which losses are given is judged by how far it leaves its own tilt, not the upright disk."""
+    (base,) = (each for each in about(url)["bases"] if each["name"] == "circling")
+    asked = {"view": base["view"], "x": 0.3, "y": 2.0, "losses": {"contour_friction": 1e-4}}
+    words = post(url, "explain", **asked)["text"]
+    assert "reference   steady circling at this tilt" in words
+    low, high = (float(re.search(rf"{name} +(\S+) deg", words)[1]) for name in ("tilt_min", "tilt_max"))
+    start = math.degrees(0.3)
+    assert f"{max(high - start, start - low):.4f}" in words.partition("because")[2]
+    assert post(url, "point", **asked)["verdict"] == "unstable"
