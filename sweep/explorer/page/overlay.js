@@ -8,6 +8,7 @@ import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
 
 /** @import { Range } from "eulerdisk/colours" */
 /** @import { Point } from "eulerdisk/state" */
+/** @import { Tick } from "eulerdisk/ticks" */
 /** @import { Axis, Line, Parameter, Quantity, View } from "eulerdisk/types" */
 
 /**
@@ -33,8 +34,9 @@ import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
  * @property {[number, number]|null} cursor  places of the keyboard's cursor
  */
 
-/** CSS pixels between labelled ticks. */
+/** CSS pixels between labelled ticks, and at least between two labels. */
 const [APART_X, APART_Y] = [95, 52];
+const ROOM = 8;
 
 /**
  * Draw a scene into an element; what was in it is replaced.
@@ -168,11 +170,26 @@ function gridFrame(scene, { x, y }) {
   return haloed("stored", path);
 }
 
+/**
+ * Ticks of an axis of some length, without the labels that would touch the one before: those of a logarithm crowd.
+ * @param {Tick[]} ticks
+ * @param {number} length  in pixels
+ */
+function spaced(ticks, length) {
+  let free = -Infinity;
+  return ticks.map(({ place, label }) => {
+    const [middle, half] = [((place + 1) / 2) * length, textWidth(label) / 2];
+    if (middle - half < free) return { place, label: "" };
+    if (label) free = middle + half + ROOM;
+    return { place, label };
+  });
+}
+
 /** @param {Scene} scene */
 function xAxis({ view, plot, x }) {
   const group = svg("g", { class: "axis", transform: `translate(0 ${plot.height})` });
   const { ticks, offset, power } = ticksOf(view.x, x.factor, plot.width / APART_X);
-  for (const { place, label } of ticks) {
+  for (const { place, label } of spaced(ticks, plot.width)) {
     const at = ((place + 1) / 2) * plot.width;
     group.append(svg("line", { x1: at, x2: at, y1: 0, y2: label ? 6 : 3 }));
     if (label) {
@@ -388,8 +405,8 @@ function bar({ quantity, range, plot }) {
   const log = range.scale === "log";
   const [low, high] = log ? [Math.log(range.low), Math.log(range.high)] : [range.low, range.high];
   const axis = { centre: (low + high) / 2, half: (high - low) / 2, scale: range.scale };
-  const { ticks, offset, power } = ticksOf(axis, quantity.factor, wide / 80);
-  for (const { place, label } of ticks) {
+  const { ticks, offset, power } = ticksOf(axis, quantity.factor, wide / 50);
+  for (const { place, label } of spaced(ticks, wide)) {
     const x = ((place + 1) / 2) * wide;
     group.append(svg("line", { x1: x, x2: x, y1: ROW + 10, y2: ROW + (label ? 15 : 13) }));
     if (label) group.append(svg("text", { x, y: ROW + 26, "text-anchor": "middle" }, label));

@@ -1,6 +1,7 @@
 """The page on every screen: widths, sharp pixels, dark and light, and nothing that is cut."""
 
 import re
+from itertools import pairwise
 
 import pytest
 from explorer_browser import COMPLETE
@@ -158,3 +159,16 @@ def test_sharp_screens_have_sharp_pictures(opened):
     """On a screen with two pixels for one of CSS, the picture has them."""
     page = opened(BOTH, device_scale_factor=2)
     assert shown(page)["width"] == 2 * plot(page)["width"]
+
+
+def test_numbers_of_an_axis_do_not_touch(opened):
+    """Along a logarithmic axis of less than two decades, where numbers crowd, there is room between them."""
+    page = opened("base=rolling&x=tilt,-8.35,0.85,log&y=roll_rate,2.6,0.2,linear")
+    for width in (360, 1840):
+        page.set_viewport_size({"width": width, "height": 800})
+        wait_for_picture(page)
+        for words in ("#map .axis >> nth=0 >> text:not(.title)", "#map .legend g text[text-anchor=middle]"):
+            boxes = [each.bounding_box() for each in page.locator(words).all()]
+            assert len(boxes) > 1, (width, words)
+            gaps = [after["x"] - each["x"] - each["width"] for each, after in pairwise(boxes)]
+            assert min(gaps) > 4, (width, words)
