@@ -1,4 +1,8 @@
-"""Elementary functions without calls of the C library, which would keep a loop over lanes scalar."""
+"""Elementary functions of the disk, each for the range that it needs, without calls of the C library.
+
+A call would keep a loop over lanes scalar. Those of any argument are in `kernels.elementary`; these stay as they are,
+so that the bits of atlases of the disk do.
+"""
 
 import math
 
@@ -11,7 +15,7 @@ _REST_OF_QUARTER = 6.123233995736766e-17
 
 
 @simd
-def sine_cosine(tilt):
+def sine_cosine_of_tilt(tilt):
     """Sine and cosine of an angle (`tilt`, at most pi/2 in magnitude), each with a relative error of at most 3e-16.
 
     Taylor's series in Horner form, of the angle or of pi/2 minus the angle; the first terms that are left out are below

@@ -12,7 +12,7 @@ from kernels.disk.error_estimate import EPS, drift, estimated_error, uncertain_e
 from kernels.disk.rk4 import approach_turning_point, carried, lane_step, tilt_acceleration
 from kernels.disk.step_size import first_step
 from kernels.jit import simd
-from kernels.simd_math import angle_of, sine_cosine
+from kernels.simd_math import angle_of, sine_cosine_of_tilt
 
 #: After about this many steps a leg is abandoned; its cell is then unresolved.
 MOST_STEPS = 1.0e8
@@ -61,7 +61,7 @@ def most_steps(S, w, run):
 def prepare(lane, run, lanes):
     """Scale the start, which `read_start` left in SI units, and choose the step."""
     _, _, tilt_rate, precession_rate, roll_rate = start_of(lane, lanes)
-    S, C = sine_cosine(lanes[at.LEAST + lane])
+    S, C = sine_cosine_of_tilt(lanes[at.LEAST + lane])
     alpha, unit = lanes[at.ALPHA + lane], lanes[at.UNIT + lane]
     state, constants = scaled(S, C, tilt_rate, precession_rate, roll_rate, unit), inertia(alpha)
     _, _, T, w, o, s = state

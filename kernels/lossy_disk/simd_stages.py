@@ -31,7 +31,7 @@ from kernels.lossy_disk.step_size import (
     fastest_rate,
     half_step,
 )
-from kernels.simd_math import sine_cosine
+from kernels.simd_math import sine_cosine_of_tilt
 
 #: A turning point belongs to the nearest end of a step: that is this share of half the step away at most.
 _NEAREST = 1.1
@@ -101,7 +101,7 @@ def prepare(lane, run, lanes):
     """Scale the start, which `read_start` left in SI units and without trigonometry, and begin there."""
     alpha, unit, tilt = lanes[at.ALPHA + lane], lanes[at.UNIT + lane], lanes[at.S_0 + lane]
     tilt_rate, precession_rate = lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane]
-    S, C = sine_cosine(tilt)
+    S, C = sine_cosine_of_tilt(tilt)
     _, _, _, w, o, s = scaled(S, C, tilt_rate, precession_rate, lanes[at.P_0 + lane], unit)
     of_disk = inertia(alpha)
     lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane] = of_disk.i_tilt, of_disk.i_roll

@@ -16,7 +16,7 @@ from kernels.disk.exact import motion as of
 from kernels.disk.exact.layout import LANES
 from kernels.disk.exact.legendre import ONE, PANEL, PANELS, REACH, SIN, Y_END
 from kernels.jit import kernel
-from kernels.simd_math import sine_cosine
+from kernels.simd_math import sine_cosine_of_tilt
 
 #: log2(1+m) - m is about this times m(1-m) for m from 0 to 1.
 _LOG_CURVATURE = 0.346
@@ -32,7 +32,7 @@ def _scale_block(block, fall_tilt):
         precession, roll = block[at.O_0 + lane], block[at.S_0 + lane]
         radius, gravity = block[at.RADIUS + lane], block[at.GRAVITY + lane]
         unit = math.sqrt(radius / gravity)
-        S, C = sine_cosine(tilt)
+        S, C = sine_cosine_of_tilt(tilt)
         w, spin = rate * unit, precession * unit
         # the exponent and the mantissa of exp(y) = (1 + |sin|)/cos give its logarithm well enough
         power = np.float64((1.0 + abs(S)) / C).view(np.int64) * 2.0**-52 - 1023.0

@@ -1,0 +1,216 @@
+"""The source of the lane functions that differ between systems: constants, series and step.
+
+The text is made of numbers and of names that are chosen here; Numba compiles it.
+"""
+
+import math
+
+from kernels import elementary
+from kernels.jit import kernel, simd
+from kernels.lanes.layout import LANES
+from kernels.system import lanes as system_lanes
+from kernels.system import polynomials
+from kernels.system.polynomials import ORDER
+from kernels.system.series import SeriesSource
+
+#: A step whose end is not proved to lie before an event is tried as this many shorter ones.
+_SHARES = (1.0, 1.0 / 3.0, 1.0 / 9.0, 1.0 / 27.0)
+
+
+class Layout:
+    """The rows of lanes of a system, under the names of `kernels.system.lanes`.
+
+    Parameters
+    ----------
+    states, extremes, constants, series : int
+        How many there are of each; of the series, all that are written into the scratch of a block.
+    """
+
+    def __init__(self, states, extremes, constants, series):
+        rows, at = {}, 0
+        for name, count in (
+            ("Y", states), ("TIME", 1), ("TOP", extremes), ("SIZES", states), ("COUNT", 1), ("UNPROVED", 1),
+            ("STEP", 1), ("CONSTANT", constants), ("END", 1), ("LOG_TOLERANCE", 1), ("LONGEST", 1),
+            ("START", states), ("LEG", 1), ("STEPS", 1), ("SCRATCH", 0),
+        ):  # fmt: skip
+            rows[name] = at * LANES
+            at += count
+        scratch = -(-series * (ORDER + 1) // LANES) * LANES
+        rows |= {"RETURNED": rows["CONSTANT"], "STEPPING": rows["START"], "SIZE": rows["SCRATCH"] + scratch}
+        vars(self).update(rows)
+
+
+def functions_of(program, rates, extremes, events):
+    """Return the layout and the three functions of a system that is given as a program (`kernels.system.series`).
+
+    Parameters
+    ----------
+    program : tuple
+    rates, extremes, events : tuple of int
+        The instructions with the rates of the states, with what the greatest value is sought of, and with what ends a
+        motion where it is positive.
+
+    Returns
+    -------
+    layout : Layout
+    made : dict
+        ``advance``, ``coefficients`` and ``constants``.
+    text : str
+        Their source.
+    """
+    source = SeriesSource(program, rates, (*extremes, *events), ORDER)
+    names = list(source.constants.names.values())
+    layout = Layout(len(rates), len(extremes), len(names), len(rates) + len(extremes) + len(events))
+    text = "\n\n\n".join([
+        _constants(source, layout, len(rates)), _series(source, len(rates), names),
+        _coefficients(source, layout, len(rates), names),
+        _advance(source, layout, len(rates), len(extremes), names),
+    ])  # fmt: skip
+    space = {
+        "math": math, "kernel": kernel, "simd": simd,
+        **{name: getattr(elementary, name) for name in (
+            "sine_cosine", "exponential", "logarithm", "hyperbolic_tangent", "rough_log2", "rough_exp2")},
+        **{name: getattr(polynomials, name) for name in ("value", "upper_bound", "greatest")},
+        "MOST_STEPS": system_lanes.MOST_STEPS, "__name__": f"{__name__}.made",
+    }  # fmt: skip
+    exec(compile(text, "<system>", "exec"), space)
+    return layout, {name: space[name] for name in ("advance", "coefficients", "constants")}, text
+
+
+def _function(decorator, head, lines):
+    return "\n".join([f"@{decorator}", f"def {head}:", *(f"    {line}" for line in lines)])
+
+
+def _constants(source, layout, states):
+    """Source of what computes the constants of a cell, from the rows of its parameters behind those of its states."""
+    texts, lines = source.constants.names.items(), source.constants.lines()
+    body = [f"lanes[{layout.CONSTANT + i * LANES} + lane] = {text}" for i, (text, _) in enumerate(texts)]
+    used = "\n".join([*lines, *body])
+    parameters = [f"p{i} = starts[{states + i}, cell]" for i in range(100) if f"p{i}" in _words(used)]
+    return _function("kernel", "constants(cell, lane, starts, lanes)", [*parameters, *lines, *body, "return"])
+
+
+def _words(text):
+    for sign in "()*+-/,=[]\n":
+        text = text.replace(sign, " ")
+    return set(text.split())
+
+
+def _series(source, states, names):
+    given = ", ".join([*(f"y{i}" for i in range(states)), "t", *names])
+    found = [text or "0.0" for row in (*source.states, *source.wanted) for text in row]
+    # a tuple of one kind: a state that is given is a number as well
+    return _function("simd", f"series({given})", [*source.lines, f"return ({', '.join(found)},)"])
+
+
+def _call(source, layout, states, names):
+    """Return the lines that load a lane and compute its series, and the names of the coefficients."""
+    load = [f"y{i} = lanes[{layout.Y + i * LANES} + lane]" for i in range(states)]
+    load += [f"t = lanes[{layout.TIME} + lane]"]
+    load += [f"{name} = lanes[{layout.CONSTANT + i * LANES} + lane]" for i, name in enumerate(names)]
+    rows = len(source.states) + len(source.wanted)
+    found = [[f"a{row}_{k}" for k in range(ORDER + 1)] for row in range(rows)]
+    unpacked = ", ".join(name for row in found for name in row)
+    given = ", ".join([*(f"y{i}" for i in range(states)), "t", *names])
+    return [*load, f"({unpacked},) = series({given})"], found
+
+
+def _coefficients(source, layout, states, names):
+    lines, found = _call(source, layout, states, names)
+    for row, each in enumerate(found):
+        lines += [f"lanes[scratch + {row * (ORDER + 1) + k}] = {name}" for k, name in enumerate(each)]
+    return _function("kernel", "coefficients(lane, scratch, lanes)", lines)
+
+
+def _smaller(names):
+    """Return lines that make `names[0]` the least of some values."""
+    return [f"{names[0]} = {each} if {each} < {names[0]} else {names[0]}" for each in names[1:]]
+
+
+def _radius(source, row, found):
+    """Return the lines with the binary logarithm of the step that a state allows: `r` and its number.
+
+    The last two terms of its series are to be smaller, by the tolerance, than one of its first three: a rule that is
+    the same in all units, and needs no typical size of a state.
+    """
+    last = [k for k in (ORDER, ORDER - 1) if source.states[row][k]]
+    if not last:
+        return [], None
+    lines = [f"e{k} = rough_log2(abs({found[row][k]}) + 1e-300)" for k in last]
+    for k in range(3):
+        if source.states[row][k]:
+            lines.append(f"b = lt + rough_log2(abs({found[row][k]}) + 1e-200)")
+            lines.append(f"q{k} = (b - e{last[0]}) * {1.0 / (last[0] - k)!r}")
+            if len(last) > 1:
+                lines.append(f"z = (b - e{last[1]}) * {1.0 / (last[1] - k)!r}")
+                lines.append(f"q{k} = z if z < q{k} else q{k}")
+    known = [f"q{k}" for k in range(3) if source.states[row][k]]
+    lines.append(f"r{row} = {known[0]}")
+    lines += [f"r{row} = {each} if {each} > r{row} else r{row}" for each in known[1:]]
+    return lines, f"r{row}"
+
+
+def _advance(source, layout, states, extremes, names):
+    """Source of one step of one lane."""
+    lines, found = _call(source, layout, states, names)
+    lines += [f"lt = lanes[{layout.LOG_TOLERANCE} + lane]", "longest = 1000.0"]
+    for row in range(states):
+        more, radius = _radius(source, row, found)
+        lines += more + ([f"longest = {radius} if {radius} < longest else longest"] if radius else [])
+    lines += [
+        f"left = lanes[{layout.END} + lane] - t",
+        # the logarithms are rough, and the terms that are left out follow the last one
+        "h = rough_exp2(longest - 0.2)",
+        f"cap = lanes[{layout.LONGEST} + lane]",
+        "h = cap if h > cap else h",
+        "h = left if h > left else h",
+    ]
+    events = found[states + extremes :]
+    lines += _proved(events)
+    at = {name: getattr(layout, name) for name in ("COUNT", "TIME", "TOP", "STEP", "Y", "SIZES")}
+    lines += [
+        "over = h >= left",
+        f"count = lanes[{at['COUNT']} + lane] + 1.0",
+    ]
+    lines += [f"n{i} = value(h, {', '.join(found[i])})" for i in range(states)]
+    finite = " + ".join(f"0.0 * n{i}" for i in range(states))
+    lines += [
+        # not a number, or too short to move the time
+        f"lost = (not (t + h > t)) | (count > MOST_STEPS) | (not ({finite} == 0.0))",
+        "done = over | lost" + " | unsure" * bool(events),
+    ]
+    for i in range(states):
+        lines.append(f"lanes[{at['Y'] + i * LANES} + lane] = y{i} if done else n{i}")
+        lines.append(f"before = lanes[{at['SIZES'] + i * LANES} + lane]")
+        lines.append(
+            f"lanes[{at['SIZES'] + i * LANES} + lane] = before if done | (abs(n{i}) < before) else abs(n{i})"
+        )
+    for i in range(extremes):
+        lines.append(f"before = lanes[{at['TOP'] + i * LANES} + lane]")
+        lines.append(f"top = greatest(h, {', '.join(found[states + i])})")
+        lines.append("kept = done | (top < before)")
+        lines.append(f"lanes[{at['TOP'] + i * LANES} + lane] = before if kept else top")
+    lines += [
+        f"lanes[{at['TIME']} + lane] = t if done else t + h",
+        f"lanes[{at['COUNT']} + lane] = count - 1.0 if done & (not lost) else count",
+        f"lanes[{at['STEP']} + lane] = math.nan if lost else h",
+    ]
+    return _function("simd", "advance(lane, run, lanes)", [*lines, "return done"])
+
+
+def _proved(events):
+    """Return the lines that shorten a step until it is proved free of events, and say whether it ends behind one."""
+    if not events:
+        return []
+    lines = []
+    for number, share in enumerate(_SHARES):
+        lines.append(f"h{number} = {share!r} * h" if number else "h0 = h")
+        tests = []
+        for j, each in enumerate(events):
+            lines.append(f"f{number}_{j} = upper_bound(h{number}, {', '.join(each)})")
+            tests.append(f"(f{number}_{j} < 0.0) & ({each[0]} <= 0.0)")
+        lines.append(f"o{number} = {' & '.join(tests)}")
+    lines.append("h = h0 if o0 else (h1 if o1 else (h2 if o2 else h3))")
+    lines.append("proved = o0 | o1 | o2 | o3")
+    crossed = " | ".join(f"(value(h, {', '.join(each)}) > 0.0) | ({each[0]} > 0.0)" for each in events)
+    return [*lines, f"unsure = (not proved) | {crossed}"]

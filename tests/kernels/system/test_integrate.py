@@ -1,0 +1,148 @@
+"""Motions of systems in lanes against closed forms: states, times of events, greatest values, and no event missed."""
+
+import math
+
+import numpy as np
+import pytest
+
+from kernels.system import integrate
+from kernels.system.endings import FIRST_EVENT, RUNS_ON, UNRESOLVED
+from kernels.system.lanes import LEGS
+from sweep.model.system.model import model_of
+from sweep.request.system_file import read_system
+
+OSCILLATOR = """
+@system(duration="20 s", ends={"above": "x > level"}, measures={"top": "max x", "bottom": "min x"})
+def oscillator(x: "m" = 1.0, v: "m/s" = 0.0, *, rate: "rad/s" = 1.0, damping: "1/s" = 0.0, level: "m" = 1e300):
+    return v, -(rate**2)*x - 2*damping*v
+"""
+PENDULUM = """
+@system(duration="40", ends={"past": "abs(angle) > level"}, measures={"top": "max abs(angle)"})
+def pendulum(angle=0.2, speed=0.0, *, damping=0.0, torque=0.3, drive=0.7, level=1e300, t):
+    return speed, torque*cos(drive*t) - damping*speed - sin(angle)
+"""
+BLOW_UP = """
+@system(duration="2")
+def blow_up(y=1.0):
+    return y**2
+"""
+
+
+def run(text, starts, duration=None, tolerance=1e-11, step=0.0):
+    """Return endings (3, n), and the states, time and extremes of each pass, shape (3, rows, n)."""
+    model = model_of(read_system(text))
+    n = next(len(each) for each in starts.values())
+    rows = np.array(
+        [np.broadcast_to(starts.get(name, row.default), n) for name, row in model.parameters.items()]
+    )
+    measures, counts = np.full((len(model.measures), n), np.nan), np.zeros((len(model.counts), n), np.int32)
+    settings = np.array([duration or model.definition.duration, step, tolerance])
+    getattr(integrate, model.integrate.function)(
+        np.ascontiguousarray(rows, float), settings, measures, counts
+    )
+    return counts[: len(LEGS)], measures.reshape(len(LEGS), -1, n), counts[len(LEGS) :]
+
+
+def test_a_damped_oscillator(rng):
+    """States at the end are those of the closed form, whatever the rates, to 1e-10 of the amplitude."""
+    n = 200
+    rate = 10.0 ** rng.uniform(-2.0, 2.0, n)
+    damping, x, v = rate * rng.uniform(0.0, 0.9, n), rng.normal(size=n), rate * rng.normal(size=n)
+    endings, found, _ = run(OSCILLATOR, {"x": x, "v": v, "rate": rate, "damping": damping}, 3.0)
+    own = np.sqrt(rate**2 - damping**2)
+    b = (v + damping * x) / own
+    truth = np.exp(-damping * 3.0) * (x * np.cos(own * 3.0) + b * np.sin(own * 3.0))
+    assert np.all(endings == RUNS_ON)
+    assert np.all(np.abs(found[-1, 0] - truth) <= 1e-10 * np.hypot(x, b))
+
+
+def test_units_and_sizes_do_not_matter(rng):
+    """A state in other units, and a time in other units, has the same relative error: no size is typical."""
+    x, v = rng.normal(size=50), rng.normal(size=50)
+    for size in (1e-30, 1e-9, 1.0, 1e12):
+        for rate in (1e-6, 1.0, 1e6):
+            _, found, _ = run(
+                OSCILLATOR, {"x": size * x, "v": size * rate * v, "rate": np.full(50, rate)}, 5.0 / rate
+            )
+            truth = x * math.cos(5.0) + v * math.sin(5.0)
+            assert np.all(np.abs(found[-1, 0] / size - truth) <= 1e-10 * np.hypot(x, v)), (size, rate)
+
+
+def test_greatest_and_least_values(rng):
+    """They are those between the steps, to 1e-12 of the amplitude."""
+    x, v = rng.normal(size=300), rng.normal(size=300)
+    _, found, _ = run(OSCILLATOR, {"x": x, "v": v}, 12.0)
+    size = np.hypot(x, v)
+    assert np.all(np.abs(found[-1, 3] - size) <= 1e-12 * size)
+    assert np.all(np.abs(-found[-1, 4] + size) <= 1e-12 * size)
+
+
+def test_the_time_of_an_event(rng):
+    """A motion ends where it passes a level, to 1e-10 of the duration, and at once if it begins beyond."""
+    level = np.append(rng.uniform(-0.99, 0.99, 300), [-2.0, 1.5])
+    endings, found, _ = run(OSCILLATOR, {"x": np.full(302, -1.0), "level": level}, 20.0)
+    truth = np.append(np.arccos(-level[:300]), [0.0, 20.0])
+    assert np.all(endings[-1] == np.append(np.full(301, FIRST_EVENT), RUNS_ON))
+    assert np.all(np.abs(found[-1, 2] - truth) <= 1e-10 * 20.0)
+    assert np.all(np.abs(found[-1, 0, :300] - level[:300]) <= 1e-10)
+
+
+def test_no_excursion_is_missed(rng):
+    """A motion that passes a level for a moment ends there, or says that a step was not proved to stay below it."""
+    n = 256
+    starts = {
+        "angle": rng.uniform(-2.0, 2.0, n), "speed": rng.uniform(-1.0, 1.0, n), "damping": rng.uniform(0.0, 0.3, n),
+        "torque": rng.uniform(0.0, 0.5, n),
+    }  # fmt: skip
+    _, free, _ = run(PENDULUM, starts)
+    top = np.maximum(free[-1, 3], free[-1, 4])
+    for beyond, least in ((1e-2, 1.0), (1e-4, 1.0), (1e-6, 1.0), (1e-8, 1.0), (1e-10, 0.9)):
+        endings, _, counts = run(PENDULUM, {**starts, "level": (1.0 - beyond) * top})
+        ended = endings[-1] == FIRST_EVENT
+        assert np.all(ended | (counts[1] > 0)), beyond
+        assert ended.mean() >= least, beyond
+    # and the other way round: a level above the excursion ends nothing
+    endings, _, _ = run(PENDULUM, {**starts, "level": (1.0 + 1e-8) * top})
+    assert np.all(endings[-1] == RUNS_ON)
+
+
+def test_bits_depend_on_the_cell_alone(rng):
+    """A cell has the same bits alone, in another order, and among others that end early."""
+    n = 97
+    starts = {
+        "angle": rng.uniform(-3.0, 3.0, n),
+        "speed": rng.uniform(-1.0, 1.0, n),
+        "level": np.full(n, 2.5),
+    }
+    endings, found, counts = run(PENDULUM, starts)
+    order = rng.permutation(n)
+    again = run(PENDULUM, {name: each[order] for name, each in starts.items()})
+    alone = run(PENDULUM, {name: each[:1] for name, each in starts.items()})
+    for whole, shuffled, one in zip((endings, found, counts), again, alone, strict=True):
+        np.testing.assert_array_equal(whole[..., order], shuffled)
+        np.testing.assert_array_equal(whole[..., :1], one)
+
+
+def test_what_cannot_be_followed_is_unresolved():
+    """Y' = y^2 has no value after 1: the cell ends as unresolved, without numbers, and others go on."""
+    endings, found, _ = run(BLOW_UP, {"y": np.array([1.0, 0.1, -1.0, math.nan, math.inf])})
+    assert endings[-1].tolist() == [UNRESOLVED, RUNS_ON, RUNS_ON, UNRESOLVED, UNRESOLVED]
+    assert np.isnan(found[-1, :, [0, 3, 4]]).all()
+    assert found[-1, 0, 1] == pytest.approx(0.1 / (1.0 - 0.2), rel=1e-12)
+
+
+def test_smaller_tolerances_are_closer(rng):
+    """The error falls with the tolerance: as its power 12/12 to 12/10, by the term that sets the step."""
+    x, v = rng.normal(size=200), rng.normal(size=200)
+    errors = []
+    for tolerance in (1e-6, 1e-8, 1e-10):
+        _, found, _ = run(OSCILLATOR, {"x": x, "v": v}, 20.0, tolerance)
+        errors.append(np.median(np.abs(found[-1, 0] - x * math.cos(20.0) - v * math.sin(20.0))))
+    slopes = np.log(np.divide(errors[:-1], errors[1:])) / math.log(100.0)
+    assert np.all((slopes > 0.95) & (slopes < 1.35)), errors
+
+
+def test_the_longest_step(rng):
+    """A longest step shortens all steps to it: there are as many as the duration holds, and one."""
+    _, _, counts = run(OSCILLATOR, {"x": rng.normal(size=5)}, 20.0, step=0.05)
+    assert np.all(np.abs(counts[0] - len(LEGS) * 400) <= len(LEGS))
