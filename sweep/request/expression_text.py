@@ -16,7 +16,7 @@ text is ever run.
 import difflib
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple, NoReturn
 
 from sweep.errors import RequestError, shown
@@ -31,6 +31,7 @@ from sweep.request.expression import (
     Variable,
     joined,
 )
+from sweep.request.tokens import NUMBER, UNIT, Token, Tokens, refuse
 from sweep.request.values import read_number
 
 #: Characters of a text at most, and brackets and words ``not`` around a comparison.
@@ -38,12 +39,10 @@ MOST_CHARACTERS, MOST_NESTED = 1000, 20
 
 _KEYWORDS = ("and", "or", "not", "abs")
 
-#: One factor of a unit with a small power, as `sweep.request.values` reads it; the words that follow a number are none.
-_FACTOR = r"(?!(?:and|or|not)\b)(?:[^\W\d]\w*|[\u00b0%])(?:(?:\*\*|\^)[+-]?[0-9]{1,2}|[+-][0-9]{1,2})?"
 _TOKEN = re.compile(
     rf"""
-    (?P<number>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
-    (?:\s*(?P<unit>{_FACTOR}(?:(?:\s?[*/]\s?|\s){_FACTOR}){{0,9}}))?
+    (?P<number>[+-]?{NUMBER})
+    (?:\s*(?P<unit>{UNIT}))?
     | (?P<sign>{"|".join(SIGNS)})
     | (?P<word>[A-Za-z_][A-Za-z_0-9]*)
     | (?P<mark>[()*])
@@ -67,20 +66,10 @@ _NAME = "the name of a variable or a parameter"
 _EXAMPLE = "Write it as in peak_tilt > 10deg or fall_time < 2s."
 
 
-class _Token(NamedTuple):
-    """A piece of the text: its `kind` is a group of `_TOKEN`, `at` the number of characters before it."""
-
-    kind: str
-    text: str
-    at: int
-    number: str = ""
-    unit: str = ""
-
-
 class _Raw(NamedTuple):
     """A term whose quantity is not known yet: a number, or a name with its factor."""
 
-    token: _Token
+    token: Token
     name: str = ""
     factor: float = 1.0
     absolute: bool = False
@@ -121,86 +110,69 @@ def _check_length(text: str) -> None:
         )
 
 
-def _tokens(text: str) -> Iterator[_Token]:
-    at = 0
-    while at < len(text):
-        if text[at].isspace():
-            at += 1
-            continue
-        found = _TOKEN.match(text, at)
-        if found is None:
-            _refuse(f"{shown(text[at])} is no part of an expression", at, _INSTEAD.get(text[at], _EXAMPLE))
-        number, unit = found["number"] or "", found["unit"] or ""
-        kind = "number" if number else str(found.lastgroup)
-        yield _Token(kind, found[0], at, number, unit)
-        at = found.end()
-
-
-def _refuse(problem: str, at: int, hint: str = _EXAMPLE) -> NoReturn:
-    raise RequestError(f"At character {at + 1}: {problem}.", hint=hint)
-
-
-class _Parser:
-    """The tokens of a text, and the place of the next one."""
+class _Parser(Tokens):
+    """The tokens of a criterion, and the place of the next one."""
 
     def __init__(self, text: str, quantities: Mapping[str, Quantity]) -> None:
-        self._length, self._quantities = len(text), quantities
-        self._tokens, self._next = list(_tokens(text)), 0
+        super().__init__(text, _TOKEN, _INSTEAD, _EXAMPLE)
+        self._quantities = quantities
 
     def whole(self) -> Expression:
         """Read all of the text."""
         tree = self._joined("or", 0)
-        if self._peek() is not None:
-            self._unexpected("the end, or one of and, or, <, <=, >, >=, ==, !=")
+        if self.peek() is not None:
+            self.unexpected("the end, or one of and, or, <, <=, >, >=, ==, !=")
         return tree
 
     def _joined(self, word: str, nested: int) -> Expression:
         """Read parts with a word between them: those of ``or`` may be joined by ``and``."""
         parts: list[Expression] = []
-        while not parts or self._takes(word):
+        while not parts or self.takes(word):
             parts.append(self._joined("and", nested) if word == "or" else self._each(nested))
         return joined(word, parts)
 
     def _each(self, nested: int) -> Expression:
         if nested > MOST_NESTED:
-            _refuse(f"at most {MOST_NESTED} brackets and nots may lie around a comparison", self._at())
-        if self._takes("not"):
+            refuse(
+                f"at most {MOST_NESTED} brackets and nots may lie around a comparison", self.at(), _EXAMPLE
+            )
+        if self.takes("not"):
             return Not(self._each(nested + 1))
-        if self._takes("("):
+        if self.takes("("):
             found = self._joined("or", nested + 1)
-            self._expect(")")
+            self.expect(")")
             return found
         return self._comparison()
 
     def _comparison(self) -> Expression:
         raws, signs = [self._term()], list[str]()
-        while (token := self._peek()) is not None and token.kind == "sign":
-            self._next += 1
+        while (token := self.peek()) is not None and token.kind == "sign":
+            self.next += 1
             signs.append(token.text)
             raws.append(self._term())
         if not signs:
-            self._unexpected("a comparison: one of <, <=, >, >=, ==, !=")
+            self.unexpected("a comparison: one of <, <=, >, >=, ==, !=")
         return Comparison(self._resolved(raws, signs), tuple(signs))
 
     def _term(self) -> _Raw:
-        token = self._peek()
+        token = self.peek()
         if token is not None and token.kind == "number":
-            self._next += 1
-            return self._named(_factor(token)) if self._takes("*") else _Raw(token)
+            self.next += 1
+            return self._named(_factor(token)) if self.takes("*") else _Raw(token)
         return self._named(1.0, "a number or a name")
 
     def _named(self, factor: float, wanted: str = _NAME) -> _Raw:
         """Read a name, or its magnitude."""
-        absolute = self._takes("abs")
+        absolute = self.takes("abs")
         if absolute:
-            self._expect("(")
+            self.expect("(")
             wanted = _NAME
-        token = self._peek()
+        token = self.peek()
         if token is None or token.kind != "word" or token.text in _KEYWORDS:
-            self._unexpected(wanted)
-        self._next += 1
+            self.unexpected(wanted)
+        self.next += 1
         if absolute:
-            self._expect(")")
+            self.expect(")")
         return _Raw(token, token.text, factor, absolute)
 
     def _resolved(self, raws: Sequence[_Raw], signs: Sequence[str]) -> tuple[Term, ...]:
@@ -212,12 +184,12 @@ class _Parser:
             if raw.name and raw not in known:
                 _refuse_name(raw, raw.name, self._quantities)
         if not known:
-            _refuse("a comparison names at least one variable or parameter", raws[0].token.at)
+            refuse("a comparison names at least one variable or parameter", raws[0].token.at, _EXAMPLE)
         quantity = self._quantities[known[0].name]
         for raw in known:
             other = self._quantities[raw.name]
             if other.units != quantity.units:
-                _refuse(
+                refuse(
                     f"only like quantities are compared: {quantity.name} is in {quantity.units} and {other.name} in "
                     f"{other.units}",
                     raw.token.at,
@@ -234,7 +206,7 @@ class _Parser:
         codes = {name: code for code, name in (quantity.flags or {}).items()}
         others = [raw for raw in raws if raw is not flagged]
         if len(raws) != 2 or signs[0] not in ("==", "!=") or not flagged.bare or not others[0].bare:
-            _refuse(
+            refuse(
                 f"{flagged.name} is one of {', '.join(codes)}, and is compared with one of these names by == or !=",
                 flagged.token.at,
                 f"Write {flagged.name} == and one of them.",
@@ -244,47 +216,24 @@ class _Parser:
         flag = Number(codes[others[0].name], name=others[0].name)
         return tuple(Variable(raw.name) if raw is flagged else flag for raw in raws)
 
-    def _takes(self, text: str) -> bool:
-        """Go past the next token if it is this one, and return whether it is."""
-        token = self._peek()
-        here = token is not None and token.text == text
-        self._next += here
-        return here
 
-    def _expect(self, text: str) -> None:
-        if not self._takes(text):
-            self._unexpected(text)
-
-    def _peek(self) -> _Token | None:
-        return self._tokens[self._next] if self._next < len(self._tokens) else None
-
-    def _at(self) -> int:
-        token = self._peek()
-        return self._length if token is None else token.at
-
-    def _unexpected(self, wanted: str) -> NoReturn:
-        token = self._peek()
-        there = "the end" if token is None else shown(token.text)
-        _refuse(f"here must stand {wanted}; got {there}", self._at())
-
-
-def _factor(token: _Token) -> float:
+def _factor(token: Token) -> float:
     factor = float(token.number) + 0.0
     if token.unit or not math.isfinite(factor):
-        _refuse(f"a factor is a finite number without a unit; got {shown(token.text)}", token.at)
+        refuse(f"a factor is a finite number without a unit; got {shown(token.text)}", token.at, _EXAMPLE)
     return factor
 
 
-def _number(token: _Token, quantity: Quantity) -> Number:
+def _number(token: Token, quantity: Quantity) -> Number:
     """Return a number in the SI units of a quantity."""
     try:
         value = read_number(f"{token.number} {token.unit}".strip(), quantity)
     except RequestError as error:
         problem = error.message.removesuffix(".")
-        _refuse(problem[:1].lower() + problem[1:], token.at, error.hint)
+        refuse(problem[:1].lower() + problem[1:], token.at, error.hint)
     # no tilt is so far from another one: such a number is degrees taken for radians
     if quantity.units == "rad" and not token.unit and abs(value) >= math.pi:
-        _refuse(
+        refuse(
             f"a bare number is in rad, and {quantity.name} is below 180 deg; got {shown(token.text)}",
             token.at,
             f"Write {token.text}deg.",
@@ -295,7 +244,7 @@ def _number(token: _Token, quantity: Quantity) -> Number:
 def _refuse_name(raw: _Raw, given: str, known: Iterable[str]) -> NoReturn:
     names = tuple(known)
     close = difflib.get_close_matches(raw.name.lower(), names, n=1)
-    _refuse(
+    refuse(
         f"{shown(given)} names nothing that there is; there are {', '.join(names)}",
         raw.token.at,
         f"Did you mean {close[0]}?" if close else "Use one of these names.",

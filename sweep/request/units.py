@@ -101,7 +101,7 @@ _FITTING: Mapping[str, str] = {
 
 @lru_cache
 def read_unit(text: str) -> tuple[Dimension, float] | None:
-    """Return the dimension of a unit and its size in m, g, s and rad; None if it is not of the table.
+    """Return the dimension of a unit and its size in m, g, s and rad; None if it is not of the table or beyond floats.
 
     Parameters
     ----------
@@ -141,8 +141,12 @@ def read_unit(text: str) -> tuple[Dimension, float] | None:
             if unit is None or not exponent:
                 return None
             powers = [each + exponent * base for each, base in zip(powers, unit[0], strict=True)]
-            size *= unit[1] ** exponent
-    return (tuple(powers), size) if named and not wanted and len(brackets) == 1 else None
+            try:
+                size *= unit[1] ** exponent
+            except OverflowError:
+                return None
+    whole = named and not wanted and len(brackets) == 1 and 0.0 < size < math.inf
+    return (tuple(powers), size) if whole else None
 
 
 def _unit(name: str) -> tuple[Dimension, float] | None:

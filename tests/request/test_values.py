@@ -257,3 +257,11 @@ def test_a_plain_number_is_ascii():
     for text in ["\uff11e-6", "1_0", "1 m", "0x1", "", "1e", "nan"]:
         assert math.isnan(plain_number(text))
         assert plain_number(" 1e-6 ") == 1e-6
+
+
+@pytest.mark.parametrize("unit", ["t66", "Mt99", "um99", "Gt30 Gt30", "t51/um99", "pm30 pm30"])
+def test_a_unit_beyond_all_floats_is_no_unit(unit):
+    """It is refused like one that is not of the table."""
+    quantity = Quantity("mass", "", "kg", "", DECISION)
+    with pytest.raises(RequestError, match="is not known"):
+        read_number(f"1 {unit}", quantity)

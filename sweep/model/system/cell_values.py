@@ -1,0 +1,73 @@
+"""Values of expressions for many cells at once, by NumPy."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from sweep.model.quantity import Array, Truths
+from sweep.model.system.definition import Constant, Label, Node, Symbol
+
+_OPERATIONS: Mapping[str, Callable[..., Any]] = {
+    "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "**": np.power, "neg": np.negative,
+    "sin": np.sin, "cos": np.cos, "tan": np.tan, "exp": np.exp, "log": np.log, "sqrt": np.sqrt, "tanh": np.tanh,
+}  # fmt: skip
+
+
+def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> list[Array]:
+    """Return the values of expressions; NaN where one is not defined.
+
+    Parameters
+    ----------
+    nodes : sequence of Node
+    values : mapping of str to array or float
+        States, parameters and ``t``, in the units of the definition.
+    """
+    known: dict[int, Array] = {}
+
+    def value(node: Node) -> Array:
+        if isinstance(node, Constant):
+            return np.asarray(node.value)
+        if isinstance(node, Symbol):
+            return np.asarray(values[node.name], np.float64)
+        # an expression that stands in several places is one object
+        if id(node) not in known:
+            known[id(node)] = np.asarray(_OPERATIONS[node.name](*map(value, node.arguments)))
+        return known[id(node)]
+
+    with np.errstate(all="ignore"):
+        return [value(each) for each in nodes]
+
+
+def sizes(nodes: Sequence[Node], values: Mapping[str, Any]) -> list[Array]:
+    """Return how large the terms of expressions are together: what their values are rounded with."""
+
+    def size(node: Node) -> Array:
+        if isinstance(node, Constant | Symbol) or node.name not in ("+", "-", "*", "/", "neg"):
+            return np.asarray(np.abs(evaluated([node], values)[0]))
+        parts = [size(each) for each in node.arguments]
+        operation = _OPERATIONS["+" if node.name == "-" else node.name]
+        return parts[0] if node.name == "neg" else np.asarray(operation(*parts))
+
+    with np.errstate(all="ignore"):
+        return [size(each) for each in nodes]
+
+
+def labels_of(
+    labels: Sequence[Label], values: Mapping[str, Any], shape: tuple[int, ...]
+) -> np.ndarray[Any, Any]:
+    """Return the number of the label that fits, counted from 1, int8; 0 where none does.
+
+    Parameters
+    ----------
+    labels : sequence of Label
+    values : mapping of str to array, shape `shape`
+    shape : tuple of int
+    """
+    found = np.zeros(shape, np.int8)
+    for number, label in reversed([*enumerate(labels, 1)]):
+        fits: Truths = np.ones(shape, bool)
+        for each in evaluated(label.all_positive, values):
+            fits = fits & (each > 0.0)
+        found[fits] = number
+    return found

@@ -1,0 +1,159 @@
+"""A user's system as a model: what every other room asks of it, from its definition."""
+
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sweep.model.description import Columns, LineWords, Model, Reference, Request, Starts, Words
+from sweep.model.kernel import Kernel
+from sweep.model.quantity import Array
+from sweep.model.system import tables
+from sweep.model.system.cell_values import evaluated
+from sweep.model.system.definition import TIME, Definition, Measure, Node, Operation
+from sweep.model.system.passes import PASSES, Passes
+from sweep.model.system.program import Program
+from sweep.model.system.reference import SampledReference
+
+
+@lru_cache(maxsize=64)
+def model_of(definition: Definition) -> "SystemModel":
+    """Return the model of a system: one object for equal definitions."""
+    return SystemModel(definition)
+
+
+class SystemModel(Model):
+    """A system of ordinary differential equations that a user wrote down.
+
+    Parameters
+    ----------
+    definition : Definition
+    """
+
+    methods, devices = ("taylor",), ("cpu",)
+    coordinate, extremes = "", ()
+    # a system has none: those of the examples are found by `sweep.request.spec_file`
+    presets = Path(__file__).with_name("none")
+
+    def __init__(self, definition: Definition) -> None:
+        self.definition, self.name, self.text = definition, definition.name, definition.text
+        self.parameters, self.settings = tables.parameters(definition), tables.settings(definition)
+        self.endings = tables.endings(definition)
+        self.variables = tables.variables(definition, self.endings)
+        self.integrate = _kernel(definition)
+        states = [each.name for each in definition.states]
+        tops = [f"{each.name} {number}" for each in definition.measures for number in range(_tops(each))]
+        rows = [*states, tables.END_TIME, *tops, *(f"largest {name}" for name in states)]
+        self.measures = tuple(f"{each}: {name}" for each in PASSES for name in rows)
+        self.counts = (*(f"{each}: ending" for each in PASSES), "steps", "unproved")
+        values = (*(each.name for each in definition.measures), tables.END_TIME)
+        self.drawn = "label" if definition.labels else "" if definition.measures else "ending"
+        self.shown = ("label", "ending", *(each.name for each in definition.measures))
+        self.peak, self.error_name = values[0], tables.stated(values[0])
+        self.default_criterion = _criterion(definition.stable)
+        title = definition.title or f"The system {definition.name}"
+        self.words = Words(
+            summary=f"{title.rstrip('.')}: how the motion of every start ends, {{}}, and what it leaves behind.",
+            keywords="ordinary differential equations, parameter sweep, stability",
+            references="method: Jorba and Zou, Experimental Mathematics 14 (2005) 99",
+        )
+        self.line_words = LineWords(critical="line of the system's theory along {}", label="theory")
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether two models are of the same system."""
+        return isinstance(other, SystemModel) and self.definition == other.definition
+
+    def __hash__(self) -> int:
+        """Return the hash of the text of the system."""
+        return hash(self.text)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Return what pickle makes the model again from."""
+        return model_of, (self.definition,)
+
+    @property
+    def measured(self) -> frozenset[str]:
+        """All but the verdict is measured: the passes themselves are not kept."""
+        return frozenset(self.variables.keys() - {"stability"})
+
+    def headline(self, spec: Request) -> str:
+        """Return the title of the system."""
+        return self.definition.title.rstrip(".") or f"The system {self.name}"
+
+    def undisturbed(self, spec: Request, starts: Starts) -> Array:
+        """Return NaN: no coordinate of a system has a steady value that is known."""
+        return np.full(next(iter(starts.values())).shape, np.nan)
+
+    def perturbation(self, spec: Request, starts: Starts) -> Array:
+        """Return NaN, likewise."""
+        return self.undisturbed(spec, starts)
+
+    def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
+        """Return what makes the values of an atlas of the passes."""
+        return [__name__, Passes.__module__, evaluated.__module__]
+
+    def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
+        """Return what an atlas holds, from all passes; nothing where these are not known."""
+        if self.measures[0] not in measured:
+            return {}
+        return Passes(
+            self.definition, self.endings, starts, measured, spec.duration, spec.tolerance
+        ).columns()
+
+    def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
+        """Return where the system's own theory puts the boundary: which edge that is, is not said."""
+        node = dict(self.definition.theory).get(axis)
+        if node is None:
+            return {}
+        (line,) = evaluated([node], {**starts, TIME: 0.0})
+        line = np.broadcast_to(line, starts[axis].shape).astype(np.float64)
+        return dict.fromkeys(("upper", "lower"), (line, np.full(line.shape, np.nan)))
+
+    def upward(self, axes: Sequence[str]) -> str:
+        """Return the first parameter among the axes, else the second of two states, as planes of states are drawn."""
+        return next(iter(self.controls(axes)), axes[min(1, len(axes) - 1)])
+
+    def open_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
+        """Return why nothing more is known of a cell."""
+        return self.endings.of(stored["ending"]).reason
+
+    def reference(self, size: int, seed: int | None = None) -> Reference | None:
+        """Return the sample that SciPy computes again, and the conserved quantities."""
+        return SampledReference(self.definition, self.endings, size, seed)
+
+
+def _tops(measure: Measure) -> int:
+    """Return how many greatest values the kernel seeks for a measure."""
+    return 0 if measure.kind == "last" else len(measure.expressions)
+
+
+def _criterion(stable: str) -> str:
+    """Return the criterion, which says what is unstable, of a text that says what is stable."""
+    if stable in ("", "runs on"):
+        return f"ending != {tables.RUNNING}"
+    return f"not ({stable})"
+
+
+def _kernel(definition: Definition) -> Kernel:
+    """Return the kernel of a system: its name is its program, which `kernels.system.integrate` compiles."""
+    program = Program(definition)
+    rates = program.add(definition.rates)
+    tops: Iterable[Node] = (
+        _signed(each.kind, node)
+        for each in definition.measures
+        if each.kind != "last"
+        for node in each.expressions
+    )
+    extremes = program.add(tops)
+    events = [(number, node) for number, each in enumerate(definition.ends) for node in each.any_positive]
+    happened = program.add(node for _, node in events)
+    name = json.dumps([program.instructions, rates, extremes, happened, [number for number, _ in events]])
+    return Kernel("kernels.system.integrate", name, seconds=4.0, told=f"the system {definition.name}")
+
+
+def _signed(kind: str, node: Node) -> Node:
+    """Return an expression that is greatest where a measure's expression is."""
+    return node if kind == "max" else Operation("neg", (node,))

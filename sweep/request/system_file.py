@@ -1,0 +1,363 @@
+"""From a user's ``.py`` file to a system: the file is parsed and never run.
+
+A file holds imports, constants, and functions marked ``@system(...)``: positional arguments are states, keyword-only
+ones parameters, annotations are units, and the function returns the rate of each state.
+"""
+
+import ast
+import dataclasses
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+from sweep.errors import RequestError, shown
+from sweep.model.quantity import DECISION, Quantity
+from sweep.model.system.definition import FUNCTIONS, TIME, Declared, Definition, symbols
+from sweep.model.system.spelling import system_text
+from sweep.request.spec_file import read_regular
+from sweep.request.suggestions import suggestion
+from sweep.request.system_body import Arithmetic, Body, check_start
+from sweep.request.system_source import MOST_BYTES, Source
+from sweep.request.system_tree import NUMBERS, Part, Tree, symbol
+from sweep.request.system_units import PURE, SECOND, alike, check_scale, read_dimension, told, written
+from sweep.request.system_words import Words, check_name, check_variable
+from sweep.request.units import number_and_unit
+from sweep.request.values import read_number
+
+#: Characters of a system's own text at most.
+MOST_OF_TEXT = 16_000
+#: States and parameters at most.
+_MOST_STATES, _MOST_PARAMETERS = 32, 64
+
+#: Modules that a file may import: their functions and numbers are known by name, and nothing is loaded.
+_MODULES = ("sweep.systems", "math", "numpy", "__future__")
+
+#: What has no place at the top of a file.
+_NO_PLACE: Mapping[type[ast.stmt], tuple[str, str]] = {
+    ast.For: ("a loop", "Write each system out."),
+    ast.While: ("a loop", "Write each system out."),
+    ast.If: ("a choice with if", "Leave it out: the file is read, never run."),
+    ast.ClassDef: ("a class", "Write a function marked @system(...)."),
+    ast.AsyncFunctionDef: ("the word async", "Write def."),
+    ast.Expr: ("an expression", "Leave it out: the file is read, never run."),
+    ast.AugAssign: ("an assignment with an operator", "Write name = number."),
+    ast.AnnAssign: ("an annotation", "Write name = number; what has a unit is a parameter."),
+}
+
+
+def read_system(text: str, name: str = "", where: str = "") -> Definition:
+    """Return a system of a file.
+
+    Parameters
+    ----------
+    text : str
+        Content of the file.
+    name : str, optional
+        Which of its systems; may be left out where it has one.
+    where : str, optional
+        What messages call the file.
+
+    Raises
+    ------
+    RequestError
+        If it is no file of systems, or what it says cannot be computed; with the line and what to write instead.
+    """
+    source = Source(text, where)
+    functions, constants = _contents(source)
+    return _read(source, _chosen(functions, name, where), constants)
+
+
+def _chosen(functions: Mapping[str, ast.FunctionDef], name: str, where: str) -> ast.FunctionDef:
+    """Return the system with a name, or the only one."""
+    if not name and len(functions) > 1:
+        raise RequestError(
+            f"The file has {len(functions)} systems: {shown(', '.join(functions))}.",
+            hint=f"Name one of them behind a colon, as in mine.py:{next(iter(functions))}.",
+            where=where or None,
+        )
+    found = functions.get(name) if name else next(iter(functions.values()), None)
+    if found is None:
+        there = f"there are {shown(', '.join(functions))}" if functions else "there is none"
+        raise RequestError(
+            f"The file has no system {shown(name)}; {there}." if name else "The file has no system.",
+            hint=suggestion(name, tuple(functions))
+            or 'A system is a function marked @system(duration="10 s").',
+            where=where or None,
+        )
+    return found
+
+
+def read_system_file(path: Path | str, name: str = "") -> Definition:
+    """Return a system of the file at a path; see `read_system`.
+
+    Raises
+    ------
+    RequestError
+        Also if the file cannot be read.
+    """
+    try:
+        text = read_regular(Path(path), MOST_BYTES).decode("utf-8-sig")
+    except OSError as problem:
+        raise RequestError(
+            f"The file cannot be read: {problem.strerror or type(problem).__name__}.",
+            hint="Check the path; a file of systems is a text of some lines.",
+            where=str(path),
+        ) from problem
+    # text that is not UTF-8, and a path with a zero byte
+    except ValueError as problem:
+        raise RequestError(
+            f"The file is no text in UTF-8: {problem}.", hint="Save it as UTF-8.", where=str(path)
+        ) from problem
+    return read_system(text, name, str(path))
+
+
+def system_names(text: str) -> tuple[str, ...]:
+    """Return the names of the systems of a file, in their order.
+
+    Raises
+    ------
+    RequestError
+        If it is no file of systems.
+    """
+    return tuple(_contents(Source(text))[0])
+
+
+def read_function(text: str, where: str, first: int, constants: Mapping[str, float]) -> Definition:
+    """Return the system of one marked function, whose text stands alone.
+
+    Parameters
+    ----------
+    text, where : str
+    first : int
+        The number of its first line.
+    constants : mapping of str to float
+        The numbers of its module.
+
+    Raises
+    ------
+    RequestError
+    """
+    source = Source(text, where, first)
+    functions, _ = _contents(source)
+    return _read(source, _chosen(functions, "", where), constants)
+
+
+def _contents(source: Source) -> tuple[dict[str, ast.FunctionDef], dict[str, float]]:
+    """Return the systems and the constants of a file."""
+    functions: dict[str, ast.FunctionDef] = {}
+    tree = Tree()
+    for line in source.parsed().body:
+        with source.at(line):
+            match line:
+                case ast.Import() | ast.ImportFrom():
+                    _check_import(line)
+                case ast.Expr(value=ast.Constant(value=str())):
+                    pass
+                case ast.Assign(targets=[ast.Name(id=name)]):
+                    if name in (*FUNCTIONS, *NUMBERS, TIME, "system"):
+                        raise RequestError(
+                            f"the name {name} means something else", hint="Choose another name."
+                        )
+                    tree.names[name] = tree.number(Arithmetic(source, tree).number(line.value))
+                case ast.FunctionDef():
+                    _check_decorator(line)
+                    check_name(line.name, functions, (*FUNCTIONS, *NUMBERS, "system"))
+                    functions[line.name] = line
+                case _:
+                    what, instead = _NO_PLACE.get(
+                        type(line),
+                        ("this", "A file holds imports, name = number, and functions marked @system(...)."),
+                    )
+                    raise RequestError(f"{what} has no place in a file of systems", hint=instead)
+    return functions, {name: part.value or 0.0 for name, part in tree.names.items()}
+
+
+def _check_import(line: ast.Import | ast.ImportFrom) -> None:
+    modules = [line.module or "."] if isinstance(line, ast.ImportFrom) else [each.name for each in line.names]
+    for module in modules:
+        if module not in _MODULES:
+            raise RequestError(
+                f"the module {shown(module)} cannot be imported, because the file is read and never run",
+                hint="Write from sweep.systems import system, sin, cos; constants stand in the file itself.",
+            )
+    if isinstance(line, ast.ImportFrom) and any(each.asname for each in line.names):
+        raise RequestError("a function has its own name here", hint="Leave out as ...")
+
+
+def _check_decorator(function: ast.FunctionDef) -> None:
+    marks = function.decorator_list
+    if len(marks) == 1 and isinstance(marks[0], ast.Call) and isinstance(marks[0].func, ast.Name):
+        if marks[0].func.id == "system":
+            return
+    elif len(marks) == 1 and isinstance(marks[0], ast.Name) and marks[0].id == "system":
+        raise RequestError("the duration is missing", hint='Write @system(duration="10 s").')
+    raise RequestError(
+        f"the function {shown(function.name)} is not marked as a system, with @system(...) and nothing else",
+        hint='Write @system(duration="10 s") above it, or leave it out.',
+    )
+
+
+def _read(source: Source, function: ast.FunctionDef, constants: Mapping[str, float]) -> Definition:
+    """Return the system of a marked function."""
+    call = function.decorator_list[0]
+    assert isinstance(call, ast.Call)
+    words = Words(source, call, constants)
+    duration, time_units = words.duration()
+    tree = Tree()
+    tree.names = {name: tree.number(value) for name, value in constants.items()}
+    states, parameters, arguments = _signature(source, function, tree, time_units)
+    time = symbol(TIME, SECOND if time_units == "s" else PURE)
+    words.prepare(arguments, states, time)
+    tree.names |= arguments
+    if any(each.arg == TIME for each in function.args.kwonlyargs):
+        tree.names[TIME] = time
+    fixed = frozenset({*arguments, TIME, *FUNCTIONS, *NUMBERS})
+    rates = Body(source, tree, states, fixed).read(function, time_units)
+    check_start(source, tree, (*states, *parameters), rates)
+    ends, measures = words.ends(), words.measures()
+    labels = words.labels(ends)
+    found = Definition(
+        function.name, _title(source, function), states, parameters, time_units, duration, rates, ends, measures,
+        labels, words.conserved(), words.stable(states, parameters, measures, ends, labels, time_units),
+        words.theory(parameters),
+    )  # fmt: skip
+    _check_used(source, function, found)
+    text = system_text(found)
+    if len(text) > MOST_OF_TEXT:
+        source.refuse(
+            function.lineno,
+            f"the system has at most {MOST_OF_TEXT} characters with all its numbers written out; got {len(text)}",
+            "Write a smaller one.",
+        )
+    return dataclasses.replace(found, text=text)
+
+
+def _title(source: Source, function: ast.FunctionDef) -> str:
+    text = ast.get_docstring(function) or ""
+    title = text.strip().split("\n")[0].strip()
+    if not title.isprintable() or len(title) > 200:
+        source.refuse(
+            function.body[0].lineno,
+            "a title is one line of at most 200 printable characters",
+            "Write a short one.",
+        )
+    return title
+
+
+def _check_used(source: Source, function: ast.FunctionDef, found: Definition) -> None:
+    """Refuse a parameter that changes nothing: it is misspelled somewhere, or left over."""
+    nodes = [
+        *found.rates,
+        *(node for end in found.ends for node in end.any_positive),
+        *(node for label in found.labels for node in label.all_positive),
+        *(node for measure in found.measures for node in measure.expressions),
+    ]
+    used = {name for node in nodes for name in symbols(node)}
+    for each in function.args.kwonlyargs:
+        if each.arg not in used and each.arg != TIME:
+            source.refuse(
+                each.lineno, f"the parameter {each.arg} is used nowhere", "Leave it out, or use it."
+            )
+
+
+def _signature(
+    source: Source, function: ast.FunctionDef, tree: Tree, time_units: str
+) -> tuple[tuple[Declared, ...], tuple[Declared, ...], dict[str, Part]]:
+    """Return the states and the parameters, and what their names stand for."""
+    given = function.args
+    with source.at(function):
+        if given.vararg or given.kwarg:
+            raise RequestError(
+                "every argument has a name of its own",
+                hint="Leave out *args and **kwargs: name every state and every parameter.",
+            )
+        if given.posonlyargs:
+            raise RequestError("the mark / has no place here", hint="Leave it out.")
+        if not given.args:
+            raise RequestError(
+                "a system has at least one state", hint="Write def name(x=0.0, *, damping=0.1)."
+            )
+        if len(given.args) > _MOST_STATES or len(given.kwonlyargs) > _MOST_PARAMETERS:
+            raise RequestError(
+                f"a system has at most {_MOST_STATES} states and {_MOST_PARAMETERS} parameters; got "
+                f"{len(given.args)} and {len(given.kwonlyargs)}",
+                hint="Write a smaller one.",
+            )
+    found: dict[str, tuple[Declared, Part]] = {}
+    missing = [None] * (len(given.args) - len(given.defaults))
+    defaults = (*missing, *given.defaults, *given.kw_defaults)
+    for argument, default in zip((*given.args, *given.kwonlyargs), defaults, strict=True):
+        with source.at(argument, f"the argument {argument.arg}"):
+            if argument.arg == TIME:
+                _check_time(argument, default, argument in given.kwonlyargs, time_units)
+                continue
+            check_variable(argument.arg, found)
+            found[argument.arg] = _declared(source, argument, default, tree)
+    declared = tuple(each for each, _ in found.values())
+    count = len(given.args)
+    return declared[:count], declared[count:], {name: part for name, (_, part) in found.items()}
+
+
+def _declared(
+    source: Source, argument: ast.arg, default: ast.expr | None, tree: Tree
+) -> tuple[Declared, Part]:
+    unit = _unit(argument)
+    dimension = read_dimension(unit)
+    units = written(dimension)
+    if units is None:
+        raise RequestError(
+            f"the unit {shown(unit)!r} has too large a power", hint="Write a unit such as m/s2."
+        )
+    if default is None:
+        raise RequestError("it has no value", hint=f"Write its default, as in {argument.arg}=1.0.")
+    with source.at(default, f"the argument {argument.arg}"):
+        quantity = Quantity(argument.arg, "", units, "", DECISION)
+        if isinstance(default, ast.Constant) and isinstance(default.value, str):
+            pair = number_and_unit(default.value)
+            check_scale(default.value)
+            if pair is not None and not pair[1] and unit:
+                raise RequestError(
+                    "a number in quotes has a unit", hint=f'Write {argument.arg}="{pair[0]} {unit}".'
+                )
+            if pair is not None and pair[1] and not unit:
+                raise RequestError(
+                    "it has a unit in its default and none of its own",
+                    hint=f'Write {argument.arg}: "{pair[1]}" = {pair[0]}.',
+                )
+            value = read_number(default.value, quantity)
+        else:
+            number = Arithmetic(source, Tree(names=dict(tree.names))).number(default)
+            value = read_number(f"{number!r} {unit}" if unit not in ("", "1") else number, quantity)
+    return Declared(argument.arg, units, value), symbol(argument.arg, dimension)
+
+
+def _unit(argument: ast.arg) -> str:
+    if argument.annotation is None:
+        return ""
+    if isinstance(argument.annotation, ast.Constant) and isinstance(argument.annotation.value, str):
+        return " ".join(argument.annotation.value.split())
+    raise RequestError(
+        "an annotation is a unit in quotes", hint=f'Write {argument.arg}: "m", or leave it out.'
+    )
+
+
+def _check_time(argument: ast.arg, default: ast.expr | None, behind: bool, time_units: str) -> None:
+    """Refuse the time where it is no keyword-only argument without a value."""
+    if not behind:
+        raise RequestError(
+            "the time is no state, and t is its name",
+            hint="Write it as the last keyword-only argument: *, t.",
+        )
+    if default is not None:
+        raise RequestError("the time has no default: it begins at 0", hint="Write t alone.")
+    wanted = SECOND if time_units == "s" else PURE
+    given = read_dimension(_unit(argument))
+    if argument.annotation is not None and not alike(given, wanted):
+        raise RequestError(
+            f"the time is {told(wanted)}, as the duration is", hint='Write t alone, and duration="10 s".'
+        )
+
+
+def is_number(value: object) -> bool:
+    """Return whether a value of Python is a finite number that a system may use as a constant."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -1,0 +1,363 @@
+"""The strings of a user's system: endings, labels, measures, what is conserved, and where theory puts the boundary.
+
+::
+
+    comparisons = comparison { "or" comparison } | comparison { "and" comparison }
+    comparison  = side ( "<" | ">" ) side
+    measure     = ( "max" | "min" | "last" ) side
+    side        = "abs" "(" sum ")" | sum
+    sum         = product { ( "+" | "-" ) product }
+    product     = signed { ( "*" | "/" ) signed }
+    signed      = ( "+" | "-" ) signed | atom [ "**" signed ]
+    atom        = number [ unit ] | NAME | FUNCTION "(" sum ")" | "(" sum ")"
+
+A bare number is in SI, in the units of what stands beside it, as in a criterion. Nothing of a text is ever run.
+"""
+
+import math
+import re
+from collections.abc import Callable
+from typing import NamedTuple, NoReturn, TypeVar
+
+from sweep.errors import RequestError, shown
+from sweep.model.quantity import DECISION, Quantity
+from sweep.model.system.definition import TIME, Measure, Node, symbols
+from sweep.model.system.spelling import spelled, spelled_measure
+from sweep.request.expression import SIGNS
+from sweep.request.system_tree import MOST_DEEP, NUMBERS, Part, Tree
+from sweep.request.system_units import ANGLE, PURE, of_result, read_dimension, written
+from sweep.request.tokens import NUMBER, UNIT, Tokens, refuse
+from sweep.request.values import read_number
+
+#: Characters of a string at most, as it is written and as the system's own text spells it.
+MOST_CHARACTERS = 2000
+
+KINDS = ("max", "min", "last")
+
+_TOKEN = re.compile(
+    rf"""
+    (?P<number>{NUMBER})
+    (?:\s*(?P<unit>{UNIT}))?
+    | (?P<sign>{"|".join(SIGNS)})
+    | (?P<word>[A-Za-z_][A-Za-z_0-9]*)
+    | (?P<mark>\*\*|[-+*/()])
+    """,
+    re.VERBOSE,
+)
+_INSTEAD = {
+    "=": "Write > or <.",
+    "^": "Write ** for a power.",
+    "&": "Write and.",
+    "|": "Write or.",
+    "\u2264": "Write <.",
+    "\u2265": "Write >.",
+    "\u2212": "Write the minus sign as a hyphen.",
+    "\u03c0": "Write pi.",
+    ",": "Write one expression.",
+}
+_EXAMPLE = "Write it as in abs(angle) > 90deg or x - y > 2."
+_WORDS = ("and", "or", "not", "abs")
+_Read = TypeVar("_Read")
+
+
+class _Side(NamedTuple):
+    """A side of a comparison, or the magnitude of it; `bare` is the text of a number without a unit."""
+
+    part: Part
+    absolute: bool = False
+    bare: str = ""
+
+
+class _Parser(Tokens):
+    """The tokens of a string, and the tree that its expressions are made in."""
+
+    def __init__(self, text: str, tree: Tree) -> None:
+        super().__init__(text, _TOKEN, _INSTEAD, _EXAMPLE)
+        self._tree, self._nested = tree, 0
+
+    def whole(
+        self, read: Callable[["_Parser"], _Read], wanted: str = "the end or one of + - * / **"
+    ) -> _Read:
+        """Read all of the text."""
+        found = read(self)
+        if self.peek() is not None:
+            self.unexpected(wanted)
+        return found
+
+    def comparisons(self, word: str, otherwise: str) -> tuple[Part, ...]:
+        """Return what is positive where comparisons hold, joined by ``or`` or by ``and``; the other word is refused."""
+        found = [*self._comparison(word)]
+        while self.takes(word):
+            found += self._comparison(word)
+        token = self.peek()
+        if token is not None and token.text in ("and", "or"):
+            refuse(f"{token.text} has no place here, only {word} has", token.at, otherwise)
+        return tuple(found)
+
+    def _comparison(self, word: str) -> tuple[Part, ...]:
+        if (token := self.peek()) is not None and token.text == "not":
+            refuse("not has no place here", token.at, "Turn the comparison round: x > 2 for not x < 2.")
+        first, token = self.side(), self.peek()
+        if token is None or token.kind != "sign":
+            self.unexpected("a comparison, > or <")
+        if token.text not in (">", "<"):
+            refuse(
+                f"a comparison is > or <; got {token.text}", token.at, "Write > or <: a line has no width."
+            )
+        self.next += 1
+        second = self.side()
+        if (more := self.peek()) is not None and more.kind == "sign":
+            refuse("a comparison has two sides", more.at, "Write 1 < x and x < 2 in a label, or two endings.")
+        greater, less = (first, second) if token.text == ">" else (second, first)
+        return self._located(token.at, lambda: self._positive(greater, less, word))
+
+    def _positive(self, greater: _Side, less: _Side, word: str) -> tuple[Part, ...]:
+        """Return what is positive where one side is greater than the other."""
+        tree = self._tree
+        for one, other in ((greater, less), (less, greater)):
+            # more than a turn: degrees taken for radians
+            if one.bare and other.part.dimension == ANGLE and (one.part.value or 0.0) >= math.tau:
+                raise RequestError(
+                    f"a bare number is in rad, and {one.bare} rad is more than a turn",
+                    hint=f"Write {one.bare}deg, or {one.bare}rad if that is meant.",
+                )
+        if greater.absolute and less.absolute:
+            raise RequestError("abs stands on one side", hint="Write x**2 > y**2.")
+        if greater.absolute and word == "and":
+            # |x| > c is one comparison of two factors with the same sign
+            if less.part.value is None or less.part.value < 0.0:
+                raise RequestError(
+                    f"in a label abs({greater.part}) is compared with a number above 0; got {less.part}",
+                    hint="Write x**2 > y**2.",
+                )
+            factors = (tree.summed(sign, greater.part, less.part) for sign in "-+")
+            return (tree.multiplied("*", *factors),)
+        if less.absolute and word == "or":
+            squares = f"({less.part})**2 < ({greater.part})**2"
+            raise RequestError(
+                "abs(...) below a limit is two comparisons of which both must hold, and an ending is one of several",
+                hint=f"Write it with a square: {squares}.",
+            )
+        if greater.absolute:
+            return self._difference(greater.part, less.part), self._difference(
+                tree.negated(greater.part), less.part
+            )
+        if less.absolute:
+            return self._difference(greater.part, less.part), self._difference(
+                greater.part, tree.negated(less.part)
+            )
+        return (self._difference(greater.part, less.part),)
+
+    def _difference(self, greater: Part, less: Part) -> Part:
+        """Return what is positive where one expression is greater than another one."""
+        found = self._tree.summed("-", greater, less)
+        if less.value == 0.0:
+            return greater
+        return self._tree.negated(less) if greater.value == 0.0 else found
+
+    def side(self) -> _Side:
+        """Read an expression, or the magnitude of one."""
+        at, begun, token = self.at(), self.next, self.peek()
+        if token is None or token.text != "abs":
+            part = self.sum()
+            bare = token is not None and not token.unit and self.next == begun + 1
+            return _Side(part, bare=token.number if token is not None and bare else "")
+        self.next += 1
+        self.expect("(")
+        part = self.sum()
+        self.expect(")")
+        after = self.peek()
+        if after is not None and after.kind == "mark" and after.text != ")":
+            self._refuse_abs(at)
+        return _Side(part, absolute=True)
+
+    def sum(self) -> Part:
+        """Read a sum."""
+        return self._chain("+-", self._product, self._tree.summed)
+
+    def _product(self) -> Part:
+        return self._chain("*/", self._signed, self._tree.multiplied)
+
+    def _chain(self, signs: str, read: Callable[[], Part], join: Callable[[str, Part, Part], Part]) -> Part:
+        found = read()
+        while (token := self.peek()) is not None and token.kind == "mark" and token.text in signs:
+            self.next += 1
+            one, two, sign = found, read(), token.text
+            found = self._located(token.at, lambda one=one, two=two, sign=sign: join(sign, one, two))  # type: ignore[misc]
+        return found
+
+    def _signed(self) -> Part:
+        self._nested += 1
+        if self._nested > MOST_DEEP:
+            refuse(
+                f"at most {MOST_DEEP} brackets, signs and functions lie within each other",
+                self.at(),
+                _EXAMPLE,
+            )
+        if self.takes("+"):
+            found = self._signed()
+        elif self.takes("-"):
+            found = self._tree.negated(self._signed())
+        else:
+            found = self._atom()
+            at = self.at()
+            if self.takes("**"):
+                base, exponent = found, self._signed()
+                found = self._located(at, lambda: self._tree.raised(base, exponent))
+        self._nested -= 1
+        return found
+
+    def _atom(self) -> Part:
+        token = self.peek()
+        if token is None or (token.kind not in ("number", "word") and token.text != "("):
+            self.unexpected("a number, a name or a bracket")
+        self.next += 1
+        if token.text == "(":
+            found = self.sum()
+            self.expect(")")
+            return found
+        if token.kind == "number":
+            return self._located(token.at, lambda: _number(self._tree, token.number, token.unit))
+        if token.text == "abs":
+            self._refuse_abs(token.at)
+        if token.text in _WORDS:
+            self.next -= 1
+            self.unexpected("a number, a name or a bracket")
+        if not self.takes("("):
+            return self._located(token.at, lambda: self._tree.named(token.text))
+        if token.text in self._tree.names or token.text in NUMBERS:
+            refuse(
+                f"{shown(token.text)} is no function", token.at, f"Write {token.text}*(...) for a product."
+            )
+        # an unknown function is refused before what stands in it
+        argument = self.sum() if self.peek() is not None else self._unclosed()
+        self.expect(")")
+        return self._located(token.at, lambda: self._tree.called(token.text, argument))
+
+    def _unclosed(self) -> NoReturn:
+        self.unexpected("an expression")
+
+    def _located(self, at: int, make: Callable[[], _Read]) -> _Read:
+        """Say of what is refused at which character it stands."""
+        try:
+            return make()
+        except RequestError as error:
+            refuse(error.message, at, error.hint)
+
+    def _refuse_abs(self, at: int) -> NoReturn:
+        refuse(
+            "abs stands alone on one side of a comparison, or behind max or min",
+            at,
+            "Write it as in abs(x) > 2 or max abs(x).",
+        )
+
+
+def _number(tree: Tree, number: str, unit: str) -> Part:
+    if not unit:
+        return tree.number(float(number))
+    try:
+        dimension = read_dimension(unit)
+    except RequestError as error:
+        name = re.match(r"\w+", unit)
+        if name is not None and name[0] in (*tree.names, *NUMBERS):
+            raise RequestError(f"the unit {unit} is not known", hint=f"Write {number}*{unit}.") from None
+        if len(re.split(r"[\s*/]", unit)) > 1:
+            raise RequestError(
+                error.message, hint=f"Write brackets: ({number} unit)/x; {error.hint}"
+            ) from None
+        raise
+    units = written(dimension)
+    if units is None:
+        raise RequestError(
+            f"the unit {shown(unit)!r} has too large a power", hint="Write a unit such as m/s2."
+        )
+    quantity = Quantity("a number", "", units, "", DECISION)
+    return tree.number(read_number(f"{number} {unit}", quantity), dimension)
+
+
+def _read(text: str, tree: Tree, read: Callable[[_Parser], _Read]) -> _Read:
+    if len(text) > MOST_CHARACTERS:
+        raise RequestError(
+            f"A string of a system has at most {MOST_CHARACTERS} characters; got {len(text)}.",
+            hint="Write a shorter one.",
+        )
+    return _Parser(text, tree).whole(read)
+
+
+def _checked_length(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
+    # what is kept of it is read again
+    if sum(len(spelled(node)) + len(" > 0 and ") for node in nodes) > MOST_CHARACTERS:
+        raise RequestError(
+            "This string is too long with all its numbers written out.", hint="Write a shorter one."
+        )
+    return nodes
+
+
+def _moving(parts: tuple[Part, ...], states: tuple[str, ...]) -> tuple[Node, ...]:
+    """Return expressions of which each must change along a motion."""
+    for part in parts:
+        if not set(symbols(part.node)) & {*states, TIME}:
+            raise RequestError(
+                f"the value of {part} is the same all along a motion",
+                hint=f"Name a state: {', '.join(states)}.",
+            )
+    return _checked_length(tuple(part.node for part in parts))
+
+
+def read_ending(text: str, tree: Tree, states: tuple[str, ...]) -> tuple[Node, ...]:
+    """Return the expressions of which one becomes positive when a motion ends.
+
+    Parameters
+    ----------
+    text : str
+    tree : Tree
+        Its `names` are what the text may name.
+    states : tuple of str
+
+    Raises
+    ------
+    RequestError
+        If it is not in the grammar of this module, or compares unlike quantities.
+    """
+    otherwise = "Write two endings: a motion ends with the first that happens."
+    return _moving(_read(text, tree, lambda parser: parser.comparisons("or", otherwise)), states)
+
+
+def read_label(text: str, tree: Tree, states: tuple[str, ...]) -> tuple[Node, ...]:
+    """Return the expressions that are all positive where a label fits; see `read_ending`."""
+    otherwise = "Write a label for each case: the first that fits counts."
+    return _moving(_read(text, tree, lambda parser: parser.comparisons("and", otherwise)), states)
+
+
+def read_measure(name: str, text: str, tree: Tree, states: tuple[str, ...]) -> Measure:
+    """Return a measure; see `read_ending`."""
+    kind, _, rest = text.strip().partition(" ")
+    if kind not in KINDS or not rest.strip():
+        raise RequestError(
+            f"A measure begins with {', '.join(KINDS)} and has an expression behind it; got {shown(text)!r}.",
+            hint="Write it as in max abs(angle), min x, last x - y.",
+        )
+    part, absolute, _bare = _read(rest, tree, lambda parser: parser.side())
+    if absolute and kind != "max":
+        raise RequestError("only max has abs behind it", hint="Write max abs(x), or the expression alone.")
+    nodes = _moving((part,), states)
+    units = written(of_result(part.dimension or PURE))
+    if units is None:
+        raise RequestError(
+            "The unit of this measure has a broken or large power.", hint="Raise it to a whole power."
+        )
+    expressions = (*nodes, tree.negated(part).node) if absolute else nodes
+    return Measure(name, units, kind, expressions, spelled_measure(kind, expressions))
+
+
+def read_conserved(text: str, tree: Tree, states: tuple[str, ...]) -> Node:
+    """Return the expression of what is conserved; see `read_ending`."""
+    return _moving((_read(text, tree, lambda parser: parser.sum()),), states)[0]
+
+
+def read_theory(text: str, tree: Tree, wanted: Part) -> Node:
+    """Return where theory puts the boundary along a parameter, in the units of the parameter; see `read_ending`."""
+    part = _read(text, tree, lambda parser: parser.sum())
+    # refuses a part with another unit
+    tree.summed("-", wanted, part)
+    return _checked_length((part.node,))[0]

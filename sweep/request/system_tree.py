@@ -1,0 +1,265 @@
+"""Expressions of a user's system, made part by part: numbers put together, dimensions checked, size limited.
+
+What is refused has no place here yet: who reads the text adds the line, or the character.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import NoReturn
+
+from sweep.errors import RequestError, shown
+from sweep.model.system.definition import FUNCTIONS, Constant, Node, Operation, Symbol
+from sweep.model.system.evaluation import operate
+from sweep.model.system.spelling import spelled
+from sweep.request.suggestions import suggestion
+from sweep.request.system_units import PURE, Dimension, alike, product, told, wider
+
+#: How deep an expression is nested at most, how many different parts a system has, and how many nodes its rates have
+#: together when each name is written out: compilers take seconds for more.
+MOST_DEEP, MOST_PARTS, MOST_NODES = 64, 300, 20_000
+
+#: Numbers that need no import.
+NUMBERS: Mapping[str, float] = {"pi": math.pi}
+
+_SMOOTH = {
+    "abs": "write an ending with abs, or a smooth form such as sqrt(x**2 + small**2)",
+    "min": "write a smooth form such as (a + b - sqrt((a - b)**2 + small**2))/2",
+    "max": "write a smooth form such as (a + b + sqrt((a - b)**2 + small**2))/2",
+}
+_INSTEAD = {
+    "sinh": "(exp(x) - exp(-x))/2",
+    "cosh": "(exp(x) + exp(-x))/2",
+    "pow": "x**2 with a number as exponent",
+    "log10": "log(x)/log(10)",
+    "log2": "log(x)/log(2)",
+    "cbrt": "x**(1/3)",
+    "hypot": "sqrt(x**2 + y**2)",
+    "square": "x**2",
+    "radians": "a parameter with the unit deg",
+}
+_KINKED = {"fabs": "abs", "minimum": "min", "maximum": "max", "absolute": "abs"}
+
+
+@dataclass(frozen=True)
+class Part:
+    """An expression while it is read.
+
+    Parameters
+    ----------
+    node : Node
+    dimension : Dimension or None
+        None of a number that takes the unit of what stands beside it.
+    deep, nodes : int
+        How deep it is nested, and how many nodes it has when all is written out.
+    """
+
+    node: Node
+    dimension: Dimension | None
+    deep: int = 0
+    nodes: int = 1
+
+    @property
+    def value(self) -> float | None:
+        """Its number if it is one."""
+        return self.node.value if isinstance(self.node, Constant) else None
+
+    def __str__(self) -> str:
+        """Return it as a message says it."""
+        return shown(spelled(self.node)) if self.nodes < MOST_PARTS else "a long expression"
+
+
+@dataclass
+class Tree:
+    """Makes the expressions of one system; a part that occurs twice is one object.
+
+    Parameters
+    ----------
+    bare : bool
+        Whether a number without a unit is one in SI beside what has a unit, as in criteria; otherwise it is a pure one.
+    names : dict of str to Part
+        What may be named.
+    place : object
+        Where the text is that is read now, for `made`.
+    """
+
+    bare: bool = False
+    names: dict[str, Part] = field(default_factory=dict)
+    place: object = None
+    _made: dict[tuple[object, ...], tuple[Operation, object]] = field(default_factory=dict)
+
+    @property
+    def made(self) -> Iterator[tuple[Operation, object]]:
+        """The operations, each after its arguments, and where they stood first."""
+        yield from self._made.values()
+
+    def number(self, value: float, dimension: Dimension | None = None) -> Part:
+        """Return a number; with a dimension it is in SI units."""
+        if not math.isfinite(value):
+            raise RequestError(f"every number must be finite; got {value:g}", hint="Write a finite number.")
+        # zero has any unit
+        fits_all = dimension is None and (self.bare or value == 0.0)
+        return Part(Constant(value), None if fits_all else dimension or PURE)
+
+    def named(self, name: str) -> Part:
+        """Return what a name stands for."""
+        if name in self.names:
+            return self.names[name]
+        if name in NUMBERS:
+            return self.number(NUMBERS[name])
+        if name in FUNCTIONS:
+            raise RequestError(f"the function {name} has no argument", hint=f"Write {name}(x).")
+        there = ", ".join(each for each in (*self.names, *NUMBERS))
+        raise RequestError(
+            f"the name {shown(name)} means nothing here; there are {shown(there)}",
+            hint="Write t as the last keyword-only argument: def name(x=0.0, *, t)."
+            if name == "t"
+            else suggestion(name, (*self.names, *NUMBERS))
+            or "Use one of these names, or make it a parameter behind *.",
+        )
+
+    def called(self, name: str, *arguments: Part) -> Part:
+        """Return a function of expressions."""
+        kinked = _KINKED.get(name, name)
+        if kinked in _SMOOTH:
+            refuse_kink(f"the function {kinked}", f"{_SMOOTH[kinked][0].upper()}{_SMOOTH[kinked][1:]}.")
+        if name not in FUNCTIONS:
+            raise RequestError(
+                f"the function {shown(name)} is not known here; there are {', '.join(FUNCTIONS)}",
+                hint=f"Write {_INSTEAD[name]}."
+                if name in _INSTEAD
+                else "Write it with these, + - * / and **.",
+            )
+        if len(arguments) != 1:
+            raise RequestError(
+                f"the function {name} takes one argument; got {len(arguments)}",
+                hint="Write log(x)/log(2) for another base." if name == "log" else f"Write {name}(x).",
+            )
+        part = arguments[0]
+        dimension = part.dimension or PURE
+        if name == "sqrt":
+            _check_root(part)
+            return self._operation(name, product(PURE, dimension, 0.5), part)
+        if not alike(dimension, PURE):
+            raise RequestError(
+                f"the argument of {name} is a pure number or an angle; {part} is {told(dimension)}",
+                hint="Divide it by a parameter with that unit.",
+            )
+        return self._operation(name, PURE, part)
+
+    def negated(self, part: Part) -> Part:
+        """Return an expression with the other sign."""
+        return self._operation("neg", part.dimension, part)
+
+    def summed(self, sign: str, one: Part, two: Part) -> Part:
+        """Return a sum or, with ``-``, a difference."""
+        first, second = one.dimension, two.dimension
+        if first is not None and second is not None and not alike(first, second):
+            raise RequestError(
+                f"only like quantities are added or compared: {one} is {told(first)}, and {two} is {told(second)}",
+                hint="Give a number its unit by making it a parameter, or check the formula and its units.",
+            )
+        # a number is an angle or not by what stands beside it
+        if first is None or one.value is not None:
+            return self._operation(sign, second or first, one, two)
+        if second is None or two.value is not None:
+            return self._operation(sign, first, one, two)
+        return self._operation(sign, wider(first, second), one, two)
+
+    def multiplied(self, sign: str, one: Part, two: Part) -> Part:
+        """Return a product or, with ``/``, a quotient."""
+        for part in (one, two):
+            self._check_factor(part)
+        if one.value is not None and two.value is not None:
+            return self._operation(sign, None if self.bare else PURE, one, two)
+        first, second = (PURE if part.value is not None else part.dimension or PURE for part in (one, two))
+        return self._operation(sign, product(first, second, 1.0 if sign == "*" else -1.0), one, two)
+
+    def raised(self, base: Part, exponent: Part) -> Part:
+        """Return a power, whose exponent must be a number."""
+        power = exponent.value
+        if power is None:
+            raise RequestError(
+                f"an exponent is a number; got {exponent}",
+                hint="Write exp(y*log(x)) for x to the power of y.",
+            )
+        self._check_factor(base)
+        if not alike(exponent.dimension or PURE, PURE):
+            raise RequestError(f"an exponent is a pure number; got one {told(exponent.dimension or PURE)}")
+        if power != round(power):
+            _check_root(base)
+        if base.value is not None:
+            return self._operation("**", None if self.bare else PURE, base, exponent)
+        dimension = base.dimension or PURE
+        if any(dimension) and abs(power) > 99:
+            raise RequestError(
+                f"the power of what has a unit is at most 99; got {power:g}",
+                hint="Divide it by its unit first.",
+            )
+        return self._operation(
+            "**", product(PURE, dimension, power) if any(dimension) else PURE, base, exponent
+        )
+
+    def _check_factor(self, part: Part) -> None:
+        """Refuse a number with a unit in a product: in the system's own text numbers have none."""
+        if part.value is not None and part.dimension is not None and not alike(part.dimension, PURE):
+            raise RequestError(
+                f"a factor is a number without a unit; got one {told(part.dimension)}",
+                hint="Make it a parameter, which has a unit.",
+            )
+
+    def _operation(self, name: str, dimension: Dimension | None, *parts: Part) -> Part:
+        numbers = [part.node.value for part in parts if isinstance(part.node, Constant)]
+        if len(numbers) == len(parts):
+            value = operate(name, *numbers)
+            if not math.isfinite(value):
+                whole = Operation(name, tuple(part.node for part in parts))
+                raise RequestError(
+                    f"the number {shown(spelled(whole))} is not finite",
+                    hint="Correct these numbers.",
+                )
+            return Part(Constant(value + 0.0), None if value == 0.0 and dimension == PURE else dimension)
+        deep, nodes = 1 + max(part.deep for part in parts), 1 + sum(part.nodes for part in parts)
+        key = (name, *(self._key(part.node) for part in parts))
+        if key not in self._made:
+            self._made[key] = Operation(name, tuple(part.node for part in parts)), self.place
+        if deep > MOST_DEEP or nodes > MOST_NODES or len(self._made) > MOST_PARTS:
+            refuse_size()
+        return Part(self._made[key][0], dimension, deep, nodes)
+
+    @staticmethod
+    def _key(node: Node) -> object:
+        """Return what is equal for equal parts: operations are made once."""
+        return id(node) if isinstance(node, Operation) else node
+
+
+def _check_root(part: Part) -> None:
+    """Refuse the root of a square, which is a magnitude."""
+    node = part.node
+    if not isinstance(node, Operation):
+        return
+    one, *rest = node.arguments
+    power = rest[0].value if node.name == "**" and isinstance(rest[0], Constant) else 0.0
+    if (power and power % 2.0 == 0.0) or (node.name == "*" and one is rest[0]):
+        refuse_kink(f"the root of {part}", "Write an ending with abs, or sqrt(x**2 + small**2).")
+
+
+def refuse_size() -> NoReturn:
+    """Refuse an expression that is too large."""
+    raise RequestError(
+        f"this is too large: at most {MOST_DEEP} operations lie within each other, and a system has at most "
+        f"{MOST_PARTS} different ones and {MOST_NODES} with all names written out",
+        hint="Put brackets around groups of a long sum, or simplify it.",
+    )
+
+
+def refuse_kink(what: str, hint: str) -> NoReturn:
+    """Refuse what makes a right-hand side that is not smooth."""
+    raise RequestError(
+        f"{what} has a kink or a jump, which steps of high order cross with a wrong result", hint=hint
+    )
+
+
+def symbol(name: str, dimension: Dimension) -> Part:
+    """Return a state, a parameter, or the time."""
+    return Part(Symbol(name), dimension)

@@ -1,0 +1,294 @@
+"""The words of ``@system(...)``: how long a motion is followed, how it ends, what is measured, what is conserved."""
+
+import ast
+import keyword
+import re
+from collections.abc import Callable, Collection, Mapping
+from functools import lru_cache
+from typing import Any, TypeVar
+
+from sweep.errors import RequestError, shown
+from sweep.model import registry
+from sweep.model.quantity import DECISION, Quantity, table
+from sweep.model.system.definition import FUNCTIONS, TIME, Declared, Event, Label, Measure, Node, symbols
+from sweep.request.expression_text import read_expression
+from sweep.request.start_list import WORDS as LIST_WORDS
+from sweep.request.suggestions import suggestion
+from sweep.request.system_body import Arithmetic
+from sweep.request.system_source import Source
+from sweep.request.system_text import read_conserved, read_ending, read_label, read_measure, read_theory
+from sweep.request.system_tree import NUMBERS, Part, Tree
+from sweep.request.units import number_and_unit
+from sweep.request.values import read_number
+from sweep.request.words import options
+
+#: The words, in the order in which the system's own text has them.
+WORDS = ("duration", "ends", "measures", "label", "conserved", "stable", "theory")
+
+#: What is said of a system of which a motion without an ending is stable.
+RUNS_ON = "runs on"
+
+#: Names that an atlas or a request has for something else.
+_OTHERS = (
+    "axes", "boundary", "cell", "conserved_change", "device", "end_time", "ending", "error", "from", "label", "method",
+    "model", "name", "output", "stability", "stable", "status", "steps", "system", "threads", "time", "undecided",
+    "unproved", "verdict",
+)  # fmt: skip
+#: Ends of the names that an atlas makes of a state and of a measure.
+_MADE = ("_end", "_error")
+#: How a motion ends of itself, and the label of one whose end is open: no ending and no label of a user is called so.
+_OWN_ENDINGS, _OWN_LABEL = ("not_computed", "runs_on", "unresolved", "sensitive"), "undecided"
+
+#: What one entry of a word is called.
+_CALLED = {"ends": "ending", "measures": "measure", "label": "label", "theory": "theory of"}
+
+#: Endings, labels and measures at most.
+_MOST = 30
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
+_Made = TypeVar("_Made")
+
+
+@lru_cache
+def reserved() -> frozenset[str]:
+    """Return the names that no state, parameter or measure may have: words of a request, functions, numbers."""
+    disk = registry.named(registry.DEFAULT)
+    of_requests = {*options(disk), *LIST_WORDS} - {*disk.options}
+    return frozenset(
+        {*of_requests, "duration", "step", "tolerance", *_OTHERS, TIME, *FUNCTIONS, *NUMBERS, "abs"}
+    )
+
+
+def check_name(name: str, taken: Collection[str] = (), beside: Collection[str] = ()) -> None:
+    """Refuse a name that an atlas cannot have.
+
+    Parameters
+    ----------
+    name : str
+    taken : collection of str
+        Names that stand before it.
+    beside : collection of str
+        Names that mean something else.
+
+    Raises
+    ------
+    RequestError
+    """
+    if not _NAME.fullmatch(name) or keyword.iskeyword(name):
+        raise RequestError(
+            f"the name {shown(name)!r} is not possible: a name has at most 40 letters from a to z, digits and _, and "
+            "begins with a letter",
+            hint="Write it so: theta for the Greek letter, very_long for two words.",
+        )
+    if name in beside:
+        kind = (
+            "a function or a number" if name in (*FUNCTIONS, *NUMBERS) else "a word of requests and atlases"
+        )
+        raise RequestError(f"the name {name} is {kind}", hint=f"Choose another name, such as my_{name}.")
+    if name in taken:
+        raise RequestError(f"the name {name} stands there twice", hint="Give each its own name.")
+
+
+def check_variable(name: str, taken: Collection[str]) -> None:
+    """Refuse a name that a variable or a parameter of an atlas cannot have.
+
+    Raises
+    ------
+    RequestError
+    """
+    check_name(name, taken, reserved())
+    if name.endswith(_MADE):
+        raise RequestError(
+            f"the name {name} ends like what an atlas says of a state or a measure ({', '.join(_MADE)})",
+            hint="Choose another name.",
+        )
+
+
+class Words:
+    """The words of a decorator.
+
+    Parameters
+    ----------
+    source : Source
+    call : ast.Call
+    constants : mapping of str to float
+        What its texts may name beside the arguments of the function.
+
+    Raises
+    ------
+    RequestError
+        With the line.
+    """
+
+    def __init__(self, source: Source, call: ast.Call, constants: Mapping[str, float]) -> None:
+        self._source, self._line = source, call
+        self._tree = Tree(bare=True)
+        self._constants = {name: self._tree.number(value) for name, value in constants.items()}
+        self._names: tuple[str, ...] = ()
+        self._given: dict[str, ast.expr] = {}
+        if call.args:
+            source.refuse(call.args[0].lineno, "a word of system(...) has a name", 'Write duration="10 s".')
+        for each in call.keywords:
+            if each.arg not in WORDS:
+                source.refuse(
+                    each.value.lineno,
+                    f"the word {shown(each.arg or '**')} is not known to system(...); there are {', '.join(WORDS)}",
+                    suggestion(each.arg, WORDS) or "Use one of these words.",
+                )
+            self._given[each.arg] = each.value
+
+    def duration(self) -> tuple[float, str]:
+        """Return how long a motion is followed, and the units of the time."""
+        node = self._given.get("duration")
+        if node is None:
+            self._source.refuse(
+                self._line.lineno, "the duration is missing", 'Write @system(duration="10 s").'
+            )
+        with self._source.at(node, "the duration"):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                pair = number_and_unit(node.value)
+                units = "s" if pair is not None and pair[1] else "1"
+                value = read_number(node.value, Quantity("duration", "", units, "", DECISION))
+            else:
+                tree = Tree(names=dict(self._constants))
+                value, units = Arithmetic(self._source, tree).number(node), "1"
+            if value <= 0.0:
+                raise RequestError(f"it must be above 0; got {value:g}", hint='Write duration="10 s".')
+        return value, units
+
+    def prepare(self, arguments: Mapping[str, Part], states: tuple[Declared, ...], time: Part) -> None:
+        """Say what the texts may name."""
+        self._names = tuple(each.name for each in states)
+        self._tree.names |= self._constants | dict(arguments) | {TIME: time}
+
+    def ends(self) -> tuple[Event, ...]:
+        """Return the endings."""
+        return self._table("ends", lambda name, text: Event(name, read_ending(text, self._tree, self._names)))
+
+    def measures(self) -> tuple[Measure, ...]:
+        """Return the measures."""
+
+        def measure(name: str, text: str) -> Measure:
+            check_variable(name, tuple(self._tree.names))
+            return read_measure(name, text, self._tree, self._names)
+
+        return self._table("measures", measure)
+
+    def labels(self, ends: tuple[Event, ...]) -> tuple[Label, ...]:
+        """Return the labels, of which none has the name of an ending."""
+        taken = tuple(each.name for each in ends)
+        rest: list[str] = []
+
+        def label(name: str, text: str | None) -> Label:
+            check_name(name, taken)
+            if rest:
+                raise RequestError(f"nothing is left for it behind {rest[0]}", hint="Write True last.")
+            if text is None:
+                rest.append(name)
+                return Label(name, ())
+            return Label(name, read_label(text, self._tree, self._names))
+
+        return self._table("label", label, "Write True last, for all that nothing else fits.")
+
+    def conserved(self) -> tuple[Node, ...]:
+        """Return what is conserved."""
+        node = self._given.get("conserved")
+        if node is None:
+            return ()
+        nodes = node.elts if isinstance(node, ast.List | ast.Tuple) else [node]
+        found = []
+        for each in nodes:
+            with self._source.at(each, "what is conserved"):
+                found.append(read_conserved(_text(each), self._tree, self._names))
+        return tuple(found)
+
+    def theory(self, parameters: tuple[Declared, ...]) -> tuple[tuple[str, Node], ...]:
+        """Return where theory puts the boundary along parameters and starts."""
+        allowed = (*self._names, *(each.name for each in parameters))
+
+        def row(name: str, text: str) -> tuple[str, Node]:
+            if name not in allowed:
+                raise RequestError(
+                    f"the name {shown(name)} is no parameter and no state; there are {', '.join(allowed)}",
+                    hint=suggestion(name, allowed) or "Use one of these names.",
+                )
+            node = read_theory(text, self._tree, self._tree.names[name])
+            if beside := {name, TIME} & set(symbols(node)):
+                raise RequestError(
+                    f"the other parameters and the start give {name}; got {', '.join(sorted(beside))} in it",
+                    hint=f"Solve it for {name}.",
+                )
+            return name, node
+
+        return self._table("theory", row)
+
+    def stable(
+        self,
+        states: tuple[Declared, ...],
+        parameters: tuple[Declared, ...],
+        measures: tuple[Measure, ...],
+        ends: tuple[Event, ...],
+        labels: tuple[Label, ...],
+        time_units: str,
+    ) -> str:
+        """Return when a cell is stable, in one spelling; a criterion names what cells have."""
+        node = self._given.get("stable")
+        if node is None:
+            return ""
+        with self._source.at(node, "what is stable"):
+            text = _text(node).strip()
+            if text == RUNS_ON:
+                return text
+            flags = {
+                "ending": (*_OWN_ENDINGS, *(each.name for each in ends)),
+                "label": (_OWN_LABEL, *(each.name for each in labels)),
+            }
+            units = {each.name: each.units for each in (*states, *parameters)}
+            units |= {each.name: each.units for each in measures} | {"end_time": time_units}
+            units |= {f"{each.name}_end": each.units for each in states}
+            quantities = [
+                *(Quantity(name, "", unit, "", DECISION) for name, unit in units.items()),
+                *(
+                    Quantity(name, "", "1", "", DECISION, flags=dict(enumerate(codes)))
+                    for name, codes in flags.items()
+                ),
+            ]
+            try:
+                return str(read_expression(text, table(*quantities)))
+            except RequestError as error:
+                hint = (
+                    f"{error.hint} It is {RUNS_ON!r}, or a criterion such as peak < 10deg or ending != fell."
+                )
+                raise RequestError(error.message, hint=hint.strip()) from None
+
+    def _table(
+        self, word: str, make: Callable[[str, Any], _Made], instead: str = "Write the expression in quotes."
+    ) -> tuple[_Made, ...]:
+        """Return what is made of each name and text of a word; the text is None for True."""
+        node = self._given.get(word)
+        if node is None:
+            return ()
+        if not isinstance(node, ast.Dict):
+            self._source.refuse(
+                node.lineno,
+                f"the word {word} takes names with a text each",
+                f'Write {word}={{"name": "..."}}.',
+            )
+        if len(node.keys) > _MOST:
+            self._source.refuse(
+                node.lineno, f"the word {word} takes at most {_MOST} names", "Leave some out."
+            )
+        found: dict[str, _Made] = {}
+        for key, value in zip(node.keys, node.values, strict=True):
+            with self._source.at(key or value, f"the word {word}"):
+                name = _text(key)
+                check_name(name, tuple(found), (*_OWN_ENDINGS, _OWN_LABEL))
+            with self._source.at(value, f"the {_CALLED[word]} {name}"):
+                everything = word == "label" and isinstance(value, ast.Constant) and value.value is True
+                found[name] = make(name, None if everything else _text(value, instead))
+        return tuple(found.values())
+
+
+def _text(node: ast.expr | None, instead: str = "Write it in quotes.") -> str:
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        return node.value
+    raise RequestError("a text in quotes must stand here", hint=instead)

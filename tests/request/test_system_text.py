@@ -1,0 +1,183 @@
+"""The strings of a system: true where Python says so, in the units that they name, and refused at their place."""
+
+import math
+
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from sweep.errors import RequestError
+from sweep.model.system.definition import FUNCTIONS
+from sweep.model.system.evaluation import evaluated
+from sweep.model.system.spelling import spelled
+from sweep.request.system_text import read_conserved, read_ending, read_label, read_measure, read_theory
+from sweep.request.system_tree import Tree, symbol
+from sweep.request.system_units import read_dimension
+
+UNITS = {
+    "x": "m",
+    "y": "m",
+    "angle": "rad",
+    "rate": "rad/s",
+    "k": "1/s2",
+    "mass": "kg",
+    "p": "",
+    "q": "",
+    "t": "s",
+}
+STATES = ("x", "y", "angle", "rate", "p", "q")
+
+
+def tree():
+    """What the strings may name."""
+    return Tree(bare=True, names={name: symbol(name, read_dimension(unit)) for name, unit in UNITS.items()})
+
+
+def values(nodes, **given):
+    """The values of expressions at a place."""
+    return evaluated(nodes, dict.fromkeys(UNITS, 1.0) | given)
+
+
+@pytest.mark.parametrize(
+    ("text", "given", "expected"),
+    [
+        ("x > 2", {"x": 3.0}, (1.0,)), ("x < 2", {"x": 3.0}, (-1.0,)), ("x > 2 cm", {"x": 3.0}, (2.98,)),
+        ("0 < x", {"x": 3.0}, (3.0,)), ("x < 0", {"x": 3.0}, (-3.0,)), ("x > y", {"y": 0.5}, (0.5,)),
+        ("abs(x) > 2", {"x": 3.0}, (1.0, -5.0)), ("2 < abs(x - y)", {"x": -4.0}, (-7.0, 3.0)),
+        ("angle > 90deg", {}, (1.0 - math.pi / 2,)), ("angle > 3*pi/2", {}, (1.0 - 1.5 * math.pi,)),
+        ("rate > 1 turn/s", {}, (1.0 - math.tau,)),
+        ("angle > 90 deg or rate < 6 rpm", {}, (1 - math.pi / 2, math.pi / 5 - 1)),
+        ("-x**2 > -4", {"x": 3.0}, (-5.0,)), ("2*-x > 1", {"x": 3.0}, (-7.0,)), ("x/2/2 > 1", {"x": 8.0}, (1.0,)),
+        ("x - 1 - 1 > 0", {"x": 3.0}, (1.0,)), ("p**-2 > 2**3**-1", {"p": 2.0}, (0.25 - 2 ** (1 / 3),)),
+        ("(x + y)*(x - y) > 0", {"x": 3.0}, (8.0,)), ("x>-2", {"x": 3.0}, (5.0,)), ("x -2>+1e0", {"x": 3.5}, (0.5,)),
+        ("sqrt(mass*mass + 1) > 0", {"mass": 2.0, "x": 0.0}, None), ("t > 5s", {}, (-4.0,)),
+    ],
+)  # fmt: skip
+def test_endings(text, given, expected):
+    """What is positive where the ending holds: numbers in SI, in the units of what stands beside them."""
+    if expected is None:
+        with pytest.raises(RequestError, match="same all along"):
+            read_ending(text, tree(), STATES)
+    else:
+        assert values(read_ending(text, tree(), STATES), **given) == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "given", "expected"),
+    [
+        ("x > 2 and y < 3", {}, (-1.0, 2.0)), ("abs(x) < 2", {"x": -1.5}, (3.5, 0.5)),
+        ("abs(x) > 2", {"x": -3.0}, (5.0,)), ("abs(x) > 2 and 1 > y", {"x": 0.0, "y": 0.5}, (-4.0, 0.5)),
+    ],
+)  # fmt: skip
+def test_labels(text, given, expected):
+    """All are positive where the label fits; a magnitude above a number is the product of two factors."""
+    assert values(read_label(text, tree(), STATES), **given) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "units", "count", "spelled_text"),
+    [
+        ("max  abs(angle)", "max", "rad", 2, "max abs(angle)"), ("min x", "min", "m", 1, "min x"),
+        ("last (x-y) / 2", "last", "m", 1, "last (x - y)/2"), ("max rate", "max", "rad s-1", 1, "max rate"),
+        ("max rate**2", "max", "s-2", 1, "max rate**2"), ("max rate*x", "max", "m s-1", 1, "max rate*x"),
+        ("max mass*x**2*k", "max", "kg m2 s-2", 1, "max mass*x**2*k"),
+        ("last sin(angle)", "last", "1", 1, "last sin(angle)"),
+        ("max sqrt(k)*angle", "max", "rad s-1", 1, "max sqrt(k)*angle"),
+        ("last sqrt(x*y)", "last", "m", 1, "last sqrt(x*y)"),
+        ("max p + angle", "max", "rad", 1, "max p + angle"), ("max 90deg + p", "max", "1", 1, f"max {math.pi / 2} + p"),
+        ("last (x**(1/3))**3", "last", "m", 1, "last (x**0.3333333333333333)**3"),
+        ("last ((x*y)**0.7/x**0.4)", "last", "m", 1, "last (x*y)**0.7/x**0.4"),
+        ("max p + 90deg", "max", "1", 1, f"max p + {math.pi / 2}"),
+        ("last t", "last", "s", 1, "last t"), ("max(x)", None, None, 0, ""), ("min abs(x)", None, None, 0, ""),
+        ("last sqrt(x)", None, None, 0, ""), ("max mass", None, None, 0, ""),
+    ],
+)  # fmt: skip
+def test_measures(text, kind, units, count, spelled_text):
+    """Their kind, their units, and their spelling, which is read as the same."""
+    if kind is None:
+        with pytest.raises(RequestError):
+            read_measure("m", text, tree(), STATES)
+        return
+    found = read_measure("m", text, tree(), STATES)
+    assert (found.kind, found.units, len(found.expressions), found.text) == (kind, units, count, spelled_text)
+    assert read_measure("m", found.text, tree(), STATES) == found
+
+
+def test_theory_and_what_is_conserved():
+    """A theory has the unit of its parameter; what is conserved has any."""
+    wanted = tree().names["rate"]
+    assert values([read_theory("sqrt(k*x/(2*y))", tree(), wanted)], k=8.0) == (2.0,)
+    assert values([read_theory("3 turn/s", tree(), wanted)]) == pytest.approx((3 * math.tau,))
+    with pytest.raises(RequestError, match="rate is in rad s-1, and x is in m"):
+        read_theory("x", tree(), wanted)
+    assert values([read_conserved("mass*(rate*x)**2/2 + mass*k*x*y", tree(), STATES)]) == (1.5,)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem", "hint"),
+    [
+        ("x >", "At character 4: here must stand a number, a name or a bracket; got the end", "Write it as in"),
+        ("x", "At character 2: here must stand a comparison, > or <; got the end", "Write it as in"),
+        ("x = 2", "At character 3: = is no part", "Write > or <"), ("x == 2", "is > or <; got ==", "no width"),
+        ("x >= 2", "is > or <; got >=", "no width"), ("1 < x < 2", "two sides", "1 < x and x < 2"),
+        ("x > 1 and y > 2", "At character 7: and has no place", "two endings"),
+        ("not x > 1", "not has no place", "turn"),
+        ("abs(x) < 2", "below a limit", "(x)**2 < (2)**2"), ("abs(x) > abs(y)", "one side", "x**2 > y**2"),
+        ("x - abs(y) > 2", "At character 5: abs stands alone", "abs(x) > 2"), ("abs(x)*2 > 2", "abs stands", "abs(x)"),
+        ("x > 2 s", "x is in m, and 2 is in s", "formula"),
+        ("angle + rate > 1", "angle is in rad, and rate", "formula"),
+        ("x > 2 foo", "'foo' is not known", "Units are"), ("2 x > 1 m", "unit x is not known", "Write 2*x"),
+        ("2 m*x > 1", "not known", "(2 unit)/x|2*"), ("(2 m)*x > 1", "factor is a number without a unit", "parameter"),
+        ("z > 1", "At character 1: the name z", "Use one of"), ("angel > 1", "angel", "Did you mean angle?"),
+        ("sinus(x) > 1", "function sinus", "Write it with"), ("sin(x) > 1", "argument of sin", "Divide"),
+        ("x(1) > 1", "x is no function", "x*(...)"), ("max(x, y) > 1", ", is no part", "one expression"),
+        ("x**y > 1", "exponent is a number", "exp("), ("p**(1m) > 1", "exponent is a pure number", ""),
+        ("x^2 > 1", "^ is no part", "**"),
+        ("x > 1/0", "1/0 is not finite", "Correct"), ("x > 1e999", "finite", "finite"),
+        ("2 > 1", "same all along", "Name a state"),
+        ("mass > 1", "same all along", "Name a state"), ("", "the end", "as in"),
+        ("x > (1", "here must stand )", "as in"),
+        ("angle > 90", "more than a turn", "90deg"), ("x > 1 y", "y is not", "1*y"),
+        ("(" * 2000 + "x", "at most 2000", "shorter"), ("(" * 1900 + "x", "64 brackets", "as in"),
+        ("-" * 1900 + "x > 1", "64 brackets", "as in"), ("x" + "+x" * 900 + " > 1", "too large", "groups"),
+        ("sin(" * 100 + "p" + ")" * 100 + " > 1", "64 brackets", "as in"), ("π > x", "π is no part", "Write pi"),
+        ("x > __import__", "__import__ means", "Use one of"), ("x.real > 1", ". is no part", "as in"),
+        ("x > 20 degC", "zero of 'degC'", "in K"),
+    ],
+)  # fmt: skip
+def test_what_is_refused_at_its_place(text, problem, hint):
+    """What is wrong and what to write instead."""
+    with pytest.raises(RequestError) as caught:
+        read_ending(text, tree(), STATES)
+    assert problem in caught.value.message
+    assert any(each.lower() in caught.value.hint.lower() for each in hint.split("|"))
+
+
+EXPRESSIONS = st.recursive(
+    st.sampled_from(["p", "q", "p", "q", "1.5", "2", "0", "pi", "1e-3"]),
+    lambda parts: st.one_of(
+        st.tuples(parts, st.sampled_from("+-*/"), parts).map("({0[0]}) {0[1]} {0[2]}".format),
+        st.tuples(parts, st.sampled_from("+-*"), parts).map("".join),
+        parts.map("-{}".format),
+        parts.map("-({})".format),
+        st.tuples(parts, st.sampled_from(["2", "3", "-1", "-(1/2)", "1.5"])).map("({0[0]})**{0[1]}".format),
+        st.tuples(st.sampled_from(FUNCTIONS), parts).map("{0[0]}({0[1]})".format),
+    ),
+    max_leaves=10,
+)
+PLAIN = {name: getattr(math, name) for name in (*FUNCTIONS, "pi")} | {"__builtins__": {}}
+
+
+@given(EXPRESSIONS, st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+def test_expressions_have_the_value_that_python_computes(text, p, q):
+    """To the bit, and their own spelling gives them again, for this reader and for Python."""
+    try:
+        expected = eval(f"0.0 + ({text})", PLAIN, {"p": p, "q": q})
+        node = read_conserved(f"p - p + ({text})", tree(), STATES).arguments[1]
+    except (ArithmeticError, ValueError, RequestError):
+        assume(False)
+    assume(not isinstance(expected, complex))
+    assert values([node], p=p, q=q) == (expected,)
+    assert read_conserved(f"p - p + ({spelled(node)})", tree(), STATES).arguments[1] == node
+    assert eval(f"0.0 + ({spelled(node)})", PLAIN, {"p": p, "q": q}) == expected
