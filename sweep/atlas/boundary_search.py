@@ -59,9 +59,13 @@ def _part(seen: Seen, begin: float, share: float) -> Seen:
 def _edges(spec: SweepSpec, axis: str, stability: Verdicts, seen: Seen) -> Iterator[Group]:
     """Yield the edges along one control; their rows are all cells along it, the other axes fixed."""
     rows, lines = RowEdges.of(stability, spec.axes.index(axis)), theory_lines(spec, axis)
+    drawn = [line[0] for line in lines.values()]
+    one_line = len(drawn) == len(EDGES) and np.array_equal(drawn[0], drawn[1], equal_nan=True)
     for number, edge in enumerate(EDGES):
         inside, outside = (_values(getattr(spec, axis), places) for places in rows.bracket(edge))
-        if edge == "lower" and edge not in lines and not np.isfinite(inside).any():
+        # one line for both edges does not say that both are there
+        expected = edge in lines and not one_line
+        if edge == "lower" and not expected and not np.isfinite(inside).any():
             break
         if spec.boundary_width is not None:
             share = 1.0 / len(EDGES)

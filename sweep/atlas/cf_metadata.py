@@ -141,6 +141,7 @@ PACKAGES = ("numba", "llvmlite", "numpy", "xarray", "netCDF4", "h5py", "isal")
 
 _WAYS = {
     "rk4": "integrated with RK4 until they are final",
+    "taylor": "integrated by Taylor series four times, with smaller and smaller tolerance",
     "exact": "as turning points of the exact reduction to one degree of freedom, which has no time (no duration, no "
     "fall time)",
 }

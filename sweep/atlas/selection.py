@@ -161,7 +161,7 @@ def _one_start(stated: SweepSpec, dataset: "xr.Dataset") -> SweepSpec:
     """Return the spec of one start of a list: a single cell, whose parameters are all numbers."""
     words = {name: value for name, value in stated.words().items() if name not in WORDS}
     numbers = {name: float(dataset[name].values) for name in stated.listed}
-    return SweepSpec(**{"model": stated.model.name, **words, **numbers})
+    return SweepSpec(**{"model": stated.model, **words, **numbers})
 
 
 def _kept(dataset: "xr.Dataset", axis: str, dimension: bool) -> float | Range | Values:

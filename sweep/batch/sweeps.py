@@ -12,6 +12,7 @@ from sweep.errors import RequestError, shown
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_file import SWEEP_TABLES, find_spec_file, read_file
 from sweep.request.substitutes import changed
+from sweep.request.system_model import with_system
 from sweep.request.words import given_in, model_for, with_table
 
 #: What the name of a sweep may be: that of its files.
@@ -151,7 +152,8 @@ def _no_file(file: str) -> RequestError | None:
 def _read(sweep: Sweep, path: Path, words: Mapping[str, Any], own: Mapping[str, Any]) -> Sweep:
     """Return a sweep with the spec that the words of its file and its own ones make, or with why they make none."""
     try:
-        own = with_table(own, path.parent)
+        own = with_system(with_table(own, path.parent), path.parent)
+        words = with_system(words, path.parent)
         words = words if "starts" in own else with_table(words, path.parent)
         model = model_for({**words, **own}.get("model"), (*given_in(words), *given_in(own)))
         return replace(sweep, spec=SweepSpec(**changed(words, own, model)))

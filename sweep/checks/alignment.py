@@ -130,10 +130,16 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
 
 
 def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
-    if new.model is not reference.model:
+    if new.model != reference.model:
+        names = new.model.name, reference.model.name
+        what = (
+            f"models: {names[0]} and {names[1]}"
+            if names[0] != names[1]
+            else f"systems, both called {names[0]}"
+        )
         raise RequestError(
-            f"The two atlases are of different models: {new.model.name} and {reference.model.name}.",
-            hint="Compare atlases of one model.",
+            f"The two atlases are of different {what}.",
+            hint="Compare atlases of one model, or of one system.",
         )
     if new.is_list != reference.is_list:
         raise RequestError(

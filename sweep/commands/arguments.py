@@ -178,5 +178,5 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
             "they matter"
         )
     given = [spec, *words] if spec else words
-    changes = changes_in(given, made_from.model.name)
+    changes = changes_in(given, made_from.model)
     return made_from.replace(**changes)

@@ -53,6 +53,7 @@ def describe(dataset: "xr.Dataset") -> str:
         "",
         *_counts(dataset, spec, "ending"),
         *_counts(dataset, spec, "stability"),
+        *(_counts(dataset, spec, "label") if "label" in dataset else ()),
         *([f"unstable    {share.in_words(share.unstable_share(dataset))}"] if spec.is_list else []),
         "",
         f"{model.peak.replace('_', ' '):<11} {_range(dataset[model.peak], model.variables[model.peak])}",
@@ -237,7 +238,9 @@ def _range(values: "xr.DataArray | xr.Variable", quantity: Quantity) -> str:
 
 def _errors(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     error = spec.model.variables[spec.model.error_name]
-    yield f"extreme {spec.model.coordinate.replace('_', ' ')}s within {_most(dataset[error.name])} {error.units}"
+    coordinate = spec.model.coordinate.replace("_", " ")
+    what = f"extreme {coordinate}s" if coordinate else spec.model.peak.replace("_", " ")
+    yield f"{what} within {_most(dataset[error.name])} {error.units}"
     for name, quantity in spec.model.variables.items():
         if quantity.tolerance == ERROR_GAUGE and name != error.name and name in dataset:
             yield f"{name.replace('_', ' ')} at most {_most(dataset[name])}"

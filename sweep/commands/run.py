@@ -229,13 +229,7 @@ def warmup() -> None:
     from sweep.runs.in_memory import run
 
     kernels: list[Kernel] = []
-    for registered in registry.names():
-        try:
-            model = registry.named(registered)
-        except RequestError as problem:
-            # exit status 0 all the same: the kernels of the other models can be used
-            say(f"left out: {problem}")
-            continue
+    for model in registry.every():
         specs = {method: SweepSpec(model=model.name, method=method) for method in model.methods}
         specs |= {word: SweepSpec(model=model.name, **dict([word.split("=")])) for word in model.additions}
         # a preset may need a variant of the kernels; how long its motions last does not matter

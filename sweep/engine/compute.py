@@ -148,13 +148,14 @@ def arithmetic_hash(spec: SweepSpec) -> str:
     engine += [Distribution.at, Distribution._quantile, philox] if spec.samples else []
     engine += [Column.at] if spec.starts else []
     types = [f"{name} {quantity.dtype}" for name, quantity in measured_quantities(spec).items()]
-    return code_hash([*kernels, *device, *model.code(spec), *engine], *types)
+    data = [model.text] if model.text else []
+    return code_hash([*kernels, *device, *model.code(spec), *engine], *types, *data)
 
 
 def measured_quantities(spec: SweepSpec) -> dict[str, Quantity]:
     """Return the variables of an atlas that are measured in each cell; all others follow from them (`derive`)."""
     model = spec.model
-    derived = {*model.variables, *spec.listed} - {*model.measures, *model.counts}
+    derived = {*model.variables, *spec.listed} - model.measured
     return {name: each for name, each in stored_quantities(spec).items() if name not in derived}
 
 

@@ -49,7 +49,8 @@ def shown_of(spec: SweepSpec) -> dict[str, Shown]:
     model = spec.model
     variables = model.cell_variables(spec)
     names = (
-        model.peak, "peak_tilt", "stability", "amplification", "separatrix", "nutation_period", "fall_time",
+        model.drawn or model.peak, model.peak, *model.shown, "peak_tilt", "stability",
+        "amplification", "separatrix", "nutation_period", "fall_time",
         "end_time", "largest_loss", "least_normal_force", "friction_needed",
     )  # fmt: skip
     unknown = model.unknown_to.get(spec.method, ())

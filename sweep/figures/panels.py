@@ -181,7 +181,7 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Loo
         lost=", ".join(each.name for each in lost).replace("_", " "),
         edges=edges,
         joined=joined if is_one_curve else None,
-        method={"rk4": "RK4"}.get(spec.method, spec.method),
+        method={"rk4": "RK4", "taylor": "computed"}.get(spec.method, spec.method),
         marked=np.zeros(ending.shape, bool) if marked is None else in_order(marked, order),
         marking="" if marked is None else str(marked.name),
         peak=model.peak,
@@ -392,7 +392,8 @@ def value_text(spec: SweepSpec, name: str) -> str:
     # what belongs together is not broken at the end of a line
     unit = unit_of_label(quantity).replace(" ", "\u00a0")
     number = _in_mathtext(getattr(spec, name) * quantity.plot_scale)
-    return f"${quantity.symbol} = {number}$\u00a0{unit}".rstrip("\u00a0")
+    symbol = quantity.symbol or quantity.name.replace("_", r"\_").join((r"\mathrm{", "}"))
+    return f"${symbol} = {number}$\u00a0{unit}".rstrip("\u00a0")
 
 
 def _in_mathtext(value: float) -> str:

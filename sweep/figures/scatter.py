@@ -233,7 +233,7 @@ def _grid(spec: SweepSpec, control: str, ends: tuple[float, float], name: str, a
     axes: dict[str, Any] = {control: Range(ends[0] / scale, ends[1] / scale, 2)}
     if across.size:
         axes[name] = across.tolist()
-    return SweepSpec(**{"model": spec.model.name, **words, **axes})
+    return SweepSpec(**{"model": spec.model, **words, **axes})
 
 
 def _caption(spec: SweepSpec, plane: Plane, share: Share, drawn: int, count: int) -> tuple[str, ...]:

@@ -33,6 +33,9 @@ COLOURS = ListedColormap(colormaps["viridis_r"](np.linspace(0.0, _PART, 256)), n
 #: Flags that are told apart by their colours.
 _MOST_FLAGS = 12
 
+#: Flags of cells of which nothing can be said, and their colour.
+_OPEN, _GREY = ("undecided", "sensitive"), "#d4d4d4"
+
 
 @dataclass(frozen=True)
 class Shade:
@@ -72,7 +75,7 @@ def shade(
     order : tuple of str
         Dimensions of the panel.
     name : str or None
-        The variable; None is the peak of the model.
+        The variable; None is that of the model.
     lost : array of bool
         Cells of which no number can be trusted, in the shape of the panel.
 
@@ -81,7 +84,7 @@ def shade(
     RequestError
         If the atlas has no such variable of the cells.
     """
-    quantity = _quantity(dataset, spec, name or spec.model.peak)
+    quantity = _quantity(dataset, spec, name or spec.model.drawn or spec.model.peak)
     values = in_order(dataset[quantity.name], order)
     if quantity.flags is not None:
         numbers = np.asarray(values, np.float64)
@@ -170,8 +173,12 @@ def flag_colours(shades: Sequence[Shade]) -> tuple[ListedColormap, BoundaryNorm,
             "Draw another quantity.",
             "quantity",
         )
-    parts = np.linspace(0.0, _PART, len(codes)) if len(codes) > 1 else [0.3]
+    names = shades[0].quantity.flags or {}
+    open_ = [names.get(code) in _OPEN for code in codes]
+    known = len(codes) - sum(open_)
+    parts = iter(np.linspace(0.0, _PART, known) if known > 1 else [0.3])
+    looks = [_GREY if is_open else tuple(colormaps["viridis_r"](next(parts))) for is_open in open_]
     # a norm needs two borders, even if nothing has a value
     edges = [code - 0.5 for code in codes] + [(codes[-1] if codes else 0) + 0.5]
-    colours = ListedColormap(colormaps["viridis_r"](parts)) if codes else ListedColormap(["white"])
+    colours = ListedColormap(looks or ["white"])
     return colours, BoundaryNorm(edges if codes else [-0.5, 0.5], max(len(codes), 1)), codes

@@ -257,9 +257,13 @@ class Model(ABC):
     measures, counts : tuple of str
         Rows of the arrays that the kernel `integrate` writes, float64 and int32.
     coordinate : str
-        The parameter whose distance from its undisturbed value a criterion limits.
+        The parameter whose distance from its undisturbed value a criterion limits; empty if there is none.
     extremes : tuple of two str
-        The measures with the smallest and the largest value of that coordinate.
+        The measures with the smallest and the largest value of that coordinate; none without it.
+    default_criterion : str
+        The criterion of a request that names none.
+    text : str
+        What an atlas carries of the model, if that is more than its name.
     error_name : str
         The measure with the estimated error of the extremes.
     of_criterion : tuple of str
@@ -267,7 +271,11 @@ class Model(ABC):
     chosen_by : tuple of str
         Words that choose the model in a request which names none, and which the model that it would have does not know.
     peak : str
-        The variable that gives maps their colour.
+        The variable that reports and, unless `drawn` names another one, maps show.
+    drawn : str
+        The variable that gives maps their colour; empty for `peak`.
+    shown : tuple of str
+        Other variables that the explorer offers.
     lost_name : str
         What happens to a motion that is lost, for captions; empty if none can be.
     presets : Path
@@ -308,10 +316,14 @@ class Model(ABC):
     measures: tuple[str, ...]
     counts: tuple[str, ...]
     coordinate: str
-    extremes: tuple[str, str]
+    extremes: tuple[str, ...]
+    default_criterion: str = "departure:5deg"
+    text: str = ""
     error_name: str
     of_criterion: tuple[str, ...] = ()
     peak: str
+    drawn: str = ""
+    shown: tuple[str, ...] = ()
     lost_name: str = ""
     chosen_by: tuple[str, ...] = ()
     presets: Path
@@ -363,9 +375,14 @@ class Model(ABC):
         return {**self.variables, **exact}
 
     @property
+    def measured(self) -> frozenset[str]:
+        """The variables that do not follow from others: by default all that the kernel writes."""
+        return frozenset({*self.measures, *self.counts})
+
+    @property
     def from_extremes(self) -> frozenset[str]:
         """The extremes, and the variables that follow from them and the start."""
-        return frozenset(self.extremes) | (self.variables.keys() - {*self.measures, *self.counts})
+        return frozenset(self.extremes) | (self.variables.keys() - self.measured)
 
     def reference(self, size: int, seed: int | None = None) -> Reference | None:
         """Return what ``eulerdisk verify`` holds an atlas against; by default the exact reference, if there is one.
@@ -475,6 +492,8 @@ class Model(ABC):
     def reach(self, spec: Request, starts: Starts, measured: Columns) -> Array:
         """Return how far the coordinate went from its undisturbed value, in its SI unit; NaN without extremes."""
         steady = self.undisturbed(spec, starts)
+        if not self.extremes:
+            return np.full(steady.shape, np.nan)
         low, high = (measured[name] for name in self.extremes)
         return np.asarray(np.maximum(np.abs(high - steady), np.abs(low - steady)))
 

@@ -40,12 +40,15 @@ class Kernel:
         itself if none is named. A function that is plain Python and calls compiled ones names those.
     seconds : float, optional
         About how long compiling all of them takes, for the notice of it.
+    told : str, optional
+        What the notice calls it; module and function if not given.
     """
 
     module: str
     function: str
     cached: tuple[str, ...] = ()
     seconds: float = 5.0
+    told: str = ""
 
     def load(self) -> Callable[..., Any]:
         """Return the function, kept on disk where the cache folder can be written."""
@@ -90,7 +93,7 @@ def _check_vectors() -> None:
 
 def _announce(kernel: Kernel) -> None:
     # a module may have several, as for each set of laws of losses
-    named = (
+    named = kernel.told or (
         kernel.module
         if kernel.module.endswith(f".{kernel.function}")
         else f"{kernel.module}.{kernel.function}"

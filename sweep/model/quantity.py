@@ -237,6 +237,8 @@ OPEN = "open"
 LOST = "lost"
 #: Nothing disturbs the motion: there is nothing to measure.
 UNDISTURBED = "undisturbed"
+#: Passes of different accuracy end in different ways: nothing can be said of the motion.
+SENSITIVE = "sensitive"
 #: The cell could not be computed.
 FAILED = "failed"
 

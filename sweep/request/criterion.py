@@ -279,6 +279,12 @@ class Criterion:
         RequestError
         """
         model, method = spec.model, spec.method
+        if REACH in self._named and not model.coordinate:
+            raise RequestError(
+                f"The model {model.name} has no coordinate with a steady value, which {self} limits.",
+                hint=f"Write an expression over its variables, as in {model.default_criterion!r}.",
+                where="criterion",
+            )
         if LOST_TIME in self._named and not model.endings.lost_time:
             raise RequestError(
                 f"The model {model.name} states of no motion when it is lost: {self} judges by that.",

@@ -27,6 +27,7 @@ from sweep.request.spec_file import SWEEP_TABLES, find_spec_file, place, read_fi
 from sweep.request.start_list import START, WORDS, implied, with_list
 from sweep.request.start_table import Column, StartTable, table_for
 from sweep.request.substitutes import changed, parameter_of, resolved
+from sweep.request.system_model import with_system
 from sweep.request.values import Value, at_word, read_value
 from sweep.request.words import (
     GRID,
@@ -82,7 +83,7 @@ class SweepSpec:
         ``grid``: the boundary lies between neighbouring cells; ``refined`` or ``refined:WIDTH``: it is bisected
         until its bracket is no wider than WIDTH in the SI unit of the axis, and stored as curves too.
     model : str
-        The registered model that is integrated; if not given the one that a word chooses, the disk with losses by any
+        The model that is integrated; if not given the one that a word chooses, the disk with losses by any
         of its own (docs/lossy.md), else the disk.
     axes : sequence of str, optional
         The order of the axes, if it is not the order given.
@@ -113,7 +114,7 @@ class SweepSpec:
 
     # the names of words are the user's, and "self" may be one of them
     def __init__(self, /, **words: Any) -> None:
-        words = with_table(words)
+        words = with_table(with_system(words))
         model = model_for(words.pop("model", None), given_in(words))
         order = words.pop("axes", None)
         check_known(words, model)
@@ -161,12 +162,13 @@ class SweepSpec:
         return hash(self.canonical())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return what pickle makes the spec again from: models are registered, not pickled."""
+        """Return what pickle makes the spec again from: models have names, or are systems."""
         return _unpickled, (self.canonical(), self._values["starts"])
 
     def __repr__(self) -> str:
         """Return the words that make this spec; a table, which no word makes, stands in angle brackets."""
         model = {} if self.model.name == registry.DEFAULT else {"model": self.model.name}
+        model = {"system": self.model.text} if self.model.text else model
         words = {name: value for name, value in self.words().items() if not isinstance(value, Column)}
         texts = {
             name: f"<{value}>" if isinstance(value, StartTable) else repr(str(value))
@@ -175,7 +177,7 @@ class SweepSpec:
         return f"SweepSpec({', '.join(f'{name}={text}' for name, text in texts.items())})"
 
     def _key(self) -> tuple[Any, ...]:
-        return self.model.name, self.axes, dict(self._values)
+        return self.model, self.axes, dict(self._values)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -295,6 +297,8 @@ class SweepSpec:
         """
         if isinstance(spec, SweepSpec):
             return spec.replace(**changes) if changes else spec
+        if hasattr(spec, "definition"):
+            return cls(model=spec, **changes)
         if not isinstance(spec, str | Path):
             raise RequestError(
                 f"A spec is a SweepSpec, the name of a preset or the path of a .toml file; got "
@@ -306,7 +310,7 @@ class SweepSpec:
     @classmethod
     def _of_file(cls, path: Path, changes: Mapping[str, Any], others: Sequence[str] = ("axes",)) -> Self:
         """Return the spec in a file with changes of its words, or of `others`."""
-        held, changes = read_file(path), with_table(changes)
+        held, changes = with_system(read_file(path), path.parent), with_table(changes)
         if any(isinstance(held.get(name), list) for name in SWEEP_TABLES):
             raise RequestError(
                 f"This file has tables [[{SWEEP_TABLES[0]}]]: it holds several sweeps, and one is asked for here.",
@@ -341,15 +345,15 @@ class SweepSpec:
         RequestError
             If the result is not a request.
         """
-        changes = with_table(changes)
-        model = model_for(changes.get("model"), given_in(changes), self.model.name)
+        changes = with_table(with_system(changes))
+        model = model_for(changes.get("model"), given_in(changes), self.model)
         given = {parameter_of(name, model) for name in changes}
         kept = {
             name: value
             for name, value in self._words_for(model).items()
             if name in self.axes or name not in given
         }
-        return type(self)(**{"model": model.name, **changed(kept, changes, model)})
+        return type(self)(**{"model": model, **changed(kept, changes, model)})
 
     def _words_for(self, model: Model) -> dict[str, Any]:
         """Return every word with its value; for another model those that have not their defaults."""
@@ -398,6 +402,7 @@ class SweepSpec:
             )
         quantities = {**self.model.parameters, **self.model.settings}
         lines = [] if self.model.name == registry.DEFAULT else [f"model = {_toml_value(self.model.name)}"]
+        lines += [f"system = {_toml_value(self.model.text)}"] if self.model.text else []
         for name, value in self.words().items():
             units = quantities[name].units if name in quantities else "1"
             lines.append(f"{name} = {_toml_value(value)}" + (f"  # {units}" if units != "1" else ""))
@@ -408,6 +413,8 @@ class SweepSpec:
         words = {name: _to_json(self._values[name]) for name in self._stated}
         if self.model.name != registry.DEFAULT:
             words["model"] = self.model.name
+        if self.model.text:
+            words["system"] = self.model.text
         return json.dumps(
             {**words, "axes": self.axes}, sort_keys=True, separators=(",", ":"), allow_nan=False
         )
@@ -426,8 +433,8 @@ class SweepSpec:
             If the text is not that of a spec.
         """
         try:
-            words = {name: _from_json(value) for name, value in json.loads(text).items()}
-            rows = _rows(registry.named(str(words.get("model", registry.DEFAULT))))
+            words = with_system({name: _from_json(value) for name, value in json.loads(text).items()})
+            rows = _rows(model_for(words.get("model"), ()))
             # a word that a later version brought is not in an older atlas: it has its default there
             needed = ["axes", *(name for name, row in rows.items() if not row.added_later)]
             missing = [name for name in needed if name not in words]

@@ -5,6 +5,7 @@ import os
 import stat
 from pathlib import Path
 
+import sweep.model.system
 from sweep.errors import RequestError, as_path, shown
 from sweep.model import registry
 from sweep.model.description import Model
@@ -13,6 +14,9 @@ from sweep.request.suggestions import suggestion
 #: Bytes of a spec file at most, a list of 50,000 values; and dots between two commas or ends of lines: of a key of
 #: 20,000 parts the parser makes gigabytes.
 _MOST_BYTES, _MOST_DOTS = 2**20, 50
+
+#: Presets of systems: each a file of requests beside the file of its system.
+_SYSTEMS = Path(sweep.model.system.__file__).with_name("presets")
 
 #: Tables of a spec file that hold a sweep each, for `eulerdisk batch`; and how they are misspelt.
 SWEEP_TABLES = ("sweep", "sweeps")
@@ -24,8 +28,9 @@ def presets(model: Model) -> tuple[str, ...]:
 
 
 def _every_preset() -> tuple[str, ...]:
-    """Return the names of all presets, those of the default model first."""
-    return tuple(name for model in registry.every() for name in presets(model))
+    """Return the names of all presets, those of the default model first and those of systems last."""
+    systems = sorted(path.stem for path in _SYSTEMS.glob("*.toml"))
+    return (*(name for model in registry.every() for name in presets(model)), *systems)
 
 
 def find_spec_file(spec: str | Path) -> Path:
@@ -37,7 +42,7 @@ def find_spec_file(spec: str | Path) -> Path:
         If it is the name of neither.
     """
     path = as_path(spec, "rolling")
-    if isinstance(spec, Path) or path.suffix == ".toml" or path.name != spec:
+    if isinstance(spec, Path) or path.suffix in (".toml", ".py") or _is_system(path) or path.name != spec:
         return path
     # the presets of the default model first: the other models need not be loaded then
     if spec in presets(registry.named(registry.DEFAULT)):
@@ -45,19 +50,26 @@ def find_spec_file(spec: str | Path) -> Path:
     for model in registry.every():
         if spec in presets(model):
             return model.presets / f"{spec}.toml"
+    if (_SYSTEMS / f"{spec}.toml").is_file():
+        return _SYSTEMS / f"{spec}.toml"
     known = _every_preset()
     example = f"rolling {spec}" if "=" in spec else "rolling"
     from_atlas = f"Where a command goes on from an atlas, it is given with --from {shown(spec)}." * (
         path.suffix == ".nc"
     )
     raise RequestError(
-        f"There is no preset {shown(spec) or 'without a name'}. A spec is a preset or a .toml file; presets are "
-        f"{', '.join(known)}.",
+        f"There is no preset {shown(spec) or 'without a name'}. A spec is a preset, a .toml file, or a .py file with a "
+        f"system; presets are {', '.join(known)}.",
         hint=from_atlas
         or suggestion(spec, known)
         or f"Name a preset, as in {example}, or a file, as in my-sweep.toml.",
         where=shown(spec),
     )
+
+
+def _is_system(path: Path) -> bool:
+    """Return whether a path is of a file of systems, or of one system in it: ``mine.py:name``."""
+    return path.suffix == ".py" or ".py:" in path.name
 
 
 def place(path: Path) -> str:
@@ -75,6 +87,8 @@ def read_file(path: Path) -> dict[str, object]:
     """
     import tomllib
 
+    if _is_system(path):
+        return {"model": str(path.absolute())}
     try:
         text = read_regular(path, _MOST_BYTES).decode("utf-8-sig")
         if any(part.count(".") > _MOST_DOTS for line in text.splitlines() for part in line.split(",")):
@@ -82,8 +96,8 @@ def read_file(path: Path) -> dict[str, object]:
         return tomllib.loads(text)
     except OSError as problem:
         raise RequestError(
-            f"The spec file cannot be read: {problem.strerror or type(problem).__name__}. A spec is a .toml file or a "
-            f"preset: {', '.join(_every_preset())}.",
+            f"The spec file cannot be read: {problem.strerror or type(problem).__name__}. A spec is a .toml file, "
+            f"a .py file with a system, or a preset: {', '.join(_every_preset())}.",
             hint="Check the path.",
             where=str(path),
         ) from problem

@@ -42,7 +42,7 @@ def options(model: Model) -> Mapping[str, Word]:
     no_exact = "" if model.exact is not None else f"the model {model.name} has no exact reduction"
     return table(
         Word("title", "what the atlas is about, in one line", ""),
-        Word("criterion", "what counts as unstable", "departure:5deg"),
+        Word("criterion", "what counts as unstable", model.default_criterion),
         Word("method", "how the motion is integrated", model.methods[0], model.methods, remark=no_exact),
         *model.options.values(),
         Word("boundary", "how closely the boundary is sought", GRID, added_later=True),
@@ -60,26 +60,28 @@ def known_words(model: Model) -> tuple[str, ...]:
     return (*names(model), *model.substitutes)
 
 
-def model_for(named: object, given: Iterable[str], otherwise: str = registry.DEFAULT) -> Model:
+def model_for(named: object, given: Iterable[str], otherwise: Model | None = None) -> Model:
     """Return the model of a request.
 
     Parameters
     ----------
     named : object
-        What the request says of its model; None if it says nothing.
+        What the request says of its model: a name, or the model; None if it says nothing.
     given : iterable of str
         The words that it has: one of them may choose the model.
-    otherwise : str
-        The model if none does.
+    otherwise : Model, optional
+        The model if none does; the default one if not given.
 
     Raises
     ------
     RequestError
         If there is no model of that name.
     """
+    if isinstance(named, Model):
+        return named
     if named is not None:
         return registry.named(str(named))
-    model = registry.named(otherwise)
+    model = otherwise or registry.named(registry.DEFAULT)
     known = known_words(model)
     return registry.chosen(name for name in given if name not in known) or model
 
@@ -309,7 +311,7 @@ def given_in(words: Mapping[str, Any]) -> tuple[str, ...]:
     return (*words, *(table.names if isinstance(table, StartTable | GivenTable) else ()))
 
 
-def changes_in(words: Sequence[str], otherwise: str = registry.DEFAULT) -> dict[str, str]:
+def changes_in(words: Sequence[str], otherwise: Model | None = None) -> dict[str, str]:
     """Return the names and values of ``NAME=VALUE`` words that change a spec of a model, or choose another one.
 
     Raises

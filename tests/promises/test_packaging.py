@@ -87,14 +87,14 @@ def test_wheel_holds_the_two_packages_and_nothing_else(wheel: zipfile.ZipFile) -
 
 @pytest.mark.slow_lane
 def test_installed_files_give_the_presets_and_the_model(installed: Path, tmp_path: Path) -> None:
-    """Away from the checkout every preset of the disk is read from the installed files."""
+    """Away from the checkout every preset of the disk and a system is read from the installed files."""
     read = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"
         "import sweep\n"
         "print(*(sweep.SweepSpec.preset(name).model.name for name in sys.argv[2:]), sweep.__file__)"
     )
-    said = succeeded(sys.executable, "-P", "-c", read, installed, *PRESETS, cwd=tmp_path)
-    assert said.split() == ["disk"] * len(PRESETS) + [str(installed / "sweep" / "__init__.py")]
+    said = succeeded(sys.executable, "-P", "-c", read, installed, *PRESETS, "kapitza", cwd=tmp_path)
+    assert said.split() == ["disk"] * len(PRESETS) + ["kapitza", str(installed / "sweep" / "__init__.py")]
 
 
 @pytest.mark.slow_lane

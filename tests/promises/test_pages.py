@@ -6,6 +6,7 @@ commands: of these the program has to know the name and the options.
 """
 
 import glob
+import linecache
 import os
 import re
 import shlex
@@ -33,7 +34,6 @@ PAGES = {
 
 #: Blocks that other tests take: those of the worked example, of the changes of extend.md, and of the public names.
 ELSEWHERE = {
-    "own-model.md": "tests/models/test_bead.py",
     "extend.md": "tests/promises/test_extend_page.py",
     "names.md": "tests/promises/test_public_names.py",
 }
@@ -200,6 +200,8 @@ def test_the_blocks_of_a_page_run(page, run, command, capsys):
             status, _, err = command(line)
             assert (status, err) == (2, said)
         elif language == "python":
+            # a system is read from its source
+            linecache.cache[page] = len(text), None, text.splitlines(keepends=True), page
             exec(compile(text, page, "exec"), names)
             told += capsys.readouterr().out
         elif language == "bash" and not text.startswith("#!"):

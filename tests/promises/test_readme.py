@@ -42,7 +42,7 @@ def test_readme_links_lead_somewhere():
 def test_every_block_is_known():
     """No block of the README escapes these tests: the languages are bash, python, and text for output."""
     assert set(re.findall(r"^```(\w*)$", _TEXT, flags=re.MULTILINE)) <= {"bash", "python", "text", ""}
-    assert [len(_blocks(language)) for language in ("bash", "python", "text")] == [2, 1, 1]
+    assert [len(_blocks(language)) for language in ("bash", "python", "text")] == [2, 2, 1]
 
 
 @pytest.mark.slow_lane
@@ -81,6 +81,17 @@ def test_command_line(tmp_path):
         assert done.returncode == 0, (line, done.stderr)
         if "-o" in command:
             assert (tmp_path / command[command.index("-o") + 1]).stat().st_size > 0
+
+
+@pytest.mark.compiled
+def test_a_system_of_ones_own(tmp_path):
+    """The second Python block runs in a file: it tells the boundary of the comment, within a step of the grid."""
+    script = tmp_path / "readme.py"
+    script.write_text(f"import sweep\n{_blocks('python')[1]}")
+    done = _run([sys.executable, "-W", "error", str(script)], tmp_path)
+    assert done.returncode == 0, done.stderr
+    measured = float(re.search(r"boundary_shake: (\S+) rad s-1", done.stdout)[1])
+    assert measured == pytest.approx(99.05, abs=100.0 / 49.0)
 
 
 @pytest.mark.compiled

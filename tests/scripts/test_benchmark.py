@@ -1,10 +1,24 @@
 """The benchmark: its contenders do the task, its count and record are right, and the page on speed shows the record."""
 
 import copy
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from bench import libraries, loops, losses, lossy_loops, planned, problem, record, roofline, table
+from bench import (
+    libraries,
+    loops,
+    losses,
+    lossy_loops,
+    planned,
+    problem,
+    record,
+    roofline,
+    system_loops,
+    systems,
+    table,
+    ten_systems,
+)
 
 AMD = "amd-epyc-avx-512"
 
@@ -191,3 +205,72 @@ def test_what_losses_cost_is_told_and_compared(records):
     }  # fmt: skip
     assert "4 toys of 2 s (1 to 3), 2 thread(s): 1.0 s, of processors 2.0 s" in table.text(found)
     assert record.ratios(found)["a loop / eulerdisk rk4, with losses"] == 9.0
+
+
+def systems_row(name="lorenz"):
+    """Return a row of systems."""
+    cost = {
+        "eulerdisk": 2.0,
+        "heyoka batch 4": 5.0,
+        "heyoka batch 8": 4.0,
+        "compiled DOP853": 20.0,
+        "SciPy DOP853": 9e3,
+    }
+    ratio = {each: value / 2.0 for each, value in cost.items()}
+    return {"name": name, "compiled_s": 2.0, "us_per_cell": cost, "ratio": ratio, "whole_us_per_cell": 6.0}
+
+
+def test_what_systems_cost_is_told_and_compared(records):
+    """A line in the table, one in the page with the best batch, and a ratio that fell is a loss."""
+    found = copy.deepcopy(records[AMD])
+    found["systems"] = {
+        "target": 1e-8, "cells": 1024, "day": "2026-11-24", "rows": [systems_row()], "disk": {"ratio": 1.8},
+        "first_s": 4.0, "changed_s": 0.8,
+    }  # fmt: skip
+    assert "The thin disk written so takes 1.80 times the time of its own kernels" in table.text(found)
+    page = table.page_block({AMD: found})
+    assert "a new file takes 4 s of a processor, most of it to compile; with another parameter 0.8 s" in page
+    assert "| lorenz | 2 | 6 | 4 (2 ×) | 20 (10 ×) | 9,000 (4,500 ×) |" in page
+    worse = copy.deepcopy(found)
+    worse["systems"]["rows"][0]["ratio"]["heyoka batch 8"] = 1.5
+    assert record.losses(worse, record.ratios(found)) == [
+        "heyoka batch 8 / one pass, lorenz: 1.5, recorded 2"
+    ]
+
+
+def test_the_time_at_an_error_lies_between_two_settings():
+    """Costs are interpolated in logarithms; the settings are those on either side of the error."""
+    truth = np.zeros((1, 10))
+
+    def solve(given, setting):
+        return truth[:, : given.shape[1]] + 10.0 * setting
+
+    bracket = systems._bracket(solve, truth, truth)
+    assert [setting for setting, _ in bracket] == pytest.approx([1e-8, 1e-9])
+    assert [error for _, error in bracket] == pytest.approx([1e-7, 1e-8])
+    with pytest.raises(RuntimeError, match="no setting reaches"):
+        systems._bracket(lambda given, setting: truth + 1.0, truth, truth)
+
+
+@pytest.mark.parametrize("chosen", ten_systems.RANGES, ids=lambda each: each.__name__)
+def test_others_integrate_what_was_written(chosen, rng):
+    """SciPy, the compiled loop's source and heyoka find the same ends from the same starts."""
+    pytest.importorskip("heyoka")
+    definition = replace(ten_systems.bare(chosen.definition), duration=0.5)
+    given = ten_systems.random_starts(chosen, 8, rng)
+    scipy = system_loops.Scipy(definition)(given, 1e-12)
+    np.testing.assert_allclose(
+        ten_systems.Heyoka(definition, 1e-16, float, 4).ends(given), scipy, atol=1e-9, rtol=1e-9
+    )
+    precise = ten_systems.Heyoka(definition, 1e-20, np.longdouble).motions(given)[0].T
+    np.testing.assert_allclose(precise.astype(float), scipy, atol=1e-9, rtol=1e-9)
+
+
+@pytest.mark.compiled
+def test_a_pass_and_a_compiled_loop():
+    """The two that are compiled find the same as SciPy."""
+    definition = replace(ten_systems.bare(ten_systems.driven_pendulum.definition), duration=5.0)
+    given = ten_systems.random_starts(ten_systems.driven_pendulum, 8, np.random.default_rng(1))
+    scipy = system_loops.Scipy(definition)(given, 1e-12)
+    for solve in (systems.Pass(definition), system_loops.Loop(definition)):
+        np.testing.assert_allclose(solve(given, 1e-12), scipy, atol=1e-9, rtol=1e-9)

@@ -25,6 +25,10 @@ const REGIMES = ["#dcecf6", "#7fb9dc", "#fbe3bd", "#e69f00", "#ebebeb", "#b3b3b3
  */
 const LOSSES = ["#999999", "#e69f00", "#cc79a7", "#0072b2", "#56b4e9", "#009e73"];
 
+/** Flags of cells of which nothing can be said, and their colour (_OPEN and _GREY of sweep/figures/shade.py). */
+const OPEN = ["undecided", "sensitive"];
+const GREY = "#d4d4d4";
+
 /** Ratio of numbers beyond which equal steps would squeeze the small ones (SQUEEZED of sweep/figures/scales.py). */
 const SQUEEZED = 20;
 
@@ -70,8 +74,12 @@ export function flagColour(quantity, code) {
   if (quantity.name === "stability") return VERDICTS[code] ?? VERDICTS[0];
   if (quantity.name === "regime") return REGIMES[code] ?? REGIMES[5];
   if (quantity.name === "largest_loss") return LOSSES[code] ?? LOSSES[0];
+  const flags = quantity.flags ?? {};
+  if (OPEN.includes(flags[String(code)])) return GREY;
   // from light to dark, as in figures
-  const codes = Object.keys(quantity.flags ?? {}).map(Number);
+  const codes = Object.keys(flags)
+    .filter((each) => !OPEN.includes(flags[each]))
+    .map(Number);
   const darker = codes.filter((each) => each < code).length;
   const [red, green, blue] = shade(codes.length > 1 ? darker / (codes.length - 1) : 0);
   return "#" + (65536 * red + 256 * green + blue).toString(16).padStart(6, "0");

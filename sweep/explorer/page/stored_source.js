@@ -14,8 +14,7 @@ import { readable, printedUnits } from "eulerdisk/ticks";
 const DIGITS = 6;
 
 /** Said of a place that the page has no cell for. */
-const NO_MOTION =
-  "An exported page has motions of the disk without losses alone; eulerdisk explore shows those with losses.";
+const NO_MOTION = "An exported page has motions of the disk without losses alone.";
 const NO_CELL = "No cell here.";
 
 /** What to do where the page's own cells cannot be read. */

@@ -1,0 +1,107 @@
+"""What is stated of a cell whose passes are known: errors that no chance makes small, and when a cell is decided."""
+
+import numpy as np
+import pytest
+
+from kernels.system.endings import DIFFERENT, RUNS_ON, UNRESOLVED
+from sweep.model.system.model import model_of
+from sweep.model.system.passes import PASSES, Passes, conserved_change
+from sweep.request.system_file import read_system
+
+MODEL = model_of(
+    read_system("""
+@system(duration="10", measures={"top": "max x"}, label={"right": "x > 0", "left": "x < 0"})
+def spring(x=1.0, v=0.0):
+    return v, -x
+""")
+)
+TOLERANCE = 1e-10
+
+
+def columns(x, v, endings=(RUNS_ON,) * 4, times=(10.0,) * 4, steps=400, tolerance=TOLERANCE):
+    """Return what is stated of one cell, of whose passes x and v, endings and times are given."""
+    measured = {"steps": np.array([steps]), "unproved": np.array([0])}
+    for name, *each in zip(PASSES, x, v, endings, times, strict=True):
+        values = dict(zip(("x", "v", "ending", "end_time"), each, strict=True))
+        values |= {"largest x": 1.0, "largest v": 1.0, "top 0": values["x"]}
+        measured |= {f"{name}: {row}": np.array([value]) for row, value in values.items()}
+    starts = {"x": np.array([1.0]), "v": np.array([0.0])}
+    return Passes(MODEL.definition, MODEL.endings, starts, measured, 10.0, tolerance).columns()
+
+
+def test_one_difference_that_is_small_by_chance():
+    """Passes whose errors fall 150 times each are off by 1e-12; at least that is stated if one difference vanishes."""
+    off = 1e-12 * 150.0 ** np.arange(3, -1, -1)
+    for vanished in (None, 0, 1, 2):
+        x = off.copy()
+        if vanished is not None:
+            x[vanished] = x[vanished + 1]
+        found = columns(x, off * 0.0)
+        assert 1e-12 <= found["x_end_error"][0] <= 1e-10, vanished
+        assert 1e-12 <= found["top_error"][0] <= 1e-10, vanished
+
+
+def test_the_other_states_count():
+    """Where all differences of a state vanish, those of the others say that it is off."""
+    off = 1e-9 * 150.0 ** np.arange(3, -1, -1)
+    found = columns(np.zeros(4), off)
+    assert found["x_end_error"][0] >= 0.3 * 1e-9
+    assert found["v_end_error"][0] > found["x_end_error"][0]
+
+
+def test_a_motion_of_few_steps():
+    """Passes that agree state a share of the tolerance, of few steps a larger one, and the rounding of the duration."""
+    still = np.full(4, 0.5)
+    many, few = columns(still, still), columns(still, still, steps=8)
+    for found in (many, few):
+        assert found["end_time_error"][0] > 16.0 * 10.0 * np.finfo(float).eps
+    assert 0.04 * TOLERANCE < many["x_end_error"][0] < 0.06 * TOLERANCE
+    assert 0.08 * TOLERANCE < few["x_end_error"][0] < 0.2 * TOLERANCE
+
+
+def test_rounding_grows_as_errors_do():
+    """Where errors grow a thousandfold, the rounding of the steps is stated a thousandfold too."""
+    off = 1e3 * 1e-14 * 0.01 * 100.0 ** np.arange(3, -1, -1)
+    found = columns(off, np.zeros(4), steps=10_000, tolerance=1e-14)
+    assert found["x_end_error"][0] > 0.2 * 1e3 * 100.0 * np.finfo(float).eps
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({}, RUNS_ON),
+        ({"endings": (RUNS_ON, RUNS_ON, 4, RUNS_ON)}, DIFFERENT),
+        ({"endings": (4, UNRESOLVED, RUNS_ON, RUNS_ON)}, RUNS_ON),
+        ({"endings": (RUNS_ON, RUNS_ON, UNRESOLVED, RUNS_ON)}, UNRESOLVED),
+        ({"times": (10.0, 10.0, 9.99, 10.0)}, DIFFERENT),
+        ({"x": (0.5, 0.5, 0.52, 0.5)}, DIFFERENT),
+        ({"x": (0.2, 0.4, 0.501, 0.5)}, RUNS_ON),
+    ],
+)
+def test_when_a_cell_is_decided(given, expected):
+    """The last two passes end in the same way, at the same time, in the same place."""
+    still = (0.5,) * 4
+    assert columns(**{"x": still, "v": still, **given})["ending"] == [expected]
+
+
+def test_the_label_is_that_of_both_last_passes():
+    """It is the first that fits at the end; a cell that is not decided, or whose passes differ in it, has none."""
+    still = (0.0,) * 4
+    for x, label in (
+        ((0.5,) * 4, 1),
+        ((-0.5,) * 4, 2),
+        (still, 0),
+        ((0.5, 0.5, -1e-9, 1e-9), 0),
+        ((0, 0, 0.3, 0.5), 0),
+    ):
+        assert columns(x, still)["label"] == [label], x
+
+
+def test_what_is_conserved_changes_by_a_share_of_its_terms():
+    """An energy of large terms that cancel changes by a share of them."""
+    definition = read_system(
+        '@system(duration="1", conserved="x**2 - v**2")\ndef d(x=1.0, v=1.0):\n    return v, x\n'
+    )
+    one, more = np.ones(1), np.array([1.0 + 1e-6])
+    found = conserved_change(definition, {"x": one, "v": one}, {"x": more, "v": one, "t": one})
+    assert found[0] == pytest.approx(1e-6, rel=1e-3)

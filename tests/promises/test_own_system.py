@@ -1,0 +1,286 @@
+"""All that the disk has, a system of ten lines has too: each ability works, or says in a sentence what it lacks."""
+
+import os
+import pickle
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+
+import sweep
+from sweep.checks.compare import compare
+from sweep.engine.compute import arithmetic_hash
+from sweep.figures import plots
+from sweep.request.system_file import read_system_file
+
+pytestmark = pytest.mark.compiled
+
+CHECKOUT = Path(__file__).parents[2]
+BEAD = CHECKOUT / "tests" / "models" / "bead.py"
+GRID = "hoop_rate=4:5:21 angle=0.1deg:4deg:7:log"
+OTHER = """
+@system(duration="1 s")
+def other(x: "m" = 1.0, *, k: "1/s" = 1.0):
+    return -k*x
+"""
+WORDS = {"hoop_rate": "4:5:21", "angle": "0.1deg:4deg:7:log"}
+
+
+@pytest.fixture(autouse=True)
+def mine(tmp_path, monkeypatch):
+    """Go to an empty folder that has the file of the system, as a user has it."""
+    monkeypatch.chdir(tmp_path)
+    return Path(shutil.copy(BEAD, tmp_path / "mine.py"))
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Return an atlas of the system."""
+    path = tmp_path_factory.mktemp("made") / "a.nc"
+    sweep.run_to_file(str(BEAD), path, **WORDS)
+    return path
+
+
+def bits(path):
+    """Return the values of all variables of a file, as bytes."""
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_maskandscale(False)
+        return {name: variable[...].tobytes() for name, variable in file.variables.items()}
+
+
+def test_run_and_what_an_atlas_says(command, made):
+    """The command and Python make the same cells; the atlas is of the system, with its title and its edge."""
+    status, _, told = command(f"run mine.py {GRID} -o a.nc")
+    assert (status, "147 cells" in told) == (0, True)
+    assert bits("a.nc") == bits(made)
+    with sweep.open_atlas("a.nc") as atlas:
+        assert list(atlas.sizes.items())[:2] == [("hoop_rate", 21), ("angle", 7)]
+        assert set(np.unique(atlas.stability)) == {1, 2}
+        assert atlas.attrs["title"].startswith("Bead on a turning hoop")
+        assert float(atlas.critical_lower_hoop_rate[0]) == pytest.approx(np.sqrt(9.81 / 0.5))
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("info", "stable below hoop_rate"),
+        ("info", "errors      lowest within"),
+        ("boundary", "critical_lower_hoop_rate"),
+        ("verify", "verified: 147 of 147 cells"),
+        ("verify", "by SciPy's DOP853"),
+        ("explain a.nc hoop_rate=4.4 angle=1deg", "every value agrees bit for bit"),
+        ("export a.nc --to csv", ""),
+        ("plot a.nc -o a.png", ""),
+        ("plot a.nc --quantity ending -o e.png", ""),
+        ("plot a.nc angle=1deg -o slice.png", ""),
+    ],
+)
+def test_what_is_read_needs_no_file_of_the_system(words, told, command, made, mine):
+    """An atlas carries its system: all that reads one works where the .py file is gone."""
+    mine.unlink()
+    shutil.copy(made, "a.nc")
+    status, output, messages = command(words if "a.nc" in words else f"{words} a.nc")
+    assert (status, told in output) == (0, True), (output, messages)
+    if " -o " in words:
+        assert Path(words.rpartition(" ")[2]).stat().st_size > 10_000
+
+
+def test_an_atlas_is_computed_again_without_the_file(command, made, mine):
+    """`run --from` has the same cells; another duration, too, is the system's; compare finds nothing and something."""
+    mine.unlink()
+    shutil.copy(made, "a.nc")
+    assert command("run --from a.nc -o b.nc")[0] == 0
+    assert "identical: 147 cells" in command("compare b.nc a.nc")[1]
+    assert command("run --from a.nc radius=0.6m -o c.nc")[0] == 0
+    assert command("compare c.nc a.nc")[0] != 0
+    with sweep.open_atlas("c.nc") as atlas:
+        assert float(atlas.critical_lower_hoop_rate[0]) == pytest.approx(np.sqrt(9.81 / 0.6))
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("plot --regimes a.nc -o r.png", "The model bead has no regimes to draw"),
+        ("plot --losses a.nc -o r.png", "bead"),
+        ("plot --friction 0.3 a.nc -o r.png", "The model bead has no contact forces"),
+        ("run mine.py roll_rate=3 -o b.nc", "roll_rate is no word of this request"),
+        ("run mine.py method=exact -o b.nc", "method is taylor"),
+        ("run mine.py criterion=departure:5deg -o b.nc", "criterion"),
+        ("run mine.py:hoop -o b.nc", "hoop"),
+        ("run gone.py -o b.nc", "cannot be read"),
+    ],
+)
+def test_what_it_lacks_is_said_in_a_sentence(words, told, command, made):
+    """Refused with 2, in one line, and nothing is touched."""
+    shutil.copy(made, "a.nc")
+    status, _, messages = command(words)
+    assert (status, told in messages) == (2, True), messages
+    assert messages.count("\n") == 1
+    assert not Path("b.nc").exists()
+    assert not Path("r.png").exists()
+
+
+def test_plan_and_batch(command):
+    """`plan` computes nothing; `batch` runs a file of sweeps whose model is a file beside it."""
+    status, told, _ = command(f"plan mine.py {GRID} --no-calibrate")
+    assert (status, "cells    147" in told) == (0, True)
+    Path("two.toml").write_text(
+        'model = "mine.py"\n[[sweep]]\nname = "slow"\nhoop_rate = "2:4:5"\n'
+        '[[sweep]]\nname = "fast"\nhoop_rate = "5:6:5"\n'
+    )
+    assert command("batch two.toml -o made")[0] == 0
+    assert {path.name for path in Path("made").glob("*.nc")} == {"slow.nc", "fast.nc"}
+
+
+def test_starts_that_are_no_grid(command):
+    """A sample at random and a table: the share of the unstable, and as many cells as rows."""
+    assert command("run mine.py hoop_rate=uniform:4:5 samples=200 seed=7 -o random.nc")[0] == 0
+    assert "of 200 starts" in command("info random.nc")[1]
+    assert command("plot random.nc -o random.png")[0] == 0
+    Path("table.csv").write_text("hoop_rate [rad/s],angle [deg]\n4.0,1.0\n5.0,1.0\n")
+    assert command("run mine.py --starts table.csv -o table.nc")[0] == 0
+    with sweep.open_atlas("table.nc") as atlas:
+        assert list(atlas.stability.values) == [1, 2]
+
+
+def test_a_criterion_of_ones_own():
+    """It names measures, parameters and endings of the system, with units; another one needs no integration."""
+    text = "highest > 2*angle and lowest > -3deg"
+    atlas = sweep.run(str(BEAD), **WORDS, criterion=text)
+    unstable = (atlas.highest > 2.0 * atlas.angle) & (atlas.lowest > np.radians(-3.0))
+    np.testing.assert_array_equal(atlas.stability == 2, unstable)
+    assert 0 < int(unstable.sum()) < unstable.size
+    again = atlas.eulerdisk.reclassify("highest > 3deg")
+    np.testing.assert_array_equal(again.stability == 2, atlas.highest > np.radians(3.0))
+    for wrong, told in (("peak_tilt > 3deg", "peak_tilt names nothing"), ("highest > 3s", "highest")):
+        with pytest.raises(sweep.RequestError, match=told):
+            sweep.SweepSpec(model=str(BEAD), criterion=wrong)
+
+
+def test_a_request_is_the_same_however_it_is_written(tmp_path):
+    """Words, TOML, canonical text, pickle and repr; and its system is data, not a file."""
+    spec = sweep.SweepSpec.from_words("mine.py", GRID.split())
+    (tmp_path / "hoop.toml").write_text(spec.to_toml())
+    Path("mine.py").unlink()
+    assert sweep.SweepSpec.from_toml(tmp_path / "hoop.toml") == spec
+    assert sweep.SweepSpec.from_canonical(spec.canonical()) == spec
+    assert pickle.loads(pickle.dumps(spec)) == spec
+    assert spec.replace(angle="3deg").model is spec.model
+    assert spec.fingerprint() != spec.replace(angle="3deg").fingerprint()
+
+
+def test_a_preset_and_a_name_behind_a_colon(command):
+    """`kapitza` is found by its name, and one of several systems in a file behind a colon."""
+    assert command("run kapitza angle=1deg shake=80:120:5 -o k.nc")[0] == 0
+    Path("two.py").write_text(BEAD.read_text() + OTHER)
+    status, _, told = command("plan two.py --no-calibrate")
+    assert (status, "as in mine.py:bead" in told) == (2, True), told
+    assert command("run two.py:other -o o.nc")[0] == 0
+    with sweep.open_atlas("o.nc") as atlas:
+        assert float(atlas.x_end) == pytest.approx(np.exp(-1.0), abs=1e-14)
+
+
+def test_a_cell_depends_on_itself_alone():
+    """Threads and block size change no bit; each system has a hash of its own."""
+    spec = sweep.SweepSpec.from_words(
+        "mine.py", ["hoop_rate=3:6:23", "angle=0.1deg:60deg:37:log", "rate=0.3"]
+    )
+    whole = sweep.run(spec, threads=1)
+    for cells in (7, 331):
+        for name, column in sweep.run(spec, block_cells=cells).data_vars.items():
+            assert column.values.tobytes() == whole[name].values.tobytes(), name
+    assert arithmetic_hash(spec) != arithmetic_hash(sweep.SweepSpec.preset("rolling"))
+
+
+def test_atlases_of_other_models_are_not_compared(made):
+    """A system and the disk are different models, and are named."""
+    disk = sweep.run("rolling", roll_rate="2:3:3", tilt=0.01)
+    with (
+        sweep.open_atlas(made) as atlas,
+        pytest.raises(sweep.RequestError, match="different models: bead and disk"),
+    ):
+        compare(atlas, disk)
+
+
+def test_a_figure_in_python(made):
+    """The accessor draws it; friction is refused without an advice that only the disk can follow."""
+    with sweep.open_atlas(made) as atlas:
+        plots.save(plots.figure([atlas]), "a.png")
+        with pytest.raises(sweep.RequestError, match="model bead has no contact forces") as caught:
+            plots.figure([atlas], friction=0.3)
+    assert "contact=yes" not in str(caught.value)
+
+
+def process(words):
+    """Start `eulerdisk` in a process of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-m", "sweep", *words.split()],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(CHECKOUT)},
+    )
+
+
+def test_a_killed_run_goes_on():
+    """After kill -9 in the middle the same command goes on, to the bits of an undisturbed run."""
+    words = "run mine.py hoop_rate=4:5:100 angle=0.01deg:4deg:50:log --block-cells 100 -o {}.nc"
+    whole = process(words.format("whole"))
+    whole.communicate()
+    assert whole.returncode == 0
+    killed = process(words.format("killed"))
+    blocks = Path("killed.nc.run") / "blocks"
+    while not (blocks.is_dir() and len(list(blocks.glob("*.block"))) >= 3):
+        assert killed.poll() is None
+        time.sleep(0.005)
+    killed.send_signal(signal.SIGKILL)
+    killed.communicate()
+    assert not Path("killed.nc").exists()
+    again = process(words.format("killed"))
+    _, messages = again.communicate()
+    assert (again.returncode, "going on" in messages) == (0, True), messages
+    assert bits("killed.nc") == bits("whole.nc")
+
+
+def test_a_motion_of_a_system(command, made):
+    """`simulate` follows it, or says in a sentence whose motions it follows."""
+    shutil.copy(made, "a.nc")
+    status, _, messages = command("simulate --from a.nc hoop_rate=4.4 angle=1deg -o m.nc")
+    assert (status == 0) == Path("m.nc").exists()
+    assert status == 0 or (status, messages.count("\n")) == (2, 1), messages
+
+
+def test_the_explorer(command, made):
+    """It shows the file, or says in a sentence that it does not."""
+    shutil.copy(made, "a.nc")
+    status, _, messages = command("explore a.nc --export page.html")
+    assert (status == 0) == Path("page.html").exists()
+    assert status == 0 or (status, messages.count("\n")) == (2, 1), messages
+
+
+@pytest.mark.slow_lane
+def test_workers_of_dask_compute_it(made):
+    """They have the system from the request alone; the bits are those of this process."""
+    distributed = pytest.importorskip("distributed")
+    from sweep.runs import dask_executor
+
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+        executor = dask_executor.on_cluster(cluster.scheduler_address)
+        sweep.run_to_file("mine.py", "a.nc", executor=executor, block_cells=50, **WORDS)
+    assert bits("a.nc") == bits(made)
+
+
+def test_the_file_is_read_and_never_run(mine, tmp_path):
+    """What a file of Python would do when it is run is refused with its line, and not done."""
+    text = mine.read_text()
+    for line in ("import os", "open('touched', 'w')", "print(1)"):
+        mine.write_text(text.replace("\n\n\n", f"\n{line}\n\n\n", 1))
+        with pytest.raises(sweep.RequestError, match="line 2"):
+            read_system_file(mine, "")
+    assert not (tmp_path / "touched").exists()
