@@ -19,6 +19,7 @@ from bench import (
     roofline,
     scaling,
     start,
+    systems,
     table,
     whole,
 )
@@ -58,6 +59,7 @@ def main() -> int:
         "reduction": reduction.measure(given.quick, repeats),
         "field": field.measure(given.quick, repeats),
         "losses": losses.measure(given.quick, repeats),
+        "systems": systems.measure(given.quick, repeats),
     }
     on_device = gpu.measure(repeats)
     if on_device is not None:

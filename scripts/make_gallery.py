@@ -169,6 +169,41 @@ ENTRIES = (
         "the time aloft. Rolling friction decides far from flat, air near it, and contour friction where its arm is "
         "more than a few micrometres. What is measured: [why does it stop?](losses.md)",
     ),
+    *(
+        Entry(
+            (f"{name}.png",),
+            (
+                f"python -m sweep run {name} {words} -o {{folder}}/{name}.nc --overwrite",
+                f"python -m sweep plot {{folder}}/{name}.nc {drawn}-o {{folder}}/{name}.png",
+            ),
+            title,
+            f"{caption} [Five systems](examples.md).",
+        )
+        for name, words, drawn, title, caption in (
+            (
+                "kapitza", "angle=1deg:85deg:100 shake=80:200:200", "", "Kapitza's pendulum",
+                "The upper position of a pendulum on a shaken pivot holds above the points; for small angles that "
+                "is the line, sqrt(2 g l)/a.",
+            ),
+            (
+                "driven_pendulum", "torque=0:2:200 drive=0.2:1.6:200", "", "A driven pendulum",
+                "Torques that turn a pendulum over lie above the points, and all above Melnikov's line.",
+            ),
+            (
+                "henon_heiles", "u=-1:1:400 v=-1:1:400", "--quantity ending ", "The gaps of Henon and Heiles",
+                "Through which of three gaps a star leaves the middle, by its velocity; inside the circle of the "
+                "critical energy none does, and at the border of the gaps some cells are too sensitive to say.",
+            ),
+            (
+                "magnets", "x=-1.5:1.5:400 y=-1.5:1.5:400", "--quantity label ", "Three magnets",
+                "Over which magnet a pendulum of iron stops that is let go at rest.",
+            ),
+            (
+                "thomas", "x=-10:10:400 y=-10:10:400 b=0.1665", "--quantity label ", "Thomas' system",
+                "On which side of the origin motions of Thomas' cyclically symmetric system are at 200.",
+            ),
+        )
+    ),
     Entry(
         tuple(
             f"report/{name}.png"

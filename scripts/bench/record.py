@@ -94,6 +94,12 @@ def ratios(found: dict[str, Any]) -> dict[str, float]:
     steps = found.get("losses", {}).get("steps", {})
     for law in sorted(steps.keys() - {"none"}):
         named[f"step without losses / with {law}"] = steps["none"] / steps[law]
+    systems = found.get("systems") or {}
+    for row in systems.get("rows", ()):
+        for name in row["ratio"].keys() - {"eulerdisk"}:
+            named[f"{name} / one pass, {row['name']}"] = row["ratio"][name]
+    if systems:
+        named["own kernels / the disk as a system"] = 1.0 / systems["disk"]["ratio"]
     reduction = found.get("reduction", {})
     if reduction:
         named["exact with the period / extremes alone"] = (

@@ -58,6 +58,7 @@ def _lines(found: dict[str, Any]) -> Iterator[str]:
             ratio = row["extremes_per_s"] / row["with_period_per_s"]
             yield f"  {name:10s} {row['cells']:9d} cells: with the period {ratio:.2f} times as long"
     yield from _losses_lines(found)
+    yield from _systems_lines(found)
     yield from _whole_lines(found)
 
 
@@ -97,6 +98,26 @@ def _losses_lines(found: dict[str, Any]) -> Iterator[str]:
     )
 
 
+def _systems_lines(found: dict[str, Any]) -> Iterator[str]:
+    """Yield what systems of ten lines take at equal error, beside the contenders."""
+    if not found.get("systems"):
+        return
+    held, disk = found["systems"], found["systems"]["disk"]
+    others = list(held["rows"][0]["us_per_cell"])[1:]
+    yield ""
+    yield f"Systems, 90 % of {held['cells']} cells within {held['target']:g}, one thread each, us (times one pass):"
+    yield f"{'':16}{'one pass':>9}{'whole run':>10}" + "".join(f"{name:>23}" for name in others)
+    for row in held["rows"]:
+        cost, ratio = row["us_per_cell"], row["ratio"]
+        theirs = "".join(f"{cost[name]:14.4g} ({ratio[name]:6.3g})" for name in others)
+        yield f"{row['name']:16}{cost['eulerdisk']:9.3g}{row['whole_us_per_cell']:10.3g}{theirs}"
+    yield f"The thin disk written so takes {disk['ratio']:.2f} times the time of its own kernels"
+    compiled = [row["compiled_s"] for row in held["rows"]]
+    yield f"  compiling one pass of a system: {min(compiled):.1f} to {max(compiled):.1f} s of a processor"
+    first, changed = held["first_s"], held["changed_s"]
+    yield f"  a run of 2,500 cells: {first:.1f} s for a new file, {changed:.1f} s with another parameter"
+
+
 def _whole_lines(found: dict[str, Any]) -> Iterator[str]:
     """Yield what whole commands take: on many cells, on few, and against what `plan` says."""
     for name, row in found.get("whole", {}).items():
@@ -127,7 +148,51 @@ def page_block(records: dict[str, dict[str, Any]]) -> str:
         cells = " | ".join(_cost(row) if row else "" for row in rows)
         lines.append(f"| {name} | {f'{error:.0e}' if error else 'reference'} | {cells} |")
     lines += ["", *(_in_words(found) for found in records.values()), ""]
+    for found in records.values():
+        lines += _systems_table(found)
     return "\n".join(lines).replace("e+0", "e").replace("e-0", "e-")
+
+
+#: Columns of the table of systems: title, and the contenders of which the fastest counts.
+_BESIDE = (("heyoka", "heyoka"), ("DOP853, compiled", "compiled"), ("SciPy DOP853", "SciPy"))
+
+
+def _systems_table(found: dict[str, Any]) -> list[str]:
+    """Return the page's table of systems of one processor: microseconds per cell, and how many times one pass."""
+    if not found.get("systems"):
+        return []
+    held = found["systems"]
+    titles = [title for title, _ in _BESIDE]
+    where = f"{plain_name(found['machine'])}, {held['day']}"
+    lines = [
+        f"Systems of ten lines on {where}, one thread: microseconds per cell where "
+        f"90 % of {held['cells']:,} have an error of at most {held['target']:.0e}; in brackets, times one pass.",
+        "",
+        f"| | one pass | four passes, errors stated | {' | '.join(titles)} |",
+        "|---|---|---|" + "---|" * len(titles),
+    ]
+    for row in held["rows"]:
+        best = [_fastest(row, first) for _, first in _BESIDE]
+        costs = " | ".join(
+            f"{_two(row['us_per_cell'][name])} ({_two(row['ratio'][name])} ×)" for name in best
+        )
+        own, whole = row["us_per_cell"]["eulerdisk"], row["whole_us_per_cell"]
+        lines.append(f"| {row['name'].replace('_', ' ')} | {_two(own)} | {_two(whole)} | {costs} |")
+    times, first, changed = (
+        _two(each) for each in (held["disk"]["ratio"], held["first_s"], held["changed_s"])
+    )
+    return [
+        *lines,
+        "",
+        f"The thin disk written so takes {times} times as long as its own kernels. A run of 2,500 cells of a new file "
+        f"takes {first} s of a processor, most of it to compile; with another parameter {changed} s.",
+        "",
+    ]
+
+
+def _fastest(row: dict[str, Any], first: str) -> str:
+    names: list[str] = [name for name in row["us_per_cell"] if name.startswith(first)]
+    return min(names, key=lambda name: float(row["ratio"][name]))
 
 
 def _cost(row: dict[str, Any]) -> str:
