@@ -24,13 +24,16 @@ SWEEP_TABLES = ("sweep", "sweeps")
 
 def presets(model: Model) -> tuple[str, ...]:
     """Return the names of the presets of a model."""
-    return tuple(sorted(path.stem for path in model.presets.glob("*.toml")))
+    return _presets_in(model.presets)
+
+
+def _presets_in(folder: Path) -> tuple[str, ...]:
+    return tuple(sorted(path.stem for path in folder.glob("*.toml")))
 
 
 def _every_preset() -> tuple[str, ...]:
     """Return the names of all presets, those of the default model first and those of systems last."""
-    systems = sorted(path.stem for path in _SYSTEMS.glob("*.toml"))
-    return (*(name for model in registry.every() for name in presets(model)), *systems)
+    return (*(name for model in registry.every() for name in presets(model)), *_presets_in(_SYSTEMS))
 
 
 def find_spec_file(spec: str | Path) -> Path:
@@ -42,7 +45,7 @@ def find_spec_file(spec: str | Path) -> Path:
         If it is the name of neither.
     """
     path = as_path(spec, "rolling")
-    if isinstance(spec, Path) or path.suffix in (".toml", ".py") or _is_system(path) or path.name != spec:
+    if isinstance(spec, Path) or path.suffix == ".toml" or _is_system(path) or path.name != spec:
         return path
     # the presets of the default model first: the other models need not be loaded then
     if spec in presets(registry.named(registry.DEFAULT)):
@@ -50,7 +53,7 @@ def find_spec_file(spec: str | Path) -> Path:
     for model in registry.every():
         if spec in presets(model):
             return model.presets / f"{spec}.toml"
-    if (_SYSTEMS / f"{spec}.toml").is_file():
+    if spec in _presets_in(_SYSTEMS):
         return _SYSTEMS / f"{spec}.toml"
     known = _every_preset()
     example = f"rolling {spec}" if "=" in spec else "rolling"
