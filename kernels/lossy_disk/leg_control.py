@@ -14,7 +14,7 @@ from kernels.lossy_disk import arrays as row
 from kernels.lossy_disk import layout as at
 from kernels.lossy_disk.contact_motion import Senses, contact_state, spin_state
 from kernels.lossy_disk.endings import FLAT, HORIZON, INVALID, UNDISTURBED, UNRESOLVED
-from kernels.lossy_disk.error_estimate import late_errors, stated_errors
+from kernels.lossy_disk.error_estimate import late_errors, nutation, of_wobble, stated_errors, wobbles
 from kernels.lossy_disk.events import BREACHES, Case
 from kernels.lossy_disk.follow import (
     MOVING,
@@ -298,11 +298,22 @@ def _judged(cell, lane, motion, record, ending, run, lanes, measures, counts):
 
 
 @kernel
+def _first_state(lane, lanes):
+    """Return the state at the start."""
+    S, C, w = lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane]
+    return S, C, 1.0 / C, w, lanes[at.O_RATE_0 + lane], lanes[at.P_0 + lane]
+
+
+@kernel
 def _errors(motion, ending, least, greatest, lane, run, lanes):
     """Return the `Errors` of a motion that has ended, with these extreme tilts."""
     imbalance, alpha = lanes[at.IMBALANCE + lane], lanes[at.ALPHA + lane]
     errors = stated_errors(ending, motion, alpha, max(abs(least), abs(greatest)), imbalance, run.tolerance)
     _, _, speed, _, _ = motion.state
+    swing = nutation(_first_state(lane, lanes), alpha)
+    if wobbles(ending, swing, least, greatest):
+        step = 2.0 * lanes[at.COARSEST + lane]
+        errors = of_wobble(errors, motion, swing, imbalance, run.tolerance, step)
     if speed == 0.0 or motion.time == 0.0:
         return errors
     last = spin_state(motion.state, inertia_of(lane, lanes))
