@@ -225,10 +225,16 @@ def check_block_cells(cells: int | None) -> None:
     ------
     RequestError
     """
-    if cells is not None and cells < 1:
+    if cells is not None and (not _is_whole(cells) or cells < 1):
         raise RequestError(
-            f"A block has at least one cell; got {cells}.", hint="Leave it out.", where="block_cells"
+            f"A block has at least one cell, and whole ones; got {shown(cells)}.",
+            hint="Leave it out.",
+            where="block_cells",
         )
+
+
+def _is_whole(number: object) -> bool:
+    return isinstance(number, int | np.integer) and not isinstance(number, bool)
 
 
 def use_threads(threads: int | None) -> None:
@@ -252,10 +258,10 @@ def usable_threads(threads: int | None) -> int:
     """
     most = most_threads()
     wanted = usual_threads() if threads is None else threads
-    if not isinstance(wanted, int) or not 1 <= wanted <= most:
+    if not _is_whole(wanted) or not 1 <= wanted <= most:
         raise RequestError(
             f"threads must be a whole number from 1 to {most}; got {shown(threads)}.",
             hint="Leave it out.",
             where="threads",
         )
-    return wanted
+    return int(wanted)

@@ -18,7 +18,7 @@ from matplotlib.transforms import ScaledTranslation
 
 from sweep.errors import RequestError
 from sweep.figures.drawing import OUTSIDE, Bar, analytic_lines, joined, joined_heights, sheet
-from sweep.figures.look import Look, columns_of, inches, size_of
+from sweep.figures.look import DPI, Look, columns_of, inches, size_of
 from sweep.figures.panels import Panel
 from sweep.figures.room import Room, name_end, name_line, name_regions
 from sweep.figures.scales import name_ends, thin_ticks
@@ -54,9 +54,6 @@ _LEAST, _COLUMN = 7.0, 32.0
 
 #: How much wider words can be in the dots of a file than in those in which they are measured.
 _HINTED = 1.05
-
-#: Dots per inch of a png by default.
-_DOTS = 200
 
 #: How often sizes and ticks, which depend on each other, are computed.
 _ROUNDS = 2
@@ -224,6 +221,7 @@ class _Layout:
         title: str,
     ) -> None:
         self.drawn, self.blocks, self.columns, self.without = drawn, blocks, columns, look.without
+        self.dpi = look.dpi or DPI
         self.height, self.letter, self.width = inches(look.height), _letter(), drawn.get_size_inches()[0]
         self.rows = -(-len(blocks) // columns)
         # places at the end of the last row, where the legend of all panels has room
@@ -409,7 +407,7 @@ class _Layout:
     def _set(self, axes: "Axes", left: float, low: float, wide: float, high: float) -> None:
         width, height = self.drawn.get_size_inches()
         # on whole dots of a png, so that cells of colours are sharp and the file is small
-        left, low, wide, high = np.round([_DOTS * each for each in (left, low, wide, high)]) / _DOTS
+        left, low, wide, high = np.round([self.dpi * each for each in (left, low, wide, high)]) / self.dpi
         axes.set_position((left / width, low / height, wide / width, high / height))
 
     def _put_legend(self, legend: "Legend", left: float, top: float) -> None:

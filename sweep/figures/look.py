@@ -1,7 +1,7 @@
 """What a figure of atlases shall look like: read from words and numbers, and refused, before anything is drawn."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -20,6 +20,9 @@ PARTS = ("title", "caption", "legend", "strip", "bar")
 
 #: The word for levels that fit the values.
 AUTO = "auto"
+
+#: Dots per inch of a png by default.
+DPI = 200
 
 #: Contour lines in a map: more would hide it.
 _MOST_LEVELS = 12
@@ -147,9 +150,13 @@ class Look:
         return tuple(levels)
 
 
-def _parts(raw: str | Sequence[str] | None) -> frozenset[str]:
+def _parts(raw: object) -> frozenset[str]:
     """Return the parts that a figure is drawn without, from a list or words with commas."""
-    named = raw.split(",") if isinstance(raw, str) else raw or ()
+    if isinstance(raw, str):
+        raw = raw.split(",")
+    elif not isinstance(raw, Collection):
+        raw = () if raw is None else (raw,)
+    named: list[Any] = [each.strip() if isinstance(each, str) else each for each in raw]
     for each in named:
         if each not in PARTS:
             raise RequestError(

@@ -24,7 +24,7 @@ from sweep.figures.drawing import (
     styled,
 )
 from sweep.figures.layout import Block, figure_of
-from sweep.figures.look import BAR, Look, check_friction, columns_of, size_of
+from sweep.figures.look import BAR, DPI, Look, check_friction, columns_of, size_of
 from sweep.figures.multiples import figure as figure_of_many
 from sweep.figures.panels import Panel, drawn_dims, panel
 from sweep.files.paths import check_format, check_target
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 #: Width of a panel [in] in letters of 8 points, with labels; a journal's column is 3.4 wide. Below the least one,
 #: panels of a figure of given width go into another row; below `_SECOND` there is no room for a second axis.
 _WIDTHS, _SECOND = (3.6, 2.2), 2.6
-
-_DOTS_PER_INCH = 200
 
 #: Dots of a figure at most: a png of them takes 400 MB of memory.
 _MOST_DOTS, _MOST_SIDE = 10**8, 2**16 - 1
@@ -164,7 +162,7 @@ def save(drawn: Figure, path: str | Path, dpi: int | None = None) -> None:
         If the name's ending is none of png, pdf, svg, or the folder does not exist or cannot be written, or the figure
         would have too many dots.
     """
-    path, dpi = as_path(path, "rolling.png"), dpi or _DOTS_PER_INCH
+    path, dpi = as_path(path, "rolling.png"), dpi or DPI
     ending = check_format(path)
     check_target(path, overwrite=True)
     dots = [int(side * dpi) for side in drawn.get_size_inches()]

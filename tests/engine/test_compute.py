@@ -116,10 +116,24 @@ def test_an_impossible_cell_does_not_stop_the_others():
 
 def test_impossible_ways_to_run_are_refused():
     """A number of threads or cells out of range is refused under its name, with what was given."""
-    for how in [{"threads": 0}, {"threads": 10**6}, {"block_cells": 0}]:
+    for how in [
+        {"threads": 0},
+        {"threads": 10**6},
+        {"threads": True},
+        {"block_cells": 0},
+        {"block_cells": True},
+        {"block_cells": 2.5},
+    ]:
         with pytest.raises(RequestError, match=f"got {next(iter(how.values()))}") as caught:
             sweep.run(GRID, **how)
         assert caught.value.where == next(iter(how))
+
+
+def test_a_number_of_threads_may_be_one_of_numpy():
+    """Numbers that a user computed with NumPy are numbers."""
+    threads = compute.usable_threads(np.int64(1))
+    assert (threads, type(threads)) == (1, int)
+    compute.check_block_cells(np.int64(1))
 
 
 @pytest.mark.compiled

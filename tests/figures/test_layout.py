@@ -302,6 +302,15 @@ def test_a_figure_has_the_size_that_was_asked_for(tmp_path):
     assert drawn.axes[0].xaxis.label.get_fontsize() == 7.0
 
 
+def test_axes_are_on_whole_dots_of_the_file():
+    """Cells of colours are sharp at the dots per inch that are asked for, and at 200 without."""
+    for dpi in (200, 300, 310):
+        drawn = plots.figure([sweep.run(PLAIN)], look=Look.read(dpi=None if dpi == 200 else dpi))
+        for axes in drawn.axes:
+            dots = axes.get_position().get_points() * drawn.get_size_inches() * dpi
+            np.testing.assert_allclose(dots, np.round(dots), rtol=0.0, atol=1e-6)
+
+
 def width_of_map(drawn):
     """Return the width [mm] of the map of a figure of one panel."""
     drawn.draw_without_rendering()

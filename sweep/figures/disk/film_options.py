@@ -136,8 +136,8 @@ def _read_speed(raw: object) -> float:
 
 
 def _read_rate(raw: object, most: int, ending: str) -> int:
-    if isinstance(raw, int) and not isinstance(raw, bool) and 1 <= raw <= most:
-        return raw
+    if isinstance(raw, int | np.integer) and not isinstance(raw, bool) and 1 <= raw <= most:
+        return int(raw)
     _refuse(
         f"The frames per second of a film are a whole number, of {ending} from 1 to {most}; got fps=",
         raw, f"Write {min(25, most)}, or {most} for a smoother one.", "fps",

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from sweep.errors import RequestError
@@ -25,7 +26,7 @@ def test_what_is_not_given_is_chosen():
 
 def test_what_is_given_is_taken():
     """Numbers and words as the command line gives them, and a pair as Python does."""
-    read = FilmOptions.read("a.mp4", speed=0.1, fps=60, size="1280x720", camera="follow")
+    read = FilmOptions.read("a.mp4", speed=0.1, fps=np.int64(60), size="1280x720", camera="follow")
     assert read == FilmOptions("mp4", 0.1, 60, (1280, 720), "follow")
     assert FilmOptions.read("a.gif", speed=2, size=(321, 241)).size == (321, 241)
     assert all(FilmOptions.read("a.gif", camera=name).camera == name for name in CAMERAS)
@@ -45,6 +46,7 @@ def test_what_no_film_can_be_is_refused():
         ("a.gif", {"fps": 60}, ["of gif from 1 to 50", "fps=60", "Write 25, or 50"]),
         ("a.gif", {"fps": 0}, ["fps=0"]),
         ("a.gif", {"fps": 2.5}, ["whole number", "fps=2.5"]),
+        ("a.gif", {"fps": True}, ["whole number", "fps=True"]),
         ("a.gif", {"size": "1x1"}, ["from 200 to 4096 dots", "got 1x1", "Write 1280x720."]),
         ("a.gif", {"size": "640x99999"}, ["from 200 to 4096 dots"]),
         ("a.gif", {"size": "640*480"}, ["WIDTHxHEIGHT", "got 640*480"]),
