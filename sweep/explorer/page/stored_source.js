@@ -13,8 +13,9 @@ import { readable, printedUnits } from "eulerdisk/ticks";
 /** Digits of numbers that are told: an array in single precision has as many. */
 const DIGITS = 6;
 
-/** Said of a place that the page has no cell for. */
 const NO_MOTION = "An exported page has motions of the disk without losses alone.";
+
+/** Said of a place that the page has no cell for. */
 const NO_CELL = "No cell here.";
 
 /** What to do where the page's own cells cannot be read. */

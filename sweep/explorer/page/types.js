@@ -176,7 +176,7 @@
  * @property {View} view
  * @property {number} x
  * @property {number} y
- * @property {number|null} [duration]  in seconds; null for as long as the motion is worth seeing
+ * @property {number|null} [duration]  in seconds; null for the usual time
  * @property {Record<string, number|string>} [losses]
  */
 

@@ -207,6 +207,61 @@ def test_two_motions_are_synchronous(opened):
     assert page.evaluate(DRAWN, 0) > 100
 
 
+def beside_a_longer_one(page):
+    """Choose two starts; return the number of the one whose usual time is shorter, which is followed for longer."""
+    asked = []
+    page.on(
+        "request", lambda request: request.url.endswith("/motion") and asked.append(request.post_data_json)
+    )
+    choose(page, 0.2, 0.5)
+    alone = clock(page)["length"]
+    page.click("#compare")
+    choose(page, 0.7, 0.5, number=1)
+    page.wait_for_timeout(500)
+    assert sum("duration" in each for each in asked) == 1
+    return 1 if clock(page)["length"] == alone else 0
+
+
+def test_a_motion_that_is_followed_for_longer_has_the_note_of_that_time(opened):
+    """What the contact needs is that of the motion as drawn."""
+    page = opened()
+
+    def renamed(route):
+        answer = route.fetch()
+        body = answer.body()
+        if "duration" in route.request.post_data_json:
+            body = body.replace(b"Rolling without slipping needs", b"For this longer time one needs")
+        route.fulfill(response=answer, body=body)
+
+    page.route("**/motion", renamed)
+    shorter = beside_a_longer_one(page)
+    page.locator(".motion .note").nth(shorter).filter(has_text="this longer time").wait_for()
+    assert "this longer time" not in page.locator(".motion .note").nth(1 - shorter).inner_text()
+
+
+def test_a_motion_that_is_not_followed_for_longer_says_why(opened):
+    """It stays as long as it is, is asked for once, and the words go with the motion beside it."""
+    page = opened()
+    refused = []
+
+    def refuse(route):
+        if "duration" not in route.request.post_data_json:
+            route.continue_()
+            return
+        refused.append(route)
+        route.fulfill(json={"error": "No longer one here.", "hint": "Close the other.", "where": ""})
+
+    page.route("**/motion", refuse)
+    shorter = beside_a_longer_one(page)
+    problem = page.locator(".motion .problem").nth(shorter)
+    problem.filter(has_text="No longer one here.").wait_for()
+    seek(page, 0.5)
+    page.wait_for_timeout(200)
+    assert len(refused) == 1
+    page.get_by_role("button", name=f"Close {'BA'[shorter]}").click()
+    page.locator(".motion .problem").nth(shorter).filter(has_not_text="longer").wait_for(state="attached")
+
+
 def test_a_closed_slot_stays_empty(opened):
     """A motion that is closed before its numbers have come stays away, and no other waits for it."""
     page = opened()

@@ -39,14 +39,16 @@ export class MotionPanel {
     this.told = told;
     /** @type {Standpoint|null} where the camera was put */
     this.standpoint = null;
-    /** @type {Samples|null} the motion as long as it is worth seeing, and as it is shown: as long as the one beside it */
+    /** @type {Samples|null} the motion for its usual time */
     this.own = null;
-    /** @type {Samples|null} */
+    /** @type {Samples|null} the motion as drawn: `own`, or a longer one beside another motion */
     this.samples = null;
     /** Seconds to which the shown one is wanted. */
     this.wanted = 0;
     /** @type {AbortController|null} */
     this.extended = null;
+    /** Whether the shown one is too short, and the problem that is told is why. */
+    this.isCut = false;
     /** @type {MotionRequest|null} */
     this.request = null;
     /** @type {AbortController|null} */
@@ -136,6 +138,7 @@ export class MotionPanel {
     this.parts.verdict.textContent = "";
     tell(this.parts.problem, "");
     this.own = this.samples = null;
+    this.isCut = false;
     this.request = null;
     this.fresh = false;
     this.scene?.clear();
@@ -197,6 +200,7 @@ export class MotionPanel {
     this.extended?.abort();
     this.own = this.samples = samples;
     this.wanted = samples.length;
+    this.isCut = false;
     this.element.classList.add("shown");
     this.element.classList.remove("refused");
     this.element.classList.toggle("lossy", head.lossy);
@@ -266,10 +270,21 @@ export class MotionPanel {
     const extended = new AbortController();
     this.extended = extended;
     const request = { ...this.request, losses: this.losses.losses, duration: wanted };
-    const longer =
-      wanted === own.length ? null : await this.source.motion(request, extended.signal).catch(() => null);
-    if (extended.signal.aborted) return;
-    this.samples = longer ? new Samples(longer) : own;
+    try {
+      const isOwn = wanted === own.length;
+      const samples = isOwn ? own : new Samples(await this.source.motion(request, extended.signal));
+      if (extended.signal.aborted) return;
+      this.samples = samples;
+    } catch (problem) {
+      if (extended.signal.aborted) return;
+      // it is not asked for again before a person does so, or another time is wanted: the clock calls this in each frame
+      this.isCut = true;
+      tellProblem(this.parts.problem, problem, () => this.request && void this.show(this.request));
+      return;
+    }
+    if (this.isCut) tell(this.parts.problem, "");
+    this.isCut = false;
+    this.parts.note.textContent = printedUnits(this.samples.head.note);
     this.#showScene();
     this.#follow();
   }
