@@ -8,7 +8,7 @@ import numpy as np
 
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.cf_metadata import EDGES, edge_names
-from sweep.atlas.told import told_in
+from sweep.atlas.report_units import reported_as
 from sweep.model.quantity import Array
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
@@ -59,11 +59,11 @@ def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None, asked: Itera
     if not known.any():
         # no range around zero can be given as a share of it
         return []
-    told = told_in(spec, asked)[axis]
+    told = reported_as(spec, asked)[axis]
     name, found = told.quantity.name, told.value(known)
     ends = dict.fromkeys(f"{value:.4g}" for value in (found.min(), found.max()))
     at = f"{' to '.join(ends)} {told.quantity.units}".removesuffix(" 1")
-    # the ends of a range that became one of the parameter have the rounding of that
+    # converting a range to the parameter rounds its ends; they are written with four digits
     given = (
         getattr(spec, axis)
         if name == axis

@@ -16,7 +16,7 @@ from sweep.atlas import row_edges
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.parts import nearest_cell
-from sweep.atlas.told import Told, asked_words, told_in
+from sweep.atlas.report_units import ReportedAs, reported_as, words_of_command
 from sweep.checks.tally import difference, other_bits
 from sweep.checks.variables import Stated, allowed_of_cells
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
@@ -99,7 +99,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     contradicted = [
         name for name, (value, error) in in_time.items() if _apart(table[name], stored[name], value, error)
     ]
-    told = told_in(spec, (*asked_words(dataset), *given))
+    told = reported_as(spec, (*words_of_command(dataset), *given))
     lines = [
         *_where(spec, place, given, told),
         *_start(spec, start, told),
@@ -163,7 +163,7 @@ def _repeat(
 
 
 def _where(
-    spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object], told: Mapping[str, Told]
+    spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object], told: Mapping[str, ReportedAs]
 ) -> Iterator[str]:
     at = []
     for name, i in place.items():
@@ -176,7 +176,7 @@ def _where(
     yield f"cell        {', '.join(at) or 'the only one'}" + (f"; nearest to {asked}" if asked else "")
 
 
-def _start(spec: SweepSpec, start: Mapping[str, float], told: Mapping[str, Told]) -> Iterator[str]:
+def _start(spec: SweepSpec, start: Mapping[str, float], told: Mapping[str, ReportedAs]) -> Iterator[str]:
     fixed = []
     for name in [each for each in start if each not in spec.axes]:
         spelled = told[name].spell(start[name]) if np.isfinite(start[name]) else "none"
@@ -260,7 +260,7 @@ def _lines(
     spec: SweepSpec,
     start: Mapping[str, float],
     place: Mapping[str, int],
-    told: Mapping[str, Told],
+    told: Mapping[str, ReportedAs],
 ) -> Iterator[str]:
     """Yield where the boundaries of the cell's row lie."""
     for axis, edge in found_edges(dataset, spec):

@@ -96,9 +96,9 @@ def _warn(file: "xr.Dataset") -> None:
     """Say if the range of a control misses the predicted boundary."""
     from sweep.atlas.dataset import spec_of
     from sweep.atlas.outlook import one_sided
-    from sweep.atlas.told import asked_words
+    from sweep.atlas.report_units import words_of_command
 
-    for warning in one_sided(spec_of(file), file, asked_words(file)):
+    for warning in one_sided(spec_of(file), file, words_of_command(file)):
         say(f"warning: {warning}")
 
 

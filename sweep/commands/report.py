@@ -12,7 +12,7 @@ from sweep.atlas import row_edges, share
 from sweep.atlas.boundary_rows import Row, boundary_rows, curve_rows
 from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
-from sweep.atlas.told import Told, asked_words, told_in
+from sweep.atlas.report_units import ReportedAs, reported_as, words_of_command
 from sweep.errors import counted, plain_text
 from sweep.model.quantity import ERROR_GAUGE, Input, Quantity
 from sweep.motion.sampling import end_of, kind_of, losses_of
@@ -39,7 +39,7 @@ def describe(dataset: "xr.Dataset") -> str:
     model = spec.model
     require(dataset, (model.peak, model.error_name))
     errors = list(_errors(dataset, spec))
-    told = told_in(spec, asked_words(dataset))
+    told = reported_as(spec, words_of_command(dataset))
     known = {name: _cut(plain_text(dataset.attrs.get(name, "unknown"))) for name in _MAKERS}
     lines = [
         known["title"],
@@ -81,7 +81,7 @@ def boundary_table(dataset: "xr.Dataset", asked: Iterable[str] = ()) -> str:
     Values are told in the words that made the atlas, or in those that are `asked` for.
     """
     spec = spec_of(dataset)
-    told = told_in(spec, (*asked_words(dataset), *asked))
+    told = reported_as(spec, (*words_of_command(dataset), *asked))
     if spec.is_list:
         return "This atlas has no boundary: a list of starts has no rows in which one is sought. See eulerdisk info."
     tables = groupby(boundary_rows(dataset), lambda row: (row["along"], row["edge"]))
@@ -106,7 +106,7 @@ def _head(quantity: Quantity) -> str:
 
 
 def _edge_lines(
-    spec: SweepSpec, told: Mapping[str, Told], along: str, edge: str, rows: Iterable[Row]
+    spec: SweepSpec, told: Mapping[str, ReportedAs], along: str, edge: str, rows: Iterable[Row]
 ) -> Iterator[str]:
     shown = told[along]
     names, others = edge_names(shown.quantity.name, edge), [axis for axis in spec.axes if axis != along]
@@ -126,7 +126,7 @@ def _edge_lines(
         yield "  ".join([*at, measured, _number(half, half), *lines, row["status"].replace("_", " ")])
 
 
-def _curve_lines(spec: SweepSpec, told: Mapping[str, Told], rows: Iterable[Row]) -> Iterator[str]:
+def _curve_lines(spec: SweepSpec, told: Mapping[str, ReportedAs], rows: Iterable[Row]) -> Iterator[str]:
     heads = [(_head(told[name].quantity), "+-") for name in spec.axes]
     yield "  ".join(["curve", *(word for pair in heads for word in pair)])
     for row in rows:
@@ -162,7 +162,7 @@ def _grid(spec: SweepSpec) -> str:
     return f"{' x '.join(map(str, spec.shape))} = {counted(spec.size, 'cell')}"
 
 
-def _axis_lines(spec: SweepSpec, told: Mapping[str, Told]) -> Iterator[str]:
+def _axis_lines(spec: SweepSpec, told: Mapping[str, ReportedAs]) -> Iterator[str]:
     for name in spec.listed:
         yield f"  {name:<17} {getattr(spec, name).in_words(spec.model.parameters[name])}"
     for name in () if spec.is_list else spec.axes:
@@ -179,7 +179,7 @@ def _ends(quantity: Quantity, ends: Iterable[float]) -> str:
     return f"{low} to {high} {quantity.shown_units}".strip()
 
 
-def _fixed(dataset: "xr.Dataset", spec: SweepSpec, told: Mapping[str, Told]) -> str:
+def _fixed(dataset: "xr.Dataset", spec: SweepSpec, told: Mapping[str, ReportedAs]) -> str:
     parameters = spec.model.parameters
     fixed = [
         f"{told[name].quantity.name} {told[name].spell(float(dataset[name].values), 6)}"
@@ -259,7 +259,7 @@ def _most(values: "xr.DataArray | xr.Variable") -> str:
     return f"{known.max():.1e}" if known.size else "-"
 
 
-def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec, told: Mapping[str, Told]) -> Iterator[str]:
+def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec, told: Mapping[str, ReportedAs]) -> Iterator[str]:
     for axis, edge in found_edges(dataset, spec):
         measured, halfwidth_name, _, _ = edge_names(axis, edge)
         found = dataset[measured].values

@@ -1,4 +1,7 @@
-"""In which words values are told: who asked for a speed is told of speeds, not of the rates that the file holds."""
+"""The quantities in which reports give values.
+
+An atlas requested by speed is reported in speeds, not in the rates that its file holds.
+"""
 
 import re
 import shlex
@@ -15,8 +18,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Told:
-    """The quantity in which values of a parameter are told: `scale` times what they are above `offset` [both SI]."""
+class ReportedAs:
+    """The quantity in which values of a parameter are reported: `scale` times what they exceed `offset` by [SI]."""
 
     quantity: Quantity
     scale: float = 1.0
@@ -35,7 +38,7 @@ class Told:
         return self.quantity.spell(self.value(of_parameter), digits)
 
 
-def asked_words(dataset: "xr.Dataset") -> list[str]:
+def words_of_command(dataset: "xr.Dataset") -> list[str]:
     """Return the names of the words in the command that made an atlas, which its history begins with."""
     command = plain_text(dataset.attrs.get("history", "")).partition("\n")[0]
     try:
@@ -46,25 +49,25 @@ def asked_words(dataset: "xr.Dataset") -> list[str]:
     return [found[1] for word in words if (found := re.match(r"(\w+)=", word))]
 
 
-def told_in(spec: SweepSpec, asked: Iterable[str]) -> Mapping[str, Told]:
-    """Return how the values of each parameter are told: as they are, or as the word that was asked for instead.
+def reported_as(spec: SweepSpec, asked: Iterable[str]) -> Mapping[str, ReportedAs]:
+    """Return how the values of each parameter are reported: as they are, or as the word that was asked for instead.
 
     Parameters
     ----------
     spec : SweepSpec
     asked : iterable of str
-        Names of words, of which the later ones count. Substitutes whose scale varies from cell to cell do not, nor do
-        those of a control that fall where it rises: above its boundary they would be below theirs.
+        Names of words. A later name replaces an earlier one. Ignored: a substitute whose scale differs between cells; a
+        substitute that decreases as its control increases, because 'above the boundary' would become 'below'.
     """
-    told = {name: Told(each) for name, each in spec.quantities.items()}
+    told = {name: ReportedAs(each) for name, each in spec.quantities.items()}
     for name in asked:
         if name in spec.quantities:
-            told[name] = Told(spec.quantities[name])
+            told[name] = ReportedAs(spec.quantities[name])
         elif substitute := spec.model.substitutes.get(name):
             needed = {each: getattr(spec, each) for each in substitute.needs}
             if not all(isinstance(each, float) for each in needed.values()):
                 continue
             scale = substitute.scale(needed)
             if scale > 0.0 or not spec.quantities[substitute.parameter].control:
-                told[substitute.parameter] = Told(substitute, scale, substitute.offset)
+                told[substitute.parameter] = ReportedAs(substitute, scale, substitute.offset)
     return told
