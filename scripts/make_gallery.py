@@ -129,9 +129,9 @@ ENTRIES = (
             "--animate {folder}/fall.gif --size 480x360 --speed 0.05 --overwrite",
         ),
         "A film of one motion",
-        "A coin is let go at a tilt of 1 degree and falls in a fifth of a second: twenty times slower than it is. "
-        "Near flat, rolling would need more friction than there is: from there on the film is shaded, and it ends "
-        "where only a plane that pulls would keep the coin from lifting off. How to film: [films](films.md).",
+        "A coin is let go at a tilt of 1 degree and falls in a fifth of a second; the film shows it twenty times "
+        "slower. Near flat, rolling would need more friction than there is: from there on the film is shaded, and it "
+        "ends where only a plane that pulls would keep the coin from lifting off. How to film: [films](films.md).",
     ),
     Entry(
         ("stopping.png",),

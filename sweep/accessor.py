@@ -252,8 +252,8 @@ class Eulerdisk:
         friction : float, optional
             Hatch where rolling without slip needs a larger friction coefficient.
         bare : bool
-            Draw no title and no caption, and a short legend. The text of all three is the label of the figure,
-            ``figure.get_label()``.
+            Draw no title and no caption, and a short legend. The text of title, caption, legend and bar of colours is
+            the label of the figure, ``figure.get_label()``.
         without : str or sequence of str, optional
             Parts to leave out: title, caption, legend, strip, bar, as in ``"strip,bar"``.
         width, height : str or float, optional
@@ -296,7 +296,8 @@ class Eulerdisk:
     def _plot_motion(self, words: "dict[str, Any]") -> "Figure":
         if given := [name for name, value in words.items() if value is not None and value is not False]:
             raise RequestError(
-                f"{' and '.join(given)} belong to the map of an atlas; this is a motion, whose figure takes no words.",
+                f"{' and '.join(given)} belong{'s' if len(given) == 1 else ''} to the map of an atlas; "
+                "this is a motion, whose figure takes no words.",
                 hint="Write motion.eulerdisk.plot().",
             )
         from sweep.figures import plots

@@ -275,7 +275,7 @@ def test_a_map_of_losses_is_a_word_of_plot():
     assert atlas.eulerdisk.plot(losses=True).axes[-1].get_ylabel() == "time aloft (s)"
     with pytest.raises(RequestError, match="losses with quantity and family"):
         atlas.eulerdisk.plot(losses=True, quantity="steps", family=True)
-    with pytest.raises(RequestError, match="losses belong to the map"):
+    with pytest.raises(RequestError, match="losses belongs to the map"):
         sweep.simulate(duration=0.1).eulerdisk.plot(losses=True)
 
 

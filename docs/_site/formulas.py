@@ -144,7 +144,7 @@ def write_font(target: Path) -> None:
 
 
 def _finish(app: Sphinx, problem: Exception | None) -> None:
-    if problem is None:
+    if problem is None and app.builder.format == "html":
         write_font(Path(app.outdir) / "_static" / "STIXTwoMath-Regular.ttf")
 
 

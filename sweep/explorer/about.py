@@ -130,7 +130,7 @@ def base_of(name: str, spec: SweepSpec) -> dict[str, Any]:
         "description": spec.headline,
         "words": words,
         "view": {"base": name, "words": {}, **view},
-        "moves": has_motions(spec),
+        "hasMotions": has_motions(spec),
     }
 
 

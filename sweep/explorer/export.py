@@ -134,7 +134,7 @@ def stored_page(stored: Stored, check: Callable[[], None] = _go_on) -> dict[str,
     """
     spec = stored.spec
     motions = stored_motions(spec)
-    base = {**base_of("", spec), "quantities": list(stored.quantities()), "moves": motions is not None}
+    base = {**base_of("", spec), "quantities": list(stored.quantities()), "hasMotions": motions is not None}
     view = View.read(base["view"], spec)
     x, y = (getattr(spec, side.name).array() for side in (view.x, view.y))
     if x.size * y.size > MOST_CELLS:

@@ -510,23 +510,23 @@ class Bar:
     whole: bool = False
     levels: tuple[float, ...] = ()
 
-    def draw(self, drawn: Figure, *, lies: bool = False, beside: "Axes | None" = None) -> "Axes":
-        """Draw it into axes of its own, with its numbers above if it lies, or standing beside those of a caller."""
+    def draw(self, drawn: Figure, *, horizontal: bool = False, beside: "Axes | None" = None) -> "Axes":
+        """Draw it into axes of its own, numbers above if it is horizontal, or upright beside those of a caller."""
         place: dict[str, Any] = (
             {"cax": drawn.add_axes((0.9, 0.2, 0.02, 0.6))} if beside is None else {"ax": beside}
         )
-        direction = ("horizontal", "top") if lies else ("vertical", "right")
+        direction = ("horizontal", "top") if horizontal else ("vertical", "right")
         axes: Axes = drawn.colorbar(
             self.colours, label=self.label, extend=self.extend, orientation=direction[0],
             ticklocation=direction[1], **place,
         ).ax  # fmt: skip
-        axis, norm = axes.xaxis if lies else axes.yaxis, self.colours.norm
+        axis, norm = axes.xaxis if horizontal else axes.yaxis, self.colours.norm
         if isinstance(norm, LogNorm):
             set_log_ticks(axis, float(norm.vmax or 1.0) / float(norm.vmin or 1.0))
         elif self.whole:
             axis.set_major_locator(MaxNLocator(6, integer=True))
         for level in self.levels:
-            (axes.axvline if lies else axes.axhline)(
+            (axes.axvline if horizontal else axes.axhline)(
                 level, color="white", linewidth=0.9, path_effects=CONTOUR_EDGE
             )
         return axes

@@ -134,7 +134,7 @@ def figure_of(
     Returns
     -------
     Figure
-        Its label is the text of a caption: all that its title, caption and legend would say without `look.without`.
+        Its label is the text of a caption: all that title, caption, legend and bar of colours would say.
 
     Raises
     ------
@@ -228,11 +228,11 @@ class _Layout:
         self.empty = 0 if self.height else self.rows * columns - len(blocks)
         if "bar" in self.without:
             bar = None
-        self.bar_lies = bar is not None and columns == 1 and self.width <= _NARROW * self.letter
-        if self.bar_lies and len(blocks) == 1:
+        self.bar_is_horizontal = bar is not None and columns == 1 and self.width <= _NARROW * self.letter
+        if self.bar_is_horizontal and len(blocks) == 1:
             # above the bar
             title, blocks[0].title = blocks[0].title, ""
-        self.bar = None if bar is None else bar.draw(drawn, lies=self.bar_lies)
+        self.bar = None if bar is None else bar.draw(drawn, horizontal=self.bar_is_horizontal)
         self.has_strip = any(block.strip is not None for block in blocks)
         self.common: Legend | None = None
         self.legends: list[Legend] = []
@@ -320,12 +320,12 @@ class _Layout:
         across = self._column() - (left.max(axis=0) + right.max(axis=0)).mean()
         foot = self._size(self.common)[1] + _BELOW * letter if self.common else 0.0
         head = (_TITLE + _LINE * self.title.get_text().count("\n")) * letter if self.title.get_text() else 0.0
-        if self.bar is not None and self.bar_lies:
+        if self.bar is not None and self.bar_is_horizontal:
             head += margin + float(self._around(self.bar)[3]) + _BAR * letter
         fixed = tops.sum() + feet.sum() + head
         panel, strip, total = self._heights(across, fixed + (0.0 if self.empty else foot))
         if self.empty:
-            # what the legend lacks in the empty place
+            # height of the legend beyond the empty place
             total += max(0.0, foot - panel - feet[-1])
         if self.height is None:
             self.drawn.set_size_inches(self.width, total)
@@ -348,7 +348,7 @@ class _Layout:
         elif self.common is not None:
             self._put_legend(self.common, margin, highs[-1] - panel - feet[-1])
         self.title.set_position((margin / self.width, 1.0 - margin / total))
-        if self.bar is not None and self.bar_lies:
+        if self.bar is not None and self.bar_is_horizontal:
             self._set(self.bar, lefts[0], total - head, across, _BAR * letter)
         elif self.bar is not None:
             low = min(block.lowest.get_position().y0 for block in self.blocks) * total
@@ -361,7 +361,7 @@ class _Layout:
         return float(self.width - self._bar_width() - gaps * self.letter) / self.columns
 
     def _bar_width(self) -> float:
-        if self.bar is None or self.bar_lies:
+        if self.bar is None or self.bar_is_horizontal:
             return 0.0
         return (_TO_BAR + _BAR) * self.letter + float(self._around(self.bar)[2])
 
@@ -458,7 +458,10 @@ def _together(found: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _text(title: str, blocks: Sequence[Block], common: Sequence[str], bar: Bar | None) -> str:
-    """Return what a figure says in titles, captions and legends, a line for each part; formulas are LaTeX."""
+    """Return what a figure says in titles, captions, legends and its bar of colours, a line for each part.
+
+    Formulas are LaTeX.
+    """
     parts = [title, *common]
     if common:
         parts += _together([block.legend() for block in blocks])

@@ -39,8 +39,8 @@ class Page {
   #timer = 0;
   /** @type {State|null} what was shown before the last click */
   #before = null;
-  /** Whether a motion is still to be chosen: the page has been opened without one, or with another base. */
-  #opens = location.hash === "";
+  /** Whether the page still has to choose its first motion: it was opened without a state, or the preset was changed. */
+  #awaitsFirstStart = location.hash === "";
   /** @type {Error|null} why there is no picture, or no answer, until there is one */
   #problem = null;
 
@@ -78,7 +78,7 @@ class Page {
     });
     clock.listen(() => this.#hearClock());
     const begin = (/** @type {(state: State) => State} */ by) => {
-      this.#opens = true;
+      this.#awaitsFirstStart = true;
       this.#begin(by(this.#state));
     };
     this.#choices = [baseMenu(part("bases"), about, begin), themeButton(part("theme"), change)];
@@ -187,7 +187,7 @@ class Page {
    */
   #choose(aim, second, tapped) {
     const { point } = aim;
-    this.#opens = false;
+    this.#awaitsFirstStart = false;
     // fingers do not hover: the numbers of what they choose are shown, too
     this.#aim(aim);
     this.#before = this.#state;
@@ -202,9 +202,12 @@ class Page {
 
   /** Choose the motion that a page begins with, once it has numbers to choose by. */
   #chooseFirst() {
-    const point = this.#opens && baseOf(this.#about, this.#state.view).moves ? this.#map.firstStart() : null;
+    const point =
+      this.#awaitsFirstStart && baseOf(this.#about, this.#state.view).hasMotions
+        ? this.#map.firstStart()
+        : null;
     if (!point) return;
-    this.#opens = false;
+    this.#awaitsFirstStart = false;
     this.#show({ ...this.#state, points: [point, null] });
   }
 

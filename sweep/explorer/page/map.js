@@ -40,7 +40,7 @@ const CELLS = [50, 40];
 /** Place near which the first start is chosen: small rates, and tilts large enough to be seen. */
 const BEGIN = /** @type {Place} */ ([0.5, -0.5]);
 
-/** Code of the verdict. */
+/** Code of the verdict "unstable". */
 const UNSTABLE = 2;
 
 /** How much farther than the range of its base a window may reach. */

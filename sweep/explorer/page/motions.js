@@ -112,8 +112,8 @@ class Slot {
   /** @param {View} view */
   #invitation(view) {
     if (this.#letter === "B") return "Click the map for a second start.";
-    const { moves } = baseOf(this.#about, view);
-    return moves
+    const { hasMotions } = baseOf(this.#about, view);
+    return hasMotions
       ? "Click the map: the disk of that start rolls here."
       : "Click the map for the words of a start.";
   }

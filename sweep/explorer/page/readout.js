@@ -2,7 +2,7 @@
 
 import { html } from "eulerdisk/elements";
 import { Latest } from "eulerdisk/refresh";
-import { isFixed, parameterOf, verdictWords } from "eulerdisk/state";
+import { baseOf, isFixed, parameterOf, verdictWords } from "eulerdisk/state";
 import { printedUnits, readable } from "eulerdisk/ticks";
 
 /** @import { Aim } from "eulerdisk/map" */
@@ -83,7 +83,7 @@ export class Readout {
   #invite() {
     this.#aim = null;
     const words =
-      "Point at the map for its numbers, click it for a motion. Wheel or pinch zooms; a drag moves, of one finger sideways, of two everywhere.";
+      "Point at the map for numbers; click for a motion. Wheel or pinch zooms. Drag moves it: one finger sideways, two fingers in all directions.";
     this.#element.replaceChildren(html("p", { class: "quiet" }, words));
   }
 
@@ -140,8 +140,9 @@ export class Readout {
       ["verdict", cell.verdict],
       ...cell.numbers.filter(({ text }) => text).map(({ name, text }) => [name.replaceAll("_", " "), text]),
     ]);
-    // what is computed beside a motion that has losses is told from it
-    const origin = isStored ? "stored cell" : "computed, without losses";
+    // the motion beside it may have losses; these numbers have none
+    const computed = baseOf(this.#about, view).hasMotions ? "computed, without losses" : "computed";
+    const origin = isStored ? "stored cell" : computed;
     this.#names = exact.map(([name]) => name);
     this.#fill(exact, origin);
     if (aim.keys) this.#spoken.textContent = exact.map((row) => row.join(" ")).join(", ");

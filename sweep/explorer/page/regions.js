@@ -12,7 +12,7 @@ const STEP = 6;
  * @param {number} width  of the plot in CSS pixels
  * @param {number} height
  * @param {[number, number][][]} lines  polylines in pixels of the plot
- * @param {[number, number][]} marks  middles of what is a little smaller than a letter of 24 pixels
+ * @param {[number, number][]} marks  centres of the marks of starts, each 24 pixels wide
  * @returns {Raster}
  */
 export function rasterOf(width, height, lines, marks) {

@@ -64,8 +64,8 @@
 /**
  * Something to begin with: a preset, or what was given on the command line (its name is "").
  * `words` has the value of every parameter that is no axis (a number in SI units, or a word) and of the criterion;
- * `view` is the whole range of its grid; `quantities` names what can be shown of it, the usual one first; `moves` says
- * that its starts have motions here.
+ * `view` is the whole range of its grid; `quantities` names what can be shown of it, the usual one first; `hasMotions`
+ * says that its starts have motions here.
  * @typedef {object} Base
  * @property {string} name
  * @property {string} label
@@ -73,7 +73,7 @@
  * @property {Record<string, number|string>} words
  * @property {View} view
  * @property {string[]} quantities
- * @property {boolean} moves
+ * @property {boolean} hasMotions
  */
 
 /**
