@@ -18,6 +18,11 @@ from kernels.system.polynomials import ORDER, greatest
 #: Tolerance of each leg over that of the last one.
 LEGS = (1e6, 1e4, 1e2, 1.0)
 
+#: A step ends wrong if the rate there differs from that of its series by so many tolerances, or this, of a state: the
+#: series has crossed a place where the right-hand side is not smooth, such as the zero of a root, or all its terms
+#: happened to vanish.
+_JUMP, _LEAST_JUMP = 1024.0, 1e-9
+
 #: Steps of a leg at most.
 MOST_STEPS = 10_000_000.0
 
@@ -41,6 +46,8 @@ CONSTANT: int = 0
 END: int = 0
 LOG_TOLERANCE: int = 0
 LONGEST: int = 0
+SLOPE: int = 0
+BEFORE: int = 0
 START: int = 0
 LEG: int = 0
 SCRATCH: int = 0
@@ -125,7 +132,9 @@ def set_off(lane, run, lanes):
     for i in range(EXTREMES):
         lanes[TOP + i * LANES + lane] = -math.inf
     lanes[TIME + lane], lanes[COUNT + lane], lanes[UNPROVED + lane] = 0.0, 0.0, 0.0
-    lanes[STEP + lane] = 0.0
+    lanes[STEP + lane], lanes[BEFORE + lane] = 0.0, 0.0
+    for i in range(STATES):
+        lanes[SLOPE + i * LANES + lane] = math.nan
     leg = lanes[LEG + lane]
     early = run.tolerances[0] if leg == 0.0 else run.tolerances[1]
     late = run.tolerances[2] if leg == 2.0 else run.tolerances[3]
@@ -192,6 +201,33 @@ def _greatest(row, h, scratch, lanes):
 
 
 @kernel
+def _slope(row, h, scratch, lanes):
+    """Rate of change of a series in the scratch."""
+    first = scratch + row * COEFFICIENTS
+    found = ORDER * lanes[first + ORDER]
+    for k in range(ORDER - 1, 0, -1):
+        found = k * lanes[first + k] + h * found
+    return found
+
+
+@kernel
+def _ends_wrong(lane, h, lanes):
+    """Whether the rate at the end of the last step is not that of its series; the lane is moved there."""
+    for i in range(STATES):
+        lanes[SLOPE + i * LANES + lane] = _slope(i, h, SCRATCH, lanes)
+        lanes[Y + i * LANES + lane] = _at(i, h, SCRATCH, lanes)
+    lanes[TIME + lane] += h
+    coefficients(lane, SCRATCH, lanes)
+    room = _JUMP * 2.0 ** lanes[LOG_TOLERANCE + lane] + _LEAST_JUMP
+    for i in range(STATES):
+        size = max(lanes[SIZES + i * LANES + lane], abs(lanes[Y + i * LANES + lane]))
+        apart = abs(lanes[SCRATCH + i * COEFFICIENTS + 1] - lanes[SLOPE + i * LANES + lane])
+        if not apart * h <= room * size:
+            return True
+    return False
+
+
+@kernel
 def go_on(lane, place, run, memory):
     """Let a lane go on whose step was not proved free of events, and has none: its series are looked at closely."""
     h = memory[STEP + lane]
@@ -203,12 +239,14 @@ def go_on(lane, place, run, memory):
         if _first_above(STATES + EXTREMES + j, h, scratch, memory) <= h:
             return False
     for i in range(STATES):
+        memory[SLOPE + i * LANES + lane] = _slope(i, h, scratch, memory)
         memory[Y + i * LANES + lane] = found = _at(i, h, scratch, memory)
         memory[SIZES + i * LANES + lane] = max(memory[SIZES + i * LANES + lane], abs(found))
     for i in range(EXTREMES):
         row = TOP + i * LANES + lane
         memory[row] = max(memory[row], _greatest(STATES + i, h, scratch, memory))
     memory[TIME + lane] += h
+    memory[BEFORE + lane] = h
     memory[COUNT + lane] += 1.0
     memory[UNPROVED + lane] += 1.0
     return True
@@ -239,6 +277,10 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         top, last = lanes[TOP + i * LANES + lane], _greatest(STATES + i, after, SCRATCH, lanes)
         found = last if last > top else top
         measures[first + STATES + 1 + i, cell] = found if ending != UNRESOLVED else math.nan
+    if ending != UNRESOLVED and after > 0.0 and _ends_wrong(lane, after, lanes):
+        ending = UNRESOLVED
+        for row in range(first, first + 2 * STATES + 1 + EXTREMES):
+            measures[row, cell] = math.nan
     counts[leg, cell] = ending
     last = len(LEGS) - 1
     before_steps, before_unproved = (counts[last + 1, cell], counts[last + 2, cell]) if leg > 0 else (0, 0)

@@ -30,7 +30,8 @@ class Layout:
         rows, at = {}, 0
         for name, count in (
             ("Y", states), ("TIME", 1), ("TOP", extremes), ("SIZES", states), ("COUNT", 1), ("UNPROVED", 1),
-            ("STEP", 1), ("CONSTANT", constants), ("END", 1), ("LOG_TOLERANCE", 1), ("LONGEST", 1),
+            ("STEP", 1), ("CONSTANT", constants), ("SLOPE", states), ("BEFORE", 1), ("END", 1),
+            ("LOG_TOLERANCE", 1), ("LONGEST", 1),
             ("START", states), ("LEG", 1), ("STEPS", 1), ("SCRATCH", 0),
         ):  # fmt: skip
             rows[name] = at * LANES
@@ -127,24 +128,24 @@ def _smaller(names):
     return [f"{names[0]} = {each} if {each} < {names[0]} else {names[0]}" for each in names[1:]]
 
 
-def _radius(source, row, found):
-    """Return the lines with the binary logarithm of the step that a state allows: `r` and its number.
+def _radius(texts, row, names):
+    """Return the lines with the binary logarithm of the step that a series allows: `r` and its number.
 
     The last two terms of its series are to be smaller, by the tolerance, than one of its first three: a rule that is
     the same in all units, and needs no typical size of a state.
     """
-    last = [k for k in (ORDER, ORDER - 1) if source.states[row][k]]
+    last = [k for k in (ORDER, ORDER - 1) if texts[k]]
     if not last:
         return [], None
-    lines = [f"e{k} = rough_log2(abs({found[row][k]}) + 1e-300)" for k in last]
+    lines = [f"e{k} = rough_log2(abs({names[k]}) + 1e-300)" for k in last]
     for k in range(3):
-        if source.states[row][k]:
-            lines.append(f"b = lt + rough_log2(abs({found[row][k]}) + 1e-200)")
+        if texts[k]:
+            lines.append(f"b = lt + rough_log2(abs({names[k]}) + 1e-200)")
             lines.append(f"q{k} = (b - e{last[0]}) * {1.0 / (last[0] - k)!r}")
             if len(last) > 1:
                 lines.append(f"z = (b - e{last[1]}) * {1.0 / (last[1] - k)!r}")
                 lines.append(f"q{k} = z if z < q{k} else q{k}")
-    known = [f"q{k}" for k in range(3) if source.states[row][k]]
+    known = [f"q{k}" for k in range(3) if texts[k]]
     lines.append(f"r{row} = {known[0]}")
     lines += [f"r{row} = {each} if {each} > r{row} else r{row}" for each in known[1:]]
     return lines, f"r{row}"
@@ -154,29 +155,41 @@ def _advance(source, layout, states, extremes, names):
     """Source of one step of one lane."""
     lines, found = _call(source, layout, states, names)
     lines += [f"lt = lanes[{layout.LOG_TOLERANCE} + lane]", "longest = 1000.0"]
-    for row in range(states):
-        more, radius = _radius(source, row, found)
-        lines += more + ([f"longest = {radius} if {radius} < longest else longest"] if radius else [])
+    seen = {""}
+    for row, texts in enumerate((*source.states, *source.wanted)):
+        # what differs from a state by a number has its terms
+        if texts[ORDER] not in seen or row < states:
+            more, radius = _radius(texts, row, found[row])
+            lines += more + ([f"longest = {radius} if {radius} < longest else longest"] if radius else [])
+        seen.add(texts[ORDER])
     lines += [
         f"left = lanes[{layout.END} + lane] - t",
         # the logarithms are rough, and the terms that are left out follow the last one
         "h = rough_exp2(longest - 0.2)",
         f"cap = lanes[{layout.LONGEST} + lane]",
         "h = cap if h > cap else h",
-        "h = left if h > left else h",
     ]
     events = found[states + extremes :]
-    lines += _proved(events)
-    at = {name: getattr(layout, name) for name in ("COUNT", "TIME", "TOP", "STEP", "Y", "SIZES")}
+    lines += _proved(events) or ["h = left if h > left else h"]
+    at = {
+        name: getattr(layout, name)
+        for name in ("COUNT", "TIME", "TOP", "STEP", "Y", "SIZES", "SLOPE", "BEFORE")
+    }
     lines += [
         "over = h >= left",
         f"count = lanes[{at['COUNT']} + lane] + 1.0",
     ]
     lines += [f"n{i} = value(h, {', '.join(found[i])})" for i in range(states)]
+    lines += [f"last = lanes[{at['BEFORE']} + lane]", "jump = False"]
+    for i in range(states):
+        # the rate where the last step ended has to be that of its series; not a number before the first step
+        lines.append(f"apart = abs({found[i][1]} - lanes[{at['SLOPE'] + i * LANES} + lane]) * last")
+        lines.append(f"room = (rough_exp2(lt + 10.0) + 1e-9) * lanes[{at['SIZES'] + i * LANES} + lane]")
+        lines.append("jump = jump | (apart > room)")
     finite = " + ".join(f"0.0 * n{i}" for i in range(states))
     lines += [
         # not a number, or too short to move the time
-        f"lost = (not (t + h > t)) | (count > MOST_STEPS) | (not ({finite} == 0.0))",
+        f"lost = (not (t + h > t)) | (count > MOST_STEPS) | (not ({finite} == 0.0)) | jump",
         "done = over | lost" + " | unsure" * bool(events),
     ]
     for i in range(states):
@@ -185,6 +198,11 @@ def _advance(source, layout, states, extremes, names):
         lines.append(
             f"lanes[{at['SIZES'] + i * LANES} + lane] = before if done | (abs(n{i}) < before) else abs(n{i})"
         )
+        slopes = ", ".join([found[i][1], *(f"{k}.0 * {found[i][k]}" for k in range(2, ORDER + 1)), "0.0"])
+        lines.append(f"slope = value(h, {slopes})")
+        row = at["SLOPE"] + i * LANES
+        lines.append(f"lanes[{row} + lane] = lanes[{row} + lane] if done else slope")
+    lines.append(f"lanes[{at['BEFORE']} + lane] = last if done else h")
     for i in range(extremes):
         lines.append(f"before = lanes[{at['TOP'] + i * LANES} + lane]")
         lines.append(f"top = greatest(h, {', '.join(found[states + i])})")
@@ -204,7 +222,9 @@ def _proved(events):
         return []
     lines = []
     for number, share in enumerate(_SHARES):
-        lines.append(f"h{number} = {share!r} * h" if number else "h0 = h")
+        # a share of the step, not of what is left: a motion that touches an event at its end would never get there
+        lines.append(f"h{number} = {share!r} * h")
+        lines.append(f"h{number} = left if h{number} > left else h{number}")
         tests = []
         for j, each in enumerate(events):
             lines.append(f"f{number}_{j} = upper_bound(h{number}, {', '.join(each)})")

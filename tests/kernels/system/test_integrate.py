@@ -146,3 +146,33 @@ def test_the_longest_step(rng):
     """A longest step shortens all steps to it: there are as many as the duration holds, and one."""
     _, _, counts = run(OSCILLATOR, {"x": rng.normal(size=5)}, 20.0, step=0.05)
     assert np.all(np.abs(counts[0] - len(LEGS) * 400) <= len(LEGS))
+
+
+def test_a_series_without_terms_at_the_start():
+    """All terms of t^12 vanish at the start: no number is given, and with a longest step the right one."""
+    late, y = '@system(duration="2")\ndef late(y=1.0, *, t):\n    return t**12\n', {"y": np.array([1.0, 5.0])}
+    endings, _, _ = run(late, y)
+    assert endings[-1].tolist() == [UNRESOLVED] * 2
+    _, found, _ = run(late, y, step=0.05)
+    assert np.all(np.abs(found[-1, 0] - y["y"] - 2.0**13 / 13.0) <= 1e-9)
+
+
+def test_a_root_that_reaches_zero_is_unresolved():
+    """Beyond the zero of a root the series of a motion goes on, and the motion does not: no number is given."""
+    endings, found, _ = run(
+        '@system(duration="3")\ndef drain(y=4.0):\n    return -sqrt(y)\n', {"y": np.array([1.0, 4.0])}
+    )
+    assert endings[-1].tolist() == [UNRESOLVED, RUNS_ON]
+    assert found[-1, 0, 1] == pytest.approx(0.25, rel=1e-11)
+
+
+def test_events_at_the_very_end_and_levels_that_are_approached():
+    """A ramp that reaches a level as the time ends, and a motion that comes to rest on one, run on; steps stay few."""
+    ramp = '@system(duration="2", ends={"over": "x > 1"})\ndef ramp(x=0.0, *, rate=0.5):\n    return rate\n'
+    endings, found, counts = run(ramp, {"rate": np.array([0.49, 0.5, 0.51])})
+    assert endings[-1].tolist() == [RUNS_ON, RUNS_ON, FIRST_EVENT]
+    rest = '@system(duration="100", ends={"over": "x > 1"})\ndef rest(x=0.0):\n    return 1 - x\n'
+    endings, found, counts = run(rest, {"x": np.array([0.0, 0.5, 1.0])})
+    assert endings[-1].tolist() == [RUNS_ON] * 3
+    assert np.all(np.abs(found[-1, 0] - 1.0) <= 1e-12)
+    assert counts[0].max() <= 20_000
