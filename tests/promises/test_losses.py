@@ -201,7 +201,7 @@ def test_a_row_without_a_line_of_theory_is_said_to_have_none(command):
     """A wobble about a centre at rest has no critical rate: one line says so, and no estimate of nothing."""
     assert command(f"run {TOY} -o toy.nc")[0] == 0
     said = command("explain toy.nc inclination=30deg precession_rate=50")[1]
-    assert "theory has no line at this tilt" in said
+    assert "theory has no line at this inclination" in said
     assert "without losses, in the limit" not in said
 
 

@@ -128,7 +128,7 @@ def test_what_cannot_be_done_is_refused(command, tmp_path):
             f"run {WORDS} alpha=0.7 criterion=departure:1deg -o a.nc",
             r"alpha: 0.5 there, 0.7 here; criterion: ",
         ),
-        (f"prepare {WORDS} --block-cells 0 -o b.nc", "at least one cell; got 0"),
+        (f"prepare {WORDS} --block-cells 0 -o b.nc", "at least one cell, and whole ones; got 0"),
         ("info missing.nc --partial b.nc", "no unfinished run"),
     ]:
         command(f"prepare {WORDS} --block-cells 4 -o a.nc")
