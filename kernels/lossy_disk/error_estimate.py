@@ -37,7 +37,8 @@ _MOST_NUTATION, _LEAST_TILT = 0.5, 0.5
 
 #: Relative error of the time at which such a wobble is flat: over the fourth power of the relative step and the square
 #: of the nutation; over the imbalance as a share of the losses; over the tolerance and the share of what rolling
-#: friction, pivoting friction, the contour, and air took. Of 10,000 wobbles the worst needs 0.6 of all that.
+#: friction, pivoting friction, the contour, and air took. Of 10,000 wobbles the worst needs 0.6 of all that, but for
+#: one that turned next to the tilt where it is flat.
 _OF_NUTATION, _OF_IMBALANCE = 0.3, 1.4
 _OF_ROLLING, _OF_PIVOTING, _OF_RUBBING, _OF_AIR = 8.0, 300.0, 0.4, 1.0
 

@@ -255,7 +255,7 @@ def test_stated_errors(rng, count):
 
 
 def test_a_wobble_states_an_informative_error_of_its_time(rng, count):
-    """Against a thousandth of the tolerance: less than a hundred times too large in the median, and too small in none.
+    """Against a thousandth of the tolerance: less than a hundred times too large in the median, and not too small.
 
     A share of the tolerance, as is stated of other motions, is more than a thousand times too large.
     """
@@ -271,7 +271,7 @@ def test_a_wobble_states_an_informative_error_of_its_time(rng, count):
     assert too_large.size > count(240, 900) // 4
     assert np.median(too_large) < 100.0
     # one of 10,000 turns next to the tilt where it is flat, and is so a nutation later
-    assert (too_large < 1.0).sum() <= too_large.size // 5000
+    assert (too_large < 1.0).sum() <= 1
 
 
 def test_a_falling_disk_states_the_error_of_its_last_tilt():
