@@ -178,9 +178,10 @@ def _first_above(row, h, scratch, lanes):
     if _at(row, 0.0, scratch, lanes) > 0.0:
         return 0.0
     low, high = 0.0, h
-    if _at(row, h, scratch, lanes) <= 0.0:
+    # not the other way round: what is not a number is not above
+    if not _at(row, h, scratch, lanes) > 0.0:
         high = _highest(row, h, scratch, lanes)
-        if _at(row, high, scratch, lanes) <= 0.0:
+        if not _at(row, high, scratch, lanes) > 0.0:
             return math.inf
     for _ in range(60):
         middle = 0.5 * (low + high)

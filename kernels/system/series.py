@@ -11,6 +11,8 @@ numerical integration of ODEs by means of high-order Taylor methods", Experiment
 What depends on parameters alone is a constant of the cell, computed once.
 """
 
+import math
+
 #: Functions of one argument -> the function of `kernels.elementary` that has their value; of sin and cos, both.
 FUNCTIONS = {
     "sin": "sine_cosine",
@@ -51,7 +53,7 @@ class ConstantSource:
         """Return what the series calls the value of an instruction, or one over it: a literal, or a name."""
         kind, *given = self._program[number]
         if kind == "number":
-            return repr(1.0 / given[0] if inverse else given[0])
+            return _literal((1.0 / given[0] if given[0] else math.inf) if inverse else given[0])
         text = self._text(number)
         text = f"1.0 / {text}" if inverse else text
         return self.names.setdefault(text, f"k{len(self.names)}")
@@ -84,6 +86,11 @@ class ConstantSource:
         if kind == "tan":
             return f"{call}[0] / {call}[1]"
         return call + {"sin": "[0]", "cos": "[1]"}.get(kind, "")
+
+
+def _literal(value):
+    """Return a number as source; what is not finite makes cells unresolved."""
+    return repr(value) if math.isfinite(value) else "math.nan"
 
 
 def power(base, inverse, exponent):

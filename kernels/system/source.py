@@ -186,7 +186,10 @@ def _advance(source, layout, states, extremes, names):
         lines.append(f"apart = abs({found[i][1]} - lanes[{at['SLOPE'] + i * LANES} + lane]) * last")
         lines.append(f"room = (rough_exp2(lt + 10.0) + 1e-9) * lanes[{at['SIZES'] + i * LANES} + lane]")
         lines.append("jump = jump | (apart > room)")
-    finite = " + ".join(f"0.0 * n{i}" for i in range(states))
+    lines += [f"w{i} = value(h, {', '.join(each)})" for i, each in enumerate(found[states:])]
+    finite = " + ".join([
+        *(f"0.0 * n{i}" for i in range(states)), *(f"0.0 * w{i}" for i in range(len(found) - states))
+    ])  # fmt: skip
     lines += [
         # not a number, or too short to move the time
         f"lost = (not (t + h > t)) | (count > MOST_STEPS) | (not ({finite} == 0.0)) | jump",

@@ -60,6 +60,9 @@ AUDIT = Audit(
 #: Cells of the sample; the largest and the smaller tolerance of SciPy.
 _SAMPLE, _TOLERANCES = 24, (1e-10, 1e-12)
 
+#: Evaluations of the rates by SciPy at most, about ten seconds: it would follow a stiff system without end.
+_MOST_EVALUATIONS = 200_000
+
 #: A stated error is a magnitude: SciPy may be this many times as far off, and this share of the size of a state.
 _TIMES, _SHARE = 4.0, 1e-9
 
@@ -205,8 +208,12 @@ def followed(definition: Definition, starts: Starts, times: Array, tolerance: fl
     first = np.array([starts[name] for name in names])
     shape = first.shape
 
+    left = iter(range(_MOST_EVALUATIONS))
+
     def rate(share: float, flat: Array) -> Array:
-        """Rates for a time that runs from 0 to 1 in every cell."""
+        """Rates for a time that runs from 0 to 1 in every cell; not numbers once there were too many."""
+        if next(left, None) is None:
+            return np.full(flat.shape, np.nan)
         states = dict(zip(names, flat.reshape(shape), strict=True))
         found = evaluated(definition.rates, {**starts, **states, TIME: share * times})
         return np.ravel([np.broadcast_to(each, times.shape) * times for each in found])
