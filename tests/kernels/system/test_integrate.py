@@ -180,7 +180,11 @@ def test_events_at_the_very_end_and_levels_that_are_approached():
 
 def test_an_event_and_a_measure_without_a_value_are_unresolved():
     """Where an ending or a measure has no value along the motion, nothing is said of the cell."""
-    still = 'def still(y=1.0, *, r=0.1):\n    return -r\n'
-    for word in ('ends={"big": "sqrt(y) > 2"}', 'measures={"top": "max sqrt(y)"}', 'ends={"big": "y/1e-310 > 1"}'):
+    still = "def still(y=1.0, *, r=0.1):\n    return -r\n"
+    for word in (
+        'ends={"big": "sqrt(y) > 2"}',
+        'measures={"top": "max sqrt(y)"}',
+        'ends={"big": "y/1e-310 > 1"}',
+    ):
         endings, _, _ = run(f'@system(duration="3", {word})\n{still}', {"y": np.array([-1.0, -2.0])})
         assert endings[-1].tolist() == [UNRESOLVED] * 2, word
