@@ -21,7 +21,7 @@ LEGS = (1e6, 1e4, 1e2, 1.0)
 #: A step ends wrong if the rate there differs from that of its series by so many tolerances, or this, of a state: the
 #: series has crossed a place where the right-hand side is not smooth, such as the zero of a root, or all its terms
 #: happened to vanish.
-_JUMP, _LEAST_JUMP = 1024.0, 1e-9
+JUMP, LEAST_JUMP = 1024.0, 1e-9
 
 #: Steps of a leg at most.
 MOST_STEPS = 10_000_000.0
@@ -219,7 +219,7 @@ def _ends_wrong(lane, h, lanes):
         lanes[Y + i * LANES + lane] = _at(i, h, SCRATCH, lanes)
     lanes[TIME + lane] += h
     coefficients(lane, SCRATCH, lanes)
-    room = _JUMP * 2.0 ** lanes[LOG_TOLERANCE + lane] + _LEAST_JUMP
+    room = JUMP * 2.0 ** lanes[LOG_TOLERANCE + lane] + LEAST_JUMP
     for i in range(STATES):
         size = max(lanes[SIZES + i * LANES + lane], abs(lanes[Y + i * LANES + lane]))
         apart = abs(lanes[SCRATCH + i * COEFFICIENTS + 1] - lanes[SLOPE + i * LANES + lane])

@@ -39,8 +39,7 @@ def upper_bound(h, c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12):
 @simd
 def _summit(x, low, high, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12):
     """One step of Newton's method for a root of the slope, kept between two places."""
-    slope, bend = 12.0 * c12, 0.0
-    bend = slope
+    slope = bend = 12.0 * c12
     slope = 11.0 * c11 + x * slope
     bend = slope + x * bend
     slope = 10.0 * c10 + x * slope

@@ -10,6 +10,7 @@ from kernels.jit import kernel, simd
 from kernels.lanes.layout import LANES
 from kernels.system import lanes as system_lanes
 from kernels.system import polynomials
+from kernels.system.lanes import JUMP, LEAST_JUMP
 from kernels.system.polynomials import ORDER
 from kernels.system.series import SeriesSource
 
@@ -123,11 +124,6 @@ def _coefficients(source, layout, states, names):
     return _function("kernel", "coefficients(lane, scratch, lanes)", lines)
 
 
-def _smaller(names):
-    """Return lines that make `names[0]` the least of some values."""
-    return [f"{names[0]} = {each} if {each} < {names[0]} else {names[0]}" for each in names[1:]]
-
-
 def _radius(texts, row, names):
     """Return the lines with the binary logarithm of the step that a series allows: `r` and its number.
 
@@ -186,7 +182,9 @@ def _advance(source, layout, states, extremes, names):
         # read before anything is written: else the loop over lanes is no vector code, seven times as slow
         lines.append(f"d{i} = lanes[{at['SLOPE'] + i * LANES} + lane]")
         lines.append(f"apart = abs({found[i][1]} - d{i}) * last")
-        lines.append(f"room = (rough_exp2(lt + 10.0) + 1e-9) * lanes[{at['SIZES'] + i * LANES} + lane]")
+        lines.append(
+            f"room = (rough_exp2(lt + {math.log2(JUMP)!r}) + {LEAST_JUMP!r}) * lanes[{at['SIZES'] + i * LANES} + lane]"
+        )
         lines.append("jump = jump | (apart > room)")
     lines += [f"w{i} = value(h, {', '.join(each)})" for i, each in enumerate(found[states:])]
     finite = " + ".join([
