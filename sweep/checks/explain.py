@@ -184,7 +184,8 @@ def _start(spec: SweepSpec, start: Mapping[str, float], told: Mapping[str, Repor
             f"{told[name].quantity.name} {getattr(spec, name) if name in spec.constants else spelled}"
         )
     yield f"start       {', '.join(fixed)}"
-    yield f"reference   {spec.model.disturbed_motion(spec)}"
+    if spec.model.coordinate:
+        yield f"reference   {spec.model.disturbed_motion(spec)}"
 
 
 def _stored(spec: SweepSpec, stored: Mapping[str, float]) -> Iterator[str]:

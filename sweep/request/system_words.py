@@ -11,6 +11,7 @@ from sweep.errors import RequestError, shown
 from sweep.model import registry
 from sweep.model.quantity import DECISION, Quantity, table
 from sweep.model.system.definition import FUNCTIONS, TIME, Declared, Event, Label, Measure, Node, symbols
+from sweep.model.system.tables import NO_LABEL, OWN_ENDINGS
 from sweep.request.expression_text import read_expression
 from sweep.request.start_list import WORDS as LIST_WORDS
 from sweep.request.suggestions import suggestion
@@ -36,8 +37,6 @@ _OTHERS = (
 )  # fmt: skip
 #: Ends of the names that an atlas makes of a state and of a measure.
 _MADE = ("_end", "_error")
-#: How a motion ends of itself, and the label of one whose end is open: no ending and no label of a user is called so.
-_OWN_ENDINGS, _OWN_LABEL = ("not_computed", "runs_on", "unresolved", "sensitive"), "undecided"
 
 #: What one entry of a word is called.
 _CALLED = {"ends": "ending", "measures": "measure", "label": "label", "theory": "theory of"}
@@ -239,8 +238,8 @@ class Words:
             if text == RUNS_ON:
                 return text
             flags = {
-                "ending": (*_OWN_ENDINGS, *(each.name for each in ends)),
-                "label": (_OWN_LABEL, *(each.name for each in labels)),
+                "ending": (*OWN_ENDINGS, *(each.name for each in ends)),
+                "label": (NO_LABEL, *(each.name for each in labels)),
             }
             units = {each.name: each.units for each in (*states, *parameters)}
             units |= {each.name: each.units for each in measures} | {"end_time": time_units}
@@ -281,7 +280,7 @@ class Words:
         for key, value in zip(node.keys, node.values, strict=True):
             with self._source.at(key or value, f"the word {word}"):
                 name = _text(key)
-                check_name(name, tuple(found), (*_OWN_ENDINGS, _OWN_LABEL))
+                check_name(name, tuple(found), (*OWN_ENDINGS, NO_LABEL))
             with self._source.at(value, f"the {_CALLED[word]} {name}"):
                 everything = word == "label" and isinstance(value, ast.Constant) and value.value is True
                 found[name] = make(name, None if everything else _text(value, instead))

@@ -34,6 +34,9 @@ from sweep.model.system.definition import Declared, Definition
 #: Name of the ending of a motion that nothing ends, and of that of cells whose two passes differ.
 RUNNING, UNDECIDED_END = "runs_on", "sensitive"
 
+#: Names of the endings that every system has, and of the label of a motion that has none.
+OWN_ENDINGS, NO_LABEL = ("not_computed", RUNNING, "unresolved", UNDECIDED_END), "undecided"
+
 #: End of the name of the stated error of a value, and of that of a state at the end.
 ERROR, AT_END = "_error", "_end"
 
@@ -95,7 +98,7 @@ def endings(definition: Definition) -> Endings:
 def labels(definition: Definition) -> Mapping[int, str]:
     """Return the codes of where a motion is at its end."""
     named = {number: each.name for number, each in enumerate(definition.labels, 1)}
-    return MappingProxyType({0: "undecided", **named})
+    return MappingProxyType({0: NO_LABEL, **named})
 
 
 def stated(name: str) -> str:
