@@ -23,6 +23,9 @@ LEGS = (1e6, 1e4, 1e2, 1.0)
 #: happened to vanish.
 JUMP, LEAST_JUMP = 1024.0, 1e-9
 
+#: So far the rates may differ by rounding, over the size of their terms: all that there is where these cancel.
+NOISE = 1e-12
+
 #: Steps of a leg at most.
 MOST_STEPS = 10_000_000.0
 
@@ -223,7 +226,8 @@ def _ends_wrong(lane, h, lanes):
     for i in range(STATES):
         size = max(lanes[SIZES + i * LANES + lane], abs(lanes[Y + i * LANES + lane]))
         apart = abs(lanes[SCRATCH + i * COEFFICIENTS + 1] - lanes[SLOPE + i * LANES + lane])
-        if not apart * h <= room * size:
+        noise = NOISE * lanes[SCRATCH + (STATES + EXTREMES + EVENTS) * COEFFICIENTS + i]
+        if not (apart * h <= room * size or apart <= noise):
             return True
     return False
 

@@ -141,6 +141,8 @@ class SeriesSource:
         Assignments. They need y0, y1 ... (the states), t, and the names of `constants`.
     states, wanted : list of list of str
         The coefficients of each, from order 0 to `order`: texts of the lines.
+    rounding : list of str
+        Of each rate the size of its terms at order 0.
     constants : ConstantSource
     """
 
@@ -148,6 +150,7 @@ class SeriesSource:
         self._program, self._constant = program, is_constant(program)
         self.constants, self.lines = ConstantSource(program), []
         self._values, self._notes, self._count = [[] for _ in program], {}, 0
+        self._sizes = {}
         self.states = [[f"y{i}"] for i in range(len(rates))]
         needed = self._closure(rates)
         for k in range(order):
@@ -158,6 +161,25 @@ class SeriesSource:
         for k in range(order + 1):
             self._order(k, self._closure(wanted) if k == order else self._closure(wanted) - needed)
         self.wanted = [[self._at(each, k) for k in range(order + 1)] for each in wanted]
+        self.rounding = [self._size(rate) for rate in rates]
+
+    def _size(self, number):
+        """Return the size of all terms of a value at the start of a step: with its last place the value is rounded."""
+        if number not in self._sizes:
+            kind, *given = self._program[number]
+            inner = () if self._constant[number] else given
+            if inner and kind in ("+", "-"):
+                text = _sum(map(self._size, given))
+            elif inner and kind == "*":
+                text = _product(*map(self._size, given))
+            elif inner and kind == "neg":
+                text = self._size(given[0])
+            elif inner and kind == "/":
+                text = f"{self._size(given[0])} / abs({self._at(given[1], 0) or '0.0'})"
+            else:
+                text = f"abs({self._at(number, 0) or '0.0'})"
+            self._sizes[number] = self._assigned(text)
+        return self._sizes[number]
 
     def _closure(self, roots):
         """Return the instructions that some need, themselves among them."""

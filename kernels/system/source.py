@@ -10,7 +10,7 @@ from kernels.jit import kernel, simd
 from kernels.lanes.layout import LANES
 from kernels.system import lanes as system_lanes
 from kernels.system import polynomials
-from kernels.system.lanes import JUMP, LEAST_JUMP
+from kernels.system.lanes import JUMP, LEAST_JUMP, NOISE
 from kernels.system.polynomials import ORDER
 from kernels.system.series import SeriesSource
 
@@ -37,7 +37,7 @@ class Layout:
         ):  # fmt: skip
             rows[name] = at * LANES
             at += count
-        scratch = -(-series * (ORDER + 1) // LANES) * LANES
+        scratch = -(-(series * (ORDER + 1) + states) // LANES) * LANES
         rows |= {"RETURNED": rows["CONSTANT"], "STEPPING": rows["START"], "SIZE": rows["SCRATCH"] + scratch}
         vars(self).update(rows)
 
@@ -100,7 +100,7 @@ def _words(text):
 
 def _series(source, states, names):
     given = ", ".join([*(f"y{i}" for i in range(states)), "t", *names])
-    found = [text or "0.0" for row in (*source.states, *source.wanted) for text in row]
+    found = [text or "0.0" for row in (*source.states, *source.wanted, source.rounding) for text in row]
     # a tuple of one kind: a state that is given is a number as well
     return _function("simd", f"series({given})", [*source.lines, f"return ({', '.join(found)},)"])
 
@@ -112,15 +112,16 @@ def _call(source, layout, states, names):
     load += [f"{name} = lanes[{layout.CONSTANT + i * LANES} + lane]" for i, name in enumerate(names)]
     rows = len(source.states) + len(source.wanted)
     found = [[f"a{row}_{k}" for k in range(ORDER + 1)] for row in range(rows)]
-    unpacked = ", ".join(name for row in found for name in row)
+    rounding = [f"b{i}" for i in range(states)]
+    unpacked = ", ".join(name for row in (*found, rounding) for name in row)
     given = ", ".join([*(f"y{i}" for i in range(states)), "t", *names])
-    return [*load, f"({unpacked},) = series({given})"], found
+    return [*load, f"({unpacked},) = series({given})"], found, rounding
 
 
 def _coefficients(source, layout, states, names):
-    lines, found = _call(source, layout, states, names)
-    for row, each in enumerate(found):
-        lines += [f"lanes[scratch + {row * (ORDER + 1) + k}] = {name}" for k, name in enumerate(each)]
+    lines, found, rounding = _call(source, layout, states, names)
+    values = [*(name for row in found for name in row), *rounding]
+    lines += [f"lanes[scratch + {place}] = {name}" for place, name in enumerate(values)]
     return _function("kernel", "coefficients(lane, scratch, lanes)", lines)
 
 
@@ -149,7 +150,7 @@ def _radius(texts, row, names):
 
 def _advance(source, layout, states, extremes, names):
     """Source of one step of one lane."""
-    lines, found = _call(source, layout, states, names)
+    lines, found, rounding = _call(source, layout, states, names)
     lines += [f"lt = lanes[{layout.LOG_TOLERANCE} + lane]", "longest = 1000.0"]
     seen = {""}
     for row, texts in enumerate((*source.states, *source.wanted)):
@@ -185,7 +186,8 @@ def _advance(source, layout, states, extremes, names):
         lines.append(
             f"room = (rough_exp2(lt + {math.log2(JUMP)!r}) + {LEAST_JUMP!r}) * lanes[{at['SIZES'] + i * LANES} + lane]"
         )
-        lines.append("jump = jump | (apart > room)")
+        noise = f"{NOISE!r} * {rounding[i]} * last"
+        lines.append(f"jump = jump | ((apart > room) & (apart > {noise}))")
     lines += [f"w{i} = value(h, {', '.join(each)})" for i, each in enumerate(found[states:])]
     finite = " + ".join([
         *(f"0.0 * n{i}" for i in range(states)), *(f"0.0 * w{i}" for i in range(len(found) - states))

@@ -188,3 +188,12 @@ def test_an_event_and_a_measure_without_a_value_are_unresolved():
     ):
         endings, _, _ = run(f'@system(duration="3", {word})\n{still}', {"y": np.array([-1.0, -2.0])})
         assert endings[-1].tolist() == [UNRESOLVED] * 2, word
+
+
+def test_a_state_of_rounding_alone_is_followed():
+    """A rate whose terms cancel leaves a state of rounding; the motion has its numbers all the same."""
+    text = '@system(duration="10")\ndef both(x=1.0, v=0.0, d=0.0):\n    return v, -x, 0.3*(x + v) - 0.3*x - 0.3*v\n'
+    endings, found, _ = run(text, {"x": np.array([1.0, 0.3, 7.0])})
+    assert endings[-1].tolist() == [RUNS_ON] * 3
+    assert np.all(np.abs(found[-1, 0] - np.array([1.0, 0.3, 7.0]) * math.cos(10.0)) <= 1e-10)
+    assert np.all(np.abs(found[-1, 2]) <= 1e-12)
