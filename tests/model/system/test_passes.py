@@ -75,7 +75,7 @@ def test_rounding_grows_as_errors_do():
         ({"endings": (RUNS_ON, RUNS_ON, UNRESOLVED, RUNS_ON)}, UNRESOLVED),
         ({"times": (10.0, 10.0, 9.99, 10.0)}, DIFFERENT),
         ({"x": (0.5, 0.5, 0.52, 0.5)}, DIFFERENT),
-        ({"x": (0.2, 0.4, 0.501, 0.5)}, RUNS_ON),
+        ({"x": (0.2, 0.4, 0.5005, 0.5)}, RUNS_ON),
     ],
 )
 def test_when_a_cell_is_decided(given, expected):
