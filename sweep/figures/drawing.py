@@ -159,7 +159,9 @@ def draw_map(axes: "Axes", panel: Panel, colouring: Colouring, second: bool = Tr
     _draw_flags(axes, panel, colouring)
     if panel.edges:
         _draw_edges(axes, panel)
-    if not any(edge.measured.size and np.isfinite(edge.critical).any() for edge in panel.edges):
+    has_line = any(edge.measured.size and np.isfinite(edge.critical).any() for edge in panel.edges)
+    # endings show their borders by their colours, and single sensitive cells would be hidden by lines around them
+    if not has_line and panel.shade.quantity.name != "ending":
         _draw_outline(axes, panel)
 
 

@@ -493,3 +493,12 @@ def test_a_cell_without_a_result_is_hatched_once():
     assert drawn.no_result.any()
     assert np.isnan(drawn.shade.values[drawn.no_result]).all()
     assert not (drawn.shade.absent & drawn.no_result).any()
+
+
+def test_a_map_of_endings_has_no_lines_around_single_cells():
+    """Its colours show where endings meet; a map of verdicts without a line of theory has the border."""
+    atlas = sweep.run("henon_heiles", u="-1:1:16", v="-1:1:16", duration=20)
+    for name, outlined in (("ending", False), ("stability", True)):
+        figure = plots.figure([atlas], look=Look(quantity=name))
+        labels = [each.get_label() for each in figure.axes[0].collections]
+        assert ("border of the unstable cells" in labels) == outlined, name
