@@ -21,6 +21,7 @@ from sweep.atlas.cf_metadata import COMPRESSION, Declaration, cell_declarations
 from sweep.atlas.dataset import boundaries, coordinates
 from sweep.engine.compute import Block
 from sweep.engine.grid import Span, chunk_shape, chunks
+from sweep.files.one_thread import netcdf_to_itself
 from sweep.files.raw_chunks import RawChunks, packed
 from sweep.model.description import Columns
 from sweep.request.spec import SweepSpec
@@ -131,17 +132,23 @@ class AtlasWriter:
         with self._opened("a") as file:
             stability = file["stability"]
             stability.set_auto_maskandscale(False)
-            for declared, values in boundaries(self.spec, np.asarray(stability[...]), seen):
+            verdicts = np.asarray(stability[...])
+        # the search calls `seen`, which may read files of its own
+        found = [*boundaries(self.spec, verdicts, seen)]
+        with self._opened("a") as file:
+            for declared, values in found:
                 for name, count in zip(declared.dims, values.shape, strict=True):
                     if name not in file.dimensions:
                         file.createDimension(name, count)
                 self._write_whole(file, declared, values)
 
-    def _opened(self, mode: Literal["w", "a"]) -> Any:
+    @contextlib.contextmanager
+    def _opened(self, mode: Literal["w", "a"]) -> Iterator[Any]:
         # not at the top: a request that is refused before any file is opened need not wait for this import
         import netCDF4
 
-        return netCDF4.Dataset(self._path, mode, format="NETCDF4_CLASSIC")
+        with netcdf_to_itself(), netCDF4.Dataset(self._path, mode, format="NETCDF4_CLASSIC") as file:
+            yield file
 
     def _write_only_cell(self, blocks: Iterable[Block], complete: Completion) -> Block:
         """Write the cell of a grid without axes: netCDF stores single numbers as they are."""

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from sweep.atlas.selection import BETWEEN, as_atlas, require_atlas
 from sweep.errors import RequestError, as_path, shown
+from sweep.files.one_thread import netcdf_to_itself
 from sweep.files.paths import check_target
 from sweep.files.publish import FILE_SHARE, check_room, published
 from sweep.request.criterion import Criterion
@@ -41,7 +42,8 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
     # room is reserved, because HDF5 may end the process if a file may not become as large as it wants
     with published(path, needed + _HEADER_BYTES) as unfinished:
         try:
-            dataset.to_netcdf(unfinished, format="NETCDF4_CLASSIC", engine="netcdf4", encoding=unfilled)
+            with netcdf_to_itself(by_xarray=True):
+                dataset.to_netcdf(unfinished, format="NETCDF4_CLASSIC", engine="netcdf4", encoding=unfilled)
         except (OSError, TypeError, ValueError) as problem:
             # an attribute of another program, or the caller's own; the errors of the system have a number
             if getattr(problem, "errno", None) is not None:

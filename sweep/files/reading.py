@@ -16,6 +16,7 @@ from sweep.atlas.selection import as_atlas, require_atlas
 from sweep.atlas.structure import check_structure, known_names, strangers
 from sweep.engine.grid import chunks
 from sweep.errors import LeftOutWarning, RequestError, as_path, printable, shown
+from sweep.files.one_thread import netcdf_to_itself
 from sweep.files.paths import check_atlas
 
 if TYPE_CHECKING:
@@ -53,13 +54,14 @@ def open_atlas(path: str | Path, *, indexed: bool = True) -> "xr.Dataset":
 
     with _netcdf_errors(path), _small_chunk_cache():
         unread = _unread_variables(path)
-        stored = xr.open_dataset(
-            path.absolute(),
-            engine="netcdf4",
-            decode_times=False,
-            drop_variables=[*unread],
-            create_default_indexes=False,
-        )
+        with netcdf_to_itself(by_xarray=True):
+            stored = xr.open_dataset(
+                path.absolute(),
+                engine="netcdf4",
+                decode_times=False,
+                drop_variables=[*unread],
+                create_default_indexes=False,
+            )
     try:
         with damage_named(stored):
             left_out = _check(stored, path, unread)
@@ -119,7 +121,7 @@ def _unread_variables(path: Path) -> list[str]:
     import netCDF4
 
     unread, room = [], path.stat().st_size * _MOST_PACKED + 2**20
-    with netCDF4.Dataset(path.absolute()) as file:
+    with netcdf_to_itself(), netCDF4.Dataset(path.absolute()) as file:
         for name, variable in file.variables.items():
             kind = variable.datatype
             if not isinstance(kind, np.dtype) or kind.kind not in "iufS":

@@ -16,6 +16,7 @@ from sweep.engine.compute import Block, check_device, derive_block, usable_threa
 from sweep.engine.grid import chunks
 from sweep.errors import StoppedError, StorageError, are, counted
 from sweep.files.atlas_writer import AtlasWriter
+from sweep.files.one_thread import netcdf_to_itself
 from sweep.files.paths import check_target
 from sweep.files.publish import refusals
 from sweep.model.quantity import FAILED
@@ -62,7 +63,7 @@ class Failures:
         import netCDF4
 
         failures = cls(spec)
-        with netCDF4.Dataset(path.absolute()) as file:
+        with netcdf_to_itself(), netCDF4.Dataset(path.absolute()) as file:
             file.set_auto_mask(False)
             for span, slices in chunks(spec.shape):
                 failures.count(span.start, np.asarray(file["ending"][slices]).reshape(-1))
