@@ -252,14 +252,14 @@ def test_a_program_of_another_version_goes_on(path, monkeypatch):
 
 
 def test_failed_cells_are_counted_while_they_are_written(path, monkeypatch):
-    """The finished file is not read; the failed cells are those in it, however it was cut into blocks."""
+    """The cells are not read again for it; the failed cells are those in it, however it was cut into blocks."""
     opened, dataset = [], netCDF4.Dataset
     monkeypatch.setattr(
         netCDF4, "Dataset", lambda *args, **how: opened.append(args[1:]) or dataset(*args, **how)
     )
     spec = SweepSpec(tilt="1deg:9deg:12", precession_rate="-1:1:3", roll_rate="steady")
     failures = run_to_file(spec, path, block_cells=5)
-    assert opened == [("w",), ("a",)]
+    assert opened == [("w",), ("a",), ("a",)]
     assert failures.total == 12
     assert failures.describe() == run.Failures.in_file(path, spec).describe()
     monkeypatch.setattr("sweep.engine.grid.chunk_shape.__defaults__", (7,))
