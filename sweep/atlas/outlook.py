@@ -35,7 +35,7 @@ def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None, asked: Itera
     dataset : xarray.Dataset, optional
         Its atlas, which holds the prediction; computed for up to 2048 rows if not given.
     asked : iterable of str, optional
-        Names of the words of the request: the range is told in them.
+        Names of the words of the request: the range is reported in them.
 
     Returns
     -------
@@ -59,15 +59,15 @@ def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None, asked: Itera
     if not known.any():
         # no range around zero can be given as a share of it
         return []
-    told = reported_as(spec, asked)[axis]
-    name, found = told.quantity.name, told.value(known)
+    reported = reported_as(spec, asked)[axis]
+    name, found = reported.quantity.name, reported.value(known)
     ends = dict.fromkeys(f"{value:.4g}" for value in (found.min(), found.max()))
-    at = f"{' to '.join(ends)} {told.quantity.units}".removesuffix(" 1")
+    at = f"{' to '.join(ends)} {reported.quantity.units}".removesuffix(" 1")
     # converting a range to the parameter rounds its ends; they are written with four digits
     given = (
         getattr(spec, axis)
         if name == axis
-        else _range(getattr(spec, axis), *told.value(np.array([low, high])))
+        else _range(getattr(spec, axis), *reported.value(np.array([low, high])))
     )
     return [
         f"{name}={given} lies on the {side} side of the predicted boundary in every row that has one: "

@@ -59,15 +59,15 @@ def reported_as(spec: SweepSpec, asked: Iterable[str]) -> Mapping[str, ReportedA
         Names of words. A later name replaces an earlier one. Ignored: a substitute whose scale differs between cells; a
         substitute that decreases as its control increases, because 'above the boundary' would become 'below'.
     """
-    told = {name: ReportedAs(each) for name, each in spec.quantities.items()}
+    reported = {name: ReportedAs(each) for name, each in spec.quantities.items()}
     for name in asked:
         if name in spec.quantities:
-            told[name] = ReportedAs(spec.quantities[name])
+            reported[name] = ReportedAs(spec.quantities[name])
         elif substitute := spec.model.substitutes.get(name):
             needed = {each: getattr(spec, each) for each in substitute.needs}
             if not all(isinstance(each, float) for each in needed.values()):
                 continue
             scale = substitute.scale(needed)
             if scale > 0.0 or not spec.quantities[substitute.parameter].control:
-                told[substitute.parameter] = ReportedAs(substitute, scale, substitute.offset)
-    return told
+                reported[substitute.parameter] = ReportedAs(substitute, scale, substitute.offset)
+    return reported

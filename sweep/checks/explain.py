@@ -99,10 +99,10 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     contradicted = [
         name for name, (value, error) in in_time.items() if _apart(table[name], stored[name], value, error)
     ]
-    told = reported_as(spec, (*words_of_command(dataset), *given))
+    reported = reported_as(spec, (*words_of_command(dataset), *given))
     lines = [
-        *_where(spec, place, given, told),
-        *_start(spec, start, told),
+        *_where(spec, place, given, reported),
+        *_start(spec, start, reported),
         "",
         *_stored(spec, stored),
         "",
@@ -111,7 +111,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
         *_in_time(spec, in_time, stored, contradicted),
         "",
         *model.linear_prediction(spec, start, stored),
-        *_lines(dataset, spec, start, place, told),
+        *_lines(dataset, spec, start, place, reported),
         "",
         f"verdict     {measures['stability'].flag(stored['stability'])} by {spec.criterion}",
         f"because     {_reason(spec, start, stored)}",
@@ -163,11 +163,11 @@ def _repeat(
 
 
 def _where(
-    spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object], told: Mapping[str, ReportedAs]
+    spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object], reported: Mapping[str, ReportedAs]
 ) -> Iterator[str]:
     at = []
     for name, i in place.items():
-        axis, shown = getattr(spec, name).array(), told[name]
+        axis, shown = getattr(spec, name).array(), reported[name]
         held = f"{name} {spec.quantities[name].spell(axis[i])}"
         is_held = shown.quantity.name == name
         place_of_it = f"{i + 1} of {axis.size}" if is_held else f"{held}, {i + 1} of {axis.size}"
@@ -176,12 +176,12 @@ def _where(
     yield f"cell        {', '.join(at) or 'the only one'}" + (f"; nearest to {asked}" if asked else "")
 
 
-def _start(spec: SweepSpec, start: Mapping[str, float], told: Mapping[str, ReportedAs]) -> Iterator[str]:
+def _start(spec: SweepSpec, start: Mapping[str, float], reported: Mapping[str, ReportedAs]) -> Iterator[str]:
     fixed = []
     for name in [each for each in start if each not in spec.axes]:
-        spelled = told[name].spell(start[name]) if np.isfinite(start[name]) else "none"
+        spelled = reported[name].spell(start[name]) if np.isfinite(start[name]) else "none"
         fixed.append(
-            f"{told[name].quantity.name} {getattr(spec, name) if name in spec.constants else spelled}"
+            f"{reported[name].quantity.name} {getattr(spec, name) if name in spec.constants else spelled}"
         )
     yield f"start       {', '.join(fixed)}"
     if spec.model.coordinate:
@@ -261,17 +261,17 @@ def _lines(
     spec: SweepSpec,
     start: Mapping[str, float],
     place: Mapping[str, int],
-    told: Mapping[str, ReportedAs],
+    reported: Mapping[str, ReportedAs],
 ) -> Iterator[str]:
     """Yield where the boundaries of the cell's row lie."""
     for axis, edge in found_edges(dataset, spec):
         measured, halfwidth, predicted, critical = (
             float(_value_at(dataset, name, place)) for name in edge_names(axis, edge)
         )
-        shown, name = told[axis], told[axis].quantity.name
+        shown, name = reported[axis], reported[axis].quantity.name
         measured, predicted, critical = map(shown.value, (measured, predicted, critical))
         others = [str(name) for name in dataset[edge_names(axis, edge)[0]].dims]
-        row = f" at this {' and '.join(told[each].quantity.name for each in others)}" if others else ""
+        row = f" at this {' and '.join(reported[each].quantity.name for each in others)}" if others else ""
         side = f"stable {'below' if edge == 'lower' else 'above'} {name}"
         here = f"this cell is at {shown.value(start[axis]):.6g}"
         if np.isfinite(measured):

@@ -72,13 +72,13 @@ def open_streams() -> None:
 
 def tell_warnings() -> None:
     """Let warnings for users be said in one line, as all messages are; others are shown as before."""
-    before, told = warnings.showwarning, set[str]()
+    before, shown_once = warnings.showwarning, set[str]()
 
     def show(message: Warning | str, category: type[Warning], *place: Any) -> None:
         if issubclass(category, _FOR_USERS):
             # Python itself forgets what it has shown when a library changes the filters
-            if str(message) not in told:
-                told.add(str(message))
+            if str(message) not in shown_once:
+                shown_once.add(str(message))
                 say(f"warning: {message}")
         else:
             before(message, category, *place)

@@ -39,14 +39,14 @@ def describe(dataset: "xr.Dataset") -> str:
     model = spec.model
     require(dataset, (model.peak, model.error_name))
     errors = list(_errors(dataset, spec))
-    told = reported_as(spec, words_of_command(dataset))
+    reported = reported_as(spec, words_of_command(dataset))
     known = {name: _cut(plain_text(dataset.attrs.get(name, "unknown"))) for name in _MAKERS}
     lines = [
         known["title"],
         "",
         f"{'starts' if spec.is_list else 'grid':<11} {_grid(spec)}",
-        *_axis_lines(spec, told),
-        f"fixed       {_fixed(dataset, spec, told)}",
+        *_axis_lines(spec, reported),
+        f"fixed       {_fixed(dataset, spec, reported)}",
         f"criterion   unstable if {spec.criterion.unstable_if(spec.model)}",
         f"method      {spec.method}, {_settings(spec)}",
         *_untimed(spec),
@@ -59,7 +59,7 @@ def describe(dataset: "xr.Dataset") -> str:
         f"{model.peak.replace('_', ' '):<11} {_range(dataset[model.peak], model.variables[model.peak])}",
         f"errors      {', '.join(errors)} ({'both ' * (len(errors) == 2)}estimated in every cell)",
         *_added_lines(dataset, spec),
-        *_boundary_lines(dataset, spec, told),
+        *_boundary_lines(dataset, spec, reported),
         "",
         "made        " + known["history"].replace("\n", "\n            "),
         f"by          {known['source']}; fingerprint {known['sweep_fingerprint'][:16]}",
@@ -78,17 +78,17 @@ def boundary_table(dataset: "xr.Dataset", asked: Iterable[str] = ()) -> str:
     """Return the measured boundary beside the lines of theory, one row per value of the other axes.
 
     Without a control parameter among the axes there are no such rows: then the points of its curves, if it was refined.
-    Values are told in the words that made the atlas, or in those that are `asked` for.
+    Values are reported in the words that made the atlas, or in those that are `asked` for.
     """
     spec = spec_of(dataset)
-    told = reported_as(spec, (*words_of_command(dataset), *asked))
+    reported = reported_as(spec, (*words_of_command(dataset), *asked))
     if spec.is_list:
         return "This atlas has no boundary: a list of starts has no rows in which one is sought. See eulerdisk info."
     tables = groupby(boundary_rows(dataset), lambda row: (row["along"], row["edge"]))
-    if found := ["\n".join(_edge_lines(spec, told, *edge, rows)) for edge, rows in tables]:
+    if found := ["\n".join(_edge_lines(spec, reported, *edge, rows)) for edge, rows in tables]:
         return "\n\n".join(found)
     if "curve_point_count" in dataset:
-        return "\n".join(_curve_lines(spec, told, curve_rows(dataset)))
+        return "\n".join(_curve_lines(spec, reported, curve_rows(dataset)))
     if spec.boundary_width is None and len(spec.axes) > 1:
         return f"This atlas has no boundary in rows: {_no_control(spec)}. --refine WIDTH finds it as curves."
     return f"This atlas has no boundary: {_no_control(spec)}."
@@ -106,16 +106,16 @@ def _head(quantity: Quantity) -> str:
 
 
 def _edge_lines(
-    spec: SweepSpec, told: Mapping[str, ReportedAs], along: str, edge: str, rows: Iterable[Row]
+    spec: SweepSpec, reported: Mapping[str, ReportedAs], along: str, edge: str, rows: Iterable[Row]
 ) -> Iterator[str]:
-    shown = told[along]
+    shown = reported[along]
     names, others = edge_names(shown.quantity.name, edge), [axis for axis in spec.axes if axis != along]
-    heads = [_head(told[name].quantity) for name in others]
+    heads = [_head(reported[name].quantity) for name in others]
     head = f"{names[0]} [{shown.quantity.units}]".removesuffix(" [1]")
     yield "  ".join([*heads, head, "+-", names[2], names[3], "row"])
     for row in rows:
         at = [
-            f"{told[name].value(row[name]) * told[name].quantity.plot_scale:<{len(head)}.6g}"
+            f"{reported[name].value(row[name]) * reported[name].quantity.plot_scale:<{len(head)}.6g}"
             for name, head in zip(others, heads, strict=True)
         ]
         half = None if row["halfwidth"] is None else shown.width(row["halfwidth"])
@@ -126,13 +126,13 @@ def _edge_lines(
         yield "  ".join([*at, measured, _number(half, half), *lines, row["status"].replace("_", " ")])
 
 
-def _curve_lines(spec: SweepSpec, told: Mapping[str, ReportedAs], rows: Iterable[Row]) -> Iterator[str]:
-    heads = [(_head(told[name].quantity), "+-") for name in spec.axes]
+def _curve_lines(spec: SweepSpec, reported: Mapping[str, ReportedAs], rows: Iterable[Row]) -> Iterator[str]:
+    heads = [(_head(reported[name].quantity), "+-") for name in spec.axes]
     yield "  ".join(["curve", *(word for pair in heads for word in pair)])
     for row in rows:
         words = [f"{row['curve']} {'closed' if row['closed'] else 'open'}"]
         for name in spec.axes:
-            shown, scale = told[name], told[name].quantity.plot_scale
+            shown, scale = reported[name], reported[name].quantity.plot_scale
             half = shown.width(row[f"{name}_halfwidth"] or 0.0) * scale
             # a point on the grid is known to the last bit
             place = None if row[name] is None else shown.value(row[name]) * scale
@@ -162,14 +162,14 @@ def _grid(spec: SweepSpec) -> str:
     return f"{' x '.join(map(str, spec.shape))} = {counted(spec.size, 'cell')}"
 
 
-def _axis_lines(spec: SweepSpec, told: Mapping[str, ReportedAs]) -> Iterator[str]:
+def _axis_lines(spec: SweepSpec, reported: Mapping[str, ReportedAs]) -> Iterator[str]:
     for name in spec.listed:
         yield f"  {name:<17} {getattr(spec, name).in_words(spec.model.parameters[name])}"
     for name in () if spec.is_list else spec.axes:
         quantity, axis = spec.model.parameters[name], getattr(spec, name)
-        shown = told[name].quantity
+        shown = reported[name].quantity
         spacing = getattr(axis, "spacing", "listed")
-        ends = _ends(shown, sorted(map(told[name].value, axis.ends())))
+        ends = _ends(shown, sorted(map(reported[name].value, axis.ends())))
         held = "" if shown is quantity else f"; {name} {_ends(quantity, axis.ends())}"
         yield f"  {shown.name:<17} {ends}, {counted(len(axis), 'value')}, {spacing}{held}"
 
@@ -179,10 +179,10 @@ def _ends(quantity: Quantity, ends: Iterable[float]) -> str:
     return f"{low} to {high} {quantity.shown_units}".strip()
 
 
-def _fixed(dataset: "xr.Dataset", spec: SweepSpec, told: Mapping[str, ReportedAs]) -> str:
+def _fixed(dataset: "xr.Dataset", spec: SweepSpec, reported: Mapping[str, ReportedAs]) -> str:
     parameters = spec.model.parameters
     fixed = [
-        f"{told[name].quantity.name} {told[name].spell(float(dataset[name].values), 6)}"
+        f"{reported[name].quantity.name} {reported[name].spell(float(dataset[name].values), 6)}"
         for name in spec.fixed
         if name in dataset and not _not_there(getattr(spec, name), parameters[name])
     ]
@@ -250,8 +250,8 @@ def _added_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     """Yield a line for each variable that an option has added to every cell, as contact=yes does."""
     for name, quantity in spec.model.cell_variables(spec).items():
         if name not in spec.model.variables and name in dataset:
-            told = (_flag_counts if quantity.flags else _range)(dataset[name], quantity).strip()
-            yield f"added       {quantity.long_name}: {told}"
+            extent = (_flag_counts if quantity.flags else _range)(dataset[name], quantity).strip()
+            yield f"added       {quantity.long_name}: {extent}"
 
 
 def _most(values: "xr.DataArray | xr.Variable") -> str:
@@ -259,13 +259,15 @@ def _most(values: "xr.DataArray | xr.Variable") -> str:
     return f"{known.max():.1e}" if known.size else "-"
 
 
-def _boundary_lines(dataset: "xr.Dataset", spec: SweepSpec, told: Mapping[str, ReportedAs]) -> Iterator[str]:
+def _boundary_lines(
+    dataset: "xr.Dataset", spec: SweepSpec, reported: Mapping[str, ReportedAs]
+) -> Iterator[str]:
     for axis, edge in found_edges(dataset, spec):
         measured, halfwidth_name, _, _ = edge_names(axis, edge)
         found = dataset[measured].values
         count = int(np.isfinite(found).sum())
         side = "below" if edge == "lower" else "above"
-        shown, name = told[axis], told[axis].quantity.name
+        shown, name = reported[axis], reported[axis].quantity.name
         lines = row_edges.in_words(edge_status(dataset, axis, edge), name)
         if count:
             low, high = (shown.value(float(each(found))) for each in (np.nanmin, np.nanmax))
@@ -308,8 +310,8 @@ def describe_motion(path: Path) -> str:
         ]
         values = {name: float(file[name].values) for name in kind.fixed}
         # a loss that is not there, and a friction coefficient without a limit, say nothing
-        told = {name: value for name, value in values.items() if value != 0.0 and np.isfinite(value)}
-        disk = [f"{name} {kind.inputs[name].spell(value, 6)}" for name, value in told.items()]
+        given = {name: value for name, value in values.items() if value != 0.0 and np.isfinite(value)}
+        disk = [f"{name} {kind.inputs[name].spell(value, 6)}" for name, value in given.items()]
         times, ending, lost = file[TIME.name].values, end_of(file), losses_of(file)
         peak = kind.variables["tilt"].spell(float(np.abs(file["tilt"].values).max()), 3)
     ending = f", {ending}" if ending else ""
