@@ -1,4 +1,4 @@
-"""Files that appear whole: created under a name that nobody can guess, synchronised, and renamed.
+"""Files that appear whole: created under a name that cannot be guessed, synchronised, and renamed.
 
 Nothing else in `sweep` opens a file for writing, renames one or replaces one. What is opened here is always a new file:
 a name that is taken is an error, and so is a symbolic link, which somebody else may have put there.

@@ -106,7 +106,7 @@ def _check_command(words: Sequence[str]) -> None:
 def _ended_by_interrupts() -> Iterator[None]:
     """End the process on Ctrl-C, at once and without a traceback: for as long as there is nothing to tidy up.
 
-    The exception that Python raises otherwise would come from the middle of an import, where nobody catches it.
+    The exception that Python raises otherwise would come from the middle of an import, where no code catches it.
     """
     if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         # a shell that starts a program in the background lets it ignore Ctrl-C

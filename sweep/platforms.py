@@ -101,7 +101,7 @@ def available_threads() -> int:
 
 
 def usual_threads() -> int:
-    """Return how many threads kernels run in where nobody chose: those available, NUMBA_NUM_THREADS at most."""
+    """Return how many threads kernels run in by default: those available, NUMBA_NUM_THREADS at most."""
     return min(available_threads(), most_threads())
 
 

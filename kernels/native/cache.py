@@ -109,7 +109,7 @@ def problem_of(status, *, sticky_is_safe=False):
 
 
 def _read_own(path):
-    """Return the content of a file that nobody else can write; empty if it is not there, or another thing."""
+    """Return the content of a file that no other user can write; empty if it is not there, or another thing."""
 
     def opened(name, flags):
         return os.open(name, flags | os.O_NOFOLLOW | os.O_NONBLOCK)

@@ -74,7 +74,7 @@ class _Lowering(NativeLowering):
         state.library = _PartLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         state.flags.no_compile = True
         super().run_pass(state)
-        # Numba knows a function by the object that Python would call; nobody calls this one
+        # Numba knows a function by the object that Python would call; this one is never called
         stand_in = [].append
         state.targetctx.insert_user_function(stand_in, state.cr.fndesc, [state.library])
         state.cr = state.cr._replace(cfunc=stand_in)

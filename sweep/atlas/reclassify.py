@@ -65,7 +65,7 @@ def reclassify(
         new = spec.replace(criterion=criterion)
         return _with_verdicts(atlas, new, _judged(atlas, new), f"reclassified with {criterion}")
     name = shown(printable(ascii_text(str(getattr(criterion, "__qualname__", type(criterion).__qualname__)))))
-    # between its cells nobody can ask the function
+    # between its cells the function gives no verdict
     new = spec.replace(criterion=Criterion("function", name), boundary=GRID)
     truths = _truths(criterion(atlas), atlas["ending"])
     verdicts = new.criterion.outcome(spec.model.endings, atlas["ending"].values, truths)

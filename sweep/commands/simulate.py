@@ -170,7 +170,7 @@ def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":
 
 
 def _request_of_preset(preset: str, given: Mapping[str, str]) -> "MotionRequest":
-    """Return the request for the motion of a preset; say if it is the wobble that nobody has asked for."""
+    """Return the request for the motion of a preset; say if it is the wobble that was not asked for."""
     from sweep.model.disk.tables import WOBBLE
     from sweep.motion.origin import request_of_preset
 

@@ -36,7 +36,7 @@ _MOST_POINTS = 20_000
 #: Area of a point [points squared], of few and of many.
 _LARGEST, _SMALLEST = 9.0, 1.2
 
-#: Area up to which points have no smooth edge: nobody sees the edge, and it makes a picture four times as large.
+#: Area up to which points have no smooth edge: the edge is not seen, and it makes a picture four times as large.
 _SMOOTH = 4.0
 
 #: Points of a line of theory.

@@ -1,7 +1,7 @@
 """The periods of a chunk of cells, as an entry point of its own.
 
 It is compiled apart from the extremes (`kernels.disk.exact.extremes.reduce`), which call it by its address: it need not
-be compiled where nobody asks for periods, and elsewhere two processes compile both at once.
+be compiled where no periods are asked for, and elsewhere two processes compile both at once.
 """
 
 from kernels.disk.exact.chunk import MEMORY_TYPES, Tables, chunk_in
