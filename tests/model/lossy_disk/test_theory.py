@@ -299,6 +299,10 @@ def test_the_line_follows_the_time_that_the_criterion_asks_for():
     both = LOSSY_DISK.lines(spec, "roll_rate", whole(spec))
     np.testing.assert_array_equal(both["upper"][1], -both["lower"][1])
     np.testing.assert_allclose(both["upper"][1][0], short[0], rtol=1e-15)
+    spec = SweepSpec(**COIN, rolling_friction="9um", roll_rate="-60:-10:7", duration="2s")
+    [(edge, behind)] = LOSSY_DISK.lines(spec, "roll_rate", whole(spec)).items()
+    assert edge == "lower"
+    np.testing.assert_array_equal(behind, both["lower"])
 
 
 def test_the_estimate_calls_no_range_one_sided():
