@@ -74,3 +74,14 @@ def test_the_worst_value_is_one_that_is_too_far_off():
     assert (tally.judged, tally.beyond, tally.excused, tally.first) == (4, 1, 1, [12])
     assert (tally.worst.place, tally.worst.beyond) == (12, True)
     assert (tally.largest, tally.allowed, tally.ratio) == (3.0, 2.0, 1.5)
+
+
+def test_a_variable_held_against_two_things_is_as_wrong_as_the_worse_one_says():
+    """All 8 values repeat; of every second one the exact value is known, and two of those are wrong."""
+    checks, fine, every = Checks("tilt_max", "rad"), np.zeros(8), np.ones(8, bool)
+    checks.add(0, CellCheck("tilt_max", "the same run again", fine, np.ones(8), every))
+    apart = np.array([0.0, 3.0, 0.5, 2.0])
+    checks.add(0, CellCheck("tilt_max", "the exact value", apart, np.ones(4), every[:4]), step=2)
+    found = checks.statement(lambda place: f"value {place}")
+    assert (found.judged, found.wrong, found.named) == (8, 2, ["value 2", "value 6"])
+    assert (found.difference, found.allowed) == (3.0, 1.0)

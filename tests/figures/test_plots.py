@@ -1,4 +1,5 @@
 import math
+from types import SimpleNamespace
 
 import matplotlib
 import numpy as np
@@ -8,7 +9,7 @@ from matplotlib.text import Text
 
 import sweep
 from sweep.figures import plots
-from sweep.figures.drawing import MOST_POINTS, evenly, joined
+from sweep.figures.drawing import MOST_POINTS, _automatic, evenly, joined
 from sweep.figures.look import Look
 from sweep.figures.panels import panel
 from sweep.model.disk.tables import ENDINGS
@@ -343,6 +344,26 @@ def test_hatching_covers_the_cells_that_it_is_for():
         ]
         hatched = [any(box.x0 < middle < box.x1 for box in spans) for middle in x]
         np.testing.assert_array_equal(hatched, cells)
+
+
+def test_the_analytic_rate_has_a_number_where_it_is_one_number(atlases):
+    """Along the radius it is many: the legend has the formula alone."""
+    many = sweep.run(ROLLING.replace(roll_rate="2:4:11", radius="0.3:0.6:4", tilt="1deg"))
+    one, several = (
+        [text for axes in plots.figure([each]).axes for text in words(axes)]
+        for each in (atlases["rolling"], many)
+    )
+    assert rf"= {math.sqrt(G_OVER_3R):.4g} rad" in " ".join(one)
+    assert any(text.endswith(r"\sqrt{g/3R}$") for text in several)
+
+
+def test_contour_levels_are_round_numbers():
+    """Between 1 and 200 they are 2, 5, 10, ...; over five decades powers of ten; over a narrow range in equal steps."""
+    wide = [SimpleNamespace(values=np.geomspace(1.0, high, 50)) for high in (200.0, 3e5)]
+    assert _automatic(wide[:1], 1.0, 200.0) == (2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+    assert _automatic(wide[1:], 1.0, 3e5) == (1e1, 1e2, 1e3, 1e4, 1e5)
+    narrow = SimpleNamespace(values=np.linspace(1.0, 2.0, 50))
+    assert np.ptp(np.diff(_automatic([narrow], 1.0, 2.0))) < 1e-12
 
 
 def test_legend_names_the_criterion(atlases):
