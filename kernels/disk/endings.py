@@ -7,3 +7,5 @@ HORIZON = 3
 FELL = 4
 UNRESOLVED = 5
 INVALID = 6
+#: Of a body with two edges alone (`kernels.bodies`).
+EDGE_CHANGE = 7

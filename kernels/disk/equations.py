@@ -96,6 +96,69 @@ def energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha):
     )
 
 
+# What follows is what the stages of a cell ask of the equations. Other bodies have other functions under these names
+# (`kernels.bodies.integrate`); their `constants` have other numbers.
+
+
+@simd
+def height(S, C, constants):
+    """Height of the centre of mass, over R."""
+    return C
+
+
+@simd
+def potential(S, C, o, s, constants):
+    """Energy over m g R of a state without its rate of the tilt."""
+    return 0.5 * constants[1] * s * s + 0.5 * constants[2] * o * o + C
+
+
+@simd
+def whole_energy(state, constants, alpha):
+    """Energy over m g R."""
+    S, C, _, w, o, s = state
+    return energy(S, C, w, o, s, alpha)
+
+
+@simd
+def energy_gained(state, start, constants, alpha):
+    """Energy minus that of the start (S, C, w, o, s), over m g R: `energy_change`."""
+    S, C, _, w, o, s = state
+    return energy_change(S, C, w, o, s, *start, alpha)
+
+
+@simd
+def per_inertia(S, C, constants):
+    """One over the moment of inertia of a rotation of the tilt, in m R^2."""
+    return constants[0]
+
+
+@simd
+def fastest_square(state, constants):
+    """Square of the fastest rate of a state: of its linearised motion, and of its own rates."""
+    _, _, _, w, o, s = state
+    return constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w
+
+
+@simd
+def slopes_along(S, C, s, o, constants):
+    """Derivatives of (S, C, s, o) with respect to y, where dtilt = C dy: Chaplygin's system, free of divisions."""
+    return C * C, -S * C, -constants[3] * o * C, o * S - 2.0 * s * C
+
+
+@simd
+def fall_along(S, C, s, o, constants):
+    """Slope of the potential with respect to y, over m g R."""
+    return -(S * C + o * (constants[1] * s * C - constants[2] * o * S))
+
+
+@simd
+def pull_and_terms(state, constants):
+    """Magnitude of the slope of the potential, and the sum of the magnitudes of its terms."""
+    S, _, T, _, o, s = state
+    p, oT = constants[1] * s, constants[2] * (o * T)
+    return abs(S + o * (p - oT)), abs(S) + abs(o) * (abs(p) + abs(oT))
+
+
 @simd
 def force(state, constants):
     """Magnitude of the slope of the potential, over m g R, and its second derivative in the tilt.

@@ -2,8 +2,15 @@
 
 import math
 
-from kernels.disk.endings import BOUNDED, FELL
-from kernels.disk.equations import energy_change, force
+from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL
+from kernels.disk.equations import (
+    energy_gained,
+    fastest_square,
+    force,
+    height,
+    per_inertia,
+    pull_and_terms,
+)
 from kernels.jit import simd
 
 #: Distance from 1 to the next double.
@@ -25,7 +32,7 @@ _RELATIVE_ROUNDING = 8.0 * EPS
 
 
 @simd
-def drift(state, start, whole, alpha, steps):
+def drift(state, start, whole, alpha, constants, steps):
     """How far the invariants of a state have drifted since its start.
 
     Parameters
@@ -35,6 +42,7 @@ def drift(state, start, whole, alpha, steps):
         S, C, w, o, s of the motion's start.
     whole, alpha : float
         Energy of the start over m g R; mass distribution.
+    constants : tuple of floats
     steps : float
         Steps since the start.
 
@@ -54,20 +62,12 @@ def drift(state, start, whole, alpha, steps):
     by about eps*sqrt(steps) of its terms, and the part of the energy that the rates hold by up to three times that
     (fast disks at 1e-6 rad).
     """
-    S, C, T, w, o, s = state
-    S0, C0, w0, o0, s0 = start
-    change = abs(energy_change(S, C, w, o, s, S0, C0, w0, o0, s0, alpha))
+    S, C, T, _, o, s = state
+    change = abs(energy_gained(state, start, constants, alpha))
     circle, tangent = abs((S - 1.0) * (S + 1.0) + C * C), abs(T * C - S)
     doubt = change + (circle + tangent) * (1.0 + o * o + s * s)
-    rounding = EPS * math.sqrt(steps + 4.0) * (2.0 + 4.0 * (whole - C0))
+    rounding = EPS * math.sqrt(steps + 4.0) * (2.0 + 4.0 * (whole - height(start[0], start[1], constants)))
     return change + circle + tangent, doubt, rounding, change
-
-
-@simd
-def _pull_and_terms(S, T, o, s, constants):
-    """Magnitude of the slope of the potential, and the sum of the magnitudes of its terms."""
-    p, oT = constants[1] * s, constants[2] * (o * T)
-    return abs(S + o * (p - oT)), abs(S) + abs(o) * (abs(p) + abs(oT))
 
 
 @simd
@@ -81,7 +81,7 @@ def uncertain_energy(drifts, state, start, constants, h, tilt_change, steps):
     state : tuple of 6 floats
     start : tuple of 5 floats
         S, C, w, o, s of the motion's start.
-    constants : tuple of 4 floats
+    constants : tuple of floats
     h : float
         Scaled step over cos(tilt).
     tilt_change : float
@@ -101,13 +101,13 @@ def uncertain_energy(drifts, state, start, constants, h, tilt_change, steps):
     instead.
     """
     _, doubt, rounding, _ = drifts
-    S, _, T, w, o, s = state
+    S, C, T, w, _, _ = state
     S0, C0, w0, o0, s0 = start
-    pull, terms = _pull_and_terms(S, T, o, s, constants)
-    pull0, terms0 = _pull_and_terms(S0, S0 / C0, o0, s0, constants)
+    pull, terms = pull_and_terms(state, constants)
+    pull0, terms0 = pull_and_terms((S0, C0, S0 / C0, w0, o0, s0), constants)
     # the last step passes the turning point
-    reach = tilt_change + h * h * constants[0] * (pull + pull0)
-    fastest = constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w + w0 * w0
+    reach = tilt_change + h * h * per_inertia(S, C, constants) * (pull + pull0)
+    fastest = fastest_square(state, constants) + w0 * w0
     share = h * h * fastest
     share *= share * (_METHOD_SHARE + reach * (1.0 + abs(T) + abs(S0 / C0)))
     rounded = _RELATIVE_ROUNDING * math.sqrt(steps + 4.0)
@@ -130,7 +130,7 @@ def estimated_error(ending, state, drifts, uncertain, constants):
         What `drift` returns.
     uncertain : float
         What `uncertain_energy` returns.
-    constants : tuple of 4 floats
+    constants : tuple of floats
 
     Returns
     -------
@@ -149,10 +149,10 @@ def estimated_error(ending, state, drifts, uncertain, constants):
     speed = abs(state[3])
     # not max(0, ...), which would turn a NaN into zero
     beyond = 0.0 if lost <= rounding else lost - rounding
-    left = 0.5 * speed * speed / constants[0]
+    left = 0.5 * speed * speed / per_inertia(state[0], state[1], constants)
     if ending != BOUNDED:
-        # at fall_tilt with less energy than is uncertain: the disk may have turned before
-        if ending == FELL and left <= 2.0 * uncertain:
+        # at this tilt with less energy than is uncertain: the disk may have turned before
+        if ending in (FELL, EDGE_CHANGE) and left <= 2.0 * uncertain:
             return math.inf, math.inf
         divisor = max(pull, speed)
         return beyond / divisor, uncertain / divisor

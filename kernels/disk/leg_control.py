@@ -12,10 +12,11 @@ import math
 
 from kernels.disk import arrays as row
 from kernels.disk import layout as at
-from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, STEADY, UNRESOLVED
+from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL, HORIZON, INVALID, STEADY, UNRESOLVED
 from kernels.disk.error_estimate import MOST_LOSS, drift, estimated_error, uncertain_energy
 from kernels.disk.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acceleration
 from kernels.disk.simd_stages import (
+    EDGED,
     MOST_STEPS,
     constants_of,
     longest,
@@ -120,6 +121,20 @@ def needs_integration(cell, lane, run, lanes, measures, counts):
     return True
 
 
+@simd
+def _beyond(lane, state, run, lanes):
+    """How the motion ended if a state lies beyond its limits; else BOUNDED."""
+    if EDGED and lanes[at.SIDE + lane] * state[0] < 0.0:
+        return EDGE_CHANGE
+    return BOUNDED if state[1] >= run.cos_fall_tilt else FELL
+
+
+@simd
+def _limit(ending, run):
+    """Magnitude of the tilt [rad] at which a motion ends."""
+    return 0.0 if ending == EDGE_CHANGE else run.fall_tilt
+
+
 @kernel
 def _event(lane, run, lanes):
     """Land on the event of a leg: (ending so far, state there, scaled time); BOUNDED stands for a turning point."""
@@ -129,16 +144,16 @@ def _event(lane, run, lanes):
     if lanes[at.HEADING + lane] * state[3] < 0.0:
         there, elapsed = land_on_turning_point(state, constants, most)
         ending = BOUNDED
-        if not there[1] > run.cos_fall_tilt:
-            # the disk turned back only beyond fall_tilt: go back to where it passed that
-            beyond = abs(abs(math.atan2(there[0], there[1])) - run.fall_tilt)
+        ending = _beyond(lane, there, run, lanes)
+        if ending != BOUNDED:
+            # the disk turned back only beyond that tilt: go back to where it passed it
+            beyond = abs(abs(math.atan2(there[0], there[1])) - _limit(ending, run))
             back = -math.sqrt(2.0 * beyond / abs(tilt_acceleration(there, constants)))
             there, elapsed = step(there, constants, back), elapsed + back
-            ending = FELL
-    elif not state[1] >= run.cos_fall_tilt:
-        ending = FELL
-    if ending == FELL:
-        there, more = land_on_tilt(there, constants, math.copysign(run.fall_tilt, there[0]), most)
+    elif _beyond(lane, state, run, lanes) != BOUNDED:
+        ending = _beyond(lane, state, run, lanes)
+    if ending in (FELL, EDGE_CHANGE):
+        there, more = land_on_tilt(there, constants, math.copysign(_limit(ending, run), there[0]), most)
         elapsed += more
     if ending == HORIZON or t + elapsed > end:
         return HORIZON, step(state, constants, end - t), end
@@ -167,7 +182,7 @@ def _end_leg(lane, run, lanes):
     ending, state, t = _event(lane, run, lanes)
     whole, alpha, steps = lanes[at.ENERGY_0 + lane], lanes[at.ALPHA + lane], lanes[at.STEPS + lane]
     start, constants, h = start_of(lane, lanes), constants_of(lane, lanes), scale_of(lane, lanes)
-    drifts = drift(state, start, whole, alpha, steps)
+    drifts = drift(state, start, whole, alpha, constants, steps)
     uncertain = uncertain_energy(drifts, state, start, constants, h, abs(state[0] - start[0]), steps)
     estimate, stated = estimated_error(ending, state, drifts, uncertain, constants)
     lanes[at.TILT_END + lane], lanes[at.TIME_END + lane] = angle_of(state[0], state[1]), t
@@ -240,8 +255,8 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         )
         return False
     tilt = lanes[at.TILT_END + lane]
-    if ending == FELL:
-        tilt = math.copysign(run.fall_tilt, tilt)
+    if ending in (FELL, EDGE_CHANGE):
+        tilt = math.copysign(_limit(ending, run), tilt)
     lanes[at.LEAST + lane] = min(lanes[at.LEAST + lane], tilt)
     lanes[at.GREATEST + lane] = max(lanes[at.GREATEST + lane], tilt)
     # what is accepted has kept the tolerance in all trials, however large the estimate for one motion in a thousand

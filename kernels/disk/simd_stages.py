@@ -7,7 +7,7 @@ import math
 
 from kernels.disk import layout as at
 from kernels.disk.endings import BOUNDED
-from kernels.disk.equations import energy, force, inertia, scaled
+from kernels.disk.equations import force, inertia, scaled, whole_energy
 from kernels.disk.error_estimate import EPS, drift, estimated_error, uncertain_energy
 from kernels.disk.rk4 import approach_turning_point, carried, lane_step, tilt_acceleration
 from kernels.disk.step_size import first_step
@@ -22,11 +22,35 @@ MOST_STEPS = 1.0e8
 TINY, MOST_STEPS_OF_TINY = 1.0e-8, 4.0e4
 
 
+#: Whether a cell may come to the end of an edge, at a tilt of 0: the disk has only one.
+EDGED = False
+
+
+@simd
+def new_constants(lane, lanes):
+    """Constants of a lane from its start, which `read_start` left."""
+    return inertia(lanes[at.ALPHA + lane])
+
+
+@simd
+def keep_constants(lane, constants, lanes):
+    """Store what `constants_of` and `advance` read."""
+    lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane] = constants[0], constants[1]
+    lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane] = constants[2], constants[3]
+    lanes[at.DRAG + lane] = 2.0 * constants[3]
+
+
 @simd
 def constants_of(lane, lanes):
     """Return the constants of `kernels.disk.equations.inertia` of a lane."""
     a, b = lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane]
     return a, b, lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane]
+
+
+@simd
+def kept_spin(s, constants):
+    """What a lane holds of the spin s: p = (1+alpha) s."""
+    return constants[1] * s
 
 
 @simd
@@ -58,24 +82,29 @@ def most_steps(S, w, run):
 
 
 @simd
+def is_steady(state, constants):
+    """Whether a state is a steady motion, to rounding."""
+    S, _, T, w, o, s = state
+    acceleration = tilt_acceleration(state, constants)
+    terms = constants[0] * (abs(S) + abs(o) * (constants[1] * abs(s) + constants[2] * abs(o * T)))
+    return (w == 0.0) & (abs(acceleration) <= 8.0 * EPS * terms)
+
+
+@simd
 def prepare(lane, run, lanes):
     """Scale the start, which `read_start` left in SI units, and choose the step."""
     _, _, tilt_rate, precession_rate, roll_rate = start_of(lane, lanes)
     S, C = sine_cosine_of_tilt(lanes[at.LEAST + lane])
-    alpha, unit = lanes[at.ALPHA + lane], lanes[at.UNIT + lane]
-    state, constants = scaled(S, C, tilt_rate, precession_rate, roll_rate, unit), inertia(alpha)
-    _, _, T, w, o, s = state
-    acceleration = tilt_acceleration(state, constants)
-    terms = constants[0] * (abs(S) + abs(o) * (constants[1] * abs(s) + constants[2] * abs(o * T)))
-    steady = (w == 0.0) & (abs(acceleration) <= 8.0 * EPS * terms)
+    constants, unit = new_constants(lane, lanes), lanes[at.UNIT + lane]
+    state = scaled(S, C, tilt_rate, precession_rate, roll_rate, unit)
+    _, _, _, w, o, s = state
+    steady = is_steady(state, constants)
     _, curvature = force(state, constants)
     own = first_step(state, constants, run.relative_step)
     lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane] = S, C, w
     lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane] = o, s
-    lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane] = constants[0], constants[1]
-    lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane] = constants[2], constants[3]
-    lanes[at.DRAG + lane] = 2.0 * constants[3]
-    lanes[at.ENERGY_0 + lane] = energy(S, C, w, o, s, alpha)
+    keep_constants(lane, constants, lanes)
+    lanes[at.ENERGY_0 + lane] = whole_energy(state, constants, lanes[at.ALPHA + lane])
     lanes[at.STEADY + lane], lanes[at.CURVATURE + lane] = 1.0 if steady else 0.0, curvature
     lanes[at.STEP + lane] = run.step / unit if run.step > 0.0 else own
     lanes[at.REFINED + lane], lanes[at.FAILED + lane] = 0.0, math.nan
@@ -91,7 +120,7 @@ def set_off(lane, run, lanes):
     # the motion backward in time is the motion forward with all rates reversed
     sense = 1.0 - 2.0 * lanes[at.BACKWARD + lane]
     state = S, C, S / C, sense * w, sense * o, sense * s
-    acceleration, p = tilt_acceleration(state, constants), constants[1] * state[5]
+    acceleration, p = tilt_acceleration(state, constants), kept_spin(state[5], constants)
     left, most = time_left(lane, run, lanes), most_steps(S, w, run) * scale
     end = most if most < left else left  # min() is a call
     uniform = 0.5 * scale if run.step > 0.0 else 0.0
@@ -147,12 +176,14 @@ def land(lane, run, lanes):
     state, elapsed, left, near = approach_turning_point(state, constants, longest(lane, lanes))
     state = carried(state, constants, 0.5 * state[3] * left)
     t = before + (elapsed + left)
-    drifts = drift(state, start, whole, alpha, steps)
+    drifts = drift(state, start, whole, alpha, constants, steps)
     uncertain = uncertain_energy(
         drifts, state, start, constants, scale_of(lane, lanes), abs(state[0] - start[0]), steps
     )
     estimate, stated = estimated_error(BOUNDED, state, drifts, uncertain, constants)
     landed = turned & near & (state[1] > run.cos_fall_tilt) & (not (t > end))
+    if EDGED:
+        landed = landed & (lanes[at.SIDE + lane] * state[0] >= 0.0)
     lanes[at.LANDED + lane], lanes[at.TIME_END + lane] = 1.0 if landed else 0.0, t
     lanes[at.TILT_END + lane] = angle_of(state[0], state[1])
     lanes[at.ESTIMATE_END + lane], lanes[at.ERROR_END + lane], lanes[at.CHANGE_END + lane] = (

@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 from kernels.disk.arrays import DURATION, FALL_TILT, STEP, TOLERANCE
+from kernels.disk.equations import fastest_square
 from kernels.jit import kernel, simd
 
 #: Step over the fastest time scale of the start, at a tolerance of 1e-8; see `first_step`.
@@ -45,8 +46,7 @@ def first_step(state, constants, relative_step):
     The rates of the start give the fastest frequency of the linearised motion; the step then shrinks like cos(tilt)
     as the tilt approaches 90 deg.
     """
-    _, _, _, w, o, s = state
-    return relative_step / math.sqrt(constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w)
+    return relative_step / math.sqrt(fastest_square(state, constants))
 
 
 @kernel

@@ -7,7 +7,7 @@ their ends, and only then by taking their steps again. All of it is scalar code.
 
 import math
 
-from kernels.disk.equations import force
+from kernels.disk.equations import fall_along, force, per_inertia, potential, slopes_along
 from kernels.disk.error_estimate import drift, uncertain_energy
 from kernels.disk.rk4 import step, tilt_acceleration
 from kernels.jit import kernel, simd
@@ -42,18 +42,13 @@ def _leaves_summit(state, constants, heading):
     _, curvature = force(state, constants)
     if not curvature < 0.0:
         return False
-    downhill = heading * tilt_acceleration(state, constants) / constants[0]
+    inertia = 1.0 / per_inertia(state[0], state[1], constants)
+    downhill = heading * tilt_acceleration(state, constants) * inertia
     if downhill >= 0.0:
         return True
     # the maximum is ahead by downhill/curvature and higher by half of downhill^2/curvature, if that is near enough
-    kinetic = 0.5 * state[3] * state[3] / constants[0]
+    kinetic = 0.5 * state[3] * state[3] * inertia
     return downhill > 0.1 * curvature * -curvature and 0.5 * downhill * downhill < -0.8 * curvature * kinetic
-
-
-@simd
-def _slopes_along(S, C, s, o, constants):
-    """Derivatives of (S, C, s, o) with respect to y, where dtilt = C dy: Chaplygin's system, free of divisions."""
-    return C * C, -S * C, -constants[3] * o * C, o * S - 2.0 * s * C
 
 
 @simd
@@ -64,10 +59,10 @@ def _moved(S, C, s, o, h, slope):
 @simd
 def _step_along(S, C, s, o, h, constants):
     """One step of the classical Runge-Kutta method in y."""
-    one = _slopes_along(S, C, s, o, constants)
-    two = _slopes_along(*_moved(S, C, s, o, 0.5 * h, one), constants)
-    three = _slopes_along(*_moved(S, C, s, o, 0.5 * h, two), constants)
-    four = _slopes_along(*_moved(S, C, s, o, h, three), constants)
+    one = slopes_along(S, C, s, o, constants)
+    two = slopes_along(*_moved(S, C, s, o, 0.5 * h, one), constants)
+    three = slopes_along(*_moved(S, C, s, o, 0.5 * h, two), constants)
+    four = slopes_along(*_moved(S, C, s, o, h, three), constants)
     part = h / 6.0
     return (
         S + part * (one[0] + 2.0 * (two[0] + three[0]) + four[0]),
@@ -77,19 +72,13 @@ def _step_along(S, C, s, o, h, constants):
     )
 
 
-@simd
-def _fall(S, C, s, o, constants):
-    """Slope of the potential with respect to y, over m g R."""
-    return -(S * C + o * (constants[1] * s * C - constants[2] * o * S))
-
-
 @kernel
 def _lies_in_hidden_well(state, constants, h):
     """Whether the end of a leg lies in a well of the potential that is narrower than the distance of two nodes."""
     pull, curvature = force(state, constants)
     if not curvature > 0.0:
         return False
-    kinetic = 0.5 * state[3] * state[3] / constants[0]
+    kinetic = 0.5 * state[3] * state[3] / per_inertia(state[0], state[1], constants)
     reach = h * state[1]
     return 2.0 * kinetic + pull * pull / curvature < curvature * reach * reach
 
@@ -103,14 +92,14 @@ def _slow_between(state, tilt_end, constants):
     h = length / nodes
     if _lies_in_hidden_well(state, constants, h):
         return True
-    i_spin, i_roll = 0.5 * constants[2], 0.5 * constants[1]
-    whole = 0.5 * w * w / constants[0] + i_roll * s * s + i_spin * o * o + C
-    kinetic, slope = 0.5 * w * w / constants[0], -h * _fall(S, C, s, o, constants)
+    kinetic = 0.5 * w * w / per_inertia(S, C, constants)
+    whole = kinetic + potential(S, C, o, s, constants)
+    slope = -h * fall_along(S, C, s, o, constants)
     for _ in range(nodes):
         S, C, s, o = _step_along(S, C, s, o, h, constants)
         before, slope_before = kinetic, slope
-        kinetic = whole - (i_roll * s * s + i_spin * o * o + C)
-        slope = -h * _fall(S, C, s, o, constants)
+        kinetic = whole - potential(S, C, o, s, constants)
+        slope = -h * fall_along(S, C, s, o, constants)
         if slope_before < 0.0 < slope:
             # the parabolas from both nodes, with the curvature that their slopes show
             bend = slope - slope_before
@@ -136,10 +125,11 @@ def _doubtful_on_the_way(state, constants, leg, whole, alpha):
         state = step(state, constants, h)
         slower = heading * tilt_acceleration(state, constants) < 0.0
         if slowing and not slower:
-            drifts = drift(state, start, whole, alpha, n)
+            drifts = drift(state, start, whole, alpha, constants, n)
             scale, change = uniform + graded, abs(state[0] - start[0])
             uncertain = uncertain_energy(drifts, state, start, constants, scale, change, n)
-            if not 0.5 * state[3] * state[3] / constants[0] > _MARGIN * uncertain:
+            kinetic = 0.5 * state[3] * state[3] / per_inertia(state[0], state[1], constants)
+            if not kinetic > _MARGIN * uncertain:
                 return True
         slowing = slower
     # one step is left, and the landing
@@ -150,7 +140,7 @@ def _doubtful_on_the_way(state, constants, leg, whole, alpha):
 @simd
 def is_long(time, constants):
     """Whether a leg of some scaled time is long enough for a doubtful pass; most are not."""
-    return not time * math.sqrt(constants[0]) < _SHORTEST
+    return not time * math.sqrt(per_inertia(0.0, 1.0, constants)) < _SHORTEST
 
 
 @kernel
@@ -161,7 +151,7 @@ def doubtful_pass(state, constants, leg, whole, alpha):
     ----------
     state : tuple of 6 floats
         State where the leg began, with the rates of its sense of time.
-    constants : tuple of 4 floats
+    constants : tuple of floats
     leg : tuple of 6 floats
         Tilts [rad] where it began and ended, steps, sign of the tilt rate, and the scaled steps: the part that is
         constant and the part that is multiplied by cos(tilt).

@@ -1,0 +1,75 @@
+"""The bodies: their meridian as an arc of a circle, and the moments of inertia that follow from their shape.
+
+The *core* of an arc is the distance of its centre from the axis of the body, its *shift* that along the axis from the
+centre of mass, its *edge* its radius; all over the outer radius. The centre of mass is then at the height
+core cos(tilt) + shift sin(tilt) + edge (the support function of the meridian).
+"""
+
+import math
+from typing import NamedTuple
+
+from kernels.jit import kernel
+
+#: Numbers of the bodies, in the order of `NAMES`.
+NAMES = ("torus", "rounded", "rim", "ball")
+TORUS, ROUNDED, RIM, BALL = range(len(NAMES))
+
+
+class Arc(NamedTuple):
+    """The meridian of a body: see the docstring of the module."""
+
+    core: float
+    shift: float
+    edge: float
+
+
+@kernel
+def arc_of(body, tube, thickness, fillet, offset):
+    """Return the `Arc` of a body; lengths over the outer radius, those that it does not have are not read."""
+    if body == TORUS:
+        return Arc(1.0 - tube, 0.0, tube)
+    if body == ROUNDED:
+        return Arc(1.0 - 0.5 * thickness, 0.0, 0.5 * thickness)
+    if body == RIM:
+        return Arc(1.0 - fillet, 0.5 * thickness - fillet, fillet)
+    return Arc(0.0, offset, 1.0)
+
+
+def torus_moments(tube, hollow):
+    """Return axial and transverse moment of a torus over m R^2.
+
+    Parameters
+    ----------
+    tube : float or array
+        Radius of the tube over the outer radius.
+    hollow : bool
+        Whether all mass is in the surface of the tube.
+    """
+    share, core = (2.0 if hollow else 1.0) * tube * tube, 1.0 - tube
+    return core * core + 0.75 * share, 0.5 * core * core + 0.625 * share
+
+
+def solid_moments(thickness, fillet):
+    """Return axial and transverse moment of a solid cylinder of radius 1 whose edges are quarters of circles.
+
+    Parameters
+    ----------
+    thickness, fillet : float or array
+        Length of the cylinder and radius of its edges over its radius; fillet at most half the thickness.
+
+    Notes
+    -----
+    Integrals of r^2, r^4 and z^2 r^2 along the axis, with r = 1 over the straight part, 2 (thickness/2 - fillet) long, and
+    r = 1 - fillet + sqrt(fillet^2 - u^2) at the distance u from its ends.
+    """
+    half, c, f = 0.5 * thickness - fillet, 1.0 - fillet, fillet
+    squares = c**2 * f + 0.5 * math.pi * c * f**2 + 2.0 / 3.0 * f**3
+    fourths = (
+        c**4 * f + math.pi * c**3 * f**2 + 4.0 * c**2 * f**3 + 0.75 * math.pi * c * f**4 + 8.0 / 15.0 * f**5
+    )
+    first = 0.5 * c**2 * f**2 + 2.0 / 3.0 * c * f**3 + 0.25 * f**4
+    second = c**2 * f**3 / 3.0 + 0.125 * math.pi * c * f**4 + 2.0 / 15.0 * f**5
+    volume = half + squares
+    axial = 0.5 * (half + fourths) / volume
+    along = (half**3 / 3.0 + half**2 * squares + 2.0 * half * first + second) / volume
+    return axial, 0.5 * axial + along
