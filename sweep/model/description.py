@@ -270,6 +270,8 @@ class Model(ABC):
         Measures that depend on the criterion: an atlas that is judged by another one loses them.
     chosen_by : tuple of str
         Words that choose the model in a request which names none, and which the model that it would have does not know.
+    does_without : tuple of str
+        Words that a request leaves behind when it becomes one of this model: those of a file, or of another spec.
     peak : str
         The variable that reports and, unless `drawn` names another one, maps show.
     drawn : str
@@ -326,6 +328,7 @@ class Model(ABC):
     shown: tuple[str, ...] = ()
     lost_name: str = ""
     chosen_by: tuple[str, ...] = ()
+    does_without: tuple[str, ...] = ()
     presets: Path
     integrate: Kernel
     words: Words

@@ -1,4 +1,4 @@
-"""The models of a request that have a name of their own: the disk without and with losses.
+"""The models of a request that have a name of their own: the disk without and with losses, and other bodies.
 
 A system of a user is a model too (`sweep.model.system.model`): a request carries it as text. A spec or a file can only
 name one of these: nothing in it is ever imported.
@@ -19,6 +19,7 @@ DEFAULT = "disk"
 _OWN: Mapping[str, tuple[str, str]] = MappingProxyType({
     DEFAULT: ("sweep.model.disk.model", "DISK"),
     "lossy_disk": ("sweep.model.lossy_disk.model", "LOSSY_DISK"),
+    "bodies": ("sweep.model.bodies.model", "BODIES"),
 })  # fmt: skip
 
 

@@ -41,6 +41,7 @@ from sweep.request.words import (
     pairs,
     read_axes,
     read_word,
+    with_body,
     with_table,
 )
 
@@ -114,7 +115,7 @@ class SweepSpec:
 
     # the names of words are the user's, and "self" may be one of them
     def __init__(self, /, **words: Any) -> None:
-        words = with_table(with_system(words))
+        words = with_body(with_table(with_system(words)))
         model = model_for(words.pop("model", None), given_in(words))
         order = words.pop("axes", None)
         check_known(words, model)
@@ -310,7 +311,7 @@ class SweepSpec:
     @classmethod
     def _of_file(cls, path: Path, changes: Mapping[str, Any], others: Sequence[str] = ("axes",)) -> Self:
         """Return the spec in a file with changes of its words, or of `others`."""
-        held, changes = with_system(read_file(path), path.parent), with_table(changes)
+        held, changes = _of_one_body(with_system(read_file(path), path.parent), with_table(changes))
         if any(isinstance(held.get(name), list) for name in SWEEP_TABLES):
             raise RequestError(
                 f"This file has tables [[{SWEEP_TABLES[0]}]]: it holds several sweeps, and one is asked for here.",
@@ -321,6 +322,8 @@ class SweepSpec:
         try:
             held = held if "starts" in changes else with_table(held, path.parent)
             model = model_for(held.get("model"), (*given_in(held), *given_in(changes)))
+            if model is not model_for(held.get("model"), given_in(held)):
+                held = {name: raw for name, raw in held.items() if name not in model.does_without}
         except RequestError as error:
             raise error.at(f"{place(path)}: {error.where}") from None
         check_known(changes, model, others)
@@ -345,13 +348,14 @@ class SweepSpec:
         RequestError
             If the result is not a request.
         """
-        changes = with_table(with_system(changes))
-        model = model_for(changes.get("model"), given_in(changes), self.model)
+        held, changes = _of_one_body(self.words(), with_table(with_system(changes)))
+        other = self.model if len(held) == len(self.words()) else None
+        model = model_for(changes.get("model"), given_in(changes), other)
         given = {parameter_of(name, model) for name in changes}
         kept = {
             name: value
             for name, value in self._words_for(model).items()
-            if name in self.axes or name not in given
+            if name in held and (name in self.axes or name not in given)
         }
         return type(self)(**{"model": model, **changed(kept, changes, model)})
 
@@ -360,7 +364,11 @@ class SweepSpec:
         if model is self.model:
             return self.words()
         defaults = _defaults(self.model)
-        return {name: value for name, value in self.words().items() if value != defaults[name]}
+        return {
+            name: value
+            for name, value in self.words().items()
+            if value != defaults[name] and name not in model.does_without
+        }
 
     def resolve(
         self, words: Mapping[str, Any], read: Callable[[object, Quantity], Value] = read_value
@@ -446,6 +454,13 @@ class SweepSpec:
                 f"{shown(text)} is not what SweepSpec.canonical() wrote: {problem}.",
                 hint="Take the text unchanged from the atlas.",
             ) from problem
+
+
+def _of_one_body(held: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return words and changes without ``body=disk``: where that is a change, without the words of another body too."""
+    thin = with_body(changes)
+    others = registry.named("bodies").chosen_by if len(thin) < len(changes) else ()
+    return {name: raw for name, raw in with_body(held).items() if name not in others}, thin
 
 
 def _unpickled(text: str, starts: StartTable | str) -> SweepSpec:

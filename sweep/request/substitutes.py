@@ -20,7 +20,15 @@ from sweep.model.quantity import Input, Quantity, Substitute
 from sweep.request.sources import NORMAL, UNIFORM, Distribution, Range, Values
 from sweep.request.start_list import WORDS
 from sweep.request.start_table import Column, GivenTable, StartTable, table_for
-from sweep.request.values import Source, Value, allowed, not_allowed, read_distribution, read_value
+from sweep.request.values import (
+    Source,
+    Value,
+    allowed,
+    has_unit,
+    not_allowed,
+    read_distribution,
+    read_value,
+)
 from sweep.request.words import read_input
 
 _NOTHING: Mapping[str, object] = MappingProxyType({})
@@ -32,6 +40,11 @@ _MOST_LISTED = 10_000
 def parameter_of(name: str, model: Model) -> str:
     """Return the parameter that a word gives: that of a substitute, for any other word its own name."""
     return model.substitutes[name].parameter if name in model.substitutes else name
+
+
+def _is_substitute(name: str, raw: object, model: Model) -> bool:
+    """Whether a word gives a substitute: one that is called like its parameter is told by a unit."""
+    return name in model.substitutes and (name not in model.parameters or has_unit(raw))
 
 
 def changed(held: Mapping[str, Any], changes: Mapping[str, Any], model: Model) -> dict[str, Any]:
@@ -86,7 +99,7 @@ def resolved(
         If a parameter is given in two ways, a value cannot be read, or a parameter varies that a substitute needs.
     """
     check_once(words, model)
-    given = {name: model.substitutes[name] for name in words if name in model.substitutes}
+    given = {name: model.substitutes[name] for name, raw in words.items() if _is_substitute(name, raw, model)}
     sources = {
         name: read_distribution(words[name], each) or read(words[name], each) for name, each in given.items()
     }

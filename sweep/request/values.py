@@ -344,7 +344,7 @@ def at_word(error: RequestError, words: Mapping[str, Any], values: Mapping[str, 
     message, where = error.message, error.where
     for name, raw in words.items():
         # what stands for a parameter is in no check
-        if name in values and any(unit for _, unit in _numbers_in(raw)):
+        if name in values and has_unit(raw):
             given = f"{name}={shown(raw)}"
             message = message.replace(f" {name}={values[name]}", f" {given}")
             where = given if where == name else where
@@ -376,6 +376,11 @@ def both_written(specs: tuple[Request, Request], name: str) -> tuple[str, str]:
     ]
     first, second = map(shown, exact if written[0] == written[1] else written)
     return first, second
+
+
+def has_unit(raw: object) -> bool:
+    """Return whether any number in what was given has a unit."""
+    return any(unit for _, unit in _numbers_in(raw))
 
 
 def _numbers_in(raw: object) -> Iterator[tuple[str, str]]:

@@ -1,0 +1,72 @@
+"""Steady motions of bodies of revolution, and when they are stable; as `kernels.disk.steady`.
+
+Plain arithmetic on scalars and NumPy arrays. Everything is scaled (`kernels.bodies.equations`); a body is its `Body`.
+"""
+
+import numpy as np
+
+
+def _levers(S, C, body):
+    return body.core + body.edge * C, -body.shift - body.edge * S, body.core * S - body.shift * C
+
+
+def steady_spin(tilt, o, body):
+    """Spin s that keeps the tilt constant at a given o = precession rate times cos(tilt); not finite where o is 0.
+
+    Notes
+    -----
+    The equation of the tilt without acceleration: s = -[l + o^2 (h b/C - A T)] / [o (I + a h/C)].
+    """
+    S, C = np.sin(tilt), np.cos(tilt)
+    a, b, lever = _levers(S, C, body)
+    tall = (a * C - b * S) / C
+    return -(lever + o * o * (tall * b - body.transverse * S / C)) / (o * (body.axial + a * tall))
+
+
+def wobble_square(tilt, body):
+    """Square of the precession rate with which the tilt stays constant while the centre of mass rests.
+
+    Notes
+    -----
+    With a s + b o = 0 the same equation is o^2 (A T + I b/a) = l: precession rate^2 = l/[C^2 (A T + I b/a)].
+    """
+    S, C = np.sin(tilt), np.cos(tilt)
+    a, b, lever = _levers(S, C, body)
+    return lever / (C * C * (body.transverse * S / C + body.axial * b / a))
+
+
+def centred_spin(tilt, o, body):
+    """Spin s with which the centre of mass of a body with constant tilt is at rest: -b o/a."""
+    a, b, _ = _levers(np.sin(tilt), np.cos(tilt), body)
+    return -b * o / a
+
+
+def stability_coefficient(tilt, o, s, body):
+    """Coefficient k of small oscillations d'' + k d = 0 about a steady motion: stable where k > 0.
+
+    Notes
+    -----
+    The second derivative of the potential -(l + o M)' over the inertia B, along the linear system of o and s.
+    """
+    S, C = np.sin(tilt), np.cos(tilt)
+    a, b, lever = _levers(S, C, body)
+    T, A, I, r = S / C, body.transverse, body.axial, body.edge  # noqa: E741 - the letters of the equations
+    B, D = A + a * a + b * b, I * A + I * b * b + A * a * a
+    twist = (body.core * o - (r * S + body.ratio * b) * s) / D
+    o_slope, s_slope = T * o - body.ratio * s - I * b * twist, -A * a * twist
+    v, arm = a * s + b * o, a - b * T
+    v_slope = a * s_slope + b * o_slope - r * (S * s + C * o)
+    torque = I * s - A * T * o + arm * v
+    torque_slope = I * s_slope - A * o / (C * C) - A * T * o_slope - b / (C * C) * v + arm * v_slope
+    # o appears in both A o/C^2 and A T o_slope
+    return -(body.core * C + body.shift * S + o_slope * torque + o * torque_slope) / B
+
+
+def critical_spin_square(body):
+    """Square of the spin above which upright rolling is stable, of a body upright in balance: A (1-r)/[I (1+I)]."""
+    return body.transverse * (1.0 - body.edge) / (body.axial * (1.0 + body.axial))
+
+
+def critical_precession_square(body):
+    """Square of the precession rate above which upright spinning is stable: (1-r)/(1+A)."""
+    return (1.0 - body.edge) / (1.0 + body.transverse)

@@ -1,0 +1,119 @@
+"""What a body of revolution is: the names, tables and functions that the rest of the program asks for."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kernels.bodies import shapes
+from kernels.disk import arrays
+from sweep.model.bodies import tables
+from sweep.model.bodies.shape import check_shape, complete
+from sweep.model.description import Columns, Model, Request, Starts, Words
+from sweep.model.disk.initial_conditions import check_steady_rates, circling
+from sweep.model.disk.model import DISK
+from sweep.model.kernel import Kernel
+from sweep.model.quantity import Array, Truths
+
+
+class Bodies(Model):
+    """A body of revolution that rolls without slipping and without losses."""
+
+    name = "bodies"
+    parameters, settings, options = tables.PARAMETERS, tables.SETTINGS, tables.OPTIONS
+    substitutes = tables.SUBSTITUTES
+    devices = ("cpu",)
+    chosen_by, does_without = tables.CHOOSING, ("alpha",)
+    endings, variables = tables.ENDINGS, tables.VARIABLES
+    measures, counts = arrays.MEASURES, arrays.COUNTS
+    coordinate, extremes, error_name, peak = DISK.coordinate, DISK.extremes, DISK.error_name, DISK.peak
+    lost_name = "the body falls"
+    presets = Path(__file__).with_name("presets")
+    integrate = Kernel("kernels.bodies.integrate", "integrate", seconds=8.0)
+    words = Words(
+        summary="Stability atlas of a body of revolution that rolls without slipping on a horizontal plane: for every "
+        "start of a grid the extreme tilts of the motion, {}, and the verdict of a criterion.",
+        keywords="rolling body of revolution, torus, coin, nonholonomic dynamics, stability, parameter sweep",
+        references="reduction: Chaplygin 1897; Borisov and Mamaev, Regul. Chaotic Dyn. 7 (2002) 177; equations: "
+        "docs/bodies.md of this program",
+    )
+    synonyms = DISK.synonyms
+    ambiguous = {  # noqa: RUF012 - the base class declares it a Mapping
+        **{part: text for part, text in DISK.ambiguous.items() if part != "flat_tilt"},
+        "alpha": "alpha is for the thin disk; of a body say axial_moment and transverse_moment, or leave both out.",
+        "speed": "Say roll_rate: the contact point of a body is not always at the same distance from its axis.",
+    }
+
+    def headline(self, spec: Request) -> str:
+        """Return what is looked at, which follows from the rates and the body."""
+        motion, _, looked_at = DISK.headline(spec).partition(": ")
+        article = "an" if tables.CALLED[spec.body][0] in "aeiou" else "a"
+        return f"{motion}, {article} {tables.CALLED[spec.body]}: {looked_at.replace('disk', 'body')}"
+
+    def undisturbed(self, spec: Request, starts: Starts) -> Array:
+        """Return the tilt [rad] of the motion that each start disturbs: its own if circling, else upright."""
+        return DISK.undisturbed(spec, starts)
+
+    def perturbation(self, spec: Request, starts: Starts) -> Array:
+        """Return the size [rad] of the perturbation in each start.
+
+        Notes
+        -----
+        sqrt((tilt - steady tilt)^2 + (tilt_rate / W)^2), with W^2 = gravity / ((1 + transverse moment) radius): that of
+        the disk, whose transverse moment is alpha/2.
+        """
+        slow = np.sqrt((1.0 + starts["transverse_moment"]) * starts["radius"] / starts["gravity"])
+        return np.hypot(starts["tilt"] - self.undisturbed(spec, starts), starts["tilt_rate"] * slow)
+
+    def disturbed_motion(self, spec: Request) -> str:
+        """Return what the starts disturb."""
+        return "steady circling at this tilt" if circling(spec) else "the upright body"
+
+    def check(self, values: Mapping[str, Any]) -> None:
+        """Refuse rates that do not follow from the others, and what no body is."""
+        check_steady_rates(values)
+        check_shape(values)
+
+    def complete(self, spec: Request, starts: Starts) -> Starts:
+        """Return starts with the moments of their bodies, and the rates that keep the tilt of each cell."""
+        return complete(spec, starts)
+
+    def kernel_settings(self, spec: Request) -> Array:
+        """Return the settings, and the number of the body."""
+        return np.append(super().kernel_settings(spec), float(shapes.NAMES.index(spec.body)))
+
+    def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
+        """Return what completes starts and states settings."""
+        return ["kernels.bodies.steady", "kernels.bodies.shapes", complete.__module__, Bodies.kernel_settings]
+
+    def derive(self, starts: Starts, measured: Columns) -> Columns:
+        """Return the peak tilt."""
+        return DISK.derive(starts, measured)
+
+    def may_be_lost(self, spec: Request, measured: Columns, error: Array) -> Truths:
+        """Return which cells come so near to fall_tilt that they could have fallen within the error."""
+        return DISK.may_be_lost(spec, measured, error)
+
+    def unit_of_square(self, spec: Request, axis: str) -> tuple[float, str] | None:
+        """Return g/R, in which the square of a rate is a pure number."""
+        return DISK.unit_of_square(spec, axis)
+
+    def lost_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
+        """Return when the body fell."""
+        return DISK.lost_in_words(spec, stored)
+
+    def open_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
+        """Return what ended a motion that may yet go further."""
+        if self.endings.among(np.array(stored["ending"]), "edge_change"):
+            return self.endings.of(stored["ending"]).reason
+        return super().open_in_words(spec, stored)
+
+    def linear_prediction(
+        self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
+    ) -> Iterable[str]:
+        """Return what small oscillations about the steady motion say of a cell."""
+        return ()
+
+
+BODIES = Bodies()

@@ -1,0 +1,177 @@
+"""The bodies of a request: what of its words goes together, and the body and the rates of each start."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from kernels.bodies import arrays, shapes, steady
+from kernels.bodies.equations import Body
+from sweep.errors import RequestError
+from sweep.model.bodies.tables import CALLED, LENGTHS, OF_THE_BODY, PARAMETERS
+from sweep.model.description import Request, Starts
+from sweep.model.disk.initial_conditions import circling
+from sweep.model.disk.tables import WOBBLE
+from sweep.model.quantity import Array
+
+#: Thickest disk with a semicircular edge: two radii, a ball.
+_THICKEST_ROUNDED = 2.0
+
+
+def check_shape(values: Mapping[str, Any]) -> None:
+    """Refuse lengths and moments that are not those of one body.
+
+    Parameters
+    ----------
+    values : mapping of str to value
+        Of every word of a request.
+
+    Raises
+    ------
+    RequestError
+    """
+    body = str(values["body"])
+    _check_lengths(values, body)
+    if body == "rounded" and _ends(values["thickness"])[1] > _THICKEST_ROUNDED:
+        _refuse(
+            f"A disk with a semicircular edge is at most two radii thick, then it is a ball; got "
+            f"thickness={values['thickness']}.",
+            "Give 0 <= thickness <= 2, in radii, or body=rim.",
+            "thickness",
+        )
+    if body == "rim":
+        _check_rim(values)
+    if body == "ball":
+        _check_ball(values)
+    _check_moments(values)
+
+
+def _refuse(message: str, hint: str, where: str) -> None:
+    raise RequestError(message, hint=hint, where=where)
+
+
+def _check_lengths(values: Mapping[str, Any], body: str) -> None:
+    for name in dict.fromkeys(each for lengths in LENGTHS.values() for each in lengths):
+        if name not in LENGTHS[body] and values[name] != PARAMETERS[name].default:
+            having = [other for other, lengths in LENGTHS.items() if name in lengths]
+            _refuse(
+                f"A {CALLED[body]} has no {name}; it has {' and '.join(LENGTHS[body])}. Got body={body} "
+                f"{name}={values[name]}.",
+                f"Leave {name} out, or say body={' or body='.join(having)}.",
+                name,
+            )
+    if values["filling"] != "solid" and body != "torus":
+        _refuse(
+            f"Only a torus is solid or hollow; got body={body} filling={values['filling']}.",
+            "Leave filling out, and give axial_moment and transverse_moment.",
+            "filling",
+        )
+
+
+def _check_rim(values: Mapping[str, Any]) -> None:
+    thinnest, widest = _ends(values["thickness"])[0], _ends(values["fillet"])[1]
+    if thinnest == 0.0:
+        _refuse(
+            f"A disk with a rim is thicker than 0; got thickness={values['thickness']}.",
+            "Give thickness > 0, or leave body out: that is the thin disk.",
+            "thickness",
+        )
+    if widest > 0.5 * thinnest:
+        _refuse(
+            f"The edges of a rim take half its thickness at most: 0 <= fillet <= thickness/2; got "
+            f"fillet={values['fillet']} thickness={values['thickness']}.",
+            "Give a smaller fillet, or body=rounded, whose edge is a semicircle.",
+            "fillet",
+        )
+
+
+def _check_ball(values: Mapping[str, Any]) -> None:
+    given = [name for name in ("axial_moment", "transverse_moment") if values[name] != OF_THE_BODY]
+    if values["offset"] != 0.0 and len(given) < 2:
+        _refuse(
+            f"The moments of a ball whose centre of mass is not its centre do not follow from its shape; got "
+            f"offset={values['offset']}.",
+            "Give axial_moment and transverse_moment, about the centre of mass and over mass times radius squared.",
+            "offset",
+        )
+
+
+def _check_moments(values: Mapping[str, Any]) -> None:
+    axial, transverse = values["axial_moment"], values["transverse_moment"]
+    if OF_THE_BODY in (axial, transverse):
+        return
+    if _ends(axial)[1] > 2.0 * _ends(transverse)[0]:
+        _refuse(
+            f"No body has an axial moment of more than twice the transverse one: 0 < axial_moment <= 2 "
+            f"transverse_moment, with equality for a plane one; got axial_moment={axial} "
+            f"transverse_moment={transverse}.",
+            "Give a smaller axial_moment or a larger transverse_moment.",
+            "axial_moment",
+        )
+
+
+def _ends(value: Any) -> tuple[float, float]:
+    """Return the smallest and the largest value of a word."""
+    low, high = value.ends() if hasattr(value, "ends") else (value, value)
+    return float(low), float(high)
+
+
+def moments(body: str, filling: str, starts: Starts) -> tuple[Array, Array]:
+    """Return axial and transverse moment over m R^2 of homogeneous bodies with the lengths of starts, shape (n,) each."""
+    if body == "torus":
+        return shapes.torus_moments(starts["tube"], filling == "hollow")
+    if body == "ball":
+        return np.full_like(starts["offset"], 0.4), np.full_like(starts["offset"], 0.4)
+    thickness = starts["thickness"]
+    return shapes.solid_moments(thickness, 0.5 * thickness if body == "rounded" else starts["fillet"])
+
+
+def body_of(spec: Request, starts: Starts) -> Body:
+    """Return the constants of the bodies of starts: arrays, shape (n,) each."""
+    number = shapes.NAMES.index(spec.body)
+    # as plain Python, for arrays
+    core, shift, edge = shapes.arc_of.py_func(number, *(starts[name] for name in ("tube", "thickness", "fillet", "offset")))
+    if spec.body == "rim":
+        shift = np.where(starts["tilt"] < 0.0, -shift, shift)
+    axial, transverse = (starts[name] for name in ("axial_moment", "transverse_moment"))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return Body(core, shift, edge, axial, transverse, axial / transverse)
+
+
+def complete(spec: Request, starts: Starts) -> Starts:
+    """Return starts with the moments that follow from the bodies, and the rates that keep the tilt of each cell.
+
+    Parameters
+    ----------
+    spec : Request
+    starts : mapping of str to array, shape (n,)
+        Every parameter but those that the request leaves to the cell, in SI.
+    """
+    found, tilt = dict(starts), starts["tilt"]
+    if OF_THE_BODY in (spec.axial_moment, spec.transverse_moment):
+        for name, value in zip(("axial_moment", "transverse_moment"), moments(spec.body, spec.filling, starts), strict=True):
+            if getattr(spec, name) == OF_THE_BODY:
+                found[name] = value
+    if not (isinstance(spec.precession_rate, str) or isinstance(spec.roll_rate, str)):
+        return found
+    body, unit = body_of(spec, found), np.sqrt(starts["radius"] / starts["gravity"])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if spec.precession_rate == WOBBLE:
+            found["precession_rate"] = np.sqrt(steady.wobble_square(tilt, body)) / unit
+        if isinstance(spec.roll_rate, str):
+            precession = unit * found["precession_rate"]
+            along = precession * np.cos(tilt)
+            seek = steady.centred_spin if spec.roll_rate == WOBBLE else steady.steady_spin
+            found["roll_rate"] = (seek(tilt, along, body) - precession * np.sin(tilt)) / unit
+    return found
+
+
+def scaled_rates(spec: Request, start: Starts) -> tuple[Any, Any]:
+    """Return the scaled rates (o, s) of the motion that starts disturb: upright, or circling at their tilt."""
+    tilt = start["tilt"] if circling(spec) else 0.0 * start["tilt"]
+    unit = np.sqrt(start["radius"] / start["gravity"])
+    o = unit * start["precession_rate"] * np.cos(tilt)
+    return o, unit * (start["roll_rate"] + start["precession_rate"] * np.sin(tilt))
+
+
+assert tuple(PARAMETERS) == arrays.PARAMETERS

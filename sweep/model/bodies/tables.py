@@ -1,0 +1,128 @@
+"""The tables of bodies of revolution: what a request may say of them, and what differs from the disk's tables."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+import numpy as np
+
+from kernels.bodies import shapes
+from kernels.disk import endings as code
+from sweep.model.disk import tables as disk
+from sweep.model.quantity import (
+    GRID,
+    OPEN,
+    Array,
+    Ending,
+    Endings,
+    Input,
+    Quantity,
+    Substitute,
+    Truths,
+    Word,
+    positive,
+    table,
+)
+
+#: The word of a moment of inertia that follows from the body.
+OF_THE_BODY = "body"
+
+#: Body -> the lengths that it has.
+LENGTHS: Mapping[str, tuple[str, ...]] = MappingProxyType({
+    "torus": ("tube",), "rounded": ("thickness",), "rim": ("thickness", "fillet"), "ball": ("offset",),
+})  # fmt: skip
+assert tuple(LENGTHS) == shapes.NAMES
+
+#: Body -> what it is called in a sentence.
+CALLED: Mapping[str, str] = MappingProxyType({
+    "torus": "torus", "rounded": "disk with a semicircular edge", "rim": "disk with a rim", "ball": "ball",
+})  # fmt: skip
+
+_MOMENTS = ("axial_moment", "transverse_moment")
+
+
+def _length(
+    name: str, symbol: str, long_name: str, default: float, rule: str, allows: Callable[[Array], Truths]
+) -> Input:
+    return Input(
+        name, symbol, "1", f"{long_name}, over the outer radius", GRID, "with a unit of length it is divided by the radius",
+        default=default, rule=rule, allows=allows,
+    )  # fmt: skip
+
+
+def _moment(name: str, symbol: str, long_name: str) -> Input:
+    return Input(
+        name, symbol, "1", f"{long_name}, over mass times radius squared", GRID,
+        default=OF_THE_BODY, rule=f"{name} > 0", allows=positive, words=(OF_THE_BODY,),
+        meaning="what follows from the shape of a homogeneous body", constants={OF_THE_BODY: 0.0},
+    )  # fmt: skip
+
+
+def _in_metres(name: str, symbol: str, long_name: str) -> Substitute:
+    """Return the length that may be given instead of its share of the radius, by the same word."""
+    return Substitute(
+        name, symbol, "m", long_name, GRID, parameter=name, needs=("radius",), scale=lambda body: body["radius"]
+    )  # fmt: skip
+
+
+def _of_bodies(row: Input, **changes: object) -> Input:
+    return replace(row, long_name=row.long_name.replace("the disk", "the body"), **changes)  # type: ignore[arg-type]
+
+
+# fmt: off
+PARAMETERS: Mapping[str, Input] = table(
+    replace(disk.PARAMETERS["tilt"], long_name="initial tilt of the body: of its axis from the horizontal"),
+    disk.PARAMETERS["tilt_rate"],
+    replace(disk.PARAMETERS["precession_rate"], words=(disk.WOBBLE,),
+            meaning="beside roll_rate=wobble, the rate that keeps the tilt while the centre of mass rests"),
+    _of_bodies(disk.PARAMETERS["roll_rate"],
+               description="times the distance of the contact point from the axis, the speed of that point along its "
+                           "path; positive: forwards"),
+    _length("tube", r"\rho", "radius of the tube of a torus", 0.25, "0 <= tube < 1",
+            lambda tube: (tube >= 0.0) & (tube < 1.0)),
+    _length("thickness", "d", "thickness of a disk", 0.2, "0 <= thickness <= 10",
+            lambda thickness: (thickness >= 0.0) & (thickness <= 10.0)),
+    _length("fillet", "r", "radius of the edges of a rim", 0.0, "0 <= fillet <= 1",
+            lambda fillet: (fillet >= 0.0) & (fillet <= 1.0)),
+    _length("offset", "e", "distance of the centre of mass of a ball from its centre", 0.0, "-1 < offset < 1",
+            lambda offset: np.abs(offset) < 1.0),
+    _moment("axial_moment", "I", "moment of inertia about the axis of the body"),
+    _moment("transverse_moment", "A", "moment of inertia about a line across the axis through the centre of mass"),
+    replace(disk.PARAMETERS["radius"], long_name="outer radius of the body"),
+    disk.PARAMETERS["gravity"],
+)
+
+SUBSTITUTES: Mapping[str, Substitute] = table(
+    *(disk.SUBSTITUTES[name] for name in ("scaled_tilt_rate", "scaled_precession_rate", "scaled_roll_rate",
+                                          "inclination")),
+    *(_in_metres(name, PARAMETERS[name].symbol, PARAMETERS[name].long_name.removesuffix(", over the outer radius"))
+      for name in ("tube", "thickness", "fillet", "offset")),
+)
+
+SETTINGS: Mapping[str, Input] = table(*(_of_bodies(row) for row in disk.SETTINGS.values()))
+
+OPTIONS: Mapping[str, Word] = table(
+    Word("body", "what rolls", shapes.NAMES[0], shapes.NAMES,
+         remark="disk, the thin one, is the model of a request without this word"),
+    Word("filling", "whether a torus is solid, or all its mass is in its surface", "solid", ("solid", "hollow")),
+)
+
+ENDINGS = Endings(
+    *disk.ENDINGS,
+    Ending(code.EDGE_CHANGE, "edge_change", "the tilt reached 0: a disk with a rim stands on both of its edges", OPEN,
+           "the tilt reached 0, where the disk comes down on its other edge with a blow that this model leaves out"),
+    lost_time=disk.ENDINGS.lost_time,
+)
+
+#: How far an undisturbed motion may tilt; likewise what follows.
+VARIABLES: Mapping[str, Quantity] = table(
+    ENDINGS.quantity,
+    *(replace(row, description=row.description.replace(
+        disk.AMPLIFICATION_SCALE,
+        "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (1 + transverse moment) radius / gravity)"))
+      for name, row in disk.VARIABLES.items() if name != "ending"),
+)
+# fmt: on
+
+#: Words of a request that choose this model.
+CHOOSING = ("body", "filling", *(name for names in LENGTHS.values() for name in names), *_MOMENTS)
