@@ -23,6 +23,10 @@ MOST_LOSS = 1.0e-3
 #: than one in a thousand is beyond twice the stated one.
 _ROUNDING_SHARE = 0.25
 
+#: The energy that is uncertain over that by which the measures have drifted: of other bodies more, whose linear system has
+#: no constants that the energy shows as well (`kernels.bodies.integrate`).
+_UNSEEN = 1.0
+
 #: Error of the work of a motion of small amplitude over (step times fastest rate)^4. Runge-Kutta's amplitude of an
 #: oscillation changes by 1/144 of the fifth power in a step, its exponential growth by 1/120.
 _METHOD_SHARE = 1.0 / 64.0
@@ -113,7 +117,7 @@ def uncertain_energy(drifts, state, start, constants, h, tilt_change, steps):
     rounded = _RELATIVE_ROUNDING * math.sqrt(steps + 4.0)
     work = (share + rounded) * (w * w + w0 * w0)
     work += (share * (pull + pull0) + rounded * (terms + terms0) + 2.0 * doubt) * reach
-    whole = doubt + _ROUNDING_SHARE * rounding
+    whole = _UNSEEN * doubt + _ROUNDING_SHARE * rounding
     return work if work < whole else whole  # min() is a call
 
 

@@ -1,0 +1,356 @@
+"""The reduction of a body to one degree of freedom: extreme tilts for all time and the period, without time stepping.
+
+The kinetic energy of the tilt is followed from the start to both sides, panel after panel (`kernels.bodies.pair`), to the
+turning point, where it vanishes first, or to the tilt at which motions end. The way to the side of negative tilts is
+that of the mirror image to the other, so that mirror images have the same bits.
+"""
+
+import math
+
+import numpy as np
+
+from kernels.bodies import arrays as row
+from kernels.bodies import pair as at
+from kernels.bodies.equations import Body, force, is_steady, per_inertia, pull_and_terms
+from kernels.bodies.shapes import RIM
+from kernels.bodies.stages import body_of, is_possible, side_of
+from kernels.disk.arrays import ENDING
+from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL, INVALID, STEADY, UNRESOLVED
+from kernels.disk.equations import scaled_state
+from kernels.disk.polynomial_roots import AMBIGUOUS, MOST_ROOTS, roots, value_at
+from kernels.jit import kernel
+from kernels.native.entry import parallel
+
+#: Cells that a thread takes at a time.
+_CHUNK = 128
+
+#: Panels to one side at most: fewer reach 89.99 degrees.
+_MOST_PANELS = 400
+
+#: Rounding of the kinetic energy, over its terms and those of its slope times the way.
+_ROUNDING = 4.0 * 2.0**-52
+
+#: Numbers kept of a panel before the coefficients of its kinetic energy: where it begins and ends, from the start.
+_FROM, _TO, _COEFFICIENTS = range(3)
+_KEPT = _COEFFICIENTS + at.TERMS
+
+#: Numbers kept of a side: how many panels; how far it goes, in y; its tilt [rad], the error of that.
+_PANELS, _WAY, _TILT, _ERROR, _LEAST = range(5)
+_OF_A_SIDE = 5
+
+#: Nodes of the quadrature of a period at first and at most, and the relative change with twice as many that is small
+#: enough: the error falls like its square.
+_FIRST_NODES, _MOST_NODES, _SETTLED = 16, 8192, 1e-9
+
+
+@kernel
+def _first_root(series, at_rest, length, found):
+    """First root of the kinetic energy on a panel; NaN if there is none, -1 if that cannot be told."""
+    kinetic = at.KINETIC
+    if at_rest:
+        # the start is a root
+        kinetic = at.KINETIC_PER_STRETCH
+        for k in range(at.TERMS - 1):
+            series[kinetic, k] = series[at.KINETIC, k + 1]
+        series[kinetic, at.TERMS - 1] = 0.0
+        if not series[kinetic, 0] > 0.0:
+            return 0.0
+    count = roots(series, kinetic, length, 0.0, found)
+    if count == AMBIGUOUS:
+        return -1.0
+    return found[0] if count > 0 else math.nan
+
+
+@kernel
+def _first_length(series, at_rest, length):
+    """Length of the first panel: a power of two above twice the way to the turning point, where that is near."""
+    first = 1 if at_rest else 0
+    value, slope, bend = series[at.KINETIC, first], series[at.KINETIC, first + 1], series[at.KINETIC, first + 2]
+    whole = slope * slope - 4.0 * bend * value
+    way = length
+    if slope < 0.0 and value > 0.0 and whole >= 0.0:
+        way = 2.0 * value / (math.sqrt(whole) - slope)
+    elif bend < 0.0 and value > 0.0:
+        way = 0.5 * (slope + math.sqrt(whole)) / -bend
+    if not 0.0 < 2.0 * way < length:
+        return length
+    return 2.0 ** math.ceil(math.log2(2.0 * way))
+
+
+@kernel
+def _keep(series, number, begun, length, panels):
+    panels[number, _FROM], panels[number, _TO] = begun, begun + length
+    for k in range(at.TERMS):
+        panels[number, _COEFFICIENTS + k] = series[at.KINETIC, k]
+
+
+@kernel
+def _saddle(series, slope, length):
+    """Least kinetic energy about a minimum that a panel passes, from the parabolas at its ends; infinite if none."""
+    kinetic = value_at(series, at.KINETIC, length)
+    before, after = series[at.KINETIC, 1], slope
+    if not before < 0.0 < after:
+        return math.inf
+    bend = (after - before) / length
+    return max(0.0, min(series[at.KINETIC, 0] - 0.5 * before * before / bend, kinetic - 0.5 * after * after / bend))
+
+
+@kernel
+def _slope_at(series, t):
+    total = 0.0
+    for k in range(at.TERMS - 1, 0, -1):
+        total = total * t + k * series[at.KINETIC, k]
+    return total
+
+
+@kernel
+def _arrive(series, t, begun, start_terms, body, side):
+    """Put the state at t of a panel at its beginning, and judge the turning point there: `side` is written."""
+    at.go_on(series, t)
+    S, C, s, o = series[at.SIN, 0], series[at.COS, 0], series[at.SPIN, 0], series[at.ALONG, 0]
+    state = S, C, S / C, 0.0, o, s
+    pull, curvature = force(state, body)
+    _, terms = pull_and_terms(state, body)
+    way = (begun + t) * C
+    uncertain = _ROUNDING * (4.0 + side[_PANELS]) * (side[_ERROR] + way * max(terms, start_terms))
+    side[_WAY], side[_TILT], side[_ERROR] = begun + t, math.atan2(S, C), uncertain / pull
+    if curvature < 0.0:
+        # the maximum is higher by this, if it is near
+        above = 0.5 * pull * pull / -curvature
+        if above < abs(side[_LEAST]):
+            side[_LEAST] = above
+        if above <= 4.0 * uncertain:
+            side[_ERROR] = math.inf
+
+
+@kernel
+def _follow(state, body, limit, series, found, panels, side):
+    """Follow a motion towards greater tilts until it turns, or to a tilt `limit` away in y.
+
+    Returns
+    -------
+    int
+        BOUNDED where it turned, FELL where it reached the limit, UNRESOLVED.
+    """
+    S, C, T, w, o, s = state
+    series[at.SIN, 0], series[at.COS, 0], series[at.SPIN, 0], series[at.ALONG, 0] = S, C, s, o
+    series[at.KINETIC, 0] = 0.5 * w * w / per_inertia(S, C, body)
+    _, terms = pull_and_terms(state, body)
+    begun, at_rest = 0.0, w == 0.0
+    side[_PANELS] = side[_ERROR] = 0.0
+    side[_LEAST] = math.inf
+    for number in range(_MOST_PANELS):
+        at.expand(series, body)
+        length = at.length_of(series)
+        if number == 0:
+            length = _first_length(series, at_rest, length)
+        last = begun + length >= limit
+        if last:
+            length = limit - begun
+        side[_PANELS] = number + 1.0
+        _keep(series, number, begun, length, panels)
+        largest = abs(series[at.KINETIC, 0])
+        for k in range(1, at.TERMS):
+            largest = max(largest, abs(series[at.KINETIC, k]) * length**k)
+        side[_ERROR] = max(side[_ERROR], largest)
+        turn = _first_root(series, at_rest and number == 0, length, found)
+        if turn == -1.0 or not math.isfinite(largest):
+            return UNRESOLVED
+        if not math.isnan(turn):
+            panels[number, _TO] = begun + turn
+            _arrive(series, turn, begun, terms, body, side)
+            return BOUNDED
+        slope = _slope_at(series, length)
+        least = _saddle(series, slope, length)
+        if least < abs(side[_LEAST]):
+            side[_LEAST] = -least
+        if last:
+            side[_WAY] = limit
+            return FELL
+        begun += length
+        at.go_on(series, length)
+    return UNRESOLVED
+
+
+@kernel
+def _kinetic(panels, number, y):
+    t, total = y - panels[number, _FROM], 0.0
+    for k in range(at.TERMS - 1, -1, -1):
+        total = total * t + panels[number, _COEFFICIENTS + k]
+    return total
+
+
+@kernel
+def _half_period(y_start, body, panels, sides, nodes):
+    """Half the scaled period by the midpoint rule in chi, where y = middle + half sin(chi) between the turning points."""
+    low, high = -sides[1, _WAY], sides[0, _WAY]
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    forward, backward = 0, int(sides[1, _PANELS]) - 1
+    total = 0.0
+    for j in range(nodes):
+        chi = math.pi * ((j + 0.5) / nodes - 0.5)
+        cosine = math.cos(chi)
+        # from the nearer end, without cancellation
+        y = low + half * cosine * cosine / (1.0 - math.sin(chi)) if chi < 0.0 else (
+            high - half * cosine * cosine / (1.0 + math.sin(chi))
+        )
+        if y < 0.0:
+            while backward > 0 and -y < panels[1, backward, _FROM]:
+                backward -= 1
+            kinetic = _kinetic(panels[1], backward, -y)
+        else:
+            while forward < int(sides[0, _PANELS]) - 1 and y > panels[0, forward, _TO]:
+                forward += 1
+            kinetic = _kinetic(panels[0], forward, y)
+        S, C = math.tanh(y_start + y), 1.0 / math.cosh(y_start + y)
+        total += C * cosine * math.sqrt(0.5 / (kinetic * per_inertia(S, C, body)))
+    return total * half * math.pi / nodes
+
+
+@kernel
+def _period(y_start, body, panels, sides):
+    """Scaled period of a motion between its two turning points; NaN where the quadrature does not settle."""
+    before, nodes = _half_period(y_start, body, panels, sides, _FIRST_NODES), _FIRST_NODES
+    while nodes < _MOST_NODES:
+        nodes *= 2
+        after = _half_period(y_start, body, panels, sides, nodes)
+        if abs(after - before) <= _SETTLED * after:
+            return 2.0 * after
+        before = after
+    return math.nan
+
+
+@kernel
+def _mirrored(body):
+    return Body(body.core, -body.shift, body.edge, body.axial, body.transverse, body.ratio)
+
+
+@kernel
+def _stretched(tilt):
+    return math.asinh(math.tan(tilt))
+
+
+@kernel
+def _limit(kind, edge, y, heading, fall_tilt):
+    """(tilt, ending, way in y) where a motion towards `heading` ends that does not turn."""
+    if kind == RIM and edge * heading < 0.0:
+        return 0.0, EDGE_CHANGE, abs(y)
+    return heading * fall_tilt, FELL, _stretched(fall_tilt) - heading * y
+
+
+@kernel
+def _reduced(starts, cell, kind, fall_tilt, series, found, panels, sides):
+    """(ending, least, greatest tilt, period, separatrix, error) of a cell, scaled but for angles."""
+    nan, tilt = math.nan, starts[row.TILT, cell]
+    body = body_of(starts, cell, kind)
+    if not is_possible(starts, cell, body):
+        return INVALID, nan, nan, nan, nan, nan
+    if abs(tilt) >= fall_tilt:
+        return FELL, tilt, tilt, nan, nan, 0.0
+    if kind == RIM and tilt == 0.0:
+        return EDGE_CHANGE, tilt, tilt, nan, nan, 0.0
+    unit = math.sqrt(starts[row.RADIUS, cell] / starts[row.GRAVITY, cell])
+    rates = starts[row.TILT_RATE, cell], starts[row.PRECESSION_RATE, cell], starts[row.ROLL_RATE, cell]
+    state = scaled_state(tilt, rates[0], rates[1], rates[2], unit)
+    if is_steady(state, body):
+        return STEADY, tilt, tilt, nan, nan, 0.0
+    S, C, T, w, o, s = state
+    y, edge = _stretched(tilt), side_of(kind, tilt)
+    least, greatest, ending = tilt, tilt, BOUNDED
+    heading = math.copysign(1.0, w)
+    if w == 0.0:
+        pull = _pull(state, body)
+        heading = math.copysign(1.0, pull)
+    error, separatrix = 0.0, math.inf
+    # the panels of a side are those of the mirror image, if that is the negative one
+    for turn in range(2):
+        sense = heading if turn == 0 else -heading
+        place = 0 if sense > 0.0 else 1
+        limit, beyond, way = _limit(kind, edge, y, sense, fall_tilt)
+        if turn == 1 and w == 0.0:
+            sides[place, :] = 0.0
+            break
+        image, own = (sense * S, C, sense * T, abs(w), sense * o, s), body if sense > 0.0 else _mirrored(body)
+        end = _follow(image, own, way, series, found, panels[place], sides[place])
+        if end == UNRESOLVED:
+            return UNRESOLVED, nan, nan, nan, nan, nan
+        if abs(sides[place, _LEAST]) < abs(separatrix):
+            separatrix = sides[place, _LEAST]
+        reached = limit
+        if end == BOUNDED:
+            reached = sense * sides[place, _TILT]
+            error = max(error, sides[place, _ERROR])
+        least, greatest = min(least, reached), max(greatest, reached)
+        if end == FELL:
+            ending = beyond
+            break
+    period = _period(y, body, panels, sides) if ending == BOUNDED else nan
+    separatrix = separatrix if separatrix < math.inf else nan
+    if not error < math.inf:
+        return UNRESOLVED, nan, nan, nan, nan, nan
+    return ending, least, greatest, unit * period, separatrix, error
+
+
+@kernel
+def _pull(state, body):
+    """Slope of the potential with its sign reversed, over m g R."""
+    S, C, T, _, o, s = state
+    a, b = body.core + body.edge * C, -body.shift - body.edge * S
+    torque = body.axial * s - body.transverse * o * T + (a - b * T) * (a * s + b * o)
+    return body.core * S - body.shift * C + o * torque
+
+
+def _memory_of_thread(*_):
+    return (
+        np.empty((at.ROWS, at.TERMS)), np.empty(MOST_ROOTS), np.empty((2, _MOST_PANELS, _KEPT)),
+        np.empty((2, _OF_A_SIDE)),
+    )  # fmt: skip
+
+
+@parallel(
+    _CHUNK,
+    _memory_of_thread,
+    starts="float64[:, ::1]",
+    kind="float64",
+    fall_tilt="float64",
+    measures="float64[:, ::1], written",
+    counts="int32[:, ::1], written",
+    series="float64[:, ::1]",
+    found="float64[::1]",
+    panels="float64[:, :, ::1]",
+    sides="float64[:, ::1]",
+)
+def reduce(start, stop, starts, kind, fall_tilt, measures, counts, series, found, panels, sides):
+    """Find the extremes of every cell for all time, and its period.
+
+    Python calls it without `start`, `stop` and what follows `counts`.
+
+    Parameters
+    ----------
+    start, stop : int
+        The cells of one chunk.
+    starts : float64[len(PARAMETERS), n]
+    kind : float
+        Number of the body (`kernels.bodies.shapes`).
+    fall_tilt : float
+        Magnitude of the tilt [rad] that counts as a fall.
+    measures : float64[len(REDUCED), n], written
+    counts : int32[1, n], written
+        Codes of `kernels.disk.endings`.
+    series, found, panels, sides : arrays
+        Memory of a thread.
+
+    Notes
+    -----
+    Never raises. Bounded: both extremes hold for all time. Fell and edge_change: the first such tilt reached and the
+    extreme before it. Unresolved: on a separatrix to rounding.
+    """
+    for cell in range(start, stop):
+        (
+            counts[ENDING, cell],
+            measures[row.REDUCED_MIN, cell],
+            measures[row.REDUCED_MAX, cell],
+            measures[row.REDUCED_PERIOD, cell],
+            measures[row.REDUCED_SEPARATRIX, cell],
+            measures[row.REDUCED_ERROR, cell],
+        ) = _reduced(starts, cell, kind, fall_tilt, series, found, panels, sides)
