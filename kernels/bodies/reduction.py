@@ -239,7 +239,7 @@ def _limit(kind, edge, y, heading, fall_tilt):
 
 
 @kernel
-def _reduced(starts, cell, kind, fall_tilt, series, found, panels, sides):
+def _reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides):
     """(ending, least, greatest tilt, period, separatrix, error) of a cell, scaled but for angles."""
     nan, tilt = math.nan, starts[row.TILT, cell]
     body = body_of(starts, cell, kind)
@@ -284,7 +284,7 @@ def _reduced(starts, cell, kind, fall_tilt, series, found, panels, sides):
         if end == FELL:
             ending = beyond
             break
-    period = _period(y, body, panels, sides) if ending == BOUNDED else nan
+    period = _period(y, body, panels, sides) if ending == BOUNDED and timed else nan
     separatrix = separatrix if separatrix < math.inf else nan
     if not error < math.inf:
         return UNRESOLVED, nan, nan, nan, nan, nan
@@ -313,6 +313,7 @@ def _memory_of_thread(*_):
     starts="float64[:, ::1]",
     kind="float64",
     fall_tilt="float64",
+    timed="int64",
     measures="float64[:, ::1], written",
     counts="int32[:, ::1], written",
     series="float64[:, ::1]",
@@ -320,7 +321,7 @@ def _memory_of_thread(*_):
     panels="float64[:, :, ::1]",
     sides="float64[:, ::1]",
 )
-def reduce(start, stop, starts, kind, fall_tilt, measures, counts, series, found, panels, sides):
+def reduce(start, stop, starts, kind, fall_tilt, timed, measures, counts, series, found, panels, sides):
     """Find the extremes of every cell for all time, and its period.
 
     Python calls it without `start`, `stop` and what follows `counts`.
@@ -334,6 +335,8 @@ def reduce(start, stop, starts, kind, fall_tilt, measures, counts, series, found
         Number of the body (`kernels.bodies.shapes`).
     fall_tilt : float
         Magnitude of the tilt [rad] that counts as a fall.
+    timed : int
+        0 to leave out the period.
     measures : float64[len(REDUCED), n], written
     counts : int32[1, n], written
         Codes of `kernels.disk.endings`.
@@ -353,4 +356,4 @@ def reduce(start, stop, starts, kind, fall_tilt, measures, counts, series, found
             measures[row.REDUCED_PERIOD, cell],
             measures[row.REDUCED_SEPARATRIX, cell],
             measures[row.REDUCED_ERROR, cell],
-        ) = _reduced(starts, cell, kind, fall_tilt, series, found, panels, sides)
+        ) = _reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides)

@@ -9,12 +9,13 @@ import numpy as np
 from kernels.bodies import shapes
 from kernels.disk import arrays
 from sweep.model.bodies import tables
+from sweep.model.bodies.exact import REDUCE, REDUCTION, BodyReduction
 from sweep.model.bodies.shape import check_shape, complete
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk.initial_conditions import check_steady_rates, circling
-from sweep.model.disk.model import DISK
+from sweep.model.disk.model import DISK, untimed
 from sweep.model.kernel import Kernel
-from sweep.model.quantity import Array, Truths
+from sweep.model.quantity import Array, Quantity, Truths
 
 
 class Bodies(Model):
@@ -23,7 +24,7 @@ class Bodies(Model):
     name = "bodies"
     parameters, settings, options = tables.PARAMETERS, tables.SETTINGS, tables.OPTIONS
     substitutes = tables.SUBSTITUTES
-    devices = ("cpu",)
+    devices, methods = ("cpu",), ("rk4", "exact")
     chosen_by, does_without = tables.CHOOSING, ("alpha",)
     endings, variables = tables.ENDINGS, tables.VARIABLES
     measures, counts = arrays.MEASURES, arrays.COUNTS
@@ -44,6 +45,10 @@ class Bodies(Model):
         "alpha": "alpha is for the thin disk; of a body say axial_moment and transverse_moment, or leave both out.",
         "speed": "Say roll_rate: the contact point of a body is not always at the same distance from its axis.",
     }
+
+    exact: BodyReduction = BodyReduction()
+    additions = {"method=exact": REDUCTION}  # noqa: RUF012 - likewise
+    unknown_to = DISK.unknown_to
 
     def headline(self, spec: Request) -> str:
         """Return what is looked at, which follows from the rates and the body."""
@@ -75,6 +80,14 @@ class Bodies(Model):
         check_steady_rates(values)
         check_shape(values)
 
+    def cell_variables(self, spec: Request) -> Mapping[str, Quantity]:
+        """Return the variables of an atlas; those that need an integration in time say so where there is none."""
+        return untimed(super().cell_variables(spec)) if spec.method == "exact" else super().cell_variables(spec)
+
+    def kernels(self, spec: Request) -> tuple[Kernel, ...]:
+        """Return the kernel of the method."""
+        return (REDUCE if spec.method == "exact" else self.integrate,)
+
     def complete(self, spec: Request, starts: Starts) -> Starts:
         """Return starts with the moments of their bodies, and the rates that keep the tilt of each cell."""
         return complete(spec, starts)
@@ -85,7 +98,7 @@ class Bodies(Model):
 
     def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
         """Return what completes starts and states settings."""
-        return ["kernels.bodies.steady", "kernels.bodies.shapes", complete.__module__, Bodies.kernel_settings]
+        return ["kernels.bodies.steady", "kernels.bodies.shapes", complete.__module__, Bodies.kernel_settings, BodyReduction.measures]
 
     def derive(self, starts: Starts, measured: Columns) -> Columns:
         """Return the peak tilt."""

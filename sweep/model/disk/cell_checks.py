@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from sweep.model.cells import LAST_BIT, AuditedCells, amplification, stated_error
 from sweep.model.description import CellCheck, Columns, Request, Starts
-from sweep.model.disk.tables import ENDINGS, REDUCTION, VARIABLES
+from sweep.model.disk.tables import REDUCTION, VARIABLES
 from sweep.model.quantity import PROMISED, UNDECIDED, Array, Truths
 
 _EXACT = "the exact reduction"
@@ -61,7 +61,7 @@ class ReducedCells(AuditedCells):
 
     def exact_ended(self, *names: str) -> Truths:
         """Return which cells have one of the endings by the reduction."""
-        return ENDINGS.among(self.exact["ending"], *names)
+        return self.spec.model.endings.among(self.exact["ending"], *names)
 
     @cached_property
     def failed(self) -> Truths:
@@ -169,7 +169,9 @@ class ReducedCells(AuditedCells):
             return np.full(self.every.shape, UNDECIDED, np.int8)
         derives = not {"peak_tilt", "amplification"}.isdisjoint(criterion.needs(self.spec.model))
         columns = {**self.starts, **self.exact, **(self.exact_derived if derives else {})}
-        verdict: npt.NDArray[np.int8] = criterion.verdict(ENDINGS, columns, self.exact_reach, self.scale)
+        verdict: npt.NDArray[np.int8] = criterion.verdict(
+            self.spec.model.endings, columns, self.exact_reach, self.scale
+        )
         return verdict
 
     @cached_property
@@ -269,7 +271,8 @@ def _narrow(allowed: Array, values: Array) -> Truths:
 def _decisions(cells: ReducedCells) -> Iterator[CellCheck]:
     resolved = cells.resolved
     possible = cells.ended("invalid") == cells.exact_ended("invalid")
-    known = ENDINGS.among(cells.stored["ending"], *ENDINGS.flags.values())
+    endings = cells.spec.model.endings
+    known = endings.among(cells.stored["ending"], *endings.flags.values())
     right = known & (possible | cells.ended("not_computed")) & (cells.ending_right | ~resolved)
     yield cells.decided("ending", _EXACT, right)
     yield cells.decided(

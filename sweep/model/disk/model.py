@@ -30,6 +30,16 @@ _MOTIONS = {
 _STEEPEST_EXACT = math.radians(89.9005)
 
 
+def untimed(held: Mapping[str, Quantity]) -> dict[str, Quantity]:
+    """Return variables of an atlas of which those that need an integration in time say that there is none."""
+    return {
+        name: replace(each, description="; ".join(filter(None, (each.description, tables.UNTIMED[name]))))
+        if name in tables.UNTIMED
+        else each
+        for name, each in held.items()
+    }
+
+
 class Disk(Model):
     """The thin disk that rolls without slipping and without losses."""
 
@@ -125,11 +135,7 @@ class Disk(Model):
         """
         contact = tables.CONTACT_VARIABLES if spec.contact == "yes" else {}
         held = {**super().cell_variables(spec), **contact}
-        if spec.method == "exact":
-            for name, words in tables.UNTIMED.items():
-                described = "; ".join(filter(None, (held[name].description, words)))
-                held[name] = replace(held[name], description=described)
-        return held
+        return untimed(held) if spec.method == "exact" else held
 
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
         """Return the kernel of the method, and that of the contact forces where they are asked for."""

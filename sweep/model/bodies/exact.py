@@ -1,0 +1,91 @@
+"""The reduction of a body to one degree of freedom, as a reference: extremes and period without time stepping."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kernels.bodies import arrays, shapes
+from kernels.disk.arrays import COUNTS, MEASURES
+from sweep.model.bodies.tables import ENDINGS
+from sweep.model.description import Request, Starts
+from sweep.model.disk.exact import AUDIT, ExactReduction
+from sweep.model.disk.tables import REDUCTION as OF_THE_DISK
+from sweep.model.kernel import Kernel
+from sweep.model.quantity import Quantity, table
+
+REDUCE = Kernel("kernels.bodies.reduction", "reduce", seconds=10.0)
+
+#: What an atlas of the reduction holds besides.
+REDUCTION: Mapping[str, Quantity] = table(
+    replace(
+        OF_THE_DISK["separatrix"],
+        long_name="maximum of the potential beside the motion minus its energy, over m g R",
+        description="of the nearest maximum that the motion passes (negative) or turns below (positive), from the parabola "
+        "there: the nearer, the more exact; missing: there is none",
+    )
+)
+
+#: Variables of an audit that only the disk has.
+_OF_THE_DISK_ALONE = "wells"
+
+
+class BodyReduction(ExactReduction):
+    """See `sweep.model.description.ExactReference`."""
+
+    variables = REDUCTION
+    audit = replace(
+        AUDIT,
+        variables=MappingProxyType(
+            {
+                name: REDUCTION.get(name, each)
+                for name, each in AUDIT.variables.items()
+                if name != _OF_THE_DISK_ALONE
+            }
+        ),
+    )
+
+    def measures(
+        self, spec: Request, starts: Starts, extremes_only: bool = False
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Return what the reduction says of cells, without time stepping (`kernels.bodies.reduction`).
+
+        Parameters
+        ----------
+        spec : Request
+        starts : mapping of str to array, shape (n,)
+        extremes_only : bool
+            Leave out the nutation period.
+
+        Returns
+        -------
+        dict of str to array, shape (n,)
+            The measures and counts of a body and `variables`; NaN or 0 where the reduction has none. A cell whose
+            extremes are not known to the tolerance of the spec (on a separatrix) is unresolved.
+        """
+        rows = np.stack([starts[name] for name in arrays.PARAMETERS])
+        n = rows.shape[1]
+        measures, counts = np.empty((len(arrays.REDUCED), n)), np.empty((1, n), np.int32)
+        body = float(shapes.NAMES.index(spec.body))
+        REDUCE.load()(rows, body, float(spec.fall_tilt), int(not extremes_only), measures, counts)
+        found = dict(zip(arrays.REDUCED, measures, strict=True))
+        vague = found["tilt_error"] > spec.tolerance
+        for name in ("tilt_min", "tilt_max", "nutation_period", "tilt_error"):
+            found[name][vague] = np.nan
+        missing, none = np.full(n, np.nan), np.zeros(n, np.int32)
+        return {
+            **dict.fromkeys(MEASURES, missing),
+            **dict.fromkeys(COUNTS, none),
+            **found,
+            "ending": np.where(vague, ENDINGS.code("unresolved"), counts[0]),
+        }
+
+    def truth(self, spec: Request, starts: Starts, first: int) -> dict[str, npt.NDArray[Any]]:
+        """Return what `check` holds cells against: `measures`."""
+        exact = self.measures(spec, starts)
+        # endings are compared many times
+        exact["ending"] = exact["ending"].astype(np.int8)
+        return exact
