@@ -70,3 +70,35 @@ def critical_spin_square(body):
 def critical_precession_square(body):
     """Square of the precession rate above which upright spinning is stable: (1-r)/(1+A)."""
     return (1.0 - body.edge) / (1.0 + body.transverse)
+
+
+def marginal_precession_rates(tilt, coefficient, body):
+    """Precession rates of the steady motions at one tilt whose stability coefficient has a given value.
+
+    Returns
+    -------
+    (slow, fast)
+        As `kernels.disk.steady.marginal_precession_rates`; NaN where there is none.
+
+    Notes
+    -----
+    The coefficient is a quadratic form of o and s. With o s = -(p + q o^2) of a steady motion the condition, times
+    o^2, is a quadratic in o^2.
+    """
+    S, C = np.sin(tilt), np.cos(tilt)
+    a, b, lever = _levers(S, C, body)
+    B, tall = body.transverse + a * a + b * b, (a * C - b * S) / C
+    arm = body.axial + a * tall
+    p, q = lever / arm, (tall * b - body.transverse * S / C) / arm
+    nothing = stability_coefficient(tilt, 0.0 * tilt, 0.0 * tilt, body)
+    along = stability_coefficient(tilt, 1.0 + 0.0 * tilt, 0.0 * tilt, body) - nothing
+    spin = stability_coefficient(tilt, 0.0 * tilt, 1.0 + 0.0 * tilt, body) - nothing
+    mixed = stability_coefficient(tilt, 1.0 + 0.0 * tilt, 1.0 + 0.0 * tilt, body) - nothing - along - spin
+    square = along - mixed * q + spin * q * q
+    linear = nothing - coefficient - mixed * p + 2.0 * spin * p * q
+    constant = spin * p * p
+    with np.errstate(invalid="ignore", divide="ignore"):
+        root = np.sqrt(linear * linear - 4.0 * square * constant)
+        large = (-linear + root) / (2.0 * square)
+        # the product of the roots is constant/square: no cancellation in the small one
+        return np.sqrt(constant / (square * large)) / C, np.sqrt(large) / C

@@ -8,11 +8,12 @@ import numpy as np
 
 from kernels.bodies import shapes
 from kernels.disk import arrays
-from sweep.model.bodies import tables
+from sweep.model.bodies import tables, theory
 from sweep.model.bodies.exact import REDUCE, REDUCTION, BodyReduction
 from sweep.model.bodies.shape import check_shape, complete
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk.initial_conditions import check_steady_rates, circling
+from sweep.model.disk import theory as of_disk
 from sweep.model.disk.model import DISK, untimed
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
@@ -108,6 +109,25 @@ class Bodies(Model):
         """Return which cells come so near to fall_tilt that they could have fallen within the error."""
         return DISK.may_be_lost(spec, measured, error)
 
+    def _has_theory(self, spec: Request) -> bool:
+        """Whether the motion that starts disturb is a steady one: circling, or upright in balance."""
+        return circling(spec) or spec.body in theory.IN_BALANCE
+
+    def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
+        """Return the analytic lines and those that the criterion predicts; see `sweep.model.disk.theory.lines`."""
+        if not self._has_theory(spec):
+            return {}
+        found = of_disk.lines(spec, axis, starts, theory.FORMULAS)
+        if spec.criterion.limits_reach:
+            return found
+        return {edge: (critical, np.full_like(critical, np.nan)) for edge, (critical, _) in found.items()}
+
+    def line_label(self, spec: Request, axis: str) -> str:
+        """Return the formula of the squared critical rate, or of the curve k = 0."""
+        if not self._has_theory(spec):
+            return ""
+        return "k = 0" if circling(spec) else theory.critical_square(spec, axis)
+
     def unit_of_square(self, spec: Request, axis: str) -> tuple[float, str] | None:
         """Return g/R, in which the square of a rate is a pure number."""
         return DISK.unit_of_square(spec, axis)
@@ -126,7 +146,9 @@ class Bodies(Model):
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
         """Return what small oscillations about the steady motion say of a cell."""
-        return ()
+        if not self._has_theory(spec):
+            return (f"linear      no prediction: upright, a {tables.CALLED[spec.body]} has no steady motion to disturb",)
+        return of_disk.linear_prediction(spec, start, stored, theory.FORMULAS)
 
 
 BODIES = Bodies()

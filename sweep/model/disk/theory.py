@@ -5,8 +5,9 @@ functions of the tilt (Chaplygin 1897), so what a start must have to turn back a
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,7 +30,33 @@ _MOST_TERMS = 200_000
 _ON_THE_WAY, _AT_ONCE = 32, 4096
 
 
-def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
+class Formulas(NamedTuple):
+    """What theory needs of the disk, or of another body: each function has the spec first, then starts.
+
+    Attributes
+    ----------
+    critical : callable
+        (starts, rate) -> the critical rate [rad/s] of the upright body that only rolls, or only spins.
+    marginal : callable
+        (starts, k) -> precession rates [rad/s] of circling with that coefficient [rad2/s2]: the slow and the fast one.
+    turning : callable
+        (starts, tilt, rate) -> the rate [rad/s] with which starts turn back at a tilt; infinite where none does.
+    coefficient : callable
+        (start of one cell) -> k [rad2/s2] of the steady motion that it disturbs.
+    released : callable
+        (start of one cell, rate) -> how many times its tilt it swings out when it is released at rest.
+    """
+
+    critical: Callable[[Request, Starts, str], Array]
+    marginal: Callable[[Request, Starts, Array | float], tuple[Array, Array]]
+    turning: Callable[[Request, Starts, Array, str], Array]
+    coefficient: Callable[[Request, Mapping[str, float]], float]
+    released: Callable[[Request, Mapping[str, float], str], float]
+
+
+def lines(
+    spec: Request, axis: str, starts: Starts, formulas: "Formulas | None" = None
+) -> dict[str, tuple[Array, Array]]:
     """Return the edges of the unstable band along a rate axis; see `sweep.model.description.Model.lines`.
 
     Parameters
@@ -39,6 +66,8 @@ def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Ar
         A rate that is an axis of the spec.
     starts : mapping of str to array, shape (n,)
         The starts of the rows along the axis.
+    formulas : Formulas, optional
+        Those of the disk if not given.
 
     Returns
     -------
@@ -46,14 +75,14 @@ def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Ar
         For the ``"upper"`` edge (stable above it) and, where theory has one inside the axis, the ``"lower"`` edge:
         two arrays [rad/s], shape (n,).
     """
-    along = getattr(spec, axis).ends()
+    of, along = formulas or FORMULAS, getattr(spec, axis).ends()
     if computed_rates(spec) and not circling(spec):
         # a start whose centre rests rolls and precesses at once
         return {}
     if circling(spec):
-        slow, fast = _circling_edges(spec, starts) if axis == "precession_rate" else (None, None)
+        slow, fast = _circling_edges(spec, starts, of) if axis == "precession_rate" else (None, None)
     else:
-        slow, fast = None, _upright_edges(spec, starts, axis)
+        slow, fast = None, _upright_edges(spec, starts, axis, of)
     if fast is None:
         return {}
     if along[0] < 0.0 < along[1]:
@@ -83,46 +112,41 @@ def _limit(spec: Request, starts: Starts) -> Array:
     return np.asarray(np.nan_to_num(spec.criterion.allowed(spec.model.perturbation(spec, starts))))
 
 
-def _circling_edges(spec: Request, given: Starts) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+def _circling_edges(
+    spec: Request, given: Starts, of: Formulas
+) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Slow and fast edge of the band in which circling is unstable, each (critical, predicted).
 
     A kick e swings a stable steady motion out by e/sqrt(k): the criterion's limit L is met at k = (e/L)^2.
     """
-    tilt, constants = given["tilt"], [given[name] for name in ("alpha", "radius", "gravity")]
     with np.errstate(divide="ignore", invalid="ignore"):
-        slow, fast = marginal_precession_rates(tilt, 0.0, *constants)
-        predicted = marginal_precession_rates(
-            tilt, (given["tilt_rate"] / _limit(spec, given)) ** 2, *constants
-        )
+        slow, fast = of.marginal(spec, given, 0.0)
+        predicted = of.marginal(spec, given, (given["tilt_rate"] / _limit(spec, given)) ** 2)
     return (slow, predicted[0]), (fast, predicted[1])
 
 
-def _upright_edges(spec: Request, given: Starts, axis: str) -> tuple[Array, Array] | None:
+def _upright_edges(
+    spec: Request, given: Starts, axis: str, of: Formulas
+) -> tuple[Array, Array] | None:
     """(critical, predicted) rate for an upright disk that only rolls or only spins; None where it does both."""
     other = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}.get(axis)
     if other is None or np.all(given[other] != 0.0):
         return None
-    alpha, radius, gravity = (given[name] for name in ("alpha", "radius", "gravity"))
     reach = np.minimum(_limit(spec, given), spec.fall_tilt)
     outward = np.where(given["tilt"] < 0.0, -1.0, 1.0)
-    predicted = _holding_rate(given, outward * reach, axis)
+    predicted = _holding_rate(spec, given, outward * reach, axis, of)
     # a kicked disk swings to both sides, a released one only away from its start
     kicked = given["tilt_rate"] != 0.0
     if kicked.any():
-        both = np.maximum(predicted, _holding_rate(given, -outward * reach, axis))
+        both = np.maximum(predicted, _holding_rate(spec, given, -outward * reach, axis, of))
         predicted = np.where(kicked, both, predicted)
-    squared = (
-        critical_roll_rate_squared(alpha, radius, gravity)
-        if axis == "roll_rate"
-        else critical_precession_rate_squared(alpha, radius, gravity)
-    )
     known = given[other] == 0.0
-    return np.where(known, np.sqrt(squared), np.nan), np.where(
+    return np.where(known, of.critical(spec, given, axis), np.nan), np.where(
         known & np.isfinite(predicted), predicted, np.nan
     )
 
 
-def _holding_rate(given: Starts, tilt: Array, axis: str) -> Array:
+def _holding_rate(spec: Request, given: Starts, tilt: Array, axis: str, of: Formulas) -> Array:
     """Least rate [rad/s] along `axis` with which a start turns back on its way to `tilt` [rad]; infinite if none does.
 
     Usually it is the rate that turns it back at `tilt`; a tilted disk that is pushed towards upright may meet a barrier
@@ -138,16 +162,16 @@ def _holding_rate(given: Starts, tilt: Array, axis: str) -> Array:
         # a sum over a short array takes as long as one over a long array: all places at once
         each = {name: np.tile(values, _ON_THE_WAY) for name, values in few.items()}
         places = (start + shares[:, None] * (end - start)).reshape(-1)
-        found[inside] = _turning_rate(each, places, axis).reshape(_ON_THE_WAY, inside.size).min(axis=0)
+        found[inside] = of.turning(spec, each, places, axis).reshape(_ON_THE_WAY, inside.size).min(axis=0)
         return found
     least = np.full_like(start, np.inf)
     for share in shares:
-        least = np.minimum(least, _turning_rate(few, start + share * (end - start), axis))
+        least = np.minimum(least, of.turning(spec, few, start + share * (end - start), axis))
     found[inside] = least
     return found
 
 
-def _turning_rate(given: Starts, tilt: Array, axis: str) -> Array:
+def _turning_rate(spec: Request, given: Starts, tilt: Array, axis: str) -> Array:
     """Rate [rad/s] along `axis` with which a start turns back exactly at `tilt` [rad]; infinite where none does.
 
     The scaled rates are s = p f, o = p g with p the rate sought and f, g fixed functions of the tilt, so that energy
@@ -290,7 +314,10 @@ _DISK = ("alpha", "radius", "gravity")
 
 
 def linear_prediction(
-    spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
+    spec: Request,
+    start: Mapping[str, float],
+    stored: Mapping[str, float],
+    formulas: "Formulas | None" = None,
 ) -> Iterator[str]:
     """Yield the lines with the prediction for a cell, from its start and its stored measures [SI]."""
     if not all(np.isfinite(list(start.values()))):
@@ -298,7 +325,8 @@ def linear_prediction(
     if not circling(spec) and start["roll_rate"] and start["precession_rate"]:
         yield "linear      no prediction: a disk that rolls and precesses at once has no upright steady motion"
         return
-    k = coefficient(spec, start)
+    of = formulas or FORMULAS
+    k = of.coefficient(spec, start)
     if not math.isfinite(k):
         yield "linear      no prediction: the squares of these rates overflow"
         return
@@ -313,7 +341,7 @@ def linear_prediction(
     measured = stored["nutation_period"]
     beside = f" (the cell has {measured:.6g} s)" if np.isfinite(measured) else ""
     yield f"linear      stable: k = {k:.6g} rad2 s-2 > 0, small oscillations of period {period:.6g} s{beside}"
-    reach = small_reach(spec, start, k)
+    reach = small_reach(spec, start, k, of)
     if reach is not None:
         yield f"            that leave the steady tilt by {_angle(reach)}"
 
@@ -326,7 +354,9 @@ def coefficient(spec: Request, start: Mapping[str, float]) -> float:
         return float(stability_coefficient(tilt, *rates, *(start[name] for name in _DISK)))
 
 
-def small_reach(spec: Request, start: Mapping[str, float], k: float) -> float | None:
+def small_reach(
+    spec: Request, start: Mapping[str, float], k: float, formulas: "Formulas | None" = None
+) -> float | None:
     """Return the largest departure [rad] that linear theory predicts for a stable cell; None for mixed starts.
 
     Notes
@@ -338,14 +368,29 @@ def small_reach(spec: Request, start: Mapping[str, float], k: float) -> float | 
         return abs(start["tilt_rate"]) / math.sqrt(k)
     if start["tilt_rate"] != 0.0:
         return None
-    if start["roll_rate"]:
-        r = start["roll_rate"] ** 2 / float(critical_roll_rate_squared(*(start[name] for name in _DISK)))
-        return abs(start["tilt"]) * (1.0 + 2.0 / (r - 1.0))
-    r = start["precession_rate"] ** 2 / float(
-        critical_precession_rate_squared(*(start[name] for name in _DISK))
-    )
-    return abs(start["tilt"]) * (3.0 + 4.0 / (r - 1.0))
+    rate = "roll_rate" if start["roll_rate"] else "precession_rate"
+    return abs(start["tilt"]) * (formulas or FORMULAS).released(spec, start, rate)
+
+
+def _critical_rate(spec: Request, starts: Starts, axis: str) -> Array:
+    square = critical_roll_rate_squared if axis == "roll_rate" else critical_precession_rate_squared
+    return np.asarray(np.sqrt(square(*(starts[name] for name in _DISK))))
+
+
+def _marginal_rates(spec: Request, starts: Starts, k: Array | float) -> tuple[Array, Array]:
+    slow, fast = marginal_precession_rates(starts["tilt"], k, *(starts[name] for name in _DISK))
+    return slow, fast
+
+
+def _released(spec: Request, start: Mapping[str, float], axis: str) -> float:
+    square = critical_roll_rate_squared if axis == "roll_rate" else critical_precession_rate_squared
+    r = start[axis] ** 2 / float(square(*(start[name] for name in _DISK)))
+    return 1.0 + 2.0 / (r - 1.0) if axis == "roll_rate" else 3.0 + 4.0 / (r - 1.0)
 
 
 def _angle(value: float) -> str:
     return PARAMETERS["tilt"].spell(value, 6)
+
+
+#: Those of the disk.
+FORMULAS = Formulas(_critical_rate, _marginal_rates, _turning_rate, coefficient, _released)

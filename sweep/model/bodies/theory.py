@@ -1,0 +1,85 @@
+"""What theory says of bodies without time stepping: edges of stability, small oscillations.
+
+Along any motion the two scaled rates s and o are linear combinations of two fixed functions of the tilt
+(`kernels.bodies.pair`), as for the disk, of which `sweep.model.disk.theory` tells the rest.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from kernels.bodies import steady
+from sweep.model.bodies.shape import body_of, scaled_rates
+from sweep.model.description import Request, Starts
+from sweep.model.disk.initial_conditions import circling
+from sweep.model.disk.theory import Formulas
+from sweep.model.kernel import Kernel
+from sweep.model.quantity import Array
+
+CARRY = Kernel("kernels.bodies.carry", "carry", seconds=4.0)
+
+#: Bodies that are in balance upright, with a tilt of 0.
+IN_BALANCE = ("torus", "rounded")
+
+
+def critical_square(spec: Request, rate: str) -> str:
+    """Return the squared critical rate of the upright body, in mathtext."""
+    if rate == "roll_rate":
+        return r"A(1{-}r)/[I(1{+}I)]\;g/R"
+    return r"(1{-}r)/(1{+}A)\;g/R"
+
+
+def _unit(starts: Starts) -> Array:
+    return np.asarray(np.sqrt(starts["radius"] / starts["gravity"]))
+
+
+def _critical(spec: Request, starts: Starts, axis: str) -> Array:
+    body = body_of(spec, starts)
+    square = steady.critical_spin_square if axis == "roll_rate" else steady.critical_precession_square
+    return np.asarray(np.sqrt(square(body)) / _unit(starts))
+
+
+def _marginal(spec: Request, starts: Starts, coefficient: Array | float) -> tuple[Array, Array]:
+    unit = _unit(starts)
+    slow, fast = steady.marginal_precession_rates(
+        starts["tilt"], coefficient * unit * unit, body_of(spec, starts)
+    )
+    return slow / unit, fast / unit
+
+
+def _turning(spec: Request, given: Starts, tilt: Array, axis: str) -> Array:
+    """Rate [rad/s] along `axis` with which a start turns back exactly at `tilt` [rad]; infinite where none does."""
+    start, unit = given["tilt"], _unit(given)
+    f = np.ones_like(start) if axis == "roll_rate" else np.sin(start)
+    g = np.zeros_like(start) if axis == "roll_rate" else np.cos(start)
+    bodies = np.stack([np.broadcast_to(each, start.shape) for each in body_of(spec, given)])
+    squares = np.empty(start.size)
+    CARRY.load()(np.stack([start, tilt, given["tilt_rate"] * unit]), bodies, np.stack([f, g]), squares)
+    return np.asarray(np.sqrt(squares) / unit)
+
+
+def coefficient(spec: Request, start: Mapping[str, float]) -> float:
+    """Return k [rad2 s-2] of the steady motion that a cell disturbs: upright, or circling at its own tilt."""
+    given = {name: np.array([value]) for name, value in start.items()}
+    tilt, (o, s) = given["tilt"] if circling(spec) else 0.0 * given["tilt"], scaled_rates(spec, given)
+    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
+        scaled = steady.stability_coefficient(tilt, o, s, body_of(spec, given))
+    return float(scaled[0] / _unit(given)[0] ** 2)
+
+
+def _released(spec: Request, start: Mapping[str, float], axis: str) -> float:
+    """Return how many times its tilt a start at rest swings out at most, in linear theory.
+
+    Notes
+    -----
+    The release itself changes the steady motion: with r = (rate / critical rate)^2 the slope of the potential is
+    (r-1) t - c r t0, c = 1 rolling and (2+I-r0)/(1+A) spinning, where r0 is the radius of the edge.
+    """
+    given = {name: np.array([value]) for name, value in start.items()}
+    body = body_of(spec, given)
+    r = (start[axis] / float(_critical(spec, given, axis)[0])) ** 2
+    c = 1.0 if axis == "roll_rate" else float((2.0 + body.axial - body.edge)[0] / (1.0 + body.transverse[0]))
+    return (2.0 * c - 1.0) + 2.0 * c / (r - 1.0)
+
+
+FORMULAS = Formulas(_critical, _marginal, _turning, coefficient, _released)
