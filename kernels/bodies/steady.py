@@ -72,6 +72,26 @@ def critical_precession_square(body):
     return (1.0 - body.edge) / (1.0 + body.transverse)
 
 
+def critical_pole_spin_square(body, side):
+    """Square of the spin above which a ball on its end stays there; 0 or less where it does at every spin.
+
+    Parameters
+    ----------
+    body : Body
+        A ball: the arc of radius 1 about a point of the axis.
+    side : float or array
+        Sign of the tilt: with 1 a positive shift is above the centre.
+
+    Notes
+    -----
+    The linear motion of a body about the vertical that rolls: s^2 = 4 (A + h^2) (h - r)/(I + h r)^2, with h the height of
+    the centre of mass and r the radius of curvature there. For r = 0 it is the sleeping top.
+    """
+    high = body.edge + side * body.shift
+    square = (body.axial + high * body.edge) ** 2
+    return 4.0 * (body.transverse + high * high) * (high - body.edge) / square
+
+
 def marginal_precession_rates(tilt, coefficient, body):
     """Precession rates of the steady motions at one tilt whose stability coefficient has a given value.
 

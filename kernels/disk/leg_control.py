@@ -256,7 +256,8 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         return False
     tilt = lanes[at.TILT_END + lane]
     if ending in (FELL, EDGE_CHANGE):
-        tilt = math.copysign(_limit(ending, run), tilt)
+        # no negative zero
+        tilt = math.copysign(_limit(ending, run), tilt) + 0.0
     lanes[at.LEAST + lane] = min(lanes[at.LEAST + lane], tilt)
     lanes[at.GREATEST + lane] = max(lanes[at.GREATEST + lane], tilt)
     # what is accepted has kept the tolerance in all trials, however large the estimate for one motion in a thousand

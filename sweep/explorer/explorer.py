@@ -33,6 +33,13 @@ class Subject:
     """
 
     def __init__(self, spec: SweepSpec | None = None, stored: Stored | None = None) -> None:
+        if spec is not None and not spec.model.explored:
+            raise RequestError(
+                f"The explorer shows the thin disk and systems of your own; got the model {spec.model.name}, whose "
+                "bodies it cannot draw.",
+                hint="Draw an atlas with eulerdisk plot, or ask for one cell with eulerdisk explain.",
+                where="model",
+            )
         self.spec, self.stored = spec, stored
         self._open = ExitStack()
 

@@ -301,6 +301,8 @@ class Model(ABC):
         atlases (``plot --regimes``); empty if the model has none.
     losses : str
         ``module:function`` that draws time and largest loss of atlases (``plot --losses``); empty if nothing is lost.
+    explored : bool
+        Whether the explorer shows it.
     in_time : str
         ``module:function`` that follows one cell in time and returns what that says of its variables, for ``explain``:
         (spec, start, stored) -> mapping of str to (value, error); empty if the model has none.
@@ -342,6 +344,7 @@ class Model(ABC):
     regimes: str = ""
     losses: str = ""
     in_time: str = ""
+    explored: bool = True
 
     @abstractmethod
     def headline(self, spec: Request) -> str:

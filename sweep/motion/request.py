@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from sweep.errors import RequestError
+from sweep.model.bodies.model import BODIES
 from sweep.model.disk.model import DISK
 from sweep.model.quantity import Array, Input, Word
 from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION, MotionKind
@@ -127,7 +128,8 @@ REQUESTS: Mapping[str, type[MotionRequest]] = {
 #: Words of a sweep only, for suggestions.
 _NAMES = tuple(dict.fromkeys((*DISK_MOTION.names, *LOSSY_MOTION.names)))
 _ELSEWHERE = {name: "it is a word of eulerdisk run" for name in names(DISK) if name not in _NAMES} | {
-    "model": "eulerdisk simulate follows the disk, and no other model"
+    "model": "eulerdisk simulate follows the disk, and no other model",
+    **dict.fromkeys(BODIES.chosen_by, "eulerdisk simulate follows the thin disk alone, and eulerdisk run other bodies"),
 }
 
 

@@ -1,5 +1,6 @@
 """What a body of revolution is: the names, tables and functions that the rest of the program asks for."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from kernels.bodies import shapes
 from kernels.disk import arrays
 from sweep.model.bodies import tables, theory
 from sweep.model.bodies.exact import REDUCE, REDUCTION, BodyReduction
-from sweep.model.bodies.shape import check_shape, complete
+from sweep.model.bodies.shape import check_shape, complete, with_body
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk.initial_conditions import check_steady_rates, circling
 from sweep.model.disk import theory as of_disk
@@ -30,7 +31,7 @@ class Bodies(Model):
     endings, variables = tables.ENDINGS, tables.VARIABLES
     measures, counts = arrays.MEASURES, arrays.COUNTS
     coordinate, extremes, error_name, peak = DISK.coordinate, DISK.extremes, DISK.error_name, DISK.peak
-    lost_name = "the body falls"
+    lost_name, explored = "the body falls", False
     presets = Path(__file__).with_name("presets")
     integrate = Kernel("kernels.bodies.integrate", "integrate", seconds=8.0)
     words = Words(
@@ -53,12 +54,19 @@ class Bodies(Model):
 
     def headline(self, spec: Request) -> str:
         """Return what is looked at, which follows from the rates and the body."""
+        if self._on_its_end(spec):
+            return "Spinning on its end, a ball: stability of the vertical axis"
         motion, _, looked_at = DISK.headline(spec).partition(": ")
         article = "an" if tables.CALLED[spec.body][0] in "aeiou" else "a"
         return f"{motion}, {article} {tables.CALLED[spec.body]}: {looked_at.replace('disk', 'body')}"
 
     def undisturbed(self, spec: Request, starts: Starts) -> Array:
-        """Return the tilt [rad] of the motion that each start disturbs: its own if circling, else upright."""
+        """Return the tilt [rad] of the motion that each start disturbs: its own if circling, else upright.
+
+        A ball that does not circle disturbs spinning on its end, with its axis vertical.
+        """
+        if self._on_its_end(spec):
+            return np.copysign(np.full_like(starts["tilt"], math.pi / 2), starts["tilt"])
         return DISK.undisturbed(spec, starts)
 
     def perturbation(self, spec: Request, starts: Starts) -> Array:
@@ -69,11 +77,15 @@ class Bodies(Model):
         sqrt((tilt - steady tilt)^2 + (tilt_rate / W)^2), with W^2 = gravity / ((1 + transverse moment) radius): that of
         the disk, whose transverse moment is alpha/2.
         """
-        slow = np.sqrt((1.0 + starts["transverse_moment"]) * starts["radius"] / starts["gravity"])
+        # the coordinates of an atlas do not hold a moment that follows from the body
+        known = starts if "transverse_moment" in starts else with_body(spec, starts)
+        slow = np.sqrt((1.0 + known["transverse_moment"]) * starts["radius"] / starts["gravity"])
         return np.hypot(starts["tilt"] - self.undisturbed(spec, starts), starts["tilt_rate"] * slow)
 
     def disturbed_motion(self, spec: Request) -> str:
         """Return what the starts disturb."""
+        if self._on_its_end(spec):
+            return "spinning on its end, about the vertical"
         return "steady circling at this tilt" if circling(spec) else "the upright body"
 
     def check(self, values: Mapping[str, Any]) -> None:
@@ -109,12 +121,18 @@ class Bodies(Model):
         """Return which cells come so near to fall_tilt that they could have fallen within the error."""
         return DISK.may_be_lost(spec, measured, error)
 
+    def _on_its_end(self, spec: Request) -> bool:
+        """Whether the starts disturb a ball that spins on its end: it has no balance upright."""
+        return spec.body == "ball" and not circling(spec)
+
     def _has_theory(self, spec: Request) -> bool:
         """Whether the motion that starts disturb is a steady one: circling, or upright in balance."""
         return circling(spec) or spec.body in theory.IN_BALANCE
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
         """Return the analytic lines and those that the criterion predicts; see `sweep.model.disk.theory.lines`."""
+        if self._on_its_end(spec):
+            return theory.pole_lines(spec, axis, starts)
         if not self._has_theory(spec):
             return {}
         found = of_disk.lines(spec, axis, starts, theory.FORMULAS)
@@ -124,6 +142,8 @@ class Bodies(Model):
 
     def line_label(self, spec: Request, axis: str) -> str:
         """Return the formula of the squared critical rate, or of the curve k = 0."""
+        if self._on_its_end(spec) and axis == "roll_rate":
+            return theory.critical_square(spec, axis)
         if not self._has_theory(spec):
             return ""
         return "k = 0" if circling(spec) else theory.critical_square(spec, axis)

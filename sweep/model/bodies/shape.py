@@ -8,7 +8,7 @@ import numpy as np
 from kernels.bodies import arrays, shapes, steady
 from kernels.bodies.equations import Body
 from sweep.errors import RequestError
-from sweep.model.bodies.tables import CALLED, LENGTHS, OF_THE_BODY, PARAMETERS
+from sweep.model.bodies.tables import CALLED, LENGTHS, NONE, OF_THE_BODY, OPTIONAL, PARAMETERS
 from sweep.model.description import Request, Starts
 from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.tables import WOBBLE
@@ -52,7 +52,14 @@ def _refuse(message: str, hint: str, where: str) -> None:
 
 def _check_lengths(values: Mapping[str, Any], body: str) -> None:
     for name in dict.fromkeys(each for lengths in LENGTHS.values() for each in lengths):
-        if name not in LENGTHS[body] and values[name] != PARAMETERS[name].default:
+        if name in LENGTHS[body] and name not in OPTIONAL and values[name] == NONE:
+            _refuse(
+                f"A {CALLED[body]} needs its {name}, over the outer radius or with a unit of length; got body={body} "
+                "without it.",
+                f"Give {name}=0.2, for instance.",
+                name,
+            )
+        if name not in LENGTHS[body] and values[name] != NONE:
             having = [other for other, lengths in LENGTHS.items() if name in lengths]
             _refuse(
                 f"A {CALLED[body]} has no {name}; it has {' and '.join(LENGTHS[body])}. Got body={body} "
@@ -87,7 +94,7 @@ def _check_rim(values: Mapping[str, Any]) -> None:
 
 def _check_ball(values: Mapping[str, Any]) -> None:
     given = [name for name in ("axial_moment", "transverse_moment") if values[name] != OF_THE_BODY]
-    if values["offset"] != 0.0 and len(given) < 2:
+    if values["offset"] not in (NONE, 0.0) and len(given) < 2:
         _refuse(
             f"The moments of a ball whose centre of mass is not its centre do not follow from its shape; got "
             f"offset={values['offset']}.",
@@ -113,7 +120,7 @@ def _check_moments(values: Mapping[str, Any]) -> None:
 def _ends(value: Any) -> tuple[float, float]:
     """Return the smallest and the largest value of a word."""
     low, high = value.ends() if hasattr(value, "ends") else (value, value)
-    return float(low), float(high)
+    return (0.0, 0.0) if value == NONE else (float(low), float(high))
 
 
 def moments(body: str, filling: str, starts: Starts) -> tuple[Array, Array]:
@@ -138,6 +145,18 @@ def body_of(spec: Request, starts: Starts) -> Body:
         return Body(core, shift, edge, axial, transverse, axial / transverse)
 
 
+def with_body(spec: Request, starts: Starts) -> dict[str, Array]:
+    """Return starts with the lengths that their bodies do not have, 0, and the moments that follow from the others."""
+    found = dict(starts)
+    for name in {each for lengths in LENGTHS.values() for each in lengths}:
+        if getattr(spec, name) == NONE:
+            found[name] = np.zeros_like(starts["radius"])
+    if OF_THE_BODY in (spec.axial_moment, spec.transverse_moment):
+        both = zip(("axial_moment", "transverse_moment"), moments(spec.body, spec.filling, found), strict=True)
+        found |= {name: value for name, value in both if getattr(spec, name) == OF_THE_BODY}
+    return found
+
+
 def complete(spec: Request, starts: Starts) -> Starts:
     """Return starts with the moments that follow from the bodies, and the rates that keep the tilt of each cell.
 
@@ -147,11 +166,7 @@ def complete(spec: Request, starts: Starts) -> Starts:
     starts : mapping of str to array, shape (n,)
         Every parameter but those that the request leaves to the cell, in SI.
     """
-    found, tilt = dict(starts), starts["tilt"]
-    if OF_THE_BODY in (spec.axial_moment, spec.transverse_moment):
-        for name, value in zip(("axial_moment", "transverse_moment"), moments(spec.body, spec.filling, starts), strict=True):
-            if getattr(spec, name) == OF_THE_BODY:
-                found[name] = value
+    found, tilt = with_body(spec, starts), starts["tilt"]
     if not (isinstance(spec.precession_rate, str) or isinstance(spec.roll_rate, str)):
         return found
     body, unit = body_of(spec, found), np.sqrt(starts["radius"] / starts["gravity"])

@@ -27,11 +27,17 @@ from sweep.model.quantity import (
 #: The word of a moment of inertia that follows from the body.
 OF_THE_BODY = "body"
 
-#: Body -> the lengths that it has.
+#: The word of a length that a body does not have, or that is 0.
+NONE = "none"
+
+#: Body -> the lengths that it has, those that have to be given first.
 LENGTHS: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "torus": ("tube",), "rounded": ("thickness",), "rim": ("thickness", "fillet"), "ball": ("offset",),
 })  # fmt: skip
 assert tuple(LENGTHS) == shapes.NAMES
+
+#: Those that may be left out: then they are 0.
+OPTIONAL = ("fillet", "offset")
 
 #: Body -> what it is called in a sentence.
 CALLED: Mapping[str, str] = MappingProxyType({
@@ -41,12 +47,11 @@ CALLED: Mapping[str, str] = MappingProxyType({
 _MOMENTS = ("axial_moment", "transverse_moment")
 
 
-def _length(
-    name: str, symbol: str, long_name: str, default: float, rule: str, allows: Callable[[Array], Truths]
-) -> Input:
+def _length(name: str, symbol: str, long_name: str, rule: str, allows: Callable[[Array], Truths]) -> Input:
     return Input(
         name, symbol, "1", f"{long_name}, over the outer radius", GRID, "with a unit of length it is divided by the radius",
-        default=default, rule=rule, allows=allows,
+        default=NONE, rule=rule, allows=allows, words=(NONE,), meaning="the body has no such length",
+        constants={NONE: 0.0},
     )  # fmt: skip
 
 
@@ -78,13 +83,13 @@ PARAMETERS: Mapping[str, Input] = table(
     _of_bodies(disk.PARAMETERS["roll_rate"],
                description="times the distance of the contact point from the axis, the speed of that point along its "
                            "path; positive: forwards"),
-    _length("tube", r"\rho", "radius of the tube of a torus", 0.25, "0 <= tube < 1",
+    _length("tube", r"\rho", "radius of the tube of a torus", "0 <= tube < 1",
             lambda tube: (tube >= 0.0) & (tube < 1.0)),
-    _length("thickness", "d", "thickness of a disk", 0.2, "0 <= thickness <= 10",
+    _length("thickness", "d", "thickness of a disk", "0 <= thickness <= 10",
             lambda thickness: (thickness >= 0.0) & (thickness <= 10.0)),
-    _length("fillet", "r", "radius of the edges of a rim", 0.0, "0 <= fillet <= 1",
+    _length("fillet", "r", "radius of the edges of a rim", "0 <= fillet <= 1",
             lambda fillet: (fillet >= 0.0) & (fillet <= 1.0)),
-    _length("offset", "e", "distance of the centre of mass of a ball from its centre", 0.0, "-1 < offset < 1",
+    _length("offset", "e", "distance of the centre of mass of a ball from its centre", "-1 < offset < 1",
             lambda offset: np.abs(offset) < 1.0),
     _moment("axial_moment", "I", "moment of inertia about the axis of the body"),
     _moment("transverse_moment", "A", "moment of inertia about a line across the axis through the centre of mass"),

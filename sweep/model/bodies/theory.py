@@ -24,6 +24,8 @@ IN_BALANCE = ("torus", "rounded")
 
 def critical_square(spec: Request, rate: str) -> str:
     """Return the squared critical rate of the upright body, in mathtext."""
+    if spec.body == "ball":
+        return r"4e(A{+}h^2)/(I{+}h)^2\;g/R"
     if rate == "roll_rate":
         return r"A(1{-}r)/[I(1{+}I)]\;g/R"
     return r"(1{-}r)/(1{+}A)\;g/R"
@@ -80,6 +82,19 @@ def _released(spec: Request, start: Mapping[str, float], axis: str) -> float:
     r = (start[axis] / float(_critical(spec, given, axis)[0])) ** 2
     c = 1.0 if axis == "roll_rate" else float((2.0 + body.axial - body.edge)[0] / (1.0 + body.transverse[0]))
     return (2.0 * c - 1.0) + 2.0 * c / (r - 1.0)
+
+
+def pole_lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
+    """Return the spin above which a ball on its end stays there; nothing is predicted for a criterion."""
+    if axis != "roll_rate" or np.all(starts["precession_rate"] != 0.0):
+        return {}
+    along = spec.roll_rate.ends()
+    if along[0] < 0.0:
+        return {}
+    square = steady.critical_pole_spin_square(body_of(spec, starts), np.copysign(1.0, starts["tilt"]))
+    known = (square > 0.0) & (starts["precession_rate"] == 0.0)
+    critical = np.where(known, np.sqrt(np.abs(square)) / _unit(starts), np.nan)
+    return {"upper": (critical, np.full_like(critical, np.nan))}
 
 
 FORMULAS = Formulas(_critical, _marginal, _turning, coefficient, _released)
