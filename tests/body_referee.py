@@ -1,7 +1,7 @@
 """The motion of a body of revolution by other means: Newton and Euler for a rigid body, in space, by SciPy.
 
-No tilt and no rates of it: the state is the axis n and the angular velocity, both in space. The contact point is that of a
-circle of radius `edge` around each point of a ring, of radius `core` at `-shift` along the axis, which is the lowest one.
+No tilt and no rates of it: the state is the axis n and the angular velocity, both in space. The body is what lies
+within `edge` of a ring of radius `core`, whose middle is at `-shift` along the axis; its lowest point is the contact.
 Units are m = g = R = 1.
 """
 

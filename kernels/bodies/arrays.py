@@ -18,7 +18,7 @@ PARAMETERS = (
 SETTINGS = ("duration", "step", "fall_tilt", "tolerance", "body")
 BODY = SETTINGS.index("body")
 
-#: Measures of the reduction: extreme tilts [rad], nutation period [s], a maximum of the potential beside the motion minus
-#: its energy, over m g R [1], estimated error of the extreme tilts [rad]. NaN where a measure does not exist.
+#: Measures of the reduction: extreme tilts [rad], nutation period [s], a maximum of the potential beside the motion
+#: minus its energy, over m g R [1], estimated error of the extreme tilts [rad]. NaN where a measure does not exist.
 REDUCED = ("tilt_min", "tilt_max", "nutation_period", "separatrix", "tilt_error")
 REDUCED_MIN, REDUCED_MAX, REDUCED_PERIOD, REDUCED_SEPARATRIX, REDUCED_ERROR = range(len(REDUCED))

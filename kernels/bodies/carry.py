@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from kernels.bodies import pair as at
-from kernels.bodies.equations import Body, energy_gained, per_inertia
+from kernels.bodies.equations import energy_gained, per_inertia
+from kernels.bodies.shapes import Body
 from kernels.jit import kernel
 from kernels.native.entry import parallel
 
@@ -18,8 +19,10 @@ def _carried(tilt, there, s, o, body, series):
     """Rates (s, o) at the tilt `there` of a motion that has s and o at `tilt`."""
     heading = 1.0 if there >= tilt else -1.0
     # towards smaller tilts by the mirror image
-    own = body if heading > 0.0 else Body(
-        body.core, -body.shift, body.edge, body.axial, body.transverse, body.ratio
+    own = (
+        body
+        if heading > 0.0
+        else Body(body.core, -body.shift, body.edge, body.axial, body.transverse, body.ratio)
     )
     series[at.SIN, 0], series[at.COS, 0] = heading * math.sin(tilt), math.cos(tilt)
     series[at.SPIN, 0], series[at.ALONG, 0], series[at.KINETIC, 0] = s, heading * o, 0.0
@@ -70,7 +73,7 @@ def carry(start, stop, tilts, bodies, rates, squares, series):
     tilts : float64[3, n]
         From where and to where [rad], inside 90 degrees, and the scaled rate of the tilt.
     bodies : float64[6, n]
-        Rows as `kernels.bodies.equations.Body`.
+        Rows as `kernels.bodies.shapes.Body`.
     rates : float64[2, n], written
         s and o in any one unit: at the first tilts, then at the second ones.
     squares : float64[n], written
@@ -80,7 +83,12 @@ def carry(start, stop, tilts, bodies, rates, squares, series):
     """
     for cell in range(start, stop):
         body = Body(
-            bodies[0, cell], bodies[1, cell], bodies[2, cell], bodies[3, cell], bodies[4, cell], bodies[5, cell]
+            bodies[0, cell],
+            bodies[1, cell],
+            bodies[2, cell],
+            bodies[3, cell],
+            bodies[4, cell],
+            bodies[5, cell],
         )
         tilt, there, w = tilts[0, cell], tilts[1, cell], tilts[2, cell]
         before = rates[0, cell], rates[1, cell]

@@ -1,8 +1,8 @@
 """Equations of motion of a body of revolution whose meridian is an arc, in the variables of the thin disk.
 
-State and scaling are those of `kernels.disk.equations`. The centre of mass is at -a d + b n from the contact point, with
-n the axis of the body and d its diameter through that point; a = core + edge C and b = -shift - edge S. The weight acts
-at the lever l = core S - shift C. With A and I the transverse and the axial moment of inertia,
+State and scaling are those of `kernels.disk.equations`. The contact point is at -a d + b n from the centre of mass,
+with n the axis of the body and d its diameter through that point; a = core + edge C and b = -shift - edge S. The weight
+acts at the lever l = core S - shift C. With A and I the transverse and the axial moment of inertia,
 
     B = A + a^2 + b^2         inertia of a rotation of the tilt about the contact point,
     D = I A + I b^2 + A a^2   determinant of the inertia of the other two,
@@ -12,22 +12,8 @@ the potential over m g R is A o^2/2 + I s^2/2 + v^2/2 + h, where h is the height
 s and o follow from the tilt alone, by a linear system. The thin disk is the arc (1, 0, 0) with A = alpha/2, I = alpha.
 """
 
-import math
-from typing import NamedTuple
-
 from kernels.disk.rk4 import _along, _summed
 from kernels.jit import simd
-
-
-class Body(NamedTuple):
-    """The constants of a body: its `kernels.bodies.shapes.Arc`, its moments over m R^2, and axial over transverse."""
-
-    core: float
-    shift: float
-    edge: float
-    axial: float
-    transverse: float
-    ratio: float
 
 
 @simd
@@ -65,7 +51,7 @@ def slopes(state, w, body):
     """
     S, C, T, o, s = state
     a, b, lever = _levers(S, C, body)
-    A, I = body.transverse, body.axial  # noqa: E741 - the letter of the equations
+    A, I = body.transverse, body.axial
     B, D = _inertia(a, b, body)
     # a division costs what carrying 1/B and 1/D costs, and saves two states; two divisions cost twice that
     inverse = 1.0 / (B * D)
@@ -203,7 +189,9 @@ def slopes_along(S, C, s, o, body):
 def fall_along(S, C, s, o, body):
     """Slope of the potential with respect to y, over m g R."""
     a, b, lever = _levers(S, C, body)
-    return -(C * lever + o * (C * body.axial * s - body.transverse * o * S + (a * C - b * S) * (a * s + b * o)))
+    return -(
+        C * lever + o * (C * body.axial * s - body.transverse * o * S + (a * C - b * S) * (a * s + b * o))
+    )
 
 
 @simd
@@ -211,7 +199,7 @@ def pull_and_terms(state, body):
     """Magnitude of the slope of the potential, and the sum of the magnitudes of its terms."""
     S, C, T, _, o, s = state
     a, b, lever = _levers(S, C, body)
-    A, I = body.transverse, body.axial  # noqa: E741 - likewise
+    A, I = body.transverse, body.axial
     oT, arm = o * T, a - b * T
     pull = abs(lever + o * (I * s - A * oT + arm * (a * s + b * o)))
     heavy = body.core * abs(S) + abs(body.shift) * C
@@ -234,7 +222,7 @@ def force(state, body):
     S, C, T, _, o, s = state
     a, b, lever = _levers(S, C, body)
     (_, _, _, o_slope, less), _ = slopes((S, C, T, o, s), 0.0, body)
-    A, I, s_slope = body.transverse, body.axial, -less  # noqa: E741 - likewise
+    A, I, s_slope = body.transverse, body.axial, -less
     arm, v, square = a - b * T, a * s + b * o, 1.0 + T * T
     v_slope = a * s_slope + b * o_slope - body.edge * (S * s + C * o)
     torque = I * s - A * o * T + arm * v

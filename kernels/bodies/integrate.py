@@ -2,8 +2,8 @@
 
 `integrate(starts, settings, measures, counts)`, as `kernels.disk.integrate`, with the rows of `kernels.bodies.arrays`.
 
-Control of the step, landings, legs, errors and endings are those of the disk: copies of its functions in which the names of
-`DIFFERENT` mean the functions of a body.
+Control of the step, landings, legs, errors and endings are those of the disk: copies of its functions in which the
+names of `DIFFERENT` mean the functions of a body.
 """
 
 import math

@@ -4,7 +4,7 @@ from kernels.lanes.layout import LANES, offsets
 
 S, C, T, W, O_RATE, P, TIME, HALF = offsets(0, 8)
 
-# What a step only reads: `kernels.bodies.equations.Body`,
+# What a step only reads: `kernels.bodies.shapes.Body`,
 CORE, SHIFT, EDGE, ALPHA, TRANSVERSE, RATIO = offsets(8, 14)
 HALF_UNIFORM, HALF_GRADED, HEADING, END = offsets(14, 18)
 #: sign of the tilts on the edge that a body rolls on; 0 if it has no other edge.

@@ -1,11 +1,10 @@
 """The linear pair of a body, and the kinetic energy of its tilt, as power series of the stretched tilt.
 
-Along a motion the rates s and o obey a linear system in the tilt (`kernels.bodies.equations`), and with them the kinetic
-energy of the tilt, B w^2/2, is a function of the tilt alone. In the stretched tilt y, where dtilt = cos(tilt) dy and
-sin(tilt) = tanh y, all are analytic about the real axis. A panel is their series about one tilt.
+Along a motion the rates s and o obey a linear system in the tilt (`kernels.bodies.equations`), and with them the
+kinetic energy of the tilt, B w^2/2, is a function of the tilt alone. In the stretched tilt y, where
+dtilt = cos(tilt) dy and sin(tilt) = tanh y, all are analytic about the real axis. A panel is their series about one
+tilt.
 """
-
-import math
 
 from kernels.jit import kernel
 
@@ -41,7 +40,7 @@ def expand(series, body):
     Parameters
     ----------
     series : float64[ROWS, TERMS], written
-    body : kernels.bodies.equations.Body
+    body : kernels.bodies.shapes.Body
 
     Notes
     -----
@@ -52,7 +51,10 @@ def expand(series, body):
     for k in range(TERMS):
         first = 1.0 if k == 0 else 0.0
         S, C = series[SIN, k], series[COS, k]
-        series[LONG, k], series[WIDE, k] = body.core * first + body.edge * C, -body.shift * first - body.edge * S
+        series[LONG, k], series[WIDE, k] = (
+            body.core * first + body.edge * C,
+            -body.shift * first - body.edge * S,
+        )
         series[LEVER, k] = body.core * S - body.shift * C
         series[HEIGHT, k] = body.core * C + body.shift * S + body.edge * first
         series[MIX, k] = body.edge * S + body.ratio * series[WIDE, k]
@@ -68,7 +70,9 @@ def expand(series, body):
         series[_ALONG_SIN, k] = _product(series, ALONG, SIN, k)
         series[_SPIN_COS, k] = _product(series, SPIN, COS, k)
         series[_TORQUE, k] = (
-            axial * series[_SPIN_COS, k] - transverse * series[_ALONG_SIN, k] + _product(series, HEIGHT, _SPEED, k)
+            axial * series[_SPIN_COS, k]
+            - transverse * series[_ALONG_SIN, k]
+            + _product(series, HEIGHT, _SPEED, k)
         )
         if k + 1 == TERMS:
             break

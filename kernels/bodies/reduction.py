@@ -1,8 +1,8 @@
 """The reduction of a body to one degree of freedom: extreme tilts for all time and the period, without time stepping.
 
-The kinetic energy of the tilt is followed from the start to both sides, panel after panel (`kernels.bodies.pair`), to the
-turning point, where it vanishes first, or to the tilt at which motions end. The way to the side of negative tilts is
-that of the mirror image to the other, so that mirror images have the same bits.
+The kinetic energy of the tilt is followed from the start to both sides, panel after panel (`kernels.bodies.pair`), to
+the turning point, where it vanishes first, or to the tilt at which motions end. The way to the side of negative tilts
+is that of the mirror image to the other, so that mirror images have the same bits.
 """
 
 import math
@@ -11,8 +11,8 @@ import numpy as np
 
 from kernels.bodies import arrays as row
 from kernels.bodies import pair as at
-from kernels.bodies.equations import Body, force, is_steady, per_inertia, pull_and_terms
-from kernels.bodies.shapes import RIM
+from kernels.bodies.equations import force, is_steady, per_inertia, pull_and_terms
+from kernels.bodies.shapes import RIM, Body
 from kernels.bodies.stages import body_of, is_possible, side_of
 from kernels.disk.arrays import ENDING
 from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL, INVALID, STEADY, UNRESOLVED
@@ -65,7 +65,11 @@ def _first_root(series, at_rest, length, found):
 def _first_length(series, at_rest, length):
     """Length of the first panel: a power of two above twice the way to the turning point, where that is near."""
     first = 1 if at_rest else 0
-    value, slope, bend = series[at.KINETIC, first], series[at.KINETIC, first + 1], series[at.KINETIC, first + 2]
+    value, slope, bend = (
+        series[at.KINETIC, first],
+        series[at.KINETIC, first + 1],
+        series[at.KINETIC, first + 2],
+    )
     whole = slope * slope - 4.0 * bend * value
     way = length
     if slope < 0.0 and value > 0.0 and whole >= 0.0:
@@ -92,7 +96,9 @@ def _saddle(series, slope, length):
     if not before < 0.0 < after:
         return math.inf
     bend = (after - before) / length
-    return max(0.0, min(series[at.KINETIC, 0] - 0.5 * before * before / bend, kinetic - 0.5 * after * after / bend))
+    return max(
+        0.0, min(series[at.KINETIC, 0] - 0.5 * before * before / bend, kinetic - 0.5 * after * after / bend)
+    )
 
 
 @kernel
@@ -182,17 +188,19 @@ def _kinetic(panels, number, y):
 
 @kernel
 def _half_period(y_start, body, panels, sides, nodes):
-    """Half the scaled period by the midpoint rule in chi, where y = middle + half sin(chi) between the turning points."""
+    """Half the scaled period by the midpoint rule in chi; y = middle + half sin(chi) between the turning points."""
     low, high = -sides[1, _WAY], sides[0, _WAY]
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    half = 0.5 * (high - low)
     forward, backward = 0, int(sides[1, _PANELS]) - 1
     total = 0.0
     for j in range(nodes):
         chi = math.pi * ((j + 0.5) / nodes - 0.5)
         cosine = math.cos(chi)
         # from the nearer end, without cancellation
-        y = low + half * cosine * cosine / (1.0 - math.sin(chi)) if chi < 0.0 else (
-            high - half * cosine * cosine / (1.0 + math.sin(chi))
+        y = (
+            low + half * cosine * cosine / (1.0 - math.sin(chi))
+            if chi < 0.0
+            else (high - half * cosine * cosine / (1.0 + math.sin(chi)))
         )
         if y < 0.0:
             while backward > 0 and -y < panels[1, backward, _FROM]:

@@ -6,9 +6,7 @@ core cos(tilt) + shift sin(tilt) + edge (the support function of the meridian).
 """
 
 import math
-from typing import NamedTuple
-
-from kernels.jit import kernel
+from typing import Any, NamedTuple
 
 #: Numbers of the bodies, in the order of `NAMES`.
 NAMES = ("torus", "rounded", "rim", "ball")
@@ -18,14 +16,27 @@ TORUS, ROUNDED, RIM, BALL = range(len(NAMES))
 class Arc(NamedTuple):
     """The meridian of a body: see the docstring of the module."""
 
-    core: float
-    shift: float
-    edge: float
+    core: Any
+    shift: Any
+    edge: Any
 
 
-@kernel
+class Body(NamedTuple):
+    """The constants of a body: its `Arc`, its axial and transverse moment over m R^2, and one over the other."""
+
+    core: Any
+    shift: Any
+    edge: Any
+    axial: Any
+    transverse: Any
+    ratio: Any
+
+
 def arc_of(body, tube, thickness, fillet, offset):
-    """Return the `Arc` of a body; lengths over the outer radius, those that it does not have are not read."""
+    """Return the `Arc` of a body; lengths over the outer radius, those that it does not have are not read.
+
+    Plain Python, which kernels compile.
+    """
     if body == TORUS:
         return Arc(1.0 - tube, 0.0, tube)
     if body == ROUNDED:
@@ -59,8 +70,8 @@ def solid_moments(thickness, fillet):
 
     Notes
     -----
-    Integrals of r^2, r^4 and z^2 r^2 along the axis, with r = 1 over the straight part, 2 (thickness/2 - fillet) long, and
-    r = 1 - fillet + sqrt(fillet^2 - u^2) at the distance u from its ends.
+    Integrals of r^2, r^4 and z^2 r^2 along the axis, with r = 1 over the straight part, 2 (thickness/2 - fillet) long,
+    and r = 1 - fillet + sqrt(fillet^2 - u^2) at the distance u from its ends.
     """
     half, c, f = 0.5 * thickness - fillet, 1.0 - fillet, fillet
     squares = c**2 * f + 0.5 * math.pi * c * f**2 + 2.0 / 3.0 * f**3

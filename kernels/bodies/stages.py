@@ -1,13 +1,15 @@
-"""The stages of a cell in which a body differs from the disk (`kernels.disk.simd_stages`, `kernels.disk.leg_control`)."""
+"""The stages of a cell in which a body differs from the disk: starts, its constants, one step, endings on an edge.
+
+See `kernels.disk.simd_stages` and `kernels.disk.leg_control`.
+"""
 
 import math
 from typing import NamedTuple
 
 from kernels.bodies import arrays as row
 from kernels.bodies import layout as at
-from kernels.bodies.equations import Body, lane_step
-from kernels.bodies.shapes import RIM, arc_of
-
+from kernels.bodies.equations import lane_step
+from kernels.bodies.shapes import RIM, Body, arc_of
 from kernels.disk.endings import EDGE_CHANGE, FELL, INVALID
 from kernels.disk.leg_control import _write_at_once
 from kernels.disk.step_size import prepared_settings as settings_of_disk
@@ -36,11 +38,18 @@ def prepared_settings(settings):
     )  # fmt: skip
 
 
+_arc_of = kernel(arc_of)
+
+
 @kernel
 def body_of(starts, cell, kind):
     """The `Body` of a cell; `kind` is its number."""
-    arc = arc_of(
-        kind, starts[row.TUBE, cell], starts[row.THICKNESS, cell], starts[row.FILLET, cell], starts[row.OFFSET, cell]
+    arc = _arc_of(
+        kind,
+        starts[row.TUBE, cell],
+        starts[row.THICKNESS, cell],
+        starts[row.FILLET, cell],
+        starts[row.OFFSET, cell],
     )
     axial, transverse = starts[row.AXIAL_MOMENT, cell], starts[row.TRANSVERSE_MOMENT, cell]
     # the mirror image of a body on its other edge
@@ -63,14 +72,18 @@ def is_possible(starts, cell, body):
     heavy = 0.0 < body.axial <= 2.0 * body.transverse < math.inf
     convex = body.core >= 0.0 and body.edge >= 0.0 and 0.0 < body.core + body.edge < math.inf
     inside = abs(starts[row.TILT, cell]) < 0.5 * math.pi
-    return finite and heavy and convex and inside and 0.0 < starts[row.RADIUS, cell] / starts[row.GRAVITY, cell] < math.inf
+    squared = starts[row.RADIUS, cell] / starts[row.GRAVITY, cell]
+    return finite and heavy and convex and inside and 0.0 < squared < math.inf
 
 
 @simd
 def _store_start(cell, lane, starts, body, side, lanes):
     tilt, unit = starts[row.TILT, cell], math.sqrt(starts[row.RADIUS, cell] / starts[row.GRAVITY, cell])
     lanes[at.LEAST + lane], lanes[at.GREATEST + lane], lanes[at.UNIT + lane] = tilt, tilt, unit
-    lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane] = starts[row.TILT_RATE, cell], starts[row.PRECESSION_RATE, cell]
+    lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane] = (
+        starts[row.TILT_RATE, cell],
+        starts[row.PRECESSION_RATE, cell],
+    )
     lanes[at.S_RATE_0 + lane], lanes[at.SIDE + lane] = starts[row.ROLL_RATE, cell], side
     lanes[at.CORE + lane], lanes[at.SHIFT + lane], lanes[at.EDGE + lane] = body.core, body.shift, body.edge
     lanes[at.ALPHA + lane], lanes[at.TRANSVERSE + lane] = body.axial, body.transverse
@@ -110,7 +123,9 @@ def fill_idle(lane, lanes):
 def constants_of(lane, lanes):
     """The `Body` of a lane."""
     core, shift, edge = lanes[at.CORE + lane], lanes[at.SHIFT + lane], lanes[at.EDGE + lane]
-    return Body(core, shift, edge, lanes[at.ALPHA + lane], lanes[at.TRANSVERSE + lane], lanes[at.RATIO + lane])
+    return Body(
+        core, shift, edge, lanes[at.ALPHA + lane], lanes[at.TRANSVERSE + lane], lanes[at.RATIO + lane]
+    )
 
 
 @simd

@@ -50,7 +50,7 @@ def stability_coefficient(tilt, o, s, body):
     """
     S, C = np.sin(tilt), np.cos(tilt)
     a, b, lever = _levers(S, C, body)
-    T, A, I, r = S / C, body.transverse, body.axial, body.edge  # noqa: E741 - the letters of the equations
+    T, A, I, r = S / C, body.transverse, body.axial, body.edge
     B, D = A + a * a + b * b, I * A + I * b * b + A * a * a
     twist = (body.core * o - (r * S + body.ratio * b) * s) / D
     o_slope, s_slope = T * o - body.ratio * s - I * b * twist, -A * a * twist
@@ -58,12 +58,11 @@ def stability_coefficient(tilt, o, s, body):
     v_slope = a * s_slope + b * o_slope - r * (S * s + C * o)
     torque = I * s - A * T * o + arm * v
     torque_slope = I * s_slope - A * o / (C * C) - A * T * o_slope - b / (C * C) * v + arm * v_slope
-    # o appears in both A o/C^2 and A T o_slope
     return -(body.core * C + body.shift * S + o_slope * torque + o * torque_slope) / B
 
 
 def critical_spin_square(body):
-    """Square of the spin above which upright rolling is stable, of a body upright in balance: A (1-r)/[I (1+I)]."""
+    """Square of the spin above which upright rolling is stable, of a body in balance there: A (1-r)/[I (1+I)]."""
     return body.transverse * (1.0 - body.edge) / (body.axial * (1.0 + body.axial))
 
 
@@ -84,8 +83,8 @@ def critical_pole_spin_square(body, side):
 
     Notes
     -----
-    The linear motion of a body about the vertical that rolls: s^2 = 4 (A + h^2) (h - r)/(I + h r)^2, with h the height of
-    the centre of mass and r the radius of curvature there. For r = 0 it is the sleeping top.
+    The linear motion of a body about the vertical that rolls: s^2 = 4 (A + h^2) (h - r)/(I + h r)^2, with h the height
+    of the centre of mass and r the radius of curvature there. For r = 0 it is the sleeping top.
     """
     high = body.edge + side * body.shift
     square = (body.axial + high * body.edge) ** 2
@@ -107,7 +106,7 @@ def marginal_precession_rates(tilt, coefficient, body):
     """
     S, C = np.sin(tilt), np.cos(tilt)
     a, b, lever = _levers(S, C, body)
-    B, tall = body.transverse + a * a + b * b, (a * C - b * S) / C
+    tall = (a * C - b * S) / C
     arm = body.axial + a * tall
     p, q = lever / arm, (tall * b - body.transverse * S / C) / arm
     nothing = stability_coefficient(tilt, 0.0 * tilt, 0.0 * tilt, body)

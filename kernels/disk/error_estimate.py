@@ -23,8 +23,8 @@ MOST_LOSS = 1.0e-3
 #: than one in a thousand is beyond twice the stated one.
 _ROUNDING_SHARE = 0.25
 
-#: The energy that is uncertain over that by which the measures have drifted: of other bodies more, whose linear system has
-#: no constants that the energy shows as well (`kernels.bodies.integrate`).
+#: The energy that is uncertain over that by which the measures have drifted; of other bodies it is more, whose linear
+#: system drifts more than the energy shows (`kernels.bodies.integrate`).
 _UNSEEN = 1.0
 
 #: Error of the work of a motion of small amplitude over (step times fastest rate)^4. Runge-Kutta's amplitude of an

@@ -129,7 +129,9 @@ REQUESTS: Mapping[str, type[MotionRequest]] = {
 _NAMES = tuple(dict.fromkeys((*DISK_MOTION.names, *LOSSY_MOTION.names)))
 _ELSEWHERE = {name: "it is a word of eulerdisk run" for name in names(DISK) if name not in _NAMES} | {
     "model": "eulerdisk simulate follows the disk, and no other model",
-    **dict.fromkeys(BODIES.chosen_by, "eulerdisk simulate follows the thin disk alone, and eulerdisk run other bodies"),
+    **dict.fromkeys(
+        BODIES.chosen_by, "eulerdisk simulate follows the thin disk alone, and eulerdisk run other bodies"
+    ),
 }
 
 

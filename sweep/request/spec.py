@@ -456,7 +456,9 @@ class SweepSpec:
             ) from problem
 
 
-def _of_one_body(held: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+def _of_one_body(
+    held: Mapping[str, Any], changes: Mapping[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return words and changes without ``body=disk``: where that is a change, without the words of another body too."""
     thin = with_body(changes)
     others = registry.named("bodies").chosen_by if len(thin) < len(changes) else ()

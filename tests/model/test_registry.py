@@ -4,6 +4,7 @@ import pytest
 
 from sweep.errors import RequestError
 from sweep.model import registry
+from sweep.model.bodies.model import BODIES
 from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.request.spec import SweepSpec
@@ -13,13 +14,14 @@ def test_the_disk_is_the_default():
     """It is the model of a request that names none; the one with losses stands beside it."""
     assert registry.named("disk") is DISK
     assert SweepSpec().model is DISK
-    assert registry.names() == ("disk", "lossy_disk")
-    assert list(registry.every()) == [DISK, LOSSY_DISK]
+    assert registry.names() == ("disk", "lossy_disk", "bodies")
+    assert list(registry.every()) == [DISK, LOSSY_DISK, BODIES]
 
 
 def test_a_word_chooses_a_model():
     """One of its words is enough; a request without any has the default, and what no model knows chooses none."""
     assert registry.chosen(["rolling_friction", "spin"]) is LOSSY_DISK
+    assert registry.chosen(["tube"]) is BODIES
     assert registry.chosen(["spin"]) is None
     assert registry.chosen([]) is None
 
@@ -29,7 +31,7 @@ def test_an_unknown_model_is_refused(name, tmp_path, monkeypatch):
     """The message has the models that there are; a module of that name is not looked for."""
     (tmp_path / "sphere.py").write_text("raise SystemExit('imported')")
     monkeypatch.syspath_prepend(str(tmp_path))
-    with pytest.raises(RequestError, match="disk, lossy_disk, and systems of your own") as caught:
+    with pytest.raises(RequestError, match="disk, lossy_disk, bodies, and systems of your own") as caught:
         SweepSpec(model=name)
     assert caught.value.where == "model"
     assert "mine.py" in caught.value.hint
@@ -37,8 +39,8 @@ def test_an_unknown_model_is_refused(name, tmp_path, monkeypatch):
 
 def test_a_misspelt_preset_is_told_the_right_one():
     """All presets are named, those of systems last."""
-    known = r"circling, rolling, spinning, coin, toy, driven_pendulum.*Did you mean rolling"
-    with pytest.raises(RequestError, match=known):
+    known = "circling, rolling, spinning, coin, toy, egg, thick_coin, torus, true_edge, driven_pendulum"
+    with pytest.raises(RequestError, match=rf"{known}.*Did you mean rolling"):
         SweepSpec.preset("rollin")
     with pytest.raises(RequestError, match="Did you mean kapitza"):
         SweepSpec.preset("kapiza")

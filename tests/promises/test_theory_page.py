@@ -408,7 +408,9 @@ def test_the_drift(v):
     state = tuple(np.array(start) + 1e-3 * rng.normal(size=6))
     alpha = v["alpha"]
     whole = equations.energy(S, C, w, o, s, alpha)
-    found = error_estimate.drift.py_func(state, (S, C, w, o, s), whole, alpha, 10.0)[0]
+    found = error_estimate.drift.py_func(
+        state, (S, C, w, o, s), whole, alpha, equations.inertia(alpha), 10.0
+    )[0]
     size, (S_end, C_end, T_end, *rates) = v["m"] * v["g"] * v["R"], state
     change = equations.energy_change(S_end, C_end, *rates, S, C, w, o, s, alpha)
     energies = {"E": size * (whole + change), "E_0": size * whole}

@@ -24,8 +24,8 @@ REDUCTION: Mapping[str, Quantity] = table(
     replace(
         OF_THE_DISK["separatrix"],
         long_name="maximum of the potential beside the motion minus its energy, over m g R",
-        description="of the nearest maximum that the motion passes (negative) or turns below (positive), from the parabola "
-        "there: the nearer, the more exact; missing: there is none",
+        description="of the nearest maximum that the motion passes (negative) or turns below (positive), from the "
+        "parabola there: the nearer, the more exact; missing: there is none",
     )
 )
 

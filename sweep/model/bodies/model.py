@@ -13,8 +13,8 @@ from sweep.model.bodies import tables, theory
 from sweep.model.bodies.exact import REDUCE, REDUCTION, BodyReduction
 from sweep.model.bodies.shape import check_shape, complete, with_body
 from sweep.model.description import Columns, Model, Request, Starts, Words
-from sweep.model.disk.initial_conditions import check_steady_rates, circling
 from sweep.model.disk import theory as of_disk
+from sweep.model.disk.initial_conditions import check_steady_rates, circling
 from sweep.model.disk.model import DISK, untimed
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
@@ -95,7 +95,9 @@ class Bodies(Model):
 
     def cell_variables(self, spec: Request) -> Mapping[str, Quantity]:
         """Return the variables of an atlas; those that need an integration in time say so where there is none."""
-        return untimed(super().cell_variables(spec)) if spec.method == "exact" else super().cell_variables(spec)
+        return (
+            untimed(super().cell_variables(spec)) if spec.method == "exact" else super().cell_variables(spec)
+        )
 
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
         """Return the kernel of the method."""
@@ -111,7 +113,13 @@ class Bodies(Model):
 
     def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
         """Return what completes starts and states settings."""
-        return ["kernels.bodies.steady", "kernels.bodies.shapes", complete.__module__, Bodies.kernel_settings, BodyReduction.measures]
+        return [
+            "kernels.bodies.steady",
+            "kernels.bodies.shapes",
+            complete.__module__,
+            Bodies.kernel_settings,
+            BodyReduction.measures,
+        ]
 
     def derive(self, starts: Starts, measured: Columns) -> Columns:
         """Return the peak tilt."""
@@ -167,7 +175,9 @@ class Bodies(Model):
     ) -> Iterable[str]:
         """Return what small oscillations about the steady motion say of a cell."""
         if not self._has_theory(spec):
-            return (f"linear      no prediction: upright, a {tables.CALLED[spec.body]} has no steady motion to disturb",)
+            return (
+                f"linear      no prediction: upright, a {tables.CALLED[spec.body]} has no steady motion to disturb",
+            )
         return of_disk.linear_prediction(spec, start, stored, theory.FORMULAS)
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from kernels.bodies import arrays, shapes, steady
-from kernels.bodies.equations import Body
+from kernels.bodies.shapes import Body
 from sweep.errors import RequestError
 from sweep.model.bodies.tables import CALLED, LENGTHS, NONE, OF_THE_BODY, OPTIONAL, PARAMETERS
 from sweep.model.description import Request, Starts
@@ -124,20 +124,25 @@ def _ends(value: Any) -> tuple[float, float]:
 
 
 def moments(body: str, filling: str, starts: Starts) -> tuple[Array, Array]:
-    """Return axial and transverse moment over m R^2 of homogeneous bodies with the lengths of starts, shape (n,) each."""
+    """Return axial and transverse moment over m R^2 of homogeneous bodies with the lengths of starts."""
     if body == "torus":
-        return shapes.torus_moments(starts["tube"], filling == "hollow")
+        axial, transverse = shapes.torus_moments(starts["tube"], filling == "hollow")
+        return axial, transverse
     if body == "ball":
         return np.full_like(starts["offset"], 0.4), np.full_like(starts["offset"], 0.4)
     thickness = starts["thickness"]
-    return shapes.solid_moments(thickness, 0.5 * thickness if body == "rounded" else starts["fillet"])
+    axial, transverse = shapes.solid_moments(
+        thickness, 0.5 * thickness if body == "rounded" else starts["fillet"]
+    )
+    return axial, transverse
 
 
 def body_of(spec: Request, starts: Starts) -> Body:
     """Return the constants of the bodies of starts: arrays, shape (n,) each."""
     number = shapes.NAMES.index(spec.body)
-    # as plain Python, for arrays
-    core, shift, edge = shapes.arc_of.py_func(number, *(starts[name] for name in ("tube", "thickness", "fillet", "offset")))
+    core, shift, edge = shapes.arc_of(
+        number, *(starts[name] for name in ("tube", "thickness", "fillet", "offset"))
+    )
     if spec.body == "rim":
         shift = np.where(starts["tilt"] < 0.0, -shift, shift)
     axial, transverse = (starts[name] for name in ("axial_moment", "transverse_moment"))
@@ -152,7 +157,9 @@ def with_body(spec: Request, starts: Starts) -> dict[str, Array]:
         if getattr(spec, name) == NONE:
             found[name] = np.zeros_like(starts["radius"])
     if OF_THE_BODY in (spec.axial_moment, spec.transverse_moment):
-        both = zip(("axial_moment", "transverse_moment"), moments(spec.body, spec.filling, found), strict=True)
+        both = zip(
+            ("axial_moment", "transverse_moment"), moments(spec.body, spec.filling, found), strict=True
+        )
         found |= {name: value for name, value in both if getattr(spec, name) == OF_THE_BODY}
     return found
 
@@ -176,8 +183,11 @@ def complete(spec: Request, starts: Starts) -> Starts:
         if isinstance(spec.roll_rate, str):
             precession = unit * found["precession_rate"]
             along = precession * np.cos(tilt)
-            seek = steady.centred_spin if spec.roll_rate == WOBBLE else steady.steady_spin
-            found["roll_rate"] = (seek(tilt, along, body) - precession * np.sin(tilt)) / unit
+            if spec.roll_rate == WOBBLE:
+                spin = steady.centred_spin(tilt, along, body)
+            else:
+                spin = steady.steady_spin(tilt, along, body)
+            found["roll_rate"] = (spin - precession * np.sin(tilt)) / unit
     return found
 
 

@@ -49,7 +49,8 @@ _MOMENTS = ("axial_moment", "transverse_moment")
 
 def _length(name: str, symbol: str, long_name: str, rule: str, allows: Callable[[Array], Truths]) -> Input:
     return Input(
-        name, symbol, "1", f"{long_name}, over the outer radius", GRID, "with a unit of length it is divided by the radius",
+        name, symbol, "1", f"{long_name}, over the outer radius", GRID,
+        "given with a unit of length, it is divided by the radius",
         default=NONE, rule=rule, allows=allows, words=(NONE,), meaning="the body has no such length",
         constants={NONE: 0.0},
     )  # fmt: skip

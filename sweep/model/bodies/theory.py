@@ -37,8 +37,9 @@ def _unit(starts: Starts) -> Array:
 
 def _critical(spec: Request, starts: Starts, axis: str) -> Array:
     body = body_of(spec, starts)
-    square = steady.critical_spin_square if axis == "roll_rate" else steady.critical_precession_square
-    return np.asarray(np.sqrt(square(body)) / _unit(starts))
+    if axis == "roll_rate":
+        return np.asarray(np.sqrt(steady.critical_spin_square(body)) / _unit(starts))
+    return np.asarray(np.sqrt(steady.critical_precession_square(body)) / _unit(starts))
 
 
 def _marginal(spec: Request, starts: Starts, coefficient: Array | float) -> tuple[Array, Array]:
@@ -80,7 +81,7 @@ def _released(spec: Request, start: Mapping[str, float], axis: str) -> float:
     given = {name: np.array([value]) for name, value in start.items()}
     body = body_of(spec, given)
     r = (start[axis] / float(_critical(spec, given, axis)[0])) ** 2
-    c = 1.0 if axis == "roll_rate" else float((2.0 + body.axial - body.edge)[0] / (1.0 + body.transverse[0]))
+    c = 1.0 if axis == "roll_rate" else float(((2.0 + body.axial - body.edge) / (1.0 + body.transverse))[0])
     return (2.0 * c - 1.0) + 2.0 * c / (r - 1.0)
 
 

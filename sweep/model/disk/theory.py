@@ -7,7 +7,7 @@ functions of the tilt (Chaplygin 1897), so what a start must have to turn back a
 import math
 from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -125,9 +125,7 @@ def _circling_edges(
     return (slow, predicted[0]), (fast, predicted[1])
 
 
-def _upright_edges(
-    spec: Request, given: Starts, axis: str, of: Formulas
-) -> tuple[Array, Array] | None:
+def _upright_edges(spec: Request, given: Starts, axis: str, of: Formulas) -> tuple[Array, Array] | None:
     """(critical, predicted) rate for an upright disk that only rolls or only spins; None where it does both."""
     other = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}.get(axis)
     if other is None or np.all(given[other] != 0.0):
@@ -373,8 +371,13 @@ def small_reach(
 
 
 def _critical_rate(spec: Request, starts: Starts, axis: str) -> Array:
-    square = critical_roll_rate_squared if axis == "roll_rate" else critical_precession_rate_squared
-    return np.asarray(np.sqrt(square(*(starts[name] for name in _DISK))))
+    return np.asarray(np.sqrt(_critical_square(axis, *(starts[name] for name in _DISK))))
+
+
+def _critical_square(axis: str, *disk: Array | float) -> Any:
+    if axis == "roll_rate":
+        return critical_roll_rate_squared(*disk)
+    return critical_precession_rate_squared(*disk)
 
 
 def _marginal_rates(spec: Request, starts: Starts, k: Array | float) -> tuple[Array, Array]:
@@ -383,8 +386,7 @@ def _marginal_rates(spec: Request, starts: Starts, k: Array | float) -> tuple[Ar
 
 
 def _released(spec: Request, start: Mapping[str, float], axis: str) -> float:
-    square = critical_roll_rate_squared if axis == "roll_rate" else critical_precession_rate_squared
-    r = start[axis] ** 2 / float(square(*(start[name] for name in _DISK)))
+    r = start[axis] ** 2 / float(_critical_square(axis, *(start[name] for name in _DISK)))
     return 1.0 + 2.0 / (r - 1.0) if axis == "roll_rate" else 3.0 + 4.0 / (r - 1.0)
 
 

@@ -8,40 +8,13 @@ import numpy as np
 import pytest
 import referee
 from body_referee import REFERENCE, Body, start_of, starts
+from body_runner import FALL_TILT, TORUS, drawn, run
 
 from kernels.bodies import equations
 from kernels.bodies.arrays import PARAMETERS
-
 from kernels.bodies.shapes import NAMES, solid_moments, torus_moments
-from kernels.disk.arrays import COUNTS, MEASURES
+from kernels.bodies.shapes import Body as Constants
 from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL, HORIZON, INVALID, STEADY
-from sweep.model.bodies.model import BODIES
-
-FALL_TILT = math.radians(88.0)
-TORUS = {"tube": 0.25, "axial_moment": 0.609375, "transverse_moment": 0.3203125}
-
-
-def run(given, body, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance=1e-8):
-    """Integrate starts of a body, by its name."""
-    n = given.shape[1]
-    measures, counts = np.full((len(MEASURES), n), -777.0), np.full((len(COUNTS), n), -777, np.int32)
-    settings = np.array([duration, step, fall_tilt, tolerance, float(NAMES.index(body))])
-    BODIES.integrate.load()(np.ascontiguousarray(given), settings, measures, counts)
-    return kernel_runner.Results.of(measures, counts)
-
-
-def drawn(body, rng):
-    """Return the lengths of a body by their words, its moments, and its arc."""
-    if body == "torus":
-        tube = rng.uniform(0.0, 0.9)
-        return {"tube": tube}, torus_moments(tube, rng.random() < 0.5), (1.0 - tube, 0.0, tube)
-    if body == "ball":
-        offset, across = rng.uniform(-0.8, 0.8), rng.uniform(0.2, 0.6)
-        return {"offset": offset}, (across * rng.uniform(0.5, 1.5), across), (0.0, offset, 1.0)
-    thickness = rng.uniform(0.01, 1.0)
-    fillet = 0.5 * thickness if body == "rounded" else rng.uniform(0.0, 0.5 * thickness)
-    lengths = {"thickness": thickness} | ({"fillet": fillet} if body == "rim" else {})
-    return lengths, solid_moments(thickness, fillet), (1.0 - fillet, 0.5 * thickness - fillet, fillet)
 
 
 def test_the_table_of_reference_values():
@@ -98,7 +71,9 @@ def test_a_torus_without_a_tube_is_the_hoop_and_its_difference_is_linear():
         )  # fmt: skip
         found = run(given, "torus", tolerance=1e-11)
         assert np.array_equal(found.ending, hoop.ending)
-        apart.append(np.nan_to_num(np.concatenate([found.least - hoop.least, found.greatest - hoop.greatest])))
+        apart.append(
+            np.nan_to_num(np.concatenate([found.least - hoop.least, found.greatest - hoop.greatest]))
+        )
     assert np.abs(apart[0]).max() < 1e-10
     large = np.abs(apart[1]) > 1e-6
     assert large.sum() > 5
@@ -140,7 +115,7 @@ def test_a_coin_comes_down_on_its_other_edge():
 
 def test_the_integrals_of_the_ball():
     """Jellett's and Routh's integrals along a fine integration, to rounding."""
-    ball = equations.Body(0.0, 0.3, 1.0, 0.42, 0.38, 0.42 / 0.38)
+    ball = Constants(0.0, 0.3, 1.0, 0.42, 0.38, 0.42 / 0.38)
     state = (math.sin(0.3), math.cos(0.3), math.tan(0.3), 0.2, 0.7, 1.4)
 
     def integrals(state):
@@ -161,7 +136,7 @@ def test_what_follows_from_the_equations():
     for number in range(12):
         _, (axial, transverse), (core, shift, edge) = drawn(NAMES[number % 4], rng)
         tilt, w, o, s = rng.uniform(-1.2, 1.2), *rng.normal(size=3)
-        body = equations.Body(core, shift, edge, axial, transverse, axial / transverse)
+        body = Constants(core, shift, edge, axial, transverse, axial / transverse)
         other = Body(core, shift, edge, axial, transverse)
         state = (math.sin(tilt), math.cos(tilt), math.tan(tilt), w, o, s)
         y = other.start(tilt, w, o, s)
@@ -176,7 +151,9 @@ def test_what_follows_from_the_equations():
         per = equations.per_inertia(state[0], state[1], body)
         assert pull * per == pytest.approx(abs(equations.tilt_acceleration(still, body)), rel=1e-12)
         near = [equations.carried(still, body, side * 1e-5) for side in (1.0, -1.0)]
-        slopes = [equations.tilt_acceleration(each, body) / equations.per_inertia(*each[:2], body) for each in near]
+        slopes = [
+            equations.tilt_acceleration(each, body) / equations.per_inertia(*each[:2], body) for each in near
+        ]
         assert curvature == pytest.approx(-(slopes[0] - slopes[1]) / 2e-5, rel=1e-7, abs=1e-7)
         assert equations.pull_and_terms(still, body)[0] == pytest.approx(pull, rel=1e-13)
         S, C = math.sin(tilt + 0.1), math.cos(tilt + 0.1)

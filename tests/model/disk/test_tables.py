@@ -84,8 +84,12 @@ def test_rows_are_those_of_the_kernels():
 
 
 def test_endings_are_those_of_the_kernels():
-    """The flags of `ending` are the closed list of the kernels, code by code; each has a meaning and a reason."""
+    """The flags of `ending` are the closed list of the kernels, code by code; each has a meaning and a reason.
+
+    The last code is that of a body with two edges, which the disk is not.
+    """
     codes = {name.lower(): code for name, code in vars(endings).items() if name.isupper()}
+    assert codes.pop("edge_change") == max(codes.values()) + 1
     assert {each.name: each.code for each in ENDINGS} == codes
     assert VARIABLES["ending"].flags == {code: name for name, code in codes.items()}
     assert VARIABLES["ending"].attributes()["flag_values"].dtype == np.int8

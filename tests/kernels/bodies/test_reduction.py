@@ -1,0 +1,118 @@
+"""The reduction of bodies against Newton and Euler, against the engine, and what is known of its linear pair."""
+
+import math
+
+import numpy as np
+import pytest
+from body_referee import REFERENCE, Body, start_of, starts
+from body_runner import FALL_TILT, TORUS, drawn, run
+
+from kernels.bodies.arrays import REDUCED
+from kernels.bodies.shapes import NAMES
+from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL, INVALID, STEADY
+from sweep.model.bodies.exact import REDUCE
+from sweep.model.bodies.theory import CARRY
+
+
+def reduced(given, body, fall_tilt=FALL_TILT):
+    """Return the measures of the reduction by their names, and the endings."""
+    n = given.shape[1]
+    measures, counts = np.full((len(REDUCED), n), -777.0), np.full((1, n), -777, np.int32)
+    REDUCE.load()(np.ascontiguousarray(given), float(NAMES.index(body)), fall_tilt, 1, measures, counts)
+    return dict(zip(REDUCED, measures, strict=True)) | {"ending": counts[0]}
+
+
+def many(body, n, seed):
+    """Return random starts of a body."""
+    rng = np.random.default_rng(seed)
+    columns = []
+    for _ in range(n):
+        lengths, (axial, transverse), _ = drawn(body, rng)
+        tilt = rng.uniform(-1.4, 1.4) * 10.0 ** rng.uniform(-3.0, 0.0)
+        w, o, s = rng.normal(size=3) * (rng.random(3) < 0.8)
+        columns.append(start_of(body, tilt, w, o, s, axial, transverse, **lengths)[0])
+    return np.concatenate(columns, axis=1)
+
+
+def test_the_table_of_reference_values():
+    """Ten digits of another form of the equations, and more of Newton and Euler's."""
+    words = {"torus": "torus", "hollow": "torus", "edge": "rounded", "ball": "ball"}
+    for name, word in words.items():
+        body, *expected = REFERENCE[name]
+        given, _ = start_of(
+            word, 0.2, 0.1, 0.5, 0.6, body.axial, body.transverse,
+            tube=body.edge, thickness=2.0 * body.edge, offset=body.shift,
+        )  # fmt: skip
+        found = reduced(given, word)
+        values = [float(found[each][0]) for each in ("tilt_min", "tilt_max", "nutation_period")]
+        assert values == pytest.approx(expected, abs=6e-11), name
+        assert values == pytest.approx(body.extremes(0.2, 0.1, 0.5, 0.6), abs=3e-12, rel=3e-12), name
+
+
+def test_the_engine_and_the_reduction_say_the_same():
+    """Endings are equal, extremes within the tolerance, and all but one in a thousand within twice the stated error."""
+    beyond, counted, endings = 0, 0, set()
+    for number, body in enumerate(NAMES):
+        given = many(body, 800, number)
+        engine, exact = run(given, body, duration=1e4), reduced(given, body)
+        assert np.array_equal(engine.ending, exact["ending"]), body
+        endings |= set(exact["ending"].tolist())
+        apart = np.maximum(
+            np.abs(engine.least - exact["tilt_min"]), np.abs(engine.greatest - exact["tilt_max"])
+        )
+        assert apart.max() < 1e-8, body
+        bounded = exact["ending"] == BOUNDED
+        beyond += (apart > 2.0 * engine.tilt_error + exact["tilt_error"] + 2e-14)[bounded].sum()
+        counted += bounded.sum()
+        known = bounded & np.isfinite(exact["nutation_period"])
+        assert (bounded & ~known).sum() <= 4, body
+        np.testing.assert_allclose(engine.period[known], exact["nutation_period"][known], rtol=1e-7)
+    assert beyond <= 1e-3 * counted + 1
+    assert endings == {BOUNDED, FELL, EDGE_CHANGE}
+
+
+def test_mirror_images_have_the_same_bits():
+    """The way to one side is that of the mirror image to the other."""
+    for body in ("torus", "rounded", "rim"):
+        given = many(body, 100, 9)
+        mirrored = given.copy()
+        mirrored[:3] *= -1.0
+        there, back = reduced(given, body), reduced(mirrored, body)
+        assert np.array_equal(there["ending"], back["ending"])
+        assert np.array_equal(there["tilt_max"], -back["tilt_min"], equal_nan=True)
+        np.testing.assert_allclose(there["nutation_period"], back["nutation_period"], rtol=1e-13)
+
+
+def test_starts_that_are_none_and_motions_that_rest():
+    """What the engine says of them the reduction says too."""
+    given = np.concatenate(
+        [starts(**TORUS | {"tube": 1.1}), starts(**TORUS, tilt=1.55), starts(**TORUS, roll_rate=1.0)], axis=1
+    )
+    assert reduced(given, "torus")["ending"].tolist() == [INVALID, FELL, STEADY]
+
+
+def test_the_linear_pair_is_that_of_whole_motions():
+    """Carried to another tilt, the rates are those of Newton and Euler there; and back again, to rounding."""
+    rng = np.random.default_rng(5)
+    for number in range(6):
+        _, (axial, transverse), (core, shift, edge) = drawn(NAMES[number % 4], rng)
+        tilt, w, o, s = rng.uniform(0.1, 0.6), 0.5, *rng.normal(size=2)
+        found = Body(core, shift, edge, axial, transverse).motion(tilt, w, o, s, 0.4)
+        n, turning = found.y[:3, -1], found.y[3:, -1]
+        there = math.asin(n[2])
+        across = (np.array([0.0, 0.0, 1.0]) - n[2] * n) / math.cos(there)
+        rates = np.array([[s], [o]])
+        body = np.array([[core], [shift], [edge], [axial], [transverse], [axial / transverse]])
+        squares = np.empty(1)
+        CARRY.load()(np.array([[tilt], [there], [w]]), body, rates, squares)
+        assert rates[:, 0] == pytest.approx([turning @ n, turning @ across], rel=1e-11, abs=1e-11)
+        CARRY.load()(np.array([[there], [tilt], [w]]), body, rates, squares)
+        assert rates[:, 0] == pytest.approx([s, o], rel=1e-13, abs=1e-13)
+
+
+def test_the_constants_of_the_torus():
+    """Its rates at a tilt of 0, to twelve digits of another integration."""
+    rates, squares = np.array([[0.6], [0.5]]), np.empty(1)
+    body = np.array([[0.75], [0.0], [0.25], [0.609375], [0.3203125], [0.609375 / 0.3203125]])
+    CARRY.load()(np.array([[0.2], [0.0], [0.1]]), body, rates, squares)
+    assert rates[:, 0] == pytest.approx([0.658404086457, 0.724714169927], abs=1e-12)
