@@ -460,9 +460,12 @@ def _of_one_body(
     held: Mapping[str, Any], changes: Mapping[str, Any]
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return words and changes without ``body=disk``: where that is a change, without the words of another body too."""
-    thin = with_body(changes)
-    others = registry.named("bodies").chosen_by if len(thin) < len(changes) else ()
-    return {name: raw for name, raw in with_body(held).items() if name not in others}, thin
+    thin, kept = with_body(changes), with_body(held)
+    if len(thin) == len(changes):
+        return kept, thin
+    another = registry.named("bodies")
+    gone = (*another.chosen_by, *(("model",) if held.get("model") == another.name else ()))
+    return {name: raw for name, raw in kept.items() if name not in gone}, thin
 
 
 def _unpickled(text: str, starts: StartTable | str) -> SweepSpec:

@@ -1,0 +1,100 @@
+"""Atlases of bodies: theory beside what was measured, endings, and the commands that hold them against something."""
+
+import numpy as np
+import pytest
+
+import sweep
+from sweep.checks.explain import explain
+from sweep.errors import RequestError
+
+RINGS = {"body": "torus", "tube": "0.05,0.3", "roll_rate": "2:3:11", "tilt": "0.1deg,0.4deg"}
+
+
+@pytest.fixture(scope="module")
+def rings():
+    """Return an atlas of two rings, its boundary bisected."""
+    return sweep.run(sweep.SweepSpec(**RINGS, boundary="refined"))
+
+
+def test_the_measured_boundary_is_where_theory_puts_it(rings):
+    """Rolling rings, spinning coins that are released or kicked, and circling, each to 1e-6 of its predicted line."""
+    spun = {"body": "rounded", "thickness": "0.05,0.3", "precession_rate": "3:5:11"}
+    released = sweep.run(sweep.SweepSpec(**spun, tilt="0.1deg", boundary="refined"))
+    kicked = sweep.run(
+        sweep.SweepSpec(**spun, tilt_rate="0.001", boundary="refined", criterion="amplification:10")
+    )
+    for atlas, axis in ((rings, "roll_rate"), (released, "precession_rate"), (kicked, "precession_rate")):
+        measured, predicted = (atlas[f"{kind}_{axis}"].values for kind in ("boundary", "predicted"))
+        assert np.isfinite(measured).all()
+        np.testing.assert_allclose(measured, predicted, rtol=1e-6)
+    words = {"tilt": "10deg", "precession_rate": "2:5:13", "roll_rate": "steady", "tilt_rate": 1e-6}
+    for body in ({"body": "torus", "tube": 0.25}, {"body": "rim", "thickness": 0.2, "fillet": 0.05}):
+        atlas = sweep.run(
+            sweep.SweepSpec(**words, **body, criterion="amplification:30", boundary="refined", duration=2000)
+        )
+        measured, critical = (float(atlas[f"{kind}_precession_rate"]) for kind in ("boundary", "critical"))
+        assert measured == pytest.approx(critical, rel=2e-3)
+        assert measured > critical
+
+
+def test_the_ball_falls_from_its_end_where_theory_says():
+    """The nearer the start to the vertical, the nearer the boundary to that of the linear motion, 0.7448445990."""
+    words = {"body": "ball", "offset": 0.2, "axial_moment": 0.42, "transverse_moment": 0.38}
+    apart = []
+    for tilt in (88.0, 89.0):
+        spec = sweep.SweepSpec(
+            **words, tilt=f"{tilt}deg", scaled_roll_rate="0.6:0.9:7", criterion="departure:10deg",
+            fall_tilt="89.95deg", boundary="refined",
+        )  # fmt: skip
+        atlas = sweep.run(spec)
+        unit = np.sqrt(spec.radius / spec.gravity)
+        assert float(atlas.critical_roll_rate) * unit == pytest.approx(0.7448445990, abs=1e-9)
+        apart.append(abs(float(atlas.boundary_roll_rate) * unit - 0.7448445990))
+    assert apart[1] < apart[0] < 0.02
+
+
+def test_every_cell_is_held_against_the_reduction(rings):
+    """verify counts each cell, finds one that was moved; method=exact says the same as the engine."""
+    audited = sweep.verify(rings)
+    found = sweep.findings(audited)
+    assert found.agreeing == rings.ending.size
+    assert float(np.nanmax(audited.tilt_difference)) < 1e-8
+    exact = sweep.run(sweep.SweepSpec(**RINGS, method="exact"))
+    for name in ("tilt_min", "tilt_max", "nutation_period"):
+        np.testing.assert_allclose(exact[name], rings[name], rtol=1e-7)
+    assert np.array_equal(exact.stability, rings.stability)
+    moved = rings.copy(deep=True)
+    moved["tilt_max"].values[0, 3, 1] *= 1.0 + 1e-5
+    assert sweep.findings(sweep.verify(moved)).disagreeing == 1
+    assert sweep.compare(rings, rings).same
+
+
+def test_an_atlas_has_no_length_that_its_body_lacks(rings):
+    """Nor a moment that follows from the body; what it has are coordinates."""
+    assert "tube" in rings.coords
+    assert {"thickness", "fillet", "offset", "axial_moment"}.isdisjoint(rings.variables)
+    assert "a torus" in rings.attrs["title"]
+    assert rings.eulerdisk.spec.body == "torus"
+
+
+def test_explain_says_what_a_body_does():
+    """A coin that leans comes down on its other edge: it is open what then, and upright there is no theory."""
+    coin = {"body": "rim", "thickness": 0.2, "tilt": "2deg,40deg", "roll_rate": "0:4:3"}
+    atlas = sweep.run(sweep.SweepSpec(**coin))
+    meanings = atlas.ending.attrs["flag_meanings"].split()
+    found = np.array(meanings)[np.searchsorted(atlas.ending.attrs["flag_values"], atlas.ending.values)]
+    assert found[0].tolist() == ["edge_change"] * 3
+    assert (atlas.tilt_min.values[0] == 0.0).all()
+    text = " ".join(explain(atlas, {"tilt": "2deg", "roll_rate": 2}).text.split())
+    assert "comes down on its other edge" in text
+    assert "no steady motion to disturb" in text
+    assert sweep.findings(sweep.verify(atlas)).agreeing == atlas.ending.size
+
+
+def test_what_is_lacking_is_said():
+    """One motion in time, and the explorer, know the disk alone."""
+    with pytest.raises(RequestError) as caught:
+        sweep.simulate(body="torus", tube=0.2)
+    assert "simulate follows the thin disk alone" in caught.value.hint
+    with pytest.raises(RequestError, match="explorer shows the thin disk"):
+        sweep.explore("torus")

@@ -1,0 +1,151 @@
+"""The words of bodies: what they choose, in what units, and what is refused."""
+
+import math
+import tomllib
+
+import numpy as np
+import pytest
+
+from sweep.engine.grid import whole
+from sweep.errors import RequestError
+from sweep.model.bodies.model import BODIES
+from sweep.model.disk.model import DISK
+from sweep.request.spec import SweepSpec
+
+TORUS = {"body": "torus", "tube": 0.25}
+BALL = {"body": "ball", "offset": 0.2, "axial_moment": 0.42, "transverse_moment": 0.38}
+
+#: Words -> what the refusal says.
+REFUSED = {
+    "body=cube": "body is torus or rounded or rim or ball",
+    "body=torus": "needs its tube",
+    "body=torus tube=1": "0 <= tube < 1",
+    "body=torus tube=-0.1": "0 <= tube < 1",
+    "body=torus tube=30mm radius=20mm": "0 <= tube < 1",
+    "body=torus tube=3deg": "takes m, cm, inch",
+    "body=torus tube=0.2 thickness=0.2": "has no thickness; it has tube",
+    "body=torus tube=0.2 alpha=1": "alpha is for the thin disk",
+    "body=torus tube=0.2 speed=1": "not always at the same distance",
+    "body=torus tube=1cm radius=0.1,0.2": "here radius varies",
+    "body=rounded": "needs its thickness",
+    "body=rounded thickness=2.5": "at most two radii thick",
+    "body=rounded thickness=0.2 filling=hollow": "Only a torus is solid or hollow",
+    "body=rim thickness=0": "thicker than 0",
+    "body=rim thickness=0.1 fillet=0.06": "0 <= fillet <= thickness/2",
+    "body=rim thickness=0.1:0.3:3 fillet=0.06": "0 <= fillet <= thickness/2",
+    "body=ball offset=0.1": "do not follow from its shape",
+    "body=ball offset=1": "-1 < offset < 1",
+    "body=ball offset=0.1 axial_moment=0.9 transverse_moment=0.4": "axial_moment <= 2 transverse_moment",
+    "body=ball offset=0.1 axial_moment=-0.4 transverse_moment=0.4": "axial_moment > 0",
+    "body=ball offset=0.1 axial_moment=solid transverse_moment=0.4": "what follows from the shape",
+    "body=torus tube=0.2 rolling_friction=10um": "word of the model bodies",
+    "body=torus tube=0.2 precession_rate=wobble": "roll_rate=wobble",
+    "body=torus tube=0.2 device=cuda": "device is cpu",
+}
+
+
+def spec_of(words):
+    """Return the spec of words of a command line, which change the preset `rolling`."""
+    return SweepSpec.from_words("rolling", words.split())
+
+
+def test_what_no_body_is_is_refused_in_a_sentence():
+    """Each refusal says what is wrong, its bounds, and what to do."""
+    for words, told in REFUSED.items():
+        with pytest.raises(RequestError) as caught:
+            spec_of(words)
+        assert told in str(caught.value), words
+        assert caught.value.hint, words
+
+
+def test_a_length_is_a_share_of_the_radius_or_has_a_unit():
+    """Both ways, ranges too, and in a file; the spec holds the share."""
+    assert SweepSpec(body="torus", tube="5mm", radius="20mm").tube == 0.25
+    axis = SweepSpec(body="rim", thickness="1mm:3mm:3", radius="10mm").thickness
+    assert axis.array().tolist() == pytest.approx([0.1, 0.2, 0.3])
+    assert SweepSpec(body="rim", thickness=0.2, fillet="0.5mm", radius="10mm").fillet == 0.05
+    assert SweepSpec(body="rounded", thickness="0.02:0.5:200").shape == (200,)
+    text = 'body = "torus"\ntube = "5mm"\nradius = "20mm"\nroll_rate = "1:2:3"\n'
+    assert SweepSpec(**tomllib.loads(text)).tube == 0.25
+
+
+def test_the_thin_disk_is_the_model_without_a_body(tmp_path):
+    """body=disk is no word of the text of a request, and takes the place of another body with all that is its own."""
+    thin = SweepSpec.preset("rolling")
+    assert SweepSpec.preset("rolling", body="disk").canonical() == thin.canonical()
+    assert SweepSpec.preset("rolling", body="disk").fingerprint() == thin.fingerprint()
+    ring = thin.replace(**TORUS)
+    assert ring.model is BODIES
+    assert ring.replace(body="disk").canonical() == thin.canonical()
+    file = tmp_path / "ring.toml"
+    file.write_text(ring.to_toml())
+    assert SweepSpec.from_toml(file) == ring
+    assert SweepSpec.from_words(file, ["body=disk"]).model is DISK
+    assert SweepSpec.from_canonical(ring.canonical()) == ring
+    file.write_text('body = "disk"\nalpha = 1\n')
+    assert SweepSpec.from_toml(file).alpha == 1.0
+    file.write_text('body = "torus"\ntube = 0.2\nalpha = 1\n')
+    with pytest.raises(RequestError, match="alpha"):
+        SweepSpec.from_toml(file)
+
+
+def test_moments_follow_from_the_body_or_are_given():
+    """Those of known bodies: a hoop, tori, a cylinder, a disk with a semicircular edge, a ball."""
+    axial, transverse = 0.47998914980, 0.24319566028
+    known = (
+        ({"body": "torus", "tube": 0.0}, 1.0, 0.5),
+        (TORUS, 0.609375, 0.3203125),
+        ({"body": "torus", "tube": 0.3, "filling": "hollow"}, 0.625, 0.3575),
+        ({"body": "rounded", "thickness": 0.2}, axial, transverse),
+        ({"body": "rounded", "thickness": 2.0}, 0.4, 0.4),
+        ({"body": "rim", "thickness": 0.2, "fillet": 0.1}, axial, transverse),
+        ({"body": "rim", "thickness": 0.6}, 0.5, 0.25 + 0.6**2 / 12.0),
+        ({"body": "ball"}, 0.4, 0.4),
+        (BALL, 0.42, 0.38),
+        (TORUS | {"axial_moment": 0.5}, 0.5, 0.3203125),
+    )
+    for words, axial, transverse in known:
+        starts = whole(SweepSpec(**words))
+        assert starts["axial_moment"][0] == pytest.approx(axial, abs=1e-10), words
+        assert starts["transverse_moment"][0] == pytest.approx(transverse, abs=1e-10), words
+
+
+def test_moments_of_a_rim_by_quadrature():
+    """Against sums over thin slices of a solid whose edges are quarters of circles."""
+    starts = whole(SweepSpec(body="rim", thickness=0.5, fillet=0.1))
+    z = (np.arange(400_000) + 0.5) / 400_000 * 0.25
+    inner = np.maximum(z - 0.15, 0.0)
+    r = 0.9 + np.sqrt(0.01 - inner**2)
+    axial = 0.5 * (r**4).sum() / (r**2).sum()
+    across = 0.5 * axial + (z**2 * r**2).sum() / (r**2).sum()
+    assert starts["axial_moment"][0] == pytest.approx(axial, rel=1e-8)
+    assert starts["transverse_moment"][0] == pytest.approx(across, rel=1e-8)
+
+
+def test_rates_that_keep_the_tilt():
+    """Thin bodies circle and wobble at the disk's own rates; a motion of a thick one is steady."""
+    words = {"tilt": "20deg,60deg", "precession_rate": 3.0, "roll_rate": "steady"}
+    thin, hoop = (whole(SweepSpec(**words, **body)) for body in ({"alpha": 1}, {"body": "torus", "tube": 0}))
+    np.testing.assert_allclose(hoop["roll_rate"], thin["roll_rate"], rtol=1e-14)
+    wobbling = {"tilt": "80deg", "precession_rate": "wobble", "roll_rate": "wobble"}
+    thin, hoop = (whole(SweepSpec(**wobbling, **body)) for body in ({"alpha": 1}, {"body": "torus", "tube": 0}))
+    for rate in ("precession_rate", "roll_rate"):
+        np.testing.assert_allclose(hoop[rate], thin[rate], rtol=1e-14)
+    # either edge of a rim: mirror images
+    spec = SweepSpec(body="rim", thickness=0.3, tilt="-70deg,70deg", precession_rate=3.0, roll_rate="steady")
+    low, high = whole(spec)["roll_rate"]
+    assert low == pytest.approx(-high, rel=1e-14)
+    assert math.isfinite(low)
+
+
+def test_what_starts_disturb():
+    """Upright, circling, or the ball's spin on its end: what a criterion measures from."""
+    for words, tilt in ((TORUS, 0.0), (BALL, math.pi / 2), (BALL | {"tilt": -1.0}, -math.pi / 2)):
+        spec = SweepSpec(**{"tilt": 1.0, "tilt_rate": 0.1, **words})
+        starts = whole(spec)
+        assert spec.model.undisturbed(spec, starts).tolist() == [tilt]
+        slow = math.sqrt((1.0 + starts["transverse_moment"][0]) * 0.5 / 9.81)
+        away = abs(starts["tilt"][0] - tilt)
+        assert spec.model.perturbation(spec, starts)[0] == pytest.approx(math.hypot(away, 0.1 * slow))
+    assert "on its end" in SweepSpec(**BALL).headline
+    assert "a torus" in SweepSpec(**TORUS).headline
