@@ -178,9 +178,9 @@ class LaneModel(NamedTuple):
         Has STEPPING, RETURNED, STEPS and SIZE.
     further_steps : float64[:]
         FURTHER_STEPS.
-    flags : dict of str to bool or None
-        Values that globals of the model's functions have in this variant of the model. What ``if FLAG:`` leaves out is
-        not compiled.
+    flags : dict of str to anything, or None
+        Values that globals of the model's functions have in this variant of the model: what ``if FLAG:`` leaves out is
+        not compiled, and a function takes the place of another one.
     """
 
     name: str

@@ -94,14 +94,17 @@ Starts = Annotated[
 Spec = Annotated[
     str,
     typer.Argument(
-        metavar="SPEC", help="A preset (rolling, spinning, circling; toy, coin with losses) or a .toml file."
+        metavar="SPEC",
+        help="A preset (rolling, spinning, circling; toy, coin with losses; torus, egg, thick_coin, true_edge) or a "
+        ".toml file.",
     ),
 ]
 OptionalSpec = Annotated[
     str | None,
     typer.Argument(
         metavar="SPEC",
-        help="A preset (rolling, spinning, circling; toy, coin with losses) or a .toml file; none with --from.",
+        help="A preset (rolling, spinning, circling; toy, coin with losses; torus, egg, thick_coin, true_edge) or a "
+        ".toml file; none with --from.",
         show_default=False,
     ),
 ]

@@ -1,8 +1,9 @@
-"""docs/glossary.md has the words of both disks: nothing is stored or asked for that it does not name."""
+"""docs/glossary.md has the words of all bodies: nothing is stored or asked for that it does not name."""
 
 import re
 from pathlib import Path
 
+from sweep.model.bodies import tables as bodies
 from sweep.model.disk import tables as disk
 from sweep.model.lossy_disk import tables as lossy
 
@@ -10,8 +11,8 @@ PAGE = (Path(__file__).parents[2] / "docs" / "glossary.md").read_text(encoding="
 
 
 def names():
-    """Return what cells of both disks hold, how they end, and the words that describe a disk and its losses."""
-    for each in (disk, lossy):
+    """Return what cells hold, how they end, and the words that describe a disk, its losses, and other bodies."""
+    for each in (disk, lossy, bodies):
         yield from (
             *each.PARAMETERS,
             *each.OPTIONS,

@@ -108,7 +108,8 @@ SUBSTITUTES: Mapping[str, Substitute] = table(
 SETTINGS: Mapping[str, Input] = table(*(_of_bodies(row) for row in disk.SETTINGS.values()))
 
 OPTIONS: Mapping[str, Word] = table(
-    Word("body", "what rolls", shapes.NAMES[0], shapes.NAMES,
+    # the default is the body that needs no length
+    Word("body", "what rolls", "ball", shapes.NAMES,
          remark="disk, the thin one, is the model of a request without this word"),
     Word("filling", "whether a torus is solid, or all its mass is in its surface", "solid", ("solid", "hollow")),
 )

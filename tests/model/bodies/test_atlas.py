@@ -54,7 +54,7 @@ def test_the_ball_falls_from_its_end_where_theory_says():
 
 
 def test_every_cell_is_held_against_the_reduction(rings):
-    """verify counts each cell, finds one that was moved; method=exact says the same as the engine."""
+    """Each cell is counted, one that was moved is found; method=exact says the same as the engine."""
     audited = sweep.verify(rings)
     found = sweep.findings(audited)
     assert found.agreeing == rings.ending.size

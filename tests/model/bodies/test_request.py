@@ -19,6 +19,7 @@ BALL = {"body": "ball", "offset": 0.2, "axial_moment": 0.42, "transverse_moment"
 REFUSED = {
     "body=cube": "body is torus or rounded or rim or ball",
     "body=torus": "needs its tube",
+    "tube=0.2": "A ball has no tube",
     "body=torus tube=1": "0 <= tube < 1",
     "body=torus tube=-0.1": "0 <= tube < 1",
     "body=torus tube=30mm radius=20mm": "0 <= tube < 1",
@@ -128,7 +129,9 @@ def test_rates_that_keep_the_tilt():
     thin, hoop = (whole(SweepSpec(**words, **body)) for body in ({"alpha": 1}, {"body": "torus", "tube": 0}))
     np.testing.assert_allclose(hoop["roll_rate"], thin["roll_rate"], rtol=1e-14)
     wobbling = {"tilt": "80deg", "precession_rate": "wobble", "roll_rate": "wobble"}
-    thin, hoop = (whole(SweepSpec(**wobbling, **body)) for body in ({"alpha": 1}, {"body": "torus", "tube": 0}))
+    thin, hoop = (
+        whole(SweepSpec(**wobbling, **body)) for body in ({"alpha": 1}, {"body": "torus", "tube": 0})
+    )
     for rate in ("precession_rate", "roll_rate"):
         np.testing.assert_allclose(hoop[rate], thin[rate], rtol=1e-14)
     # either edge of a rim: mirror images
