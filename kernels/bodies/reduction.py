@@ -34,13 +34,19 @@ _ROUNDING = 4.0 * 2.0**-52
 _FROM, _TO, _COEFFICIENTS = range(3)
 _KEPT = _COEFFICIENTS + at.TERMS
 
-#: Numbers kept of a side: how many panels; how far it goes, in y; its tilt [rad], the error of that.
-_PANELS, _WAY, _TILT, _ERROR, _LEAST = range(5)
-_OF_A_SIDE = 5
+#: Numbers kept of a side: how many panels; how far it goes, in y; its tilt [rad], the error of that; the least energy
+#: between the motion and a maximum of the potential; the rounding of the energy.
+_PANELS, _WAY, _TILT, _ERROR, _LEAST, _UNCERTAIN = range(6)
+_OF_A_SIDE = 6
 
-#: Nodes of the quadrature of a period at first and at most, and the relative change with twice as many that is small
-#: enough: the error falls like its square.
-_FIRST_NODES, _MOST_NODES, _SETTLED = 16, 8192, 1e-9
+#: Nodes and weights of the quadrature of a period; the relative change by halves that is small enough, as their error
+#: is much smaller; pieces that wait, and halvings, at most.
+_GAUSS = np.polynomial.legendre.leggauss(16)
+_SETTLED, _MOST_WAITING, _MOST_HALVINGS = 1e-10, 64, 400
+
+#: A period beside a maximum of the potential is not told where the bound of the rounding of the energy is this share of
+#: the energy between them: the rounding itself is about a hundredth of its bound.
+_VAGUE = 1e-7
 
 
 @kernel
@@ -93,7 +99,7 @@ def _saddle(series, slope, length):
     """Least kinetic energy about a minimum that a panel passes, from the parabolas at its ends; infinite if none."""
     kinetic = value_at(series, at.KINETIC, length)
     before, after = series[at.KINETIC, 1], slope
-    if not before < 0.0 < after:
+    if not before <= 0.0 < after:
         return math.inf
     bend = (after - before) / length
     return max(
@@ -120,6 +126,7 @@ def _arrive(series, t, begun, start_terms, body, side):
     way = (begun + t) * C
     uncertain = _ROUNDING * (4.0 + side[_PANELS]) * (side[_ERROR] + way * max(terms, start_terms))
     side[_WAY], side[_TILT], side[_ERROR] = begun + t, math.atan2(S, C), uncertain / pull
+    side[_UNCERTAIN] = uncertain
     if curvature < 0.0:
         # the maximum is higher by this, if it is near
         above = 0.5 * pull * pull / -curvature
@@ -187,44 +194,59 @@ def _kinetic(panels, number, y):
 
 
 @kernel
-def _half_period(y_start, body, panels, sides, nodes):
-    """Half the scaled period by the midpoint rule in chi; y = middle + half sin(chi) between the turning points."""
+def _slowness(chi, y_start, body, panels, sides):
+    """Time of a motion over chi, where y = middle + half sin(chi) between its turning points, at one place."""
     low, high = -sides[1, _WAY], sides[0, _WAY]
-    half = 0.5 * (high - low)
-    forward, backward = 0, int(sides[1, _PANELS]) - 1
-    total = 0.0
-    for j in range(nodes):
-        chi = math.pi * ((j + 0.5) / nodes - 0.5)
-        cosine = math.cos(chi)
-        # from the nearer end, without cancellation
-        y = (
-            low + half * cosine * cosine / (1.0 - math.sin(chi))
-            if chi < 0.0
-            else (high - half * cosine * cosine / (1.0 + math.sin(chi)))
-        )
-        if y < 0.0:
-            while backward > 0 and -y < panels[1, backward, _FROM]:
-                backward -= 1
-            kinetic = _kinetic(panels[1], backward, -y)
-        else:
-            while forward < int(sides[0, _PANELS]) - 1 and y > panels[0, forward, _TO]:
-                forward += 1
-            kinetic = _kinetic(panels[0], forward, y)
-        S, C = math.tanh(y_start + y), 1.0 / math.cosh(y_start + y)
-        total += C * cosine * math.sqrt(0.5 / (kinetic * per_inertia(S, C, body)))
-    return total * half * math.pi / nodes
+    half, sine, cosine = 0.5 * (high - low), math.sin(chi), math.cos(chi)
+    # from the nearer end, without cancellation
+    if sine < 0.0:
+        y = low + half * cosine * cosine / (1.0 - sine)
+    else:
+        y = high - half * cosine * cosine / (1.0 + sine)
+    side, number = 0 if y >= 0.0 else 1, 0
+    while number < int(sides[side, _PANELS]) - 1 and abs(y) > panels[side, number, _TO]:
+        number += 1
+    kinetic = _kinetic(panels[side], number, abs(y))
+    S, C = math.tanh(y_start + y), 1.0 / math.cosh(y_start + y)
+    return half * C * cosine * math.sqrt(0.5 / (kinetic * per_inertia(S, C, body)))
 
 
 @kernel
-def _period(y_start, body, panels, sides):
-    """Scaled period of a motion between its two turning points; NaN where the quadrature does not settle."""
-    before, nodes = _half_period(y_start, body, panels, sides, _FIRST_NODES), _FIRST_NODES
-    while nodes < _MOST_NODES:
-        nodes *= 2
-        after = _half_period(y_start, body, panels, sides, nodes)
-        if abs(after - before) <= _SETTLED * after:
-            return 2.0 * after
-        before = after
+def _over(low, high, y_start, body, panels, sides):
+    """Time over a piece of chi, by Gauss's rule."""
+    middle, half, total = 0.5 * (low + high), 0.5 * (high - low), 0.0
+    for j in range(_GAUSS[0].size):
+        total += _GAUSS[1][j] * _slowness(middle + half * _GAUSS[0][j], y_start, body, panels, sides)
+    return half * total
+
+
+@kernel
+def _half_period(y_start, body, panels, sides, pieces):
+    """Half the scaled period of a motion between its two turning points; NaN where the quadrature does not settle.
+
+    The time over chi is as smooth as the potential, also at the turning points. Beside a maximum of the potential it
+    has a peak: pieces are halved until both halves are together what the whole is.
+    """
+    pieces[0, 0], pieces[0, 1] = -0.5 * math.pi, 0.5 * math.pi
+    pieces[0, 2] = _over(pieces[0, 0], pieces[0, 1], y_start, body, panels, sides)
+    total, done, count = pieces[0, 2], 0.0, 1
+    for _ in range(_MOST_HALVINGS):
+        if count == 0:
+            return done
+        count -= 1
+        low, high, whole = pieces[count, 0], pieces[count, 1], pieces[count, 2]
+        middle = 0.5 * (low + high)
+        left = _over(low, middle, y_start, body, panels, sides)
+        right = _over(middle, high, y_start, body, panels, sides)
+        total += left + right - whole
+        if abs(left + right - whole) <= _SETTLED * total:
+            done += left + right
+        elif count + 2 > pieces.shape[0]:
+            return math.nan
+        else:
+            pieces[count, 0], pieces[count, 1], pieces[count, 2] = low, middle, left
+            pieces[count + 1, 0], pieces[count + 1, 1], pieces[count + 1, 2] = middle, high, right
+            count += 2
     return math.nan
 
 
@@ -247,7 +269,7 @@ def _limit(kind, edge, y, heading, fall_tilt):
 
 
 @kernel
-def _reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides):
+def _reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides, pieces):
     """(ending, least, greatest tilt, period, separatrix, error) of a cell, scaled but for angles."""
     nan, tilt = math.nan, starts[row.TILT, cell]
     body = body_of(starts, cell, kind)
@@ -269,14 +291,18 @@ def _reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides)
     if w == 0.0:
         pull = _pull(state, body)
         heading = math.copysign(1.0, pull)
-    error, separatrix = 0.0, math.inf
+    error, separatrix, vague = 0.0, math.inf, False
     # the panels of a side are those of the mirror image, if that is the negative one
     for turn in range(2):
         sense = heading if turn == 0 else -heading
         place = 0 if sense > 0.0 else 1
         limit, beyond, way = _limit(kind, edge, y, sense, fall_tilt)
         if turn == 1 and w == 0.0:
+            # the start is a turning point
             sides[place, :] = 0.0
+            pull, curvature = force(state, body)
+            if curvature < 0.0 and 0.5 * pull * pull / -curvature < abs(separatrix):
+                separatrix = 0.5 * pull * pull / -curvature
             break
         image, own = (sense * S, C, sense * T, abs(w), sense * o, s), body if sense > 0.0 else _mirrored(body)
         end = _follow(image, own, way, series, found, panels[place], sides[place])
@@ -288,11 +314,14 @@ def _reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides)
         if end == BOUNDED:
             reached = sense * sides[place, _TILT]
             error = max(error, sides[place, _ERROR])
+            vague |= abs(sides[place, _LEAST]) * _VAGUE < sides[place, _UNCERTAIN]
         least, greatest = min(least, reached), max(greatest, reached)
         if end == FELL:
             ending = beyond
             break
-    period = _period(y, body, panels, sides) if ending == BOUNDED and timed else nan
+    period = nan
+    if ending == BOUNDED and timed and not vague:
+        period = 2.0 * _half_period(y, body, panels, sides, pieces)
     separatrix = separatrix if separatrix < math.inf else nan
     if not error < math.inf:
         return UNRESOLVED, nan, nan, nan, nan, nan
@@ -312,6 +341,7 @@ def _memory_of_thread(*_):
     return (
         np.empty((at.ROWS, at.TERMS)), np.empty(MOST_ROOTS), np.empty((2, _MOST_PANELS, _KEPT)),
         np.empty((2, _OF_A_SIDE)),
+        np.empty((_MOST_WAITING, 3)),
     )  # fmt: skip
 
 
@@ -328,8 +358,11 @@ def _memory_of_thread(*_):
     found="float64[::1]",
     panels="float64[:, :, ::1]",
     sides="float64[:, ::1]",
+    pieces="float64[:, ::1]",
 )
-def reduce(start, stop, starts, kind, fall_tilt, timed, measures, counts, series, found, panels, sides):
+def reduce(
+    start, stop, starts, kind, fall_tilt, timed, measures, counts, series, found, panels, sides, pieces
+):
     """Find the extremes of every cell for all time, and its period.
 
     Python calls it without `start`, `stop` and what follows `counts`.
@@ -348,7 +381,7 @@ def reduce(start, stop, starts, kind, fall_tilt, timed, measures, counts, series
     measures : float64[len(REDUCED), n], written
     counts : int32[1, n], written
         Codes of `kernels.disk.endings`.
-    series, found, panels, sides : arrays
+    series, found, panels, sides, pieces : arrays
         Memory of a thread.
 
     Notes
@@ -364,4 +397,4 @@ def reduce(start, stop, starts, kind, fall_tilt, timed, measures, counts, series
             measures[row.REDUCED_PERIOD, cell],
             measures[row.REDUCED_SEPARATRIX, cell],
             measures[row.REDUCED_ERROR, cell],
-        ) = _reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides)
+        ) = _reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides, pieces)

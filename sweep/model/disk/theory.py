@@ -169,7 +169,7 @@ def _holding_rate(spec: Request, given: Starts, tilt: Array, axis: str, of: Form
     return found
 
 
-def _turning_rate(spec: Request, given: Starts, tilt: Array, axis: str) -> Array:
+def _turning_rate(given: Starts, tilt: Array, axis: str) -> Array:
     """Rate [rad/s] along `axis` with which a start turns back exactly at `tilt` [rad]; infinite where none does.
 
     The scaled rates are s = p f, o = p g with p the rate sought and f, g fixed functions of the tilt, so that energy
@@ -395,4 +395,10 @@ def _angle(value: float) -> str:
 
 
 #: Those of the disk.
-FORMULAS = Formulas(_critical_rate, _marginal_rates, _turning_rate, coefficient, _released)
+FORMULAS = Formulas(
+    _critical_rate,
+    _marginal_rates,
+    lambda _, given, tilt, axis: _turning_rate(given, tilt, axis),
+    coefficient,
+    _released,
+)

@@ -71,6 +71,25 @@ def test_the_engine_and_the_reduction_say_the_same():
     assert endings == {BOUNDED, FELL, EDGE_CHANGE}
 
 
+def test_periods_beside_a_separatrix():
+    """A slow ring that is kicked off upright, and one released beside it, linger there, in the referee too."""
+    axial, transverse, ring = (
+        TORUS["axial_moment"],
+        TORUS["transverse_moment"],
+        Body(0.75, 0.0, 0.25, 0.609375, 0.3203125),
+    )
+    for tilt, w, s in ((0.0, 1e-3, 0.3), (1e-3, 0.0, 0.3)):
+        given, _ = start_of("torus", tilt, w, 0.0, s, axial, transverse, tube=0.25)
+        found = reduced(given, "torus")
+        if w:
+            period = ring.extremes(tilt, w, 0.0, s)[2]
+        else:
+            # from rest the first turn is half a period away
+            period = 2.0 * ring.motion(tilt, w, 0.0, s, 100.0, most=2).t_events[0][-1]
+        assert abs(found["separatrix"][0]) < 1e-3
+        assert found["nutation_period"][0] == pytest.approx(period, rel=1e-8), (tilt, w)
+
+
 def test_mirror_images_have_the_same_bits():
     """The way to one side is that of the mirror image to the other."""
     for body in ("torus", "rounded", "rim"):
