@@ -273,7 +273,7 @@ def _reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides,
     """(ending, least, greatest tilt, period, separatrix, error) of a cell, scaled but for angles."""
     nan, tilt = math.nan, starts[row.TILT, cell]
     body = body_of(starts, cell, kind)
-    if not is_possible(starts, cell, body):
+    if not is_possible(starts, cell, kind, body):
         return INVALID, nan, nan, nan, nan, nan
     if abs(tilt) >= fall_tilt:
         return FELL, tilt, tilt, nan, nan, 0.0

@@ -64,16 +64,17 @@ def side_of(kind, tilt):
 
 
 @kernel
-def is_possible(starts, cell, body):
+def is_possible(starts, cell, kind, body):
     """Whether a start is one: finite, inside 90 deg, with moments and an arc that a body can have."""
     tilt_rate, precession_rate = starts[row.TILT_RATE, cell], starts[row.PRECESSION_RATE, cell]
     finite = math.isfinite(tilt_rate) and math.isfinite(precession_rate)
     finite = finite and math.isfinite(starts[row.ROLL_RATE, cell]) and math.isfinite(body.shift)
     heavy = 0.0 < body.axial <= 2.0 * body.transverse < math.inf
+    fits = kind != RIM or starts[row.FILLET, cell] <= 0.5 * starts[row.THICKNESS, cell]
     convex = body.core >= 0.0 and body.edge >= 0.0 and 0.0 < body.core + body.edge < math.inf
     inside = abs(starts[row.TILT, cell]) < 0.5 * math.pi
     squared = starts[row.RADIUS, cell] / starts[row.GRAVITY, cell]
-    return finite and heavy and convex and inside and 0.0 < squared < math.inf
+    return finite and heavy and fits and convex and inside and 0.0 < squared < math.inf
 
 
 @simd
@@ -94,7 +95,7 @@ def _store_start(cell, lane, starts, body, side, lanes):
 def read_start(cell, lane, starts, run, lanes, measures, counts):
     """Put a start into a lane, in SI units; one that is impossible, or at its end, is written at once."""
     body, tilt = body_of(starts, cell, run.body), starts[row.TILT, cell]
-    if not is_possible(starts, cell, body):
+    if not is_possible(starts, cell, run.body, body):
         _write_at_once(cell, INVALID, math.nan, math.nan, math.nan, measures, counts)
         fill_idle(lane, lanes)
         return False

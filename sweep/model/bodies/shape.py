@@ -76,17 +76,24 @@ def _check_lengths(values: Mapping[str, Any], body: str) -> None:
 
 
 def _check_rim(values: Mapping[str, Any]) -> None:
-    thinnest, widest = _ends(values["thickness"])[0], _ends(values["fillet"])[1]
-    if thinnest == 0.0:
+    thickness, fillet = values["thickness"], values["fillet"]
+    if _ends(thickness)[0] == 0.0:
         _refuse(
-            f"A disk with a rim is thicker than 0; got thickness={values['thickness']}.",
+            f"A disk with a rim is thicker than 0; got thickness={thickness}.",
             "Give thickness > 0, or leave body out: that is the thin disk.",
             "thickness",
         )
-    if widest > 0.5 * thinnest:
+    # the columns of a table say what each start has of both
+    columns = [each for each in (fillet, thickness) if hasattr(each, "table")]
+    if any(each.table.columns is None for each in columns):
+        # the table of an atlas, which was checked when it was given
+        return
+    both = [each.table.values(each.name) for each in columns]
+    largest, least = both if len(both) == 2 else (_ends(fillet)[1], _ends(thickness)[0])
+    if np.any(largest > 0.5 * least):
         _refuse(
-            f"The edges of a rim take half its thickness at most: 0 <= fillet <= thickness/2; got "
-            f"fillet={values['fillet']} thickness={values['thickness']}.",
+            f"The edges of a rim take half its thickness at most: 0 <= fillet <= thickness/2; got fillet={fillet} "
+            f"thickness={thickness}.",
             "Give a smaller fillet, or body=rounded, whose edge is a semicircle.",
             "fillet",
         )

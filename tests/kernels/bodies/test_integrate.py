@@ -170,6 +170,8 @@ def test_endings_of_starts_that_are_none():
         starts(**TORUS | {"tube": 1.1}), starts(**TORUS, tilt=1.6), starts(**TORUS, roll_rate=math.inf),
     ]  # fmt: skip
     assert run(np.concatenate(bad, axis=1), "torus").ending.tolist() == [INVALID] * 5
+    moments = {"axial_moment": 0.5, "transverse_moment": 0.3, "thickness": 0.1, "tilt": [-0.4, 0.4]}
+    assert run(starts(2, **moments, fillet=0.06), "rim").ending.tolist() == [INVALID] * 2
     found = run(np.concatenate([starts(**TORUS, tilt=1.55), starts(**TORUS, roll_rate=1.0)], axis=1), "torus")
     assert found.ending.tolist() == [FELL, STEADY]
 

@@ -70,6 +70,16 @@ def test_a_length_is_a_share_of_the_radius_or_has_a_unit():
     assert SweepSpec(**tomllib.loads(text)).tube == 0.25
 
 
+def test_a_table_has_a_body_for_each_start():
+    """Its columns are held against each other row by row."""
+    table = {"tilt": [0.1, 0.7], "thickness": [0.1, 0.4], "fillet": [0.02, 0.15]}
+    spec = SweepSpec(body="rim", starts=table)
+    assert whole(spec)["fillet"].tolist() == [0.02, 0.15]
+    assert SweepSpec.from_canonical(spec.canonical()).model is BODIES
+    with pytest.raises(RequestError, match="half its thickness"):
+        SweepSpec(body="rim", starts=table | {"fillet": [0.06, 0.15]})
+
+
 def test_the_thin_disk_is_the_model_without_a_body(tmp_path):
     """body=disk is no word of the text of a request, and takes the place of another body with all that is its own."""
     thin = SweepSpec.preset("rolling")
