@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 from bench import (
+    bodies,
     field,
     figures,
     gpu,
@@ -59,6 +60,7 @@ def main() -> int:
         "reduction": reduction.measure(given.quick, repeats),
         "field": field.measure(given.quick, repeats),
         "losses": losses.measure(given.quick, repeats),
+        "bodies": bodies.measure(given.quick, repeats),
         "systems": systems.measure(given.quick, repeats),
     }
     on_device = gpu.measure(repeats)

@@ -94,6 +94,9 @@ def ratios(found: dict[str, Any]) -> dict[str, float]:
     steps = found.get("losses", {}).get("steps", {})
     for law in sorted(steps.keys() - {"none"}):
         named[f"step without losses / with {law}"] = steps["none"] / steps[law]
+    bodies = found.get("bodies", {}).get("ns_per_step", {})
+    for name in bodies.keys() - {"disk"}:
+        named[f"step of the thin disk / {name}"] = bodies["disk"] / bodies[name]
     systems = found.get("systems") or {}
     for row in systems.get("rows", ()):
         for name in row["ratio"].keys() - {"eulerdisk"}:

@@ -58,6 +58,7 @@ def _lines(found: dict[str, Any]) -> Iterator[str]:
             ratio = row["extremes_per_s"] / row["with_period_per_s"]
             yield f"  {name:10s} {row['cells']:9d} cells: with the period {ratio:.2f} times as long"
     yield from _losses_lines(found)
+    yield from _bodies_lines(found)
     yield from _systems_lines(found)
     yield from _whole_lines(found)
 
@@ -96,6 +97,24 @@ def _losses_lines(found: dict[str, Any]) -> Iterator[str]:
         f"  {100 * toys['share_of_threads']:.0f} % of the threads' time busy by the processor time of its chunks; time "
         f"with all lanes full {toys['share_of_lanes']:.2f} of it"
     )
+
+
+def _bodies_lines(found: dict[str, Any]) -> Iterator[str]:
+    """Yield what other bodies take beside the thin disk, and their errors."""
+    if "bodies" not in found:
+        return
+    steps = found["bodies"]["ns_per_step"]
+    yield ""
+    yield f"Other bodies, one thread; a step of the thin disk takes {steps['disk']:.2f} ns:"
+    for name, row in found["bodies"]["errors"].items():
+        yield (
+            f"  {name:8}{steps[name]:6.2f} ns{steps[name] / steps['disk']:6.2f} times as long; reduction "
+            f"{row['reduction_us']:.1f} us per cell"
+        )
+        yield (
+            f"  {'':8}of {row['cells']} random starts {row['other_endings']} end otherwise, extremes within "
+            f"{row['largest_error']:.1e} rad, {100 * row['beyond_twice_stated']:.2g} % beyond twice their stated error"
+        )
 
 
 def _systems_lines(found: dict[str, Any]) -> Iterator[str]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from bench import (
+    bodies,
     libraries,
     loops,
     losses,
@@ -205,6 +206,20 @@ def test_what_losses_cost_is_told_and_compared(records):
     }  # fmt: skip
     assert "4 toys of 2 s (1 to 3), 2 thread(s): 1.0 s, of processors 2.0 s" in table.text(found)
     assert record.ratios(found)["a loop / eulerdisk rk4, with losses"] == 9.0
+
+
+def test_what_bodies_cost_is_told_and_compared(records):
+    """A line for each body beside the thin disk, from measurements of few cells."""
+    found = copy.deepcopy(records[AMD])
+    steps = bodies._step_times(40, 1)
+    assert steps.keys() == bodies.BODIES.keys()
+    assert all(0.0 < each < 1e5 for each in steps.values())
+    row = bodies._errors("rim", 60)
+    assert row["other_endings"] == 0
+    assert row["largest_error"] < 1e-8
+    found["bodies"] = {"ns_per_step": {"disk": 5.0, "rim": 10.0}, "errors": {"rim": row}}
+    assert "rim      10.00 ns  2.00 times as long" in table.text(found)
+    assert record.ratios(found)["step of the thin disk / rim"] == 0.5
 
 
 def systems_row(name="lorenz"):
