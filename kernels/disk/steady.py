@@ -51,13 +51,18 @@ def steady_precession_rates(tilt, roll_rate, alpha, radius, gravity):
     `steady_roll_rate` solved for the precession rate p:
     (2+alpha) sin(tilt) p^2 + 2 (1+alpha) f p + 2 (g/R) tan(tilt) = 0 with the roll rate f.
     """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return both_precession_rates(tilt, roll_rate, alpha, radius, gravity)
+
+
+def both_precession_rates(tilt, roll_rate, alpha, radius, gravity):
+    """`steady_precession_rates` for kernels, which know of no warnings."""
     S, C = np.sin(tilt), np.cos(tilt)
     half, product = (1.0 + alpha) * roll_rate, 2.0 * gravity * S / (radius * C)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        root = np.sqrt(half * half - (2.0 + alpha) * S * product)
-        # the root with which nothing cancels; the other follows from the product
-        large = -(half + np.copysign(root, half))
-        return product / large, large / ((2.0 + alpha) * S)
+    root = np.sqrt(half * half - (2.0 + alpha) * S * product)
+    # the root with which nothing cancels; the other follows from the product
+    large = -(half + np.copysign(root, half))
+    return product / large, large / ((2.0 + alpha) * S)
 
 
 def wobble_precession_rate(tilt, alpha, radius, gravity):

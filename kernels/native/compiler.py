@@ -118,8 +118,7 @@ def machine_code(dispatcher, argument_types):
         dispatcher.compile(argument_types)
         made = dispatcher.overloads[argument_types]
         module, code = made.library.object_code()
-    returned = made.signature.return_type
-    results = () if returned == types.none else tuple(map(str, getattr(returned, "types", (returned,))))
+    results = results_of(made.signature)
     if not _RESULTS.issuperset(results):
         raise TypeError(
             f"{dispatcher.py_func.__qualname__} must return nothing or numbers, each float64 or int64; got "
@@ -128,3 +127,9 @@ def machine_code(dispatcher, argument_types):
     outside = (each.name for each in module.functions if each.is_declaration)
     needed = tuple(each for each in outside if not each.startswith("llvm."))
     return MachineCode(made.fndesc.llvm_func_name, results, needed, code, made.library.has_dynamic_globals)
+
+
+def results_of(signature):
+    """Return the types of the numbers that a function returns: a tuple of str."""
+    returned = signature.return_type
+    return () if returned == types.none else tuple(map(str, getattr(returned, "types", (returned,))))

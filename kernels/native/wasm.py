@@ -1,0 +1,250 @@
+"""WebAssembly of entry points, for a page: by LLVM alone, without a linker and without a C library.
+
+Numba writes the language of LLVM for this processor. Here it is compiled for wasm32 instead, with vectors of 128 bits
+and no instruction whose result depends on the machine. What makes that possible:
+
+Layout
+    Pointers have half their width there. No pass of LLVM may see a function before it has the layout of wasm32: what
+    is optimised before has offsets in bytes of this processor, and computes something else without a word of it. A
+    process that makes WebAssembly makes nothing else (`begin`).
+
+Linking
+    A single object needs no linker: the provisional addresses in it hold if its data begin at address 0. It imports
+    its memory, its table of functions and its stack pointer. Only exports are missing, which `exporting` adds.
+
+The C library
+    Kernels take the place of its functions (`kernels.page.c_library`), by the names with which Numba calls them.
+"""
+
+import json
+import re
+
+from llvmlite import binding
+
+from kernels.native import compiler
+from kernels.native.function import lazy
+
+#: The stack begins at this address and grows down to the data of the module; the page's own memory begins here.
+STACK = 1 << 18
+
+_LEAST_STACK = 1 << 17
+
+#: Name of the section that says how entry points are called.
+NOTE = "eulerdisk"
+
+_TRIPLE = "wasm32-unknown-unknown"
+
+#: Vectors, and copies of memory that need no function; no relaxed instruction, whose results differ by machine.
+_FEATURES = "+simd128,+bulk-memory,+sign-ext,+mutable-globals,+nontrapping-fptoint"
+
+#: What is said of the processor for which something was written.
+_HOST = re.compile(r"^target (?:triple|datalayout) = .*\n", re.MULTILINE)
+_PROCESSOR = re.compile(r'"(?:target-cpu|target-features|tune-cpu|prefer-vector-width)"="[^"]*"')
+
+#: Functions of the C library, also those that LLVM calls for its own ones: under their names it would make others of
+#: them, and compute some with the library of this machine.
+_C_FUNCTION = re.compile(
+    r"@(?:llvm\.)?(a?(?:sin|cos|tan)h?|atan2|exp2?|expm1|log(?:2|10|1p)?|pow|hypot)(?:\.f64)?\("
+)
+
+_CUSTOM, _EXPORT, _ELEMENTS, _DATA = 0, 7, 9, 11
+
+
+def begin():
+    """Let no pass of LLVM see what Numba writes from now on; to be called before any kernel is compiled."""
+
+    def nothing(*_):
+        """Optimise nothing."""
+
+    compiler._PartLibrary._optimize_functions = nothing
+    compiler._PartLibrary._optimize_final_module = nothing
+
+
+def module(entries, c_library, told):
+    """Return the bytes of a module of WebAssembly; `begin` has been called.
+
+    Its section NOTE holds JSON: ``entries``, the arguments and the results of each as `kernels.native.entry.Argument`
+    has them, and what is `told`.
+
+    Parameters
+    ----------
+    entries : mapping of str to kernels.native.entry.Entry
+        Name of an exported function -> the entry point. ``NAME_place`` returns its place in the table of functions, its
+        address for compiled code (`kernels.native.by_address`).
+    c_library : mapping of str to kernels.native.function.LazyFunction
+        Name of a function of the C library -> what takes its place, of numbers.
+    told : mapping
+        What JSON can hold.
+
+    Raises
+    ------
+    ValueError
+        If something is called that is not there, or the data leave too little room for the stack.
+    """
+    binding.initialize_all_targets()
+    binding.initialize_all_asmprinters()
+    target = binding.Target.from_triple(_TRIPLE)
+    machine = target.create_target_machine(opt=3, features=_FEATURES, reloc="static")
+    head = f'target datalayout = "{machine.target_data}"\ntarget triple = "{_TRIPLE}"\n'
+    whole, listed = binding.parse_assembly(head), {}
+    for name, entry in entries.items():
+        text, made, results = _language(lazy()(entry._called()), entry._numba_types())
+        listed[name] = {"arguments": [each[:3] for each in entry.arguments], "results": results}
+        whole.link_in(binding.parse_assembly(head + text.replace(f"@{made}(", f"@{name}(")))
+        arguments = ", ".join(str(each.type) for each in whole.get_function(name).arguments)
+        whole.link_in(binding.parse_assembly(head + _place(name, arguments)))
+    for function in [each for each in whole.functions if each.is_declaration]:
+        if function.name.removeprefix("c_") in c_library:
+            text = _c_function(function.name, c_library[function.name.removeprefix("c_")])
+            whole.link_in(binding.parse_assembly(head + text))
+    exported = [each for name in entries for each in (name, f"{name}_place")]
+    _optimise(whole, machine, exported)
+    outside = [each.name for each in whole.functions if each.is_declaration]
+    if missing := [name for name in outside if not name.startswith("llvm.")]:
+        raise ValueError(f"This module has no function {', '.join(missing)}.")
+    note = json.dumps({"entries": listed, **told}, separators=(",", ":"))
+    return exporting(machine.emit_object(whole), exported) + _section(_CUSTOM, _text(NOTE) + note.encode())
+
+
+def _language(function, types):
+    """Return what Numba writes for a `LazyFunction`, the name of the function in it, and the types of its results."""
+    from numba.core.compiler_lock import global_compiler_lock
+
+    with global_compiler_lock:
+        function.compiled.compile(types)
+        made = function.compiled.overloads[types]
+        made.library._ensure_finalized()
+        text = _HOST.sub("", _PROCESSOR.sub('"of-a-kernel"', str(made.library._final_module)))
+    # what several functions hold a copy of is there once
+    text = _C_FUNCTION.sub(r"@c_\1(", text).replace("@sqrt(", "@llvm.sqrt.f64(")
+    text = re.sub(r"= (?:common|weak_odr|weak|private|internal) ", "= linkonce_odr ", text)
+    return text, made.fndesc.llvm_func_name, compiler.results_of(made.signature)
+
+
+def _place(name, arguments):
+    """Return the function that tells the place of another one in the table."""
+    return (
+        f"declare i32 @{name}({arguments})\n"
+        f"define i64 @{name}_place() {{\n  %place = ptrtoint ptr @{name} to i64\n  ret i64 %place\n}}\n"
+    )
+
+
+def _c_function(name, function):
+    """Return a function as C calls it, of one that Numba has written: that writes its result, and a status."""
+    from numba import types
+
+    numbers = function.py_func.__code__.co_argcount
+    text, made, _ = _language(function, numbers * (types.float64,))
+    given = ", ".join(f"double %x{i}" for i in range(numbers))
+    return (
+        f"{text}\ndefine double @{name}({given}) alwaysinline {{\n  %result = alloca double\n"
+        f"  %status = call i32 @{made}(ptr %result, ptr null, {given})\n"
+        "  %found = load double, ptr %result\n  ret double %found\n}\n"
+    )
+
+
+def _optimise(whole, machine, exported):
+    """Keep what is exported and what that needs, and let LLVM optimise it for the layout and the vectors of wasm32."""
+    for each in (*whole.functions, *whole.global_variables):
+        if not each.is_declaration and each.name not in exported:
+            each.linkage = "internal"
+    whole.verify()
+    tuning = binding.create_pipeline_tuning_options(speed_level=3)
+    tuning.loop_vectorization = tuning.slp_vectorization = True
+    builder = binding.create_pass_builder(machine, tuning)
+    builder.getModulePassManager().run(whole, builder)
+
+
+def exporting(content, names):
+    """Return an object of WebAssembly as a module that exports functions: without its symbols, which are not needed.
+
+    Parameters
+    ----------
+    content : bytes
+    names : sequence of str
+
+    Raises
+    ------
+    ValueError
+        If its data leave too little room for the stack.
+    """
+    sections = list(_sections(content))
+    places = {}
+    for number, body in sections:
+        if number == _CUSTOM and body[1:8] == b"linking":
+            places |= _functions_in(body)
+        elif number == _DATA and len(body) > STACK - _LEAST_STACK:
+            raise ValueError(
+                f"The data have {len(body)} bytes, at most {STACK - _LEAST_STACK} leave room for a stack."
+            )
+    listed = [_text(name) + b"\0" + _number(places[name]) for name in names]
+    export = _EXPORT, _number(len(names)) + b"".join(listed)
+    kept = [each for each in sections if each[0] != _CUSTOM]
+    at = next(i for i, (number, _) in enumerate(kept) if _EXPORT < number)
+    return content[:8] + b"".join(_section(*each) for each in [*kept[:at], export, *kept[at:]])
+
+
+def _section(number, body):
+    return bytes([number]) + _number(len(body)) + body
+
+
+def _text(name):
+    return _number(len(name)) + name.encode()
+
+
+def _sections(content):
+    """Yield the number and the content of each section."""
+    at = 8
+    while at < len(content):
+        size, begin_at = _read(content, at + 1)
+        yield content[at], content[begin_at : begin_at + size]
+        at = begin_at + size
+
+
+def _functions_in(body):
+    """Return the number of each function by its name, from the table of symbols of the section ``linking``.
+
+    As the tool conventions of WebAssembly have it (Linking.md): kinds of symbols are function 0, data 1, global 2,
+    section 3, event 4, table 5; the flag 0x10 says that a symbol is not defined, 0x40 that it has a name nevertheless.
+    """
+    found, at = {}, 9
+    while at < len(body):
+        kind = body[at]
+        size, at = _read(body, at + 1)
+        end = at + size
+        count, at = _read(body, at) if kind == 8 else (0, at)
+        for _ in range(count):
+            what, (flags, at) = body[at], _read(body, at + 1)
+            if what == 3:
+                _, at = _read(body, at)
+                continue
+            if what != 1:
+                place, at = _read(body, at)
+            if what == 1 or not flags & 0x10 or flags & 0x40:
+                length, at = _read(body, at)
+                name, at = body[at : at + length].decode(), at + length
+                if what == 0:
+                    found[name] = place
+            if what == 1 and not flags & 0x10:
+                for _ in range(3):
+                    _, at = _read(body, at)
+        at = end
+    return found
+
+
+def _read(content, at):
+    """Return a number (unsigned LEB128) and the place behind it."""
+    found = shift = 0
+    while True:
+        byte = content[at]
+        at, found, shift = at + 1, found | (byte & 127) << shift, shift + 7
+        if byte < 128:
+            return found, at
+
+
+def _number(value):
+    """Return a number as unsigned LEB128."""
+    found = b""
+    while value > 127:
+        found, value = found + bytes([value & 127 | 128]), value >> 7
+    return found + bytes([value])

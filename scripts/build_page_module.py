@@ -1,0 +1,40 @@
+"""Build the module of WebAssembly that the page of the explorer computes with: sweep/explorer/page/kernels.wasm.
+
+    python scripts/build_page_module.py [PATH]
+
+The same bytes each time with the same versions of Numba and llvmlite, which it notes, with the code that it is made of.
+tests/explorer/test_page_module.py looks whether that is the code of today, and with --fresh-seeds builds it again.
+"""
+
+import sys
+from pathlib import Path
+
+from kernels.native import wasm
+from sweep.model.kernel import code_hash
+
+TARGET = Path(__file__).resolve().parents[1] / "sweep" / "explorer" / "page" / "kernels.wasm"
+
+
+def sources() -> dict[str, str]:
+    """Return the hash of the code that the module is made of, and the versions of what makes it."""
+    import llvmlite
+    import numba
+
+    code = code_hash(["kernels.page.module", "kernels.page.c_library", "kernels.native.wasm"])
+    return {"code": code, "numba": numba.__version__, "llvmlite": llvmlite.__version__}
+
+
+def build() -> bytes:
+    """Return the bytes of the module; in a process that has compiled nothing yet."""
+    wasm.begin()
+    from kernels.page.c_library import C_LIBRARY
+    from kernels.page.module import ENTRIES, told
+
+    made: bytes = wasm.module(ENTRIES, C_LIBRARY, {**told(), "made_of": sources()})
+    return made
+
+
+if __name__ == "__main__":
+    target = Path(sys.argv[1]) if len(sys.argv) > 1 else TARGET
+    target.write_bytes(build())
+    print(f"{target}: {target.stat().st_size} bytes")
