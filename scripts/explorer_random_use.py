@@ -126,8 +126,8 @@ def settle(page: Page, watch: Watch) -> None:
     except TooLateError:
         waits = watch.waits_for()
     late = f"the picture was not complete after {PATIENCE / 1000:g} s"
-    if not any(" window " in each for each in waits):
-        raise ProblemError(f"{late}, and no window is under way: {waits or 'nothing is'}; {shown(page)}")
+    if not any(" plan " in each for each in waits):
+        raise ProblemError(f"{late}, and no plan is under way: {waits or 'nothing is'}; {shown(page)}")
     print(f"{late}: the page waits for", *waits, sep="\n    ", file=sys.stderr, flush=True)
     try:
         page.wait_for_selector(COMPLETE, timeout=BUSY)

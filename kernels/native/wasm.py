@@ -115,9 +115,11 @@ def _language(function, types):
         made = function.compiled.overloads[types]
         made.library._ensure_finalized()
         text = _HOST.sub("", _PROCESSOR.sub('"of-a-kernel"', str(made.library._final_module)))
-    # what several functions hold a copy of is there once
     text = _C_FUNCTION.sub(r"@c_\1(", text).replace("@sqrt(", "@llvm.sqrt.f64(")
-    text = re.sub(r"= (?:common|weak_odr|weak|private|internal) ", "= linkonce_odr ", text)
+    # variables that Numba shares between modules are each module's own: others have the same names
+    text = re.sub(
+        r"= (?:common|weak_odr|weak|linkonce_odr) ((?:\w+ )*(?:global|constant) )", r"= internal \1", text
+    )
     return text, made.fndesc.llvm_func_name, compiler.results_of(made.signature)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from sweep.errors import RequestError
 from sweep.explorer.losses import LOSS_WORDS, has_motions
+from sweep.explorer.plan import motion_tables
 from sweep.explorer.quantities import Shown, shown_of
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import base_names, exact, middle, other_names, preset
@@ -80,6 +81,7 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
             for word, (description, unit, low, high) in _CRITERIA.items()
         ],
         "losses": list(LOSS_WORDS),
+        "motions": motion_tables(),
         "atlas": None if stored is None else _atlas(stored),
     }
 

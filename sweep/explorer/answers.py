@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.errors import NoMotionError
 from sweep.explorer.about import about
-from sweep.explorer.fields import read_number, read_object
 from sweep.explorer.lines import lines
-from sweep.explorer.point import explanation, place, point
+from sweep.explorer.plan import plan
+from sweep.explorer.point import explanation, stored_point
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import View
-from sweep.explorer.waiting import MOTIONS, ended_with
-from sweep.explorer.window import window
+from sweep.explorer.window import stored_window
 from sweep.request.spec import SweepSpec
 
 JSON, BINARY = "application/json", "application/octet-stream"
@@ -51,10 +49,10 @@ class Answers:
     def __init__(self, given: SweepSpec | None, stored: Stored | None = None) -> None:
         self.given, self.stored = given, stored
         self._answering: Mapping[str, _Answering] = {
-            "window": lambda view, fields, check: _binary(*window(view, stored, fields, check)),
-            "point": lambda view, fields, _: _json(point(view, stored, fields)),
+            "plan": lambda view, _, __: _json(plan(view)),
+            "window": lambda view, fields, _: _window(stored_window(view, stored, fields)),
+            "point": lambda view, fields, _: _json({"stored": stored_point(view, stored, fields)}),
             "lines": lambda view, _, __: _json({"lines": lines(view, stored)}),
-            "motion": _motion,
             "explain": lambda view, fields, _: _json({"text": explanation(view, stored, fields)}),
             "command": _command,
             "data": _data,
@@ -83,27 +81,11 @@ def _json(content: Mapping[str, Any]) -> Answer:
     return Answer(JSON, content)
 
 
-def _binary(head: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> Answer:
-    return Answer(BINARY, packed(head, arrays))
+def _window(found: tuple[Mapping[str, Any], Mapping[str, npt.NDArray[Any]]] | None) -> Answer:
+    return _json({"head": None}) if found is None else Answer(BINARY, packed(*found))
 
 
 # these load more than a map needs
-
-
-def _motion(view: View, fields: Mapping[str, Any], check: Callable[[], None]) -> Answer:
-    from sweep.explorer.motion import make_ready, motion
-
-    start = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
-    duration = None if fields.get("duration") is None else read_number(fields, "duration")
-    losses = read_object(fields.get("losses") or {}, "losses")
-    try:
-        # compiling takes seconds, and is no motion that others wait for
-        make_ready(view.spec, losses)
-        with MOTIONS, ended_with(check) as begun:
-            return _binary(*motion(view.spec, start, duration, losses, begun))
-    except NoMotionError as error:
-        # no motion is an answer; of a status of 400 browsers write into their consoles
-        return _json({"error": error.message, "hint": error.hint, "where": error.where or ""})
 
 
 def _command(view: View, fields: Mapping[str, Any], check: Callable[[], None]) -> Answer:

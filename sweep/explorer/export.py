@@ -1,20 +1,18 @@
-"""The page as one HTML file that needs no server: its modules, its style, and the cells of an atlas.
+"""The page as one HTML file that needs no server: its modules, its style, the kernels, and the cells of an atlas.
 
-The file holds JSON in ``<script type="application/json" id="stored">``, the StoredPage of the page's types.js:
+The file holds the kernels as WebAssembly, deflated, in ``<script type="text/plain" id="kernels">``, and JSON in
+``<script type="application/json" id="stored">``, the StoredPage of the page's types.js:
 
 ``about``
-    As `sweep.explorer.about.about`, with one base, and an atlas that is not live.
-``x``, ``y``
-    The values of the cells along both sides, f8.
-``cells``
-    Of every cell, rows of y from the first value on, x fastest: each quantity that ``about`` lists (f4, or the codes as
-    u1), ``verdict`` (u1), and every parameter that cells compute for themselves (f8), as a steady rate.
-``starts``
-    The other parameters, and ``fall_tilt``.
+    As `sweep.explorer.about.about`, with one base.
+``plans``
+    As `sweep.explorer.plan.plan`: how the page computes cells and motions.
 ``lines``
     As `sweep.explorer.lines.lines`.
-``motions``
-    As `sweep.explorer.motion.stored_motions`: the page integrates motions itself.
+``stored``
+    Of an atlas ``x``, ``y``, the values of the cells along both sides, f8; ``cells``, of every cell, rows of y from the
+    first value on, x fastest: each quantity that ``about`` lists (f4, or the codes as u1), ``verdict`` (u1), and every
+    parameter that cells compute for themselves (f8), as a steady rate; ``starts``, the other parameters.
 
 An array is ``{"type": ..., "data": ...}``: its little-endian bytes, deflated as zlib does, in base64.
 """
@@ -35,8 +33,8 @@ from sweep.errors import RequestError
 from sweep.explorer.about import about, base_of
 from sweep.explorer.explorer import Subject
 from sweep.explorer.lines import lines
-from sweep.explorer.motion import stored_motions
-from sweep.explorer.pages import INDEX, PageFile, modules, page_files, with_imports
+from sweep.explorer.pages import INDEX, KERNELS, PageFile, modules, page_files, with_imports
+from sweep.explorer.plan import plan
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import View
 from sweep.files.paths import check_target
@@ -47,8 +45,8 @@ MOST_CELLS = 1_000_000
 
 #: Nothing is loaded from anywhere: modules stand in the file, as addresses that hold their content.
 _POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline' data:; style-src 'unsafe-inline'; img-src data: blob:; "
-    "base-uri 'none'; form-action 'none'"
+    "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' data:; worker-src blob:; "
+    "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'"
 )
 
 _STYLE = re.compile(r'<link rel="stylesheet" href="\./page/([^"]+)" ?/?>')
@@ -62,12 +60,12 @@ def _go_on() -> None:
 def export(
     subject: Subject, path: Path, *, overwrite: bool = False, check: Callable[[], None] = _go_on
 ) -> None:
-    """Write the page with the cells of an atlas; the file appears when it is complete.
+    """Write the page, with the cells of an atlas if there is one; the file appears when it is complete.
 
     Parameters
     ----------
     subject : Subject
-        An atlas; or a spec, whose cells are computed.
+        An atlas; or a spec, whose cells the page computes.
     path : Path
         Ends in .html.
     overwrite : bool
@@ -91,51 +89,60 @@ def export(
             where="--export",
         )
     check_target(path, overwrite)
-    stored = subject.stored or _computed(subject.spec or SweepSpec.preset("rolling"))
-    check()
-    content = page_of(stored_page(stored, check), page_files()).encode()
+    content = page_of(held_page(subject, check), page_files()).encode()
     check()
     with refusals(path.absolute(), lambda: float(len(content))):
         publish_bytes(path.absolute(), content)
 
 
-def _computed(spec: SweepSpec) -> Stored:
-    """Return the atlas of a spec by the exact reduction, in the plane of its first two axes."""
-    from sweep.runs.in_memory import run
-
+def _check_plane(spec: SweepSpec) -> View:
+    """Return the view of all of a spec; refuse one without two axes, or whose cells the page could not compute."""
     view = View.read(base_of("", spec)["view"], spec)
     if not {view.x.name, view.y.name} <= set(spec.axes):
         raise RequestError(
-            f"An exported page holds the cells of two axes; this request has {', '.join(spec.axes) or 'none'}.",
+            f"An exported page shows the plane of two axes; this request has {', '.join(spec.axes) or 'none'}.",
             hint="Add a range, as in tilt=1deg:5deg:100.",
             where="--export",
         )
-    exact = view.live
-    _check_size(exact)
-    return Stored(run(exact, progress=False), exact, exact.headline)
+    view.live  # noqa: B018 - says why cells cannot be computed
+    return view
 
 
-def _check_size(spec: SweepSpec) -> None:
-    if spec.size > MOST_CELLS:
-        raise RequestError(
-            f"An exported page holds at most {MOST_CELLS} cells; got {' x '.join(map(str, spec.shape))}.",
-            hint="Lower the counts of the axes.",
-            where="--export",
-        )
-
-
-def stored_page(stored: Stored, check: Callable[[], None] = _go_on) -> dict[str, Any]:
+def held_page(subject: Subject, check: Callable[[], None] = _go_on) -> dict[str, Any]:
     """Return what the page holds; see the module, and `export` for the check.
 
     Raises
     ------
     RequestError
-        If the plane has too many cells.
+        If the plane of an atlas has too many cells, or cells of a spec cannot be computed.
     """
+    spec, stored = subject.spec or SweepSpec.preset("rolling"), subject.stored
+    view = _check_plane(spec) if stored is None else View.read(base_of("", spec)["view"], spec)
+    known = about(spec, stored)
+    bases = [each for each in known["bases"] if not each["name"]]
+    words = {word for each in bases for word in each["words"].values() if isinstance(word, str)}
+    return {
+        "about": {
+            **known,
+            "bases": bases,
+            "others": [],
+            "quantities": [each for each in known["quantities"] if each["name"] in bases[0]["quantities"]],
+            # words are read where the program is
+            "parameters": [
+                {**each, "words": [word for word in each["words"] if word in words]}
+                for each in known["parameters"]
+            ],
+            "criteria": [],
+        },
+        "plans": plan(view),
+        "lines": lines(view, stored),
+        "stored": None if stored is None else _stored_cells(view, stored, check),
+    }
+
+
+def _stored_cells(view: View, stored: Stored, check: Callable[[], None]) -> dict[str, Any]:
+    """Return the cells of the plane of an atlas."""
     spec = stored.spec
-    motions = stored_motions(spec)
-    base = {**base_of("", spec), "quantities": list(stored.quantities()), "hasMotions": motions is not None}
-    view = View.read(base["view"], spec)
     x, y = (getattr(spec, side.name).array() for side in (view.x, view.y))
     if x.size * y.size > MOST_CELLS:
         raise RequestError(
@@ -143,11 +150,9 @@ def stored_page(stored: Stored, check: Callable[[], None] = _go_on) -> dict[str,
             hint="Make an atlas with fewer.",
             where=stored.label,
         )
-    known = about(spec, stored)
-    quantities = stored.quantities()
     cells = {
         name: _narrowed(shown.values(spec, {need: stored.plane(need, view) for need in shown.needs}))
-        for name, shown in quantities.items()
+        for name, shown in stored.quantities().items()
     }
     cells["verdict"] = stored.plane("stability", view).astype(np.uint8)
     cells |= {name: stored.plane(name, view).astype(np.float64) for name in spec.computed}
@@ -158,25 +163,13 @@ def stored_page(stored: Stored, check: Callable[[], None] = _go_on) -> dict[str,
         # a large one takes a second
         check()
         packed[name] = _packed(values)
-    note = f"This page holds {x.size} x {y.size} cells: nothing is known between and beyond them."
     return {
-        "about": {
-            **known,
-            "bases": [base],
-            "others": [],
-            "quantities": [each for each in known["quantities"] if each["name"] in quantities],
-            "criteria": [],
-            "losses": [],
-            "atlas": {**known["atlas"], "live": False, "note": note},
-        },
         "x": _packed(x),
         "y": _packed(y),
         "cells": packed,
         "starts": {
             name: value for name, value in starts.items() if isinstance(value, float) and np.isfinite(value)
         },
-        "lines": lines(view, stored),
-        "motions": motions,
     }
 
 
@@ -187,7 +180,11 @@ def _narrowed(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
 def _packed(values: npt.NDArray[Any]) -> dict[str, str]:
     kind = f"{values.dtype.kind}{values.dtype.itemsize}"
     content = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).tobytes()
-    return {"type": kind, "data": base64.b64encode(zlib.compress(content, 9)).decode()}
+    return {"type": kind, "data": _deflated(content)}
+
+
+def _deflated(content: bytes) -> str:
+    return base64.b64encode(zlib.compress(content, 9)).decode()
 
 
 def page_of(held: Mapping[str, Any], pages: Mapping[str, PageFile]) -> str:
@@ -204,11 +201,14 @@ def page_of(held: Mapping[str, Any], pages: Mapping[str, PageFile]) -> str:
     def text(path: str) -> str:
         return pages[path].content.decode()
 
+    kernels = _deflated(pages[KERNELS].content)
+
     def main(found: re.Match[str]) -> str:
         content = json.dumps(held, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
         name = f"eulerdisk/{Path(found[1]).stem}"
         return (
             f'<script type="application/json" id="stored">{content}</script>\n'
+            f'    <script type="text/plain" id="kernels">{kernels}</script>\n'
             f'    <script type="module">import "{name}";</script>'
         )
 

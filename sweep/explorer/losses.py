@@ -19,7 +19,7 @@ from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION
 from sweep.request.spec import SweepSpec
 
 #: Air at room temperature: viscosity [Pa s], density [kg/m3].
-_AIR = {"air_viscosity": 1.8e-5, "air_density": 1.2}
+AIR = {"air_viscosity": 1.8e-5, "air_density": 1.2}
 
 #: The mass [kg] where none is given and a law needs one.
 MASS = 1.0
@@ -40,6 +40,38 @@ _MASSES, _FRICTION = (1e-3, 100.0), (0.02, 2.0)
 def has_motions(spec: SweepSpec) -> bool:
     """Return whether the cells of a spec have motions in time."""
     return spec.model in (DISK_MOTION.model, LOSSY_MOTION.model)
+
+
+def slider_rows() -> list[dict[str, Any]]:
+    """Return the controls of the losses of a motion, as the page draws them.
+
+    Returns
+    -------
+    list of dict
+        Of a slider ``name``, ``label``, ``description``, ``unit``, ``factor``, ``low``, ``high`` (the slider is
+        logarithmic) as multiples of what it is ``scaled`` by (radius, m R^2 sqrt(g/R), or 1), what it means to leave
+        the word out (``none``), and at which ``end`` of the slider that is. Of a choice ``name``, ``label``,
+        ``description`` and ``choices``.
+    """
+    law = OPTIONS["air_law"]
+    return [
+        *(_row(name, _ARMS, "none", scaled="radius") for name in ARMS),
+        _row("contour_damping", _DAMPING, "none", scaled="damping"),
+        {"name": "air_law", "label": "air", "description": law.long_name, "choices": list(AIR_LAWS)},
+        _row("friction", _FRICTION, UNLIMITED, end="high"),
+        _row("mass", _MASSES, UNKNOWN),
+    ]
+
+
+def _row(
+    name: str, ends: tuple[float, float], none: str, scaled: str = "one", end: str = "low"
+) -> dict[str, Any]:
+    quantity = PARAMETERS[name]
+    unit, factor = ("mm", 1e3) if quantity.units == "m" else (quantity.shown_units, 1.0)
+    return {
+        "name": name, "label": name.replace("_", " "), "description": quantity.long_name, "unit": unit,
+        "factor": factor, "low": ends[0], "high": ends[1], "none": none, "end": end, "scaled": scaled,
+    }  # fmt: skip
 
 
 def loss_words(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -75,9 +107,9 @@ def loss_words(given: Mapping[str, Any]) -> dict[str, Any]:
     words = {"air_law": NO_AIR} | dict(given)
     law = words["air_law"]
     if law != NO_AIR:
-        words = {"air_viscosity": _AIR["air_viscosity"]} | words
+        words = {"air_viscosity": AIR["air_viscosity"]} | words
         if law == BILDSTEN:
-            words = {"air_density": _AIR["air_density"]} | words
+            words = {"air_density": AIR["air_density"]} | words
     if needs_mass(words):
         words = {"mass": MASS} | words
     return words
@@ -86,60 +118,3 @@ def loss_words(given: Mapping[str, Any]) -> dict[str, Any]:
 def needs_mass(words: Mapping[str, Any]) -> bool:
     """Return whether a law of some words depends on the mass of the disk."""
     return words.get("air_law", NO_AIR) != NO_AIR or bool(words.get("contour_damping"))
-
-
-def controls(spec: SweepSpec, start: Mapping[str, float], given: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the controls of the losses of a motion, as the page draws them.
-
-    Parameters
-    ----------
-    spec : SweepSpec
-    start : mapping of str to float
-        Every parameter of its model [SI].
-    given : mapping of str to number or text
-        What the controls ask for now.
-
-    Returns
-    -------
-    list of dict
-        Of a slider ``name``, ``label``, ``description``, ``unit``, ``factor``, ``low``, ``high`` (the slider is
-        logarithmic), ``value`` (None: the word is left out) and ``none``, what that means, and at which ``end`` of the
-        slider it is; ``idle`` if it changes nothing now. Of a choice ``name``, ``label``, ``description``, ``choices``
-        and ``value``.
-    """
-    held = _held(spec) | dict(given)
-    radius, unit = start["radius"], (start["radius"] / start["gravity"]) ** 0.5
-    mass = held.get("mass", MASS)
-    heavy = (mass if isinstance(mass, int | float) else MASS) * radius**2 / unit
-    arms = (_ARMS[0] * radius, _ARMS[1] * radius)
-    law = OPTIONS["air_law"]
-    return [
-        *(_slider(name, arms, held, "none") for name in ARMS),
-        _slider("contour_damping", (_DAMPING[0] * heavy, _DAMPING[1] * heavy), held, "none"),
-        {
-            "name": "air_law", "label": "air", "description": law.long_name, "choices": list(AIR_LAWS),
-            "value": held.get("air_law", law.default),
-        },
-        _slider("friction", _FRICTION, held, UNLIMITED, at_end="high"),
-        _slider("mass", _MASSES, held, UNKNOWN) | {"idle": not needs_mass(held)},
-    ]  # fmt: skip
-
-
-def _held(spec: SweepSpec) -> dict[str, Any]:
-    """Return the losses of the spec itself."""
-    if spec.model is not LOSSY_MOTION.model:
-        return {}
-    return {name: value for name in LOSS_WORDS if isinstance(value := getattr(spec, name), float | str)}
-
-
-def _slider(
-    name: str, ends: tuple[float, float], held: Mapping[str, Any], none: str, at_end: str = "low"
-) -> dict[str, Any]:
-    quantity = PARAMETERS[name]
-    unit, factor = ("mm", 1e3) if quantity.units == "m" else (quantity.shown_units, 1.0)
-    value = held.get(name)
-    return {
-        "name": name, "label": name.replace("_", " "), "description": quantity.long_name,
-        "unit": unit, "factor": factor, "low": ends[0], "high": ends[1],
-        "value": float(value) if isinstance(value, int | float) and value > 0.0 else None, "none": none, "end": at_end,
-    }  # fmt: skip

@@ -17,12 +17,13 @@ _TYPES = {
     ".svg": "image/svg+xml",
     ".png": "image/png",
     ".woff2": "font/woff2",
+    ".wasm": "application/wasm",
 }
 
 _IMPORT_MAP = re.compile(rb'<script type="importmap">(.*?)</script>', re.DOTALL)
 
-#: The page that is shown.
-INDEX = "index.html"
+#: The page that is shown, and the kernels that it computes with.
+INDEX, KERNELS = "index.html", "kernels.wasm"
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ def content_policy(index: bytes, *, framed: bool) -> str:
         Whether a notebook of this machine may show it in a frame.
     """
     maps = (base64.b64encode(hashlib.sha256(each).digest()).decode() for each in _IMPORT_MAP.findall(index))
-    scripts = " ".join(["'self'", *(f"'sha256-{each}'" for each in maps)])
+    scripts = " ".join(["'self'", "'wasm-unsafe-eval'", *(f"'sha256-{each}'" for each in maps)])
     frames = "'self' http://localhost:* http://127.0.0.1:*" if framed else "'none'"
     return (
         f"default-src 'self'; script-src {scripts}; img-src 'self' data: blob:; worker-src 'self' blob:; "

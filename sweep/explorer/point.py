@@ -1,4 +1,4 @@
-"""One point of the map: the numbers of a cell with that start, to the bit, and the words of `eulerdisk explain`."""
+"""One point of the map: the numbers of the nearest stored cell, and the words of `eulerdisk explain`."""
 
 import re
 from collections.abc import Mapping
@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from sweep.engine.compute import compute
-from sweep.engine.grid import Span, starts_of, whole
+from sweep.engine.grid import whole
 from sweep.explorer.fields import read_number, read_object
 from sweep.explorer.lines import bracket_width
 from sweep.explorer.losses import has_motions
+from sweep.explorer.plan import LEFT_OUT
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import View
 from sweep.explorer.waiting import KERNELS
@@ -26,59 +27,36 @@ NO_CELL = "No cell here."
 #: Cells of the row in which the boundary beside a point is looked for.
 _ROW = 96
 
-#: Columns that say how a cell was computed, or that the exact reduction does not know.
-_LEFT_OUT = ("steps", "refinements", "energy_drift", "fall_time", "stability")
 
-
-def point(view: View, stored: Stored | None, fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Compute the cell at a point.
+def stored_point(view: View, stored: Stored | None, fields: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Return the nearest stored cell of a point; None where there is none.
 
     Parameters
     ----------
     view : View
     stored : Stored or None
     fields : mapping
-        ``x`` and ``y``, the values of the two parameters in SI; beside a motion its ``losses``.
+        ``x`` and ``y``, the values of the two parameters in SI.
 
     Returns
     -------
-    dict
+    dict or None
         ``start``, ``numbers`` and ``verdict``: every number with its value in SI (None if there is none) and as text.
-        ``stored`` is the same of the nearest cell of the file, None where it has none. Where cells cannot be computed
-        the numbers are those of that cell; beyond them there are none, and ``note`` says so. With ``losses``, or in the
-        map of a file with losses, what is asked beside a motion is told of that motion.
 
     Raises
     ------
     RequestError
     """
     x, y = place(fields)
-    if alone := _spec_of_motion(view, fields):
-        columns = _computed(alone)
-        start = {name: float(values[0]) for name, values in starts_of(alone, Span(0, 1)).items()}
-        return {**_cell(alone, start, columns), "stored": None}
     held = None if stored is None else stored.cell(view, float(x[0]), float(y[0]))
-    told = None if stored is None or held is None else _cell(stored.spec, *held)
-    if told is not None and not view.is_live:
-        return {**told, "stored": told}
-    starts = view.starts(x, y)
-    start = {name: float(values[0]) for name, values in starts.items()}
-    if stored is not None and stored.place(view) is not None and not view.is_live:
-        # beyond the grid of an atlas whose cells take long
-        return {
-            "start": _start(view.spec, start), "numbers": [], "verdict": "", "stored": None, "note": NO_CELL
-        }  # fmt: skip
-    with KERNELS:
-        columns = compute(view.live, starts)
-    return {**_cell(view.live, start, columns), "stored": told}
-
-
-def _cell(spec: SweepSpec, start: Mapping[str, float], columns: Columns) -> dict[str, Any]:
-    return {"start": _start(spec, start), **numbers_of(spec, columns)}
-
-
-def _start(spec: SweepSpec, start: Mapping[str, float]) -> dict[str, Any]:
-    return {name: _told(spec.model.parameters[name], value) for name, value in start.items()}
+    if stored is None or held is None:
+        return None
+    start, columns = held
+    return {
+        "start": {name: _told(stored.spec.model.parameters[name], value) for name, value in start.items()},
+        **numbers_of(stored.spec, columns),
+        "stored": None,
+    }
 
 
 def place(fields: Mapping[str, Any]) -> tuple[Array, Array]:
@@ -97,7 +75,7 @@ def numbers_of(spec: SweepSpec, cell: Columns) -> dict[str, Any]:
             **_told(quantity, float(cell[name][0])),
         }
         for name, quantity in variables.items()
-        if name not in _LEFT_OUT and name in cell
+        if name not in LEFT_OUT and name in cell
     ]
     return {"numbers": numbers, "verdict": variables["stability"].flag(float(cell["stability"][0]))}
 
@@ -153,7 +131,7 @@ def explanation(view: View, stored: Stored | None, fields: Mapping[str, Any]) ->
     stored : Stored or None
         Its cells are explained where none can be computed.
     fields : mapping
-        As for `point`.
+        As for `stored_point`; beside a motion its ``losses``.
 
     Raises
     ------

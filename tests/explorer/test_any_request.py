@@ -21,7 +21,7 @@ VALUES = [
 LOSSES = ["rolling_friction", "contour_friction", "contour_damping", "air_law", "mass", "friction", "nothing"]
 LOST = [0, -1, 1e-3, 0.3, 1e12, "moffatt", "bildsten", "none", "1,2", True, None, [1]]
 PLACES = [0.5, 0.1, 0, -1, -0.5, 1, 2, 1e12, -1e12, 1e-300, 1.5708]
-PATHS = ["motion", "command", "point", "lines", "explain", "window"]
+PATHS = ["plan", "command", "point", "lines", "explain", "window"]
 
 
 def drawn(rng):
@@ -41,10 +41,9 @@ def drawn(rng):
     path = one(PATHS)
     if path == "window" or (path == "command" and one([True, False])):
         fields |= {"width": one([1, 3, 8]), "height": one([1, 2, 7]), "quantity": one(["peak_tilt", "x"])}
-    elif path != "lines":
+    elif path not in ("lines", "plan"):
         fields |= {"x": one(PLACES), "y": one(PLACES)}
         fields |= {"losses": {one(LOSSES): one(LOST)}} if one([True, False]) else {}
-        fields |= {"duration": one([0.01, 0.01, -1, 0])} if path == "motion" else {}
     return path, fields
 
 

@@ -86,20 +86,18 @@ def test_stored_cells_are_shown_as_they_are(file):
                 assert head["low"] == float(expected["peak_tilt"].min())
 
 
-def test_beyond_the_grid_cells_are_computed(file):
-    """Pixels further out than half a cell are those of the exact reduction, and are told apart."""
+def test_beyond_the_grid_no_cells_are_stored(file):
+    """Pixels further out than half a cell have none, and are told apart: the page computes them."""
     with explore(file) as explorer:
         view = about(explorer.url)["bases"][0]["view"]
         view["y"] = {**view["y"], "centre": 4.0, "half": 2.0}
-        asked = {"view": view, "width": 60, "height": 40, "quantity": "peak_tilt"}
-        _, both = post(explorer.url, "window", **asked, stored=True)
-        _, live = post(explorer.url, "window", **asked)
-    inside = both["stored"].reshape(40, 60) == 1
+        _, found = post(explorer.url, "window", view=view, width=60, height=40, quantity="peak_tilt")
+    inside = found["stored"].reshape(40, 60) == 1
     half = (4.0 - 2.0) / 19 / 2
     y = centres(view["y"], 40)[:, None]
     assert np.array_equal(inside, np.broadcast_to((y > 2.0 - half) & (y < 4.0 + half), (40, 60)))
-    assert np.array_equal(both["value"].reshape(40, 60)[~inside], live["value"].reshape(40, 60)[~inside])
-    assert not np.array_equal(both["value"].reshape(40, 60)[inside], live["value"].reshape(40, 60)[inside])
+    assert np.isnan(found["value"].reshape(40, 60)[~inside]).all()
+    assert (found["verdict"].reshape(40, 60)[~inside] == 0).all()
 
 
 def test_other_words_have_no_stored_cells(file):
@@ -107,29 +105,23 @@ def test_other_words_have_no_stored_cells(file):
     for words in [{"alpha": 0.7}, {"criterion": "departure:1deg"}, {"tilt_rate": 0.01}]:
         with case(words), explore(file) as explorer:
             view = {**about(explorer.url)["bases"][0]["view"], "words": words}
-            asked = {"view": view, "width": 8, "height": 8, "quantity": "peak_tilt", "stored": True}
-            assert "stored" not in post(explorer.url, "window", **asked)[1]
+            asked = {"view": view, "width": 8, "height": 8, "quantity": "peak_tilt"}
+            assert post(explorer.url, "window", **asked) == {"head": None}
+            assert post(explorer.url, "point", view=view, x=0.02, y=2.5) == {"stored": None}
             same = {**view, "words": {"alpha": 0.5, "criterion": "departure:5deg"}}
             assert "stored" in post(explorer.url, "window", **{**asked, "view": same})[1]
 
 
-def test_what_stored_cells_alone_have_is_nowhere_else(file):
-    """The time of a fall was integrated: where other cells are shown no pixel has one, and a sentence says why."""
-    for change in [{"words": {"alpha": 0.7}}, {"stored": False}]:
-        with case(change), explore(file) as explorer:
-            view = {**about(explorer.url)["bases"][0]["view"], "words": change.get("words", {})}
-            asked = {"view": view, "width": 8, "height": 6, "quantity": "fall_time", "stored": True}
-            head, arrays = post(explorer.url, "window", **asked | change | {"view": view})
-            assert "stored cells alone" in head["note"]
-            assert (head["low"], head["high"]) == (None, None)
-            assert np.isnan(arrays["value"]).all()
-            assert (arrays["stored"] == 2).all()
-            head, arrays = post(explorer.url, "window", **asked | {"view": {**view, "words": {}}})
-            assert head["note"] == ""
-            assert (arrays["stored"] == 1).all()
-            base = {**view, "base": "rolling"}
-            status, problem = refused(explorer.url, "window", **asked | {"view": base})
-            assert (status, "fall_time" in problem["error"]) == (400, True)
+def test_what_integration_alone_tells_is_stored(file):
+    """The time of a fall is shown of stored cells; a quantity of no cell is refused."""
+    with explore(file) as explorer:
+        view = about(explorer.url)["bases"][0]["view"]
+        asked = {"view": view, "width": 8, "height": 6}
+        head, arrays = post(explorer.url, "window", **asked, quantity="fall_time")
+        assert head["note"] == ""
+        assert (arrays["stored"] == 1).all()
+        status, problem = refused(explorer.url, "window", **asked, quantity="secret")
+        assert (status, problem["where"]) == (400, "quantity")
 
 
 def test_a_third_axis_is_cut_at_its_nearest_value(tmp_path):
@@ -147,16 +139,15 @@ def test_a_third_axis_is_cut_at_its_nearest_value(tmp_path):
             assert np.array_equal(arrays["value"].reshape(20, 12), plane.values.astype("f4"))
 
 
-def test_a_point_of_a_file_has_both_numbers(file):
-    """A point has the exact numbers at its own place, and those stored in the nearest cell."""
+def test_a_point_of_a_file_has_the_numbers_of_its_cell(file):
+    """A point has the numbers that are stored in the nearest cell; outside the grid there are none."""
     with explore(file) as explorer, sweep.open_atlas(file) as atlas:
         view = about(explorer.url)["bases"][0]["view"]
-        found = post(explorer.url, "point", view=view, x=0.02, y=2.512)
+        found = post(explorer.url, "point", view=view, x=0.02, y=2.512)["stored"]
         cell = atlas.eulerdisk.cell(roll_rate=2.512, tilt=0.02)
-        stored = {each["name"]: each["value"] for each in found["stored"]["numbers"]}
+        stored = {each["name"]: each["value"] for each in found["numbers"]}
         assert stored["peak_tilt"] == float(cell["peak_tilt"])
-        assert found["stored"]["start"]["tilt"]["value"] == float(cell["tilt"])
-        assert found["start"]["tilt"]["value"] == 0.02
+        assert found["start"]["tilt"]["value"] == float(cell["tilt"])
         assert post(explorer.url, "point", view=view, x=0.02, y=5.0)["stored"] is None
 
 
@@ -176,7 +167,9 @@ def test_the_colour_is_that_of_the_numbers_however_the_axis_is_seen():
                 y = centres(view["y"], 6)[2]
                 for column, x in enumerate(centres(side, 60)):
                     told = post(explorer.url, "point", view=view, x=x, y=y)["stored"]
-                    assert (told is not None) == arrays["stored"].reshape(6, 60)[2, column], np.degrees(x)
+                    assert (told is not None) == (arrays["stored"].reshape(6, 60)[2, column] == 1), (
+                        np.degrees(x)
+                    )
                     if told is not None:
                         peak = {each["name"]: each["value"] for each in told["numbers"]}["peak_tilt"]
                         assert arrays["value"].reshape(6, 60)[2, column] == np.float32(peak), np.degrees(x)
@@ -192,17 +185,17 @@ def test_an_atlas_with_losses_shows_its_cells_and_refuses_others(losses):
         _, arrays = post(explorer.url, "window", **asked, stored=True)
         expected = atlas["end_time"].transpose(view["y"]["name"], view["x"]["name"])
         assert np.allclose(arrays["value"].reshape(6, 5), expected.values, rtol=1e-7)
-        status, error = refused(explorer.url, "window", **asked)
-        assert (status, "no exact reduction" in error["error"]) == (400, True)
+        plans = post(explorer.url, "plan", view=view)
+        assert plans["cells"] is None
+        assert "no exact reduction" in plans["refused"]["error"]
         wide = {**view, "x": {**view["x"], "half": 4 * view["x"]["half"]}}
         _, beyond = post(explorer.url, "window", **{**asked, "view": wide}, stored=True)
-        assert np.isnan(beyond["value"][beyond["stored"] == 0]).all()
-        found = post(explorer.url, "point", view=view, x=0.6, y=12.0)
-        assert found["numbers"] == found["stored"]["numbers"]
+        assert np.isnan(beyond["value"][beyond["stored"] == 2]).all()
+        assert post(explorer.url, "point", view=view, x=0.6, y=12.0)["stored"]["numbers"]
 
 
 def test_outside_the_grid_of_an_atlas_with_losses_there_is_nothing(losses):
-    """Where there is no cell a window has neither number nor code, says so of each pixel, and a point is refused."""
+    """Where there is no cell a window has neither number nor code, says so of each pixel, and a point has none."""
     with explore(losses) as explorer:
         view = about(explorer.url)["bases"][0]["view"]
         wide = {**view, "y": {**view["y"], "half": 4.0 * view["y"]["half"]}}
@@ -215,9 +208,7 @@ def test_outside_the_grid_of_an_atlas_with_losses_there_is_nothing(losses):
             assert (np.isnan(empty) if quantity == "end_time" else empty == 255).all()
             assert head["high"] == np.nanmax(value[origin == 1])
         x, y = view["x"]["centre"], wide["y"]["centre"] + 0.9 * wide["y"]["half"]
-        found = post(explorer.url, "point", view=view, x=x, y=y)
-        assert (found["note"], found["numbers"], found["verdict"]) == ("No cell here.", [], "")
-        assert found["start"]["precession_rate"]["value"] == y
+        assert post(explorer.url, "point", view=view, x=x, y=y) == {"stored": None}
 
 
 def test_what_is_no_plane_is_refused(tmp_path, file):
@@ -306,7 +297,7 @@ def test_the_words_of_a_cell_end_where_its_colour_ends(log_losses):
                     within = (factor > 1.0) == (value < high)
                     at = {"tilt": math.radians(17.0), "precession_rate": middle, name: value * factor}
                     asked = {"view": view, "x": at[view["x"]["name"]], "y": at[view["y"]["name"]]}
-                    assert ("note" not in post(explorer.url, "point", **asked)) == within
+                    assert (post(explorer.url, "point", **asked)["stored"] is not None) == within
                     words = post(explorer.url, "explain", **asked)["text"]
                     assert ("verdict" in words) == within
                     assert (words == NO_CELL) != within
@@ -330,7 +321,7 @@ def test_cells_are_shown_while_one_is_explained(losses, monkeypatch):
             assert begun.wait(30)
             asked = {"view": view, "width": 6, "height": 5, "stored": True}
             assert post(explorer.url, "window", quantity="end_time", **asked)[1]["stored"].all()
-            assert post(explorer.url, "point", view=view, x=0.6, y=12.0)["numbers"]
+            assert post(explorer.url, "point", view=view, x=0.6, y=12.0)["stored"]
             assert not first.done()
         finally:
             ended.set()

@@ -48,35 +48,55 @@ def page(tmp_path_factory):
 def test_the_page_has_the_cells_of_the_atlas(page):
     """Every quantity, the verdicts and the coordinates are those of the atlas, at its own resolution."""
     held, atlas = held_in(page), sweep.run(SPEC).transpose("roll_rate", "tilt")
-    assert np.array_equal(array(held["x"]), atlas["tilt"].values)
-    assert np.array_equal(array(held["y"]), atlas["roll_rate"].values)
+    stored = held["stored"]
+    assert np.array_equal(array(stored["x"]), atlas["tilt"].values)
+    assert np.array_equal(array(stored["y"]), atlas["roll_rate"].values)
     names = [each["name"] for each in held["about"]["quantities"]]
     assert {"peak_tilt", "amplification", "nutation_period", "stability", "separatrix"} <= set(names)
-    assert {*names, "verdict"} == held["cells"].keys()
+    assert {*names, "verdict"} == stored["cells"].keys()
     for name in {*names} - {"regime"}:
-        expected, found = atlas[name].values, array(held["cells"][name])
+        expected, found = atlas[name].values, array(stored["cells"][name])
         assert np.array_equal(found.reshape(20, 12), expected.astype(found.dtype), equal_nan=True), name
     crosses = (atlas["tilt_min"] < 0.0) & (atlas["tilt_max"] > 0.0)
     regime = np.where(atlas["ending"] == 4, 4, 2 * (atlas["wells"] - 1) + crosses)
-    assert np.array_equal(array(held["cells"]["regime"]).reshape(20, 12), regime)
-    assert np.array_equal(array(held["cells"]["verdict"]).reshape(20, 12), atlas["stability"].values)
-    assert held["starts"] == {
+    assert np.array_equal(array(stored["cells"]["regime"]).reshape(20, 12), regime)
+    assert np.array_equal(array(stored["cells"]["verdict"]).reshape(20, 12), atlas["stability"].values)
+    assert stored["starts"] == {
         "tilt_rate": 0.0, "precession_rate": 0.0, "alpha": 0.5, "radius": 0.5, "gravity": 9.81,
         "fall_tilt": float(np.radians(85.0)),
     }  # fmt: skip
     assert {line["name"] for line in held["lines"]} == {"analytic", "predicted", "measured"}
-    assert held["about"]["atlas"]["live"] is False
+    assert held["about"]["atlas"]["live"] is True
     assert "12 x 20 cells" in held["about"]["atlas"]["note"]
 
 
 def test_cells_have_the_rates_that_they_compute(tmp_path):
     """Of circling disks the page has the roll rate of every cell: a motion needs it."""
-    export(subject_of("circling", {"precession_rate": "1:4:10", "tilt": "1deg:20deg:8"}), tmp_path / "a.html")
-    held = held_in(tmp_path / "a.html")
-    atlas = sweep.run("circling", method="exact", precession_rate="1:4:10", tilt="1deg:20deg:8")
-    assert "roll_rate" not in held["starts"]
-    found = array(held["cells"]["roll_rate"]).reshape(10, 8)
+    atlas = sweep.run(
+        "circling", method="exact", precession_rate="1:4:10", tilt="1deg:20deg:8", progress=False
+    )
+    export(subject_of(atlas, {}), tmp_path / "a.html")
+    stored = held_in(tmp_path / "a.html")["stored"]
+    assert "roll_rate" not in stored["starts"]
+    found = array(stored["cells"]["roll_rate"]).reshape(10, 8)
     assert np.array_equal(found, atlas["roll_rate"].transpose("precession_rate", "tilt").values)
+
+
+def test_a_request_is_computed_by_its_page(tmp_path):
+    """The page of a spec holds no cells and is small: the kernels, and how its own model and criterion are computed."""
+    words = {"alpha": 0.7, "criterion": "peak_tilt > 3deg and tilt_min < 1deg"}
+    export(subject_of("rolling", words), tmp_path / "a.html")
+    text = (tmp_path / "a.html").read_text(encoding="utf-8")
+    (packed,) = re.findall(r'<script type="text/plain" id="kernels">(.*?)</script>', text)
+    kernels = zlib.decompress(base64.b64decode(packed))
+    assert kernels == (CHECKOUT / "sweep" / "explorer" / "page" / "kernels.wasm").read_bytes()
+    held = held_in(tmp_path / "a.html")
+    assert held["stored"] is None
+    assert held["plans"]["cells"]["held"]["alpha"] == 0.7
+    assert held["plans"]["cells"]["criterion"]["named"] == ["peak_tilt", "tilt_min"]
+    assert held["about"]["criteria"] == []
+    scripts = sum(path.stat().st_size for path in (CHECKOUT / "sweep" / "explorer" / "page").rglob("*.js"))
+    assert len(text) < 1.4 * scripts + 250_000
 
 
 def test_the_page_needs_nothing_else(page):
@@ -112,10 +132,15 @@ def test_what_cannot_be_exported_is_refused_and_touches_nothing(tmp_path):
         export(subject, tmp_path / "a.png")
     with pytest.raises(RequestError, match="no such folder"):
         export(subject, tmp_path / "b" / "a.html")
-    with pytest.raises(RequestError, match="cells of two axes"):
+    with pytest.raises(RequestError, match="the plane of two axes"):
         export(Subject(SPEC.replace(tilt=0.1)), path)
-    with pytest.raises(RequestError, match="at most 1000000 cells"):
-        export(Subject(SPEC.replace(tilt="1deg:2deg:1000", roll_rate="1:2:1001")), path)
+    with pytest.raises(RequestError, match="judges by fall_time"):
+        export(Subject(SPEC.replace(method="rk4", criterion="fall_time < 2s")), path)
+    large = subject_of(sweep.run(SPEC), {})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sweep.explorer.export.MOST_CELLS", 100)
+        with pytest.raises(RequestError, match="at most 100 cells"):
+            export(large, path)
     assert list(tmp_path.iterdir()) == []
     path.write_text("mine")
     with pytest.raises(RequestError, match="exists"):
@@ -130,7 +155,7 @@ def test_the_command_writes_a_page(tmp_path):
         [sys.executable, "-m", "sweep", *words], cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    assert held_in(tmp_path / "p.html")["starts"]["alpha"] == 1.0
+    assert held_in(tmp_path / "p.html")["plans"]["cells"]["held"]["alpha"] == 1.0
     mask = os.umask(0)
     os.umask(mask)
     assert stat.S_IMODE((tmp_path / "p.html").stat().st_mode) == 0o666 & ~mask
@@ -142,11 +167,11 @@ import os, signal, sys
 import sweep.explorer.export as export
 from sweep.cli import main
 
-pack = export._packed
-def interrupted(values):
+pack = export._deflated
+def interrupted(content):
     os.kill(os.getpid(), signal.SIGINT)
-    return pack(values)
-export._packed = interrupted
+    return pack(content)
+export._deflated = interrupted
 sys.argv = ["eulerdisk", "explore", "rolling", "roll_rate=2:3:8", "tilt=1deg:5deg:6", "--export", "p.html"]
 sys.exit(main())
 """

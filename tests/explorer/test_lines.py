@@ -2,9 +2,11 @@ import json
 
 import numpy as np
 from cases import case
-from explorer_client import ROLLING, ask, post, side
+from explorer_client import ROLLING, about, ask, post, side
 
 import sweep
+from sweep.engine.compute import compute
+from sweep.explorer.view import View
 
 
 def view_of(url, base):
@@ -123,8 +125,10 @@ def test_the_measured_line_is_found_at_every_depth(url):
         (found,) = lines(url, view)["measured"]
         x, y = found[:, found.shape[1] // 2]
         assert abs(x - sides[0]["centre"]) <= sides[0]["half"]
-        _, arrays = post(url, "window", view=view, width=40, height=40, quantity="stability")
-        assert {1, 2} <= set(arrays["verdict"])
+        read = View.read(view, None)
+        places = np.meshgrid(read.x.values(40), read.y.values(40))
+        found = compute(read.live, read.starts(*(each.ravel() for each in places)), verdicts_only=True)
+        assert {1, 2} <= set(found["stability"])
 
 
 def test_the_boundary_of_an_island_is_closed(url):
@@ -136,3 +140,28 @@ def test_the_boundary_of_an_island_is_closed(url):
     assert found.shape[1] > 20
     assert (found.min(axis=1) < 0.0).all()
     assert (found.max(axis=1) > 0.0).all()
+
+
+def test_lines_end_where_starts_end(url):
+    """A window that is wider than the domain of a parameter has its lines, within the domain; one outside has none."""
+    (measured,) = [line for line in lines_upward(url, "tilt", 0.0, 100.0) if line["name"] == "measured"]
+    tilts = [y for part in measured["points"] for _, y in part]
+    assert tilts
+    assert max(map(abs, tilts)) < np.pi / 2
+    assert lines_upward(url, "tilt", 5.0, 0.4) == []
+
+
+def lines_upward(url, *y):
+    """Return the lines of the rolling disk in a window with another side upward."""
+    return post(url, "lines", view={**ROLLING, "y": side(*y)})["lines"]
+
+
+def test_the_ends_of_parameters_are_told(url):
+    """The page learns what each parameter may be: to the last double of an end, and null where there is none."""
+    ends = {each["name"]: (each["least"], each["most"]) for each in about(url)["parameters"]}
+    upright = np.nextafter(np.pi / 2, 0.0)
+    assert ends["tilt"] == (-upright, upright)
+    assert ends["roll_rate"] == (None, None)
+    assert ends["alpha"][1] == 1.0
+    assert 0.0 < ends["alpha"][0] < 1e-30
+    assert 0.0 < ends["radius"][0] < 1e-30

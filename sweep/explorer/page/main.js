@@ -8,10 +8,10 @@ import { addMenus } from "eulerdisk/menus";
 import { clock } from "eulerdisk/motion/clock";
 import { Motions } from "eulerdisk/motions";
 import { tell, tellProblem } from "eulerdisk/notice";
+import { PageSource } from "eulerdisk/page_source";
 import { Readout } from "eulerdisk/readout";
 import { ServerSource } from "eulerdisk/server_source";
 import { baseOf, quantityOf, UNSET, wordsOf, withinDomain } from "eulerdisk/state";
-import { StoredSource } from "eulerdisk/stored_source";
 
 /** @import { Aim } from "eulerdisk/map" */
 /** @import { Point, State } from "eulerdisk/state" */
@@ -306,7 +306,7 @@ function sayWhyNot(problem, again = null) {
 showTheme(themeOf(location.hash));
 const held = document.getElementById("stored");
 if (held) {
-  StoredSource.read(held.textContent ?? "")
+  PageSource.read(held.textContent ?? "", document.getElementById("kernels")?.textContent ?? "")
     .then(begin)
     .catch(sayWhyNot);
 } else beginOnceAnswered(new ServerSource());

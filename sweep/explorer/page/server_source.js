@@ -1,8 +1,14 @@
-/** Where the page gets its numbers from while a server of this machine answers. */
+/**
+ * Where the page gets its numbers from while a server of this machine answers: it makes plans of words, has the cells of a
+ * file and the lines of theory; the page computes the rest.
+ */
 
+import { Computation } from "eulerdisk/compute/computation";
+import { Computing } from "eulerdisk/compute/source";
 import { Problem } from "eulerdisk/notice";
+import { wordsOf } from "eulerdisk/state";
 
-/** @import { About, DataRequest, Line, MotionAnswer, Place, PointAnswer, Source, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
+/** @import { About, DataRequest, Line, MotionRequest, Place, Plans, PointAnswer, Source, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
 /**
  * Head and arrays of a binary answer: a length, JSON, and the arrays that it lists.
@@ -31,32 +37,106 @@ export function unpacked(buffer) {
   return { head, arrays };
 }
 
+/** Views whose plans are kept. */
+const MOST_PLANS = 32;
+
 /** @implements {Source} */
 export class ServerSource {
   cellAt = null;
   reach = new Reach();
+  #computing;
+  /** @type {Promise<About>|null} */
+  #about = null;
+  /** @type {Map<string, Promise<Plans>>} */
+  #plans = new Map();
+
+  constructor() {
+    const content = fetch("./page/kernels.wasm").then((answer) => answer.arrayBuffer());
+    const stored = {
+      window: (/** @type {WindowRequest} */ request, /** @type {AbortSignal=} */ signal) =>
+        this.#storedWindow(request, signal),
+      point: (/** @type {Place} */ place, /** @type {AbortSignal=} */ signal) =>
+        this.#storedPoint(place, signal),
+    };
+    const plansOf = (/** @type {View} */ view) => this.#plansOf(view);
+    this.#computing = new Computing(new Computation(content), () => this.about(), plansOf, stored);
+  }
 
   /** @returns {Promise<About>} */
   async about() {
-    return this.#ask("about");
+    this.#about ??= this.#ask("about");
+    this.#about.catch(() => (this.#about = null));
+    return this.#about;
   }
 
   /**
    * @param {WindowRequest} request
    * @param {AbortSignal} [signal]
-   * @returns {Promise<WindowAnswer>}
    */
   async window(request, signal) {
+    return this.#computing.window(request, signal);
+  }
+
+  /**
+   * @param {Place} place
+   * @param {AbortSignal} [signal]
+   */
+  async point(place, signal) {
+    return this.#computing.point(place, signal);
+  }
+
+  /**
+   * @param {MotionRequest} request
+   * @param {AbortSignal} [signal]
+   */
+  async motion(request, signal) {
+    return this.#computing.motion(request, signal);
+  }
+
+  /**
+   * What the server makes of the words of a view; the same for every window.
+   * @param {View} view
+   */
+  #plansOf(view) {
+    const key = wordsOf(view);
+    const known = this.#plans.get(key);
+    if (known) return known;
+    /** @type {Promise<Plans>} */
+    const asked = this.#ask("plan", { view });
+    // what was refused may be asked once more
+    asked.catch(() => this.#plans.delete(key));
+    this.#plans.set(key, asked);
+    if (this.#plans.size > MOST_PLANS) {
+      this.#plans.delete(/** @type {string} */ (this.#plans.keys().next().value));
+    }
+    return asked;
+  }
+
+  /**
+   * @param {WindowRequest} request
+   * @param {AbortSignal} [signal]
+   * @returns {Promise<WindowAnswer|null>}
+   */
+  async #storedWindow(request, signal) {
+    if (!(await this.#hasCells(request.view))) return null;
     const { head, arrays } = await this.#ask("window", request, signal);
     const { width, height } = request;
-    return {
-      head,
-      width,
-      height,
-      value: arrays.value,
-      verdict: arrays.verdict,
-      stored: arrays.stored ?? null,
-    };
+    return arrays ? { head, width, height, ...arrays } : null;
+  }
+
+  /**
+   * @param {Place} place
+   * @param {AbortSignal} [signal]
+   * @returns {Promise<PointAnswer|null>}
+   */
+  async #storedPoint({ view, x, y }, signal) {
+    if (!(await this.#hasCells(view))) return null;
+    return (await this.#ask("point", { view, x, y }, signal)).stored;
+  }
+
+  /** @param {View} view */
+  async #hasCells({ base }) {
+    return (await this.about()).atlas?.base === base;
   }
 
   /**
@@ -65,27 +145,6 @@ export class ServerSource {
    */
   async lines(view) {
     return (await this.#ask("lines", { view })).lines;
-  }
-
-  /**
-   * @param {Place} place
-   * @param {AbortSignal} [signal]
-   * @returns {Promise<PointAnswer>}
-   */
-  async point(place, signal) {
-    return this.#ask("point", place, signal);
-  }
-
-  /**
-   * @param {object} request
-   * @param {AbortSignal} [signal]
-   * @returns {Promise<MotionAnswer>}
-   */
-  async motion(request, signal) {
-    const answer = await this.#ask("motion", request, signal);
-    // a start without a motion is answered in words
-    if (answer.error) throw new Problem(answer.error, { ...answer, status: 400 });
-    return answer;
   }
 
   /** @param {Place} place */

@@ -94,7 +94,8 @@
  * @property {Parameter[]} parameters
  * @property {Quantity[]} quantities
  * @property {Criterion[]} criteria
- * @property {string[]} losses  words of losses that a motion can be given; none of an exported page
+ * @property {string[]} losses  words of losses that a motion can be given
+ * @property {MotionTables} motions
  * @property {StoredAtlas|null} atlas
  */
 
@@ -151,18 +152,109 @@
  */
 
 /**
- * What an exported page holds, as JSON in <script type="application/json" id="stored">. `about` has one base and an
- * atlas that is not live; x and y are the coordinates of the cells (f8), `cells` has every stored quantity that
- * `about` lists, "verdict" (u1), and every parameter that cells compute for themselves (f8), as a steady rate. `starts`
- * are the values of the other parameters that are no axis, and `fall_tilt`.
+ * What an exported page holds, as JSON in <script type="application/json" id="stored">. `about` has one base. Of an atlas
+ * `stored` has x and y, the coordinates of the cells (f8); `cells`, every stored quantity that `about` lists, "verdict"
+ * (u1), and every parameter that cells compute for themselves (f8), as a steady rate; and `starts`, the values of the
+ * other parameters that are no axis, and `fall_tilt`.
  * @typedef {object} StoredPage
  * @property {About} about
- * @property {PackedArray} x
- * @property {PackedArray} y
- * @property {Record<string, PackedArray>} cells
- * @property {Record<string, number>} starts
+ * @property {Plans} plans
  * @property {Line[]} lines
- * @property {StoredMotions|null} motions  null: of a model that the page cannot integrate
+ * @property {{x: PackedArray, y: PackedArray, cells: Record<string, PackedArray>, starts: Record<string, number>}|null} stored
+ */
+
+/**
+ * How the page computes: `cells` those of its map (null: it cannot, and `refused` says why), `lossy` one with losses,
+ * `disk` the starts of motions; `motion`, how they are followed. See sweep/explorer/plan.py.
+ * @typedef {object} Plans
+ * @property {Plan|null} cells
+ * @property {{error: string, hint: string}|null} refused
+ * @property {Plan|null} lossy
+ * @property {Plan|null} disk
+ * @property {MotionPlan|null} motion
+ * @property {number} steepest  the largest fall tilt of the exact reduction
+ */
+
+/**
+ * How cells are computed. `parameters` are the rows of the kernels' array of starts, `held` the values of those that are no
+ * axis (null: beyond all numbers), `rates` the numbers of the rules for precession and roll rate (kernels/page/starts.py);
+ * `from_start` says that the undisturbed tilt is that of the start. `shown` are the quantities of the map, `timed` those
+ * that take longer, `singles` the columns in single precision. `unresolved`, `lost` and `failed` are codes of endings.
+ * @typedef {object} Plan
+ * @property {string} model
+ * @property {string[]} parameters
+ * @property {Record<string, number|null>} held
+ * @property {number[]} rates
+ * @property {boolean} from_start
+ * @property {{fall_tilt: number, tolerance: number}} settings
+ * @property {number[]} kernel_settings
+ * @property {string[]} measures
+ * @property {string[]} counts
+ * @property {string[]} losses
+ * @property {boolean} contact
+ * @property {number} unresolved
+ * @property {number[]} lost
+ * @property {number[]} failed
+ * @property {string[]} shown
+ * @property {string[]} timed
+ * @property {string[]} singles
+ * @property {ToldNumber[]} starts
+ * @property {ToldNumber[]} numbers
+ * @property {{text: string, timed: boolean, outcomes: number[][], condition: Condition, named: string[]}} criterion
+ *   `outcomes` has for each code of an ending the verdicts where the condition is true, is false, and has no value
+ */
+
+/**
+ * A condition: another one that is not true, several that are joined by a word, or terms with signs between them.
+ * @typedef {object} Condition
+ * @property {Condition} [not]
+ * @property {"and"|"or"} [word]
+ * @property {Condition[]} [parts]
+ * @property {Term[]} [terms]
+ * @property {string[]} [signs]
+ */
+
+/**
+ * A number, or a column, or its magnitude, times a factor.
+ * @typedef {{value?: number, name?: string, factor?: number, absolute?: boolean}} Term
+ */
+
+/**
+ * How a number is told.
+ * @typedef {object} ToldNumber
+ * @property {string} name
+ * @property {string} label
+ * @property {string} description
+ * @property {string} unit
+ * @property {number} factor
+ * @property {boolean} single
+ * @property {Record<string, string>|null} flags
+ */
+
+/**
+ * How motions are followed: whether the cells have losses, and which; the tilts at which a disk has fallen, or is flat.
+ * @typedef {object} MotionPlan
+ * @property {boolean} lossy
+ * @property {number} fall_tilt
+ * @property {number} flat_tilt
+ * @property {Record<string, number|string|null>} losses
+ */
+
+/**
+ * What holds for all motions: labels of their arrays, words of endings by their codes, rules of parameters, and the sliders
+ * of losses, whose ends are multiples of what they are `scaled` by.
+ * @typedef {object} MotionTables
+ * @property {Record<string, Described>} quantities
+ * @property {Record<string, string>} disk
+ * @property {Record<string, string>} lossy
+ * @property {Record<string, string>} ledger
+ * @property {string[]} lossy_parameters
+ * @property {Record<string, ToldNumber & {rule: string}>} rules
+ * @property {(Omit<LossControl, "value"> & {scaled?: "one"|"radius"|"damping"})[]} sliders
+ * @property {string[]} air_laws
+ * @property {string} no_air
+ * @property {{air_viscosity: number, air_density: number}} air
+ * @property {number} mass
  */
 
 /**
@@ -234,15 +326,6 @@
 /**
  * Arrays have one value for each sample.
  * @typedef {{head: MotionHead, arrays: Record<string, Float64Array>}} MotionAnswer
- */
-
-/**
- * What an exported page holds for the motions that it integrates itself (`stored_motions` of sweep/explorer/motion.py);
- * `fall_tilt` in radians.
- * @typedef {object} StoredMotions
- * @property {number} fall_tilt
- * @property {Record<string, Described>} quantities
- * @property {{lifts_off: string, needs: string}} words
  */
 
 /**

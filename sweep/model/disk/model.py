@@ -27,7 +27,7 @@ _MOTIONS = {
 }
 
 #: Tilt [rad] up to which `kernels.disk.exact.legendre` has tables; 0.002 degrees more would be too far.
-_STEEPEST_EXACT = math.radians(89.9005)
+STEEPEST_EXACT = math.radians(89.9005)
 
 
 def untimed(held: Mapping[str, Quantity]) -> dict[str, Quantity]:
@@ -116,7 +116,7 @@ class Disk(Model):
     def check(self, values: Mapping[str, Any]) -> None:
         """Refuse steady rates that do not follow, and a fall that the exact reduction does not reach."""
         check_steady_rates(values)
-        if values["method"] == "exact" and values["fall_tilt"] > _STEEPEST_EXACT:
+        if values["method"] == "exact" and values["fall_tilt"] > STEEPEST_EXACT:
             raise RequestError(
                 "The exact reduction ends at a tilt of 89.9 deg: of a steeper fall_tilt it does not know which disks "
                 f"reach it; got fall_tilt={tables.SETTINGS['fall_tilt'].spell(values['fall_tilt'], 6)}.",

@@ -12,6 +12,8 @@ from itertools import product
 import pytest
 from explorer_client import post
 
+import sweep
+from tests.explorer.browser.asking import ask
 from tests.explorer.browser.map_page import (
     BOTH,
     axis,
@@ -27,6 +29,13 @@ from tests.explorer.browser.map_page import (
     wait_for_picture,
     wait_for_text,
 )
+
+VERDICT = ("undecided", "stable", "unstable")
+
+
+def cell_at(roll_rate, tilt):
+    """Return the exact cell of the rolling disk with a start."""
+    return sweep.run("rolling", method="exact", roll_rate=[roll_rate], tilt=[tilt], progress=False).squeeze()
 
 
 def test_picture_shows_the_verdicts_of_the_exact_reduction(opened):
@@ -238,11 +247,10 @@ def test_criterion_acts(opened):
     check_verdicts(page, criterion="departure:1.5deg")
 
 
-def test_numbers_under_the_pointer_are_those_of_the_server(opened, explorer):
-    """The numbers of the start that is pointed at are, digit for digit, those that the server gives for that start."""
+def test_numbers_under_the_pointer_are_those_of_the_start(opened):
+    """The numbers of the start that is pointed at are those that `sweep.run` has of it."""
     page = opened(BOTH)
-    with page.expect_request("**/point") as asked:
-        page.mouse.move(*point(page, 0.25, 0.5))
+    page.mouse.move(*point(page, 0.25, 0.5))
     wait_for_text(page, "#readout", "nutation period")
     page.locator("#readout").filter(has_not_text="\u2026").wait_for()
     told = dict(
@@ -252,14 +260,14 @@ def test_numbers_under_the_pointer_are_those_of_the_server(opened, explorer):
             strict=True,
         )
     )
+    x = float(told["roll rate"].split()[0])
+    y = math.radians(float(told["tilt"].split()[0]))
     box = plot(page)
-    x, y = (asked.value.post_data_json[name] for name in "xy")
     assert x == pytest.approx(value_at(axis(page, "x"), 0.25), abs=2 * axis(page, "x")[2] / box["width"])
-    answer = post(explorer.url, "point", view=shown(page)["view"], x=x, y=y)
-    assert told["peak tilt"] == next(
-        each["text"] for each in answer["numbers"] if each["name"] == "peak_tilt"
-    )
-    assert told["verdict"] == answer["verdict"]
+    cell = cell_at(x, y)
+    # the start is told with six digits
+    assert float(told["peak tilt"].split()[0]) == pytest.approx(math.degrees(cell["peak_tilt"]), rel=1e-4)
+    assert told["verdict"] == VERDICT[int(cell["stability"])]
 
 
 def test_click_shows_a_motion_and_a_second_one_beside_it(opened):
@@ -284,7 +292,7 @@ def test_click_shows_a_motion_and_a_second_one_beside_it(opened):
     assert page.locator("#motions .slot").nth(1).is_hidden()
 
 
-def test_keyboard_goes_everywhere(opened, explorer):
+def test_keyboard_goes_everywhere(opened):
     """Arrows move a cursor whose numbers are spoken, + zooms about it, Enter chooses its start, 0 shows all."""
     page = opened(BOTH, reduced_motion="reduce")
     page.locator("#map").focus()
@@ -292,10 +300,9 @@ def test_keyboard_goes_everywhere(opened, explorer):
         page.keyboard.press(key)
     wait_for_text(page, "#spoken", "peak tilt")
     x, y = value_at(axis(page, "x"), 2 * 2 / 50), value_at(axis(page, "y"), 2 / 40)
-    answer = post(explorer.url, "point", view=shown(page)["view"], x=x, y=y)
     spoken = page.locator("#spoken").text_content()
-    assert answer["start"]["roll_rate"]["text"] in spoken
-    assert answer["verdict"] in spoken
+    assert f"roll rate {x:.6g} rad s-1" in spoken
+    assert VERDICT[int(cell_at(x, y)["stability"])] in spoken
     page.keyboard.press("Enter")
     wait_for_picture(page)
     # a pixel more or less
@@ -320,21 +327,21 @@ def test_refusal_is_told_in_words(opened):
     """What the server refuses stands beside the picture in its words, and goes away with its cause."""
     page = opened(BOTH)
     # the page is watched for answers that are errors: this one is meant
-    page.route("**/window", lambda route: route.fulfill(status=200, content_type="text/plain", body="none"))
+    page.route("**/plan", lambda route: route.fulfill(status=200, content_type="text/plain", body="none"))
     page.locator("#slide-alpha").fill("300")
     wait_for_text(page, "#notice", re.compile(r"\S"))
-    page.unroute("**/window")
+    page.unroute("**/plan")
     page.locator("#slide-alpha").fill("500")
     wait_for_picture(page)
     assert page.locator("#notice").text_content() == ""
 
 
-def test_the_scale_of_colours_can_be_held(opened, explorer):
+def test_the_scale_of_colours_can_be_held(opened):
     """The ends of the colours are those of the window in which they were held, until they are let go."""
     page = opened(BOTH.replace("stability", "peak_tilt"))
     page.locator("#hold-colours").check()
     wait_for_picture(page)
-    head, _ = post(explorer.url, "window", **shown(page))
+    head, _ = ask(page, "window", **shown(page))
     held = entries(page)["range"]
     assert [float(each) for each in held.split(",")] == [head["low"], head["high"]]
     page.mouse.move(*point(page, 0.6, -0.5))

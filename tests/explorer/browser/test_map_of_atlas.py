@@ -121,13 +121,13 @@ def test_a_refused_window_leaves_no_picture_of_another_plane(opened, served_with
     page = opened(url=served_with(lossy).url)
     assert page.get_by_role("button", name="data, CSV", include_hidden=True).evaluate("each => each.hidden")
     # the page is watched for answers that are errors: this one is meant
-    page.route("**/window", lambda route: route.fulfill(status=200, content_type="text/plain", body="none"))
+    page.route("**/plan", lambda route: route.fulfill(status=200, content_type="text/plain", body="none"))
     page.locator("#base").select_option("rolling")
     page.wait_for_selector("#map:not([data-shown])[aria-busy=false]")
     page.wait_for_selector("#map .lines:not(.stale) .line.analytic", state="attached")
     assert page.locator("#notice").text_content().strip()
     assert set(colours(page, [[column, 20] for column in range(0, 300, 10)])) == {None}
-    page.unroute("**/window")
+    page.unroute("**/plan")
     page.locator("#base").select_option("")
     wait_for_picture(page)
     assert page.locator("#notice").text_content() == ""

@@ -1,16 +1,15 @@
 """The panel of a motion in a real browser: the disk, its clock, its curves, its losses, and two of them in time."""
 
-import json
 import math
 import re
 
-import numpy as np
 import pytest
 from explorer_browser import COMPLETE, Watch
 
 import sweep
 from sweep.explorer.explorer import subject_of
 from sweep.explorer.export import export
+from tests.explorer.browser.asking import HOLD
 
 SHOWN = ".motion.shown:not(.waiting)"
 
@@ -222,60 +221,53 @@ def beside_a_longer_one(page):
     return 1 if clock(page)["length"] == alone else 0
 
 
-def test_a_motion_that_is_followed_for_longer_has_the_note_of_that_time(opened):
-    """What the contact needs is that of the motion as drawn."""
-    page = opened()
-
-    def renamed(route):
-        answer = route.fetch()
-        body = answer.body()
-        if "duration" in route.request.post_data_json:
-            body = body.replace(b"Rolling without slipping needs", b"For this longer time one needs")
-        route.fulfill(response=answer, body=body)
-
-    page.route("**/motion", renamed)
-    shorter = beside_a_longer_one(page)
-    page.locator(".motion .note").nth(shorter).filter(has_text="this longer time").wait_for()
-    assert "this longer time" not in page.locator(".motion .note").nth(1 - shorter).inner_text()
-
-
 def test_a_motion_that_is_not_followed_for_longer_says_why(opened):
     """It stays as long as it is, is asked for once, and the words go with the motion beside it."""
     page = opened()
-    refused = []
-
-    def refuse(route):
-        if "duration" not in route.request.post_data_json:
-            route.continue_()
-            return
-        refused.append(route)
-        route.fulfill(json={"error": "No longer one here.", "hint": "Close the other.", "where": ""})
-
-    page.route("**/motion", refuse)
+    page.evaluate(REFUSE)
     shorter = beside_a_longer_one(page)
     problem = page.locator(".motion .problem").nth(shorter)
     problem.filter(has_text="No longer one here.").wait_for()
     seek(page, 0.5)
     page.wait_for_timeout(200)
-    assert len(refused) == 1
+    assert page.evaluate("refused") == 1
     page.get_by_role("button", name=f"Close {'BA'[shorter]}").click()
     page.locator(".motion .problem").nth(shorter).filter(has_not_text="longer").wait_for(state="attached")
+
+
+#: Refuse to follow a start for longer than when it was first asked for.
+REFUSE = """() => {
+    const send = Worker.prototype.postMessage;
+    const lengths = new Map();
+    window.refused = 0;
+    Worker.prototype.postMessage = function (message, ...more) {
+        if (message.what === "call" && message.asked.name === "trajectory") {
+            const [start, , times] = message.asked.values.map((each) => each.numbers);
+            const first = lengths.get(String(start)) ?? times.at(-1);
+            lengths.set(String(start), first);
+            if (times.at(-1) > first) {
+                window.refused += 1;
+                setTimeout(() => this.onmessage({ data: { problem: "No longer one here." } }));
+                return;
+            }
+        }
+        send.call(this, message, ...more);
+    };
+}"""
 
 
 def test_a_closed_slot_stays_empty(opened):
     """A motion that is closed before its numbers have come stays away, and no other waits for it."""
     page = opened()
-    asked = []
-    page.route("**/motion", lambda route: asked.append(route))
+    page.evaluate(HOLD, "call")
     page.locator("#map").click(position={"x": 500, "y": 300})
     page.wait_for_selector(".motion.waiting", state="attached")
+    page.wait_for_function("held.length === 1")
     page.locator("#map").click(position={"x": 400, "y": 200})
-    page.wait_for_function("() => document.querySelector('#map circle.mark')")
-    page.wait_for_timeout(300)
-    assert len(asked) == 2
+    page.wait_for_function("held.length === 2")
     page.get_by_role("button", name="Close A").click()
     page.wait_for_selector(".motion:not(.waiting)", state="attached")
-    page.unroute("**/motion")
+    page.evaluate("letGo()")
     page.wait_for_timeout(300)
     assert page.locator(".motion.shown").count() == 0
     choose(page)
@@ -374,7 +366,7 @@ def values(text):
 
 
 def test_an_exported_page_moves_its_disks(opened, tmp_path):
-    """Opened from disk a page shows a cell: mark, address, numbers, motion and words are all of that one."""
+    """Opened from disk a page computes: numbers, motion, losses and words are those of the start that is chosen."""
     path = tmp_path / "page.html"
     words = {"roll_rate": "2:4:12", "tilt": "0.1deg:10deg:8:log", "alpha": 1.0}
     export(subject_of("rolling", words), path)
@@ -386,42 +378,48 @@ def test_an_exported_page_moves_its_disks(opened, tmp_path):
     assert panel.locator(".plot.potential .dot.turn").count() == 2
     assert panel.locator(".ending").inner_text().startswith("followed for")
     assert page.evaluate(DRAWN, 0) > 100
-    assert not panel.locator("details.laws").is_visible()
 
-    atlas = sweep.run("rolling", method="exact", progress=False, **words)
     x, y = (float(each) for each in re.search(r"&a=([^,&]+),([^,&]+)", page.url).groups())
-    cell = atlas.sel(roll_rate=y, tilt=x)
+    cell = sweep.run("rolling", method="exact", progress=False, alpha=1.0, roll_rate=[y], tilt=[x]).squeeze()
     assert panel.locator(".verdict").inner_text() == ("undecided", "stable", "unstable")[int(cell.stability)]
     caption = page.locator("#motions .slot").first.locator("header p").inner_text()
-    assert caption.startswith("cell at tilt")
     assert values(caption) == pytest.approx([math.degrees(x), y], rel=1e-5)
-    readout = page.locator("#readout").inner_text()
-    assert re.search(r"from\s+stored cell", readout)
-    shown = json.loads(page.locator("#map").get_attribute("data-shown"))["view"]
-    box = page.locator("#map .picture").bounding_box()
-    mark = page.locator("#map circle.mark").first.bounding_box()
-    place = 1 - (mark["y"] + mark["height"] / 2 - box["y"]) / box["height"] * 2
-    assert shown["y"]["centre"] + shown["y"]["half"] * place == pytest.approx(y, abs=0.01)
-
-    page.keyboard.down("Shift")
-    choose(page, 0.2, 0.6, number=1)
-    page.keyboard.up("Shift")
-    page.wait_for_timeout(400)
-    (other,) = re.findall(r"&b=[^,&]+,([^,&]+)", page.url)
-    assert float(other) in atlas.roll_rate.values
-
     panel.locator("details.words summary").click()
     told = panel.locator(".explanation", has_text="verdict").inner_text()
-    index = int(np.argmin(np.abs(atlas.roll_rate.values - y))), int(np.argmin(np.abs(atlas.tilt.values - x)))
-    assert f"({index[0] + 1} of 12)" in told
-    assert f"({index[1] + 1} of 8)" in told
     (peak,) = re.findall(r"peak tilt +(\S+) deg", told)
-    assert float(peak) == pytest.approx(math.degrees(float(cell.peak_tilt)), rel=1e-6)
+    assert float(peak) == pytest.approx(math.degrees(float(cell.peak_tilt)), rel=1e-5)
     # without a perturbation the boundary is at the root of g / (3 R), for a hoop g / (4 R)
     (analytic,) = re.findall(r"roll rate (\S+) rad s\S+ +analytic", told)
     assert float(analytic) == pytest.approx(math.sqrt(9.81 / (4 * 0.5)), rel=1e-5)
     (predicted,) = re.findall(r"roll rate (\S+) rad s\S+ +predicted", told)
     assert float(predicted) > float(analytic)
+
+    panel.locator("details.laws summary").click()
+    slider = page.get_by_role("slider", name="contour friction").first
+    for _ in range(7):
+        slider.press("PageUp")
+    page.locator(".motion.lossy.shown:not(.waiting)").wait_for()
+    panel.locator(".ending", has_text="flat at").wait_for()
+    panel.locator(".explanation", has_text="the motion without losses").wait_for()
+
+
+def test_an_exported_page_hides_what_is_not_its_own(opened, tmp_path):
+    """Lines are there in the exported window; with another gravity, or far out, they are hidden, and it is said."""
+    path = tmp_path / "page.html"
+    export(subject_of("rolling", {}), path)
+    page = opened(url=path.as_uri())
+    assert page.locator("#map .line.measured").count() == 1
+    assert page.locator("#criterion-kind option").count() <= 1
+    page.locator("#value-gravity").fill("3")
+    page.keyboard.press("Enter")
+    page.locator("#notice", has_text="Lines of theory are those of the exported window").wait_for()
+    assert page.locator("#map .line.measured").count() == 0
+    page.locator("#value-gravity").fill("9.81")
+    page.keyboard.press("Enter")
+    page.locator("#map .line.measured").wait_for(state="attached")
+    assert page.locator("#notice").inner_text() == ""
+    page.evaluate("location.hash = 'base=&with.criterion=departure:1deg'")
+    page.locator("#notice", has_text="this page holds its own criterion").wait_for()
 
 
 def test_without_webgl_the_curves_are_there(explorer, browser):

@@ -57,12 +57,12 @@ def test_a_stale_picture_is_seen(opened):
 
 
 def test_a_picture_that_nobody_computes_is_told_from_one_that_takes_long(opened, monkeypatch, capsys):
-    """A page that waits for nothing is never complete; where a window is under way it is waited for, and told."""
+    """A page that waits for nothing is never complete; where a plan is under way it is waited for, and told."""
     page = opened()
     watch = Watch(page, (page.url,))
     monkeypatch.setattr(script, "PATIENCE", 300)
     page.evaluate("document.querySelector('#map').setAttribute('aria-busy', 'true')")
-    with pytest.raises(ProblemError, match="no window is under way"):
+    with pytest.raises(ProblemError, match="no plan is under way"):
         script.settle(page, watch)
     held, ordinary = [], watch.waits_for
 
@@ -74,18 +74,17 @@ def test_a_picture_that_nobody_computes_is_told_from_one_that_takes_long(opened,
         return found
 
     monkeypatch.setattr(watch, "waits_for", answered_then)
-    page.route("**/window", lambda route: held.append(route))
-    page.mouse.move(500, 400)
-    page.mouse.wheel(0, -400)
+    page.route("**/plan", lambda route: held.append(route))
+    page.locator("#slide-alpha").fill("300")
     script.settle(page, watch)
     told = capsys.readouterr().err
     assert "after 0.3 s: the page waits for" in told
-    assert ' window {"view"' in told
+    assert ' plan {"view"' in told
     assert "it was complete after" in told
     monkeypatch.setattr(watch, "waits_for", ordinary)
-    page.mouse.wheel(0, -400)
+    page.locator("#slide-alpha").fill("500")
     monkeypatch.setattr(script, "BUSY", 300)
-    with pytest.raises(ProblemError, match=r'(?s)after 0.6 s; lane fine, busy true.* window {"view"'):
+    with pytest.raises(ProblemError, match=r'(?s)after 0.6 s; lane fine, busy true.* plan {"view"'):
         script.settle(page, watch)
 
 

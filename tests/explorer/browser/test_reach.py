@@ -6,6 +6,7 @@ from contextlib import ExitStack
 import pytest
 from explorer_browser import COMPLETE, served
 
+import sweep
 from sweep.explorer.explorer import subject_of
 from sweep.explorer.export import export
 from tests.explorer.browser.map_page import (
@@ -148,21 +149,18 @@ def test_a_page_with_a_part_missing_says_so(unwatched, explorer, part):
     assert page.locator("#notice").text_content() == ""
 
 
-@pytest.mark.parametrize("what", ["window", "lines", "motion"])
+@pytest.mark.parametrize("what", ["plan", "lines"])
 def test_what_was_refused_can_be_asked_for_again(unwatched, explorer, what):
-    """A window, lines or a motion that a server could not answer is told, with a button that asks once more."""
+    """A plan or lines that a server could not answer are told, with a button that asks once more."""
     page = unwatched(explorer.url)
-    refused = [what, "point"] if what == "motion" else [what]
-    for each in refused:
-        page.route(f"**/{each}", refuse)
+    page.route(f"**/{what}", refuse)
     page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&with.alpha=0.6&a=2.4,0.02")
-    told = page.locator("#motions .motion .problem" if what == "motion" else "#notice")
+    told = page.locator("#notice")
     told.filter(has_text="no room. Close some.").wait_for()
     # pictures that come after it do not take its place
     page.wait_for_selector("#map[aria-busy=false]")
     page.wait_for_timeout(100)
-    for each in refused:
-        page.unroute(f"**/{each}")
+    page.unroute(f"**/{what}")
     told.get_by_role("button", name="Try again").click()
     told.filter(has_not_text="no room").wait_for(state="attached")
     wait_for_picture(page)
@@ -180,7 +178,7 @@ def test_lines_that_come_late_take_their_refusal_from_the_page(unwatched, explor
     held = []
     page.unroute("**/lines")
     page.route("**/lines", lambda route: held.append(route))
-    with page.expect_request("**/lines"), page.expect_response(lambda found: found.url.endswith("/window")):
+    with page.expect_request("**/lines"):
         page.get_by_role("button", name="Try again").click()
     wait_for_picture(page)
     held[0].continue_()
@@ -220,7 +218,7 @@ def test_an_exported_page_that_cannot_be_read_says_so(unwatched, tmp_path, fault
     """What is wrong with the cells that a page holds, or with the browser, is told in its notice and in the console."""
     path = tmp_path / "page.html"
     words = {"roll_rate": "2.3:3.1:4", "tilt": "0.2deg:4deg:3:log"}
-    export(subject_of("rolling", words), path)
+    export(subject_of(sweep.run("rolling", method="exact", progress=False, **words), {}), path)
     page = unwatched(path.as_uri(), load=False)
     thrown = []
     page.on("pageerror", lambda problem: thrown.append(problem.message))
@@ -265,7 +263,7 @@ def test_words_that_were_refused_are_asked_for_again(unwatched, explorer):
 def test_a_new_server_at_the_old_address_is_told(unwatched, explorer):
     """A process that was started anew lets nobody in with the old token: the page says whose address to open."""
     page = unwatched(explorer.url)
-    page.route("**/window", lambda route: route.abort("connectionrefused"))
+    page.route("**/plan", lambda route: route.abort("connectionrefused"))
     page.route(
         "**/about", lambda route: route.fulfill(status=403, json={"error": "no", "hint": "", "where": ""})
     )

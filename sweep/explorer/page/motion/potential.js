@@ -6,7 +6,7 @@
  * alone (docs/theory.md; Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201).
  */
 
-/** @import { Start } from "eulerdisk/motion/integrator" */
+/** @typedef {{tilt: number, tilt_rate: number, precession_rate: number, roll_rate: number, alpha: number, radius: number, gravity: number}} Start */
 /** @typedef {[number, number]} Point  a tilt, or a stretched one, and the excess of the potential there */
 /** @typedef {(y: number) => {excess: number, slope: number}} Curve  of stretched tilts */
 

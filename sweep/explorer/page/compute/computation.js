@@ -1,0 +1,166 @@
+/** The workers of the page: who asks first is answered first, single cells before windows, and what nobody wants is left. */
+
+import { Problem } from "eulerdisk/notice";
+
+/** Workers at most: each has a few MB of tables. */
+const MOST_WORKERS = 6;
+
+/** Cells of a piece of a window: some 10 ms, after which a worker looks what is wanted now; with periods they take longer. */
+const PIECE = 32768;
+const TIMED_PIECE = 12288;
+
+const HINT = "Open the page in a newer browser, one that has WebAssembly with vectors.";
+
+/**
+ * What is asked of a worker.
+ * @typedef {object} Question
+ * @property {string} what
+ * @property {object} asked
+ * @property {number} order  the lower, the sooner
+ * @property {AbortSignal} [signal]
+ * @property {(found: any) => void} resolve
+ * @property {(problem: unknown) => void} reject
+ */
+
+export class Computation {
+  #workers;
+  /** @type {Question[]} */
+  #waiting = [];
+
+  /** @param {Promise<BufferSource>} content  of the module of WebAssembly */
+  constructor(content) {
+    const count = Math.min(Math.max(navigator.hardwareConcurrency || 2, 1), MOST_WORKERS);
+    const module = content.then((bytes) => WebAssembly.compile(bytes));
+    this.#workers = Array.from({ length: count }, () => new Processor(module, () => this.#go()));
+  }
+
+  /** How many answer at a time. */
+  get size() {
+    return this.#workers.length;
+  }
+
+  /**
+   * Ask a worker.
+   * @param {string} what  piece, cells or call
+   * @param {object} asked
+   * @param {{order?: number, signal?: AbortSignal}} [more]
+   * @returns {Promise<any>}
+   */
+  ask(what, asked, { order = 0, signal } = {}) {
+    return new Promise((resolve, reject) => {
+      const before = this.#waiting.findIndex((each) => each.order > order);
+      const at = before < 0 ? this.#waiting.length : before;
+      this.#waiting.splice(at, 0, { what, asked, order, signal, resolve, reject });
+      this.#go();
+    });
+  }
+
+  /** Give questions that wait to workers that do not. */
+  #go() {
+    for (const worker of this.#workers) {
+      if (worker.busy) continue;
+      const next = this.#next();
+      if (!next) return;
+      void worker.answer(next);
+    }
+  }
+
+  #next() {
+    for (;;) {
+      const next = this.#waiting.shift();
+      if (!next?.signal?.aborted) return next;
+      next.reject(next.signal.reason);
+    }
+  }
+}
+
+/** A worker, and the question that it answers. */
+class Processor {
+  busy = true;
+  #worker = new Worker(addressOf("eulerdisk/compute/worker"));
+  #free;
+  /** @type {{resolve: (found: any) => void, reject: (problem: unknown) => void}|null} */
+  #answered = null;
+  #begun;
+
+  /**
+   * @param {Promise<WebAssembly.Module>} module
+   * @param {() => void} free  is called when it waits for a question
+   */
+  constructor(module, free) {
+    this.#free = free;
+    this.#worker.onmessage = ({ data }) => {
+      if (data.problem) this.#answered?.reject(new Problem(data.problem));
+      else this.#answered?.resolve(data.found);
+    };
+    this.#worker.onerror = (event) => {
+      event.preventDefault();
+      this.#answered?.reject(new Problem(`The page cannot compute here: ${event.message}.`, { hint: HINT }));
+    };
+    this.#begun = module.then((compiled) => this.#send("begin", { module: compiled }));
+    const ready = () => {
+      this.busy = false;
+      free();
+    };
+    this.#begun.then(ready, ready);
+  }
+
+  /** @param {Question} question */
+  async answer({ what, asked, resolve, reject }) {
+    this.busy = true;
+    try {
+      await this.#begun;
+      resolve(await this.#send(what, asked));
+    } catch (problem) {
+      const { message } = /** @type {Error} */ (problem);
+      reject(
+        problem instanceof Problem
+          ? problem
+          : new Problem(`The page cannot compute here: ${message}.`, { hint: HINT }),
+      );
+    }
+    this.busy = false;
+    this.#free();
+  }
+
+  /**
+   * @param {string} what
+   * @param {object} asked
+   */
+  #send(what, asked) {
+    return new Promise((resolve, reject) => {
+      this.#answered = { resolve, reject };
+      this.#worker.postMessage({ what, asked });
+    });
+  }
+}
+
+/**
+ * Address of a module for a worker: its own, or of one that the page itself holds a copy, which every browser takes.
+ * @param {string} name
+ */
+function addressOf(name) {
+  const address = import.meta.resolve(name);
+  if (!address.startsWith("data:")) return address;
+  const text = atob(address.slice(address.indexOf(",") + 1));
+  const bytes = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
+  return URL.createObjectURL(new Blob([bytes], { type: "text/javascript" }));
+}
+
+/**
+ * Pieces of a window, whole rows or whole columns: a piece has few values of alpha, each of which has tables of its own.
+ * @param {{width: number, height: number, byColumns: boolean, timed: boolean, most: number, workers: number}} window
+ * @returns {{x: [number, number], y: [number, number]}[]}
+ */
+export function pieces({ width, height, byColumns, timed, most, workers }) {
+  const [along, across] = byColumns ? [height, width] : [width, height];
+  const cells = Math.min(timed ? TIMED_PIECE : PIECE, Math.ceil((width * height) / workers));
+  const step = Math.min(most, Math.max(1, Math.round(cells / along)));
+  /** @type {[number, number]} */
+  const all = [0, along];
+  return Array.from({ length: Math.ceil(across / step) }, (_, i) => {
+    /** @type {[number, number]} */
+    const part = [i * step, Math.min(across, (i + 1) * step)];
+    return byColumns ? { x: part, y: all } : { x: all, y: part };
+  });
+}

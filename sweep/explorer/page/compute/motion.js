@@ -1,0 +1,249 @@
+/** Motions that the page computes: how long they are followed, their arrays, and the words beside them. */
+
+import { cellAt } from "eulerdisk/compute/cells";
+import {
+  checkArms,
+  checkLosses,
+  lossControls,
+  lossWords,
+  numberOf,
+  wordsOfMotion,
+} from "eulerdisk/compute/losses";
+import { diskPath, energyOf, lossyPath } from "eulerdisk/compute/paths";
+import { general, spelled } from "eulerdisk/compute/spelling";
+import { Problem } from "eulerdisk/notice";
+
+/** @import { Computation } from "eulerdisk/compute/computation" */
+/** @import { MotionAnswer, MotionRequest, MotionTables, Parameter, Plans } from "eulerdisk/types" */
+
+/** Periods that a motion without losses is followed, the shortest and the longest time in seconds. */
+const PERIODS = 3;
+const SHORTEST = 6;
+const LONGEST = 60;
+
+/** One with losses is followed to its end, but no longer than this. */
+const TO_THE_END = 120;
+
+/** Angle in radians that the disk may turn in all at the rates of its start, and units of its own time, sqrt(R/g). */
+const MOST = { disk: { turns: 400, units: 4e3 }, lossy: { turns: 4000, units: 4e4 } };
+
+const LEAST = 1e-3;
+
+/** Rates over sqrt(g/R) are smaller: the energy has their squares. */
+const LARGEST = 1e100;
+
+/** Endings of a cell without losses (kernels/disk/endings.py). */
+const BOUNDED = 1;
+const FELL = 4;
+
+const STATE = ["tilt", "tilt_rate", "precession_rate", "roll_rate"];
+const PATH = ["heading", "roll_angle", "contact_x", "contact_y"];
+const LOSSES = ["rolling_loss", "pivoting_loss", "contour_loss", "damping_loss", "air_loss"];
+const FORCES = ["normal_force", "friction_across", "friction_along"];
+
+/** Row of the forces among the samples of a motion with losses, and among what follows from a state without. */
+const LOSSY_FORCES = 13;
+const DISK_FORCES = 4;
+
+const LIFTS_OFF = "A real disk would leave the table on the way: its normal force vanishes.";
+const NEEDS = "Rolling without slipping needs a friction coefficient of";
+const ELSEWHERE = "Choose another place of the map.";
+
+/** Digits of a start and of a turning point, of a time, and of a coefficient. */
+const DIGITS = 6;
+const TIME_DIGITS = 4;
+const FEW_DIGITS = 3;
+
+/** @typedef {Record<string, number>} Start  every parameter, in SI */
+
+/**
+ * What the page draws of the motion of a start.
+ * @param {Computation} computation
+ * @param {MotionTables} tables
+ * @param {Parameter[]} parameters
+ * @param {Plans} plans
+ * @param {MotionRequest} request
+ * @param {AbortSignal} signal
+ * @returns {Promise<MotionAnswer>}
+ */
+export async function computedMotion(computation, tables, parameters, plans, request, signal) {
+  const { motion, disk } = plans;
+  const { view, losses = {} } = request;
+  if (!motion || !disk) {
+    throw new Problem("The cells of this map have no motions in time here.", { status: 400 });
+  }
+  checkLosses(tables, losses);
+  const cell = await cellAt(computation, disk, request, signal);
+  const lossy = motion.lossy || Object.keys(lossWords(tables, losses)).length > 0;
+  const largest = lossy ? motion.flat_tilt : motion.fall_tilt;
+  checkStart(tables, parameters, cell, largest, lossy ? "flat_tilt" : "fall_tilt");
+  const words = wordsOfMotion(tables, motion, losses);
+  if (lossy) checkArms(words, cell.radius);
+  const duration = durationOf(cell, lossy, request.duration ?? null);
+  const { arrays, ending } = lossy
+    ? await lossyArrays(computation, tables, cell, words, duration, motion.flat_tilt, signal)
+    : await diskArrays(computation, disk.parameters, cell, duration, motion.fall_tilt, signal);
+  const last = /** @type {number} */ (arrays.time.at(-1));
+  const ended = (lossy ? tables.lossy : tables.disk)[String(ending)];
+  const told = (/** @type {string} */ name) => spelled(tables.rules[name], cell[name], DIGITS);
+  const sides = [view.x.name, view.y.name].filter((name) => name in tables.rules);
+  const head = {
+    title: sides.map((name) => `${name.replaceAll("_", " ")} ${told(name)}`).join(", "),
+    ending: ended
+      ? `${ended} at ${general(last, TIME_DIGITS)} s`
+      : `followed for ${general(last, FEW_DIGITS)} s`,
+    ended: Boolean(ended),
+    note: noteOf(arrays),
+    lossy,
+    start: Object.fromEntries(STATE.map((name) => [name, cell[name]])),
+    alpha: cell.alpha,
+    radius: cell.radius,
+    gravity: cell.gravity,
+    quantities: tables.quantities,
+    losses: lossControls(tables, motion, /** @type {any} */ (cell), losses),
+    ledger: lossy ? tables.ledger : null,
+    ...swing(tables, cell, lossy, largest),
+  };
+  return { head, arrays };
+}
+
+/**
+ * Refuse a start that has no motion.
+ * @param {MotionTables} tables
+ * @param {Parameter[]} parameters
+ * @param {Start} start
+ * @param {number} largest
+ * @param {string} largestName
+ */
+function checkStart(tables, parameters, start, largest, largestName) {
+  const refuse = (/** @type {string} */ words, hint = ELSEWHERE) => {
+    throw new Problem(words, { hint, status: 400 });
+  };
+  const missing = STATE.find((name) => !Number.isFinite(start[name]));
+  if (missing) refuse(`Here is no motion: no ${missing} keeps this tilt constant.`);
+  const got = (/** @type {string} */ name) => spelled(tables.rules[name], start[name], 10);
+  for (const { name, least, most } of parameters) {
+    if (!(name in tables.rules)) continue;
+    if ((least === null || start[name] >= least) && (most === null || start[name] <= most)) continue;
+    refuse(`Here is no motion: it needs ${tables.rules[name].rule}; got ${got(name)}.`);
+  }
+  const unit = Math.sqrt(start.radius / start.gravity);
+  const large = STATE.slice(1).find((name) => !(Math.abs(start[name]) * unit < LARGEST));
+  if (large) {
+    refuse(
+      `Here is no motion: ${large} is so large that its energy is no number.`,
+      `${ELSEWHERE.slice(0, -1)}, or a smaller number.`,
+    );
+  }
+  if (Math.abs(start.tilt) < largest) return;
+  const limit = spelled(tables.rules.tilt, largest, DIGITS);
+  refuse(
+    `This disk has fallen before it starts: |tilt| must be below ${largestName}; got tilt=${got("tilt")} ${largestName}=${limit}.`,
+    `Start with a smaller tilt, or give a larger ${largestName}.`,
+  );
+}
+
+/**
+ * Time in seconds that a motion is followed.
+ * @param {Start} cell
+ * @param {boolean} lossy
+ * @param {number|null} asked
+ */
+function durationOf(cell, lossy, asked) {
+  const { turns, units } = lossy ? MOST.lossy : MOST.disk;
+  const rate = STATE.slice(1).reduce((sum, name) => sum + Math.abs(cell[name]), 0);
+  const most = Math.min(rate > 0 ? turns / rate : Infinity, units * Math.sqrt(cell.radius / cell.gravity));
+  if (asked !== null) return Math.min(Math.max(asked, LEAST), most);
+  if (lossy) return Math.min(TO_THE_END, most);
+  const { nutation_period: period, ending } = cell;
+  // a disk that falls is followed to its fall, whenever that is
+  const wanted = Number.isFinite(period) ? PERIODS * period : ending === FELL ? LONGEST : SHORTEST;
+  return Math.min(Math.max(wanted, SHORTEST), LONGEST, most);
+}
+
+/**
+ * @param {Computation} computation
+ * @param {string[]} names
+ * @param {Start} cell
+ * @param {number} duration
+ * @param {number} fallTilt
+ * @param {AbortSignal} signal
+ */
+async function diskArrays(computation, names, cell, duration, fallTilt, signal) {
+  const start = names.map((name) => cell[name]);
+  const { times, rows, derived, ending } = await diskPath(computation, start, duration, fallTilt, signal);
+  const forces = named(FORCES, derived.slice(DISK_FORCES));
+  const arrays = {
+    time: times,
+    ...named([...STATE, ...PATH], rows),
+    ...forces,
+    friction_needed: derived[7],
+    energy: derived[0],
+  };
+  return { arrays: /** @type {Record<string, Float64Array>} */ (arrays), ending };
+}
+
+/**
+ * @param {Computation} computation
+ * @param {MotionTables} tables
+ * @param {Start} cell
+ * @param {Record<string, number|string|null>} words
+ * @param {number} duration
+ * @param {number} flatTilt
+ * @param {AbortSignal} signal
+ */
+async function lossyArrays(computation, tables, cell, words, duration, flatTilt, signal) {
+  const start = tables.lossy_parameters.map((name) =>
+    name in tables.rules ? cell[name] : numberOf(words, name),
+  );
+  const law = tables.air_laws.indexOf(String(words.air_law ?? tables.no_air));
+  const { times, rows, ending } = await lossyPath(computation, start, duration, { flatTilt, law }, signal);
+  const [normal, across, along] = rows.slice(LOSSY_FORCES);
+  const needed = normal.map((each, i) => (each > 0 ? Math.hypot(across[i], along[i]) / each : NaN));
+  const samples = named([...STATE, ...PATH, ...LOSSES, ...FORCES], rows);
+  const arrays = { time: times, ...samples, friction_needed: needed, energy: energyOf(start, rows) };
+  return { arrays: /** @type {Record<string, Float64Array>} */ (arrays), ending };
+}
+
+/**
+ * @param {string[]} names
+ * @param {Float64Array[]} rows
+ */
+function named(names, rows) {
+  return Object.fromEntries(names.map((name, i) => [name, rows[i]]));
+}
+
+/**
+ * What the contact needs for the disk to roll all the time.
+ * @param {Record<string, Float64Array>} arrays
+ */
+function noteOf({ normal_force: normal, friction_needed: needed }) {
+  if (!normal.every((each) => each > 0)) return LIFTS_OFF;
+  return `${NEEDS} ${general(
+    needed.reduce((most, each) => Math.max(most, each), 0),
+    FEW_DIGITS,
+  )}.`;
+}
+
+/**
+ * What the reduction knows of the swing of a motion without losses.
+ * @param {MotionTables} tables
+ * @param {Start} cell
+ * @param {boolean} lossy
+ * @param {number} fallTilt
+ */
+function swing(
+  { rules },
+  { ending, tilt_min: least, tilt_max: greatest, nutation_period: period },
+  lossy,
+  fallTilt,
+) {
+  if (lossy) return { turns: [], period: null, fall_tilt: /** @type {any} */ (null) };
+  const turns = ending === BOUNDED ? [least, greatest] : [];
+  return {
+    // as the numbers of the point beside it
+    turns: turns.map((turn) => /** @type {[number, string]} */ ([turn, spelled(rules.tilt, turn, DIGITS)])),
+    period: Number.isFinite(period) ? period : null,
+    fall_tilt: fallTilt,
+  };
+}

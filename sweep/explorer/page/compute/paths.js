@@ -1,0 +1,302 @@
+/**
+ * One motion, followed by the kernels of the program: when it is sampled, and with which step.
+ *
+ * As sweep/motion/disk_path.py and sweep/motion/lossy_path.py do it.
+ */
+
+import { Problem } from "eulerdisk/notice";
+
+/** @import { Computation } from "eulerdisk/compute/computation" */
+
+/**
+ * Times of samples, their rows, and how the motion ended: the code of an ending, and whether it is one of its own.
+ * @typedef {{times: Float64Array, rows: Float64Array[], ending: number}} Path
+ */
+
+/** Ending of a motion that time ended (3) or that could not be resolved, without losses and with them. */
+const DISK = { horizon: 3, unresolved: 5 };
+const LOSSY = { flat: 1, rest: 2, horizon: 3, slip: 5, unresolved: 7 };
+
+/** Rows of the samples: the state, heading and roll angle, and of a motion with losses what each has taken. */
+
+const TILT_RATE = 1;
+const STATE = 4;
+const TURNING = [0, 4, 5];
+const DISK_ROWS = 9;
+const LOSSY_ROWS = 17;
+const LOSSES = [8, 13];
+
+/** Rows of what follows from a state: its energy, and how far that has drifted. */
+const DERIVED_ROWS = 8;
+const DRIFT = 1;
+
+/** Samples at first, and the most. */
+const SAMPLES = 1000;
+const MOST_SAMPLES = 200_000;
+
+/** Times that a motion is integrated again with half the step. */
+const MOST_REFINEMENTS = 6;
+
+/** Step times the fastest frequency; largest drift of the energy; below the last one it may be rounding alone. */
+const DISK_STEP = 0.005;
+const MOST_DRIFT = 1e-11;
+const ROUNDING = 1e-9;
+
+/** Angle that a sample turns at most, and how much later than it was found a fall is looked for. */
+const DISK_TURN = 0.2;
+const DISK_LATER = 1.1;
+
+/** The same with losses; imbalance of the energy; samples for each factor e towards an end, down to this share of it. */
+const LOSSY_STEP = 0.1;
+const MOST_IMBALANCE = 1e-9;
+const LOSSY_TURN = 0.18;
+const LEAST_SAMPLES = 1150;
+const TOWARDS_END = 60;
+const NEAREST = 1e-5;
+const PASSES = 5;
+const ENOUGH = 1.1;
+const LOSSY_LATER = 1.001;
+
+const HINT = "Give a shorter duration, slower rates, or a smaller largest tilt.";
+
+/**
+ * A motion without losses.
+ * @param {Computation} computation
+ * @param {number[]} start  in the order of the parameters of the model
+ * @param {number} duration
+ * @param {number} fallTilt
+ * @param {AbortSignal} signal
+ * @returns {Promise<Path & {derived: Float64Array[]}>}
+ */
+export async function diskPath(computation, start, duration, fallTilt, signal) {
+  const integrated = async (/** @type {Float64Array} */ times) => {
+    let before = 0;
+    for (let refinement = 0; ; refinement += 1) {
+      const settings = [0, DISK_STEP / 2 ** refinement, fallTilt];
+      const path = await traced(computation, "trajectory", start, settings, times, DISK_ROWS, signal);
+      const isLast = refinement === MOST_REFINEMENTS;
+      if (path.ending === DISK.unresolved) {
+        if (isLast) throw unresolved(path.times.at(-1) ?? 0);
+        continue;
+      }
+      const derived = await derivedOf(computation, start, path, signal);
+      const drift = largest(derived[DRIFT]);
+      const isRounding = before > 0 && before <= drift && drift < ROUNDING;
+      if (drift <= MOST_DRIFT || isRounding || isLast) return { ...path, derived };
+      before = drift;
+    }
+  };
+  const times = evenly(duration, SAMPLES);
+  const found = await integrated(times);
+  const fell = found.ending !== DISK.horizon;
+  const turns = Math.max(...TURNING.map((row) => largest(differences(found.rows[row]))));
+  const last = fell ? /** @type {number} */ (found.times.at(-1)) : duration;
+  const wanted = Math.max(SAMPLES, ((last / times[1]) * turns) / DISK_TURN);
+  const count = Math.ceil(Math.min(wanted, MOST_SAMPLES));
+  const closer = fell
+    ? untilLater(last / (count - 0.5), Math.ceil(DISK_LATER * count))
+    : evenly(duration, count);
+  if (!(closer[1] < times[1])) return found;
+  const again = await integrated(closer);
+  return fell && again.ending === DISK.horizon ? found : again;
+}
+
+/**
+ * A motion with losses.
+ * @param {Computation} computation
+ * @param {number[]} start
+ * @param {number} duration
+ * @param {{flatTilt: number, law: number}} settings
+ * @param {AbortSignal} signal
+ * @returns {Promise<Path>}
+ */
+export async function lossyPath(computation, start, duration, { flatTilt, law }, signal) {
+  const integrated = async (/** @type {Float64Array} */ times) => {
+    for (let refinement = 0; ; refinement += 1) {
+      const settings = [0, LOSSY_STEP / 2 ** refinement, flatTilt, law];
+      const path = await traced(computation, "lossy_trajectory", start, settings, times, LOSSY_ROWS, signal);
+      const isLast = refinement === MOST_REFINEMENTS;
+      if (path.ending === LOSSY.unresolved) {
+        if (isLast) throw unresolved(path.times.at(-1) ?? 0);
+        continue;
+      }
+      const kept = energyOf(start, path.rows).map((each, i) => each + taken(path.rows, i));
+      if (largest(kept.map((each) => each - kept[0])) <= MOST_IMBALANCE || isLast) return path;
+    }
+  };
+  const first = evenly(duration, SAMPLES);
+  let path = await integrated(first);
+  if (path.times.at(-1) === 0) return held(path, first);
+  for (let pass = 0; pass < PASSES; pass += 1) {
+    const wanted = wantedBetween(path);
+    if (largest(wanted) <= ENOUGH) break;
+    path = await integrated(closerTo(path, wanted));
+  }
+  // where dry friction lets go the kernels start the motion a little beyond its start
+  path.rows.slice(0, STATE).forEach((row, i) => (row[0] = start[i]));
+  return path;
+}
+
+/**
+ * A disk that friction holds from its start is seen to stand; others end where they begin.
+ * @param {Path} path
+ * @param {Float64Array} times
+ */
+function held(path, times) {
+  if (path.ending !== LOSSY.rest) {
+    const slips = path.ending === LOSSY.slip;
+    throw new Problem(
+      `This motion ends where it begins: the disk ${slips ? "slips" : "lifts off"}, and the model with losses ends there.`,
+      {
+        hint: slips ? "Give a larger friction coefficient, or leave it out." : "Give slower rates.",
+        status: 400,
+      },
+    );
+  }
+  return { ...path, times, rows: path.rows.map((row) => new Float64Array(times.length).fill(row[0])) };
+}
+
+/**
+ * Integrate one start and sample it.
+ * @param {Computation} computation
+ * @param {string} name
+ * @param {number[]} start
+ * @param {number[]} settings
+ * @param {Float64Array} times
+ * @param {number} rows
+ * @param {AbortSignal} signal
+ * @returns {Promise<Path>}
+ */
+async function traced(computation, name, start, settings, times, rows, signal) {
+  const array = (/** @type {ArrayLike<number>} */ numbers, /** @type {number[][]} */ ...shape) => ({
+    shape: shape[0] ?? [numbers.length],
+    numbers: Float64Array.from(numbers),
+  });
+  const values = [array(start), array(settings), array(times), array([], [rows, times.length])];
+  const { results, arrays } = await computation.ask("call", { name, values }, { signal });
+  const [ending, filled, last] = results;
+  const moments = times.slice(0, filled);
+  moments[filled - 1] = last;
+  const samples = arrays[3];
+  const row = (/** @type {number} */ i) => samples.slice(i * times.length, i * times.length + filled);
+  return { times: moments, rows: Array.from({ length: rows }, (_, i) => row(i)), ending };
+}
+
+/**
+ * What follows from the samples of a motion without losses.
+ * @param {Computation} computation
+ * @param {number[]} start
+ * @param {Path} path
+ * @param {AbortSignal} signal
+ * @returns {Promise<Float64Array[]>}
+ */
+async function derivedOf(computation, start, { times, rows }, signal) {
+  const count = times.length;
+  const states = new Float64Array(STATE * count);
+  rows.slice(0, STATE).forEach((row, i) => states.set(row, i * count));
+  const values = [
+    { shape: [start.length], numbers: Float64Array.from(start) },
+    { shape: [STATE, count], numbers: states },
+    { shape: [DERIVED_ROWS, count], numbers: new Float64Array(0) },
+  ];
+  const { arrays } = await computation.ask("call", { name: "derived", values }, { signal });
+  return Array.from({ length: DERIVED_ROWS }, (_, i) => arrays[2].subarray(i * count, (i + 1) * count));
+}
+
+/** @param {number} time */
+function unresolved(time) {
+  return new Problem(
+    "This motion could not be resolved: its state must stay finite, and it may take no more steps; " +
+      `gave up at ${Number(time.toPrecision(6))} s.`,
+    { hint: HINT, status: 400 },
+  );
+}
+
+/**
+ * @param {number} duration
+ * @param {number} count  of gaps
+ */
+function evenly(duration, count) {
+  const step = duration / count;
+  return Float64Array.from({ length: count + 1 }, (_, i) => (i === count ? duration : i * step));
+}
+
+/**
+ * @param {number} step
+ * @param {number} count
+ */
+function untilLater(step, count) {
+  return Float64Array.from({ length: count + 1 }, (_, i) => i * step);
+}
+
+/** @param {Float64Array} values */
+function differences(values) {
+  return values.subarray(1).map((value, i) => value - values[i]);
+}
+
+/** @param {Float64Array} values */
+function largest(values) {
+  return values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+}
+
+/**
+ * Energy over m g R of the samples of a motion with losses.
+ * @param {number[]} start
+ * @param {Float64Array[]} rows
+ */
+export function energyOf(start, [tilts, tilting, turning, rolling]) {
+  const [alpha, radius, gravity] = start.slice(STATE);
+  const unit = Math.sqrt(radius / gravity);
+  return tilts.map((tilt, i) => {
+    const [w, o] = [unit * tilting[i], unit * turning[i] * Math.cos(tilt)];
+    const s = unit * (rolling[i] + turning[i] * Math.sin(tilt));
+    return Math.cos(tilt) + 0.5 * ((1 + 0.5 * alpha) * w * w + 0.5 * alpha * o * o + (1 + alpha) * s * s);
+  });
+}
+
+/**
+ * @param {Float64Array[]} rows
+ * @param {number} i
+ */
+function taken(rows, i) {
+  return rows.slice(...LOSSES).reduce((sum, row) => sum + row[i], 0);
+}
+
+/**
+ * How many samples there should be in the place of each gap between two, by what turns in it.
+ * @param {Path} path
+ */
+function wantedBetween({ times, rows, ending }) {
+  const length = /** @type {number} */ (times.at(-1));
+  const turning = TURNING.map((row) => differences(rows[row]));
+  const rates = rows[TILT_RATE];
+  const isTowardsEnd = ending === LOSSY.flat || ending === LOSSY.rest;
+  const left = (/** @type {number} */ i) => length - times[i] + NEAREST * length;
+  return differences(times).map((gap, i) => {
+    // a swing of the tilt between two samples is not seen in their difference
+    const swing = Math.max(Math.abs(rates[i]), Math.abs(rates[i + 1])) * gap;
+    const turns = Math.max(swing, ...turning.map((row) => Math.abs(row[i])));
+    const wanted = Math.max(turns / LOSSY_TURN, (gap / length) * LEAST_SAMPLES);
+    return isTowardsEnd ? Math.max(wanted, TOWARDS_END * Math.log(left(i) / left(i + 1))) : wanted;
+  });
+}
+
+/**
+ * Times with so many samples in each gap, spread evenly over it.
+ * @param {Path} path
+ * @param {Float64Array} wanted
+ */
+function closerTo({ times, ending }, wanted) {
+  let sum = 0;
+  const counted = [0, ...wanted.map((each) => (sum += each))];
+  const count = Math.ceil(Math.min(sum, MOST_SAMPLES));
+  let gap = 0;
+  const found = Float64Array.from({ length: count + 1 }, (_, i) => {
+    const at = i === count ? sum : (i * sum) / count;
+    while (gap < wanted.length - 1 && counted[gap + 1] < at) gap += 1;
+    const share = (at - counted[gap]) / (counted[gap + 1] - counted[gap]);
+    return times[gap] + share * (times[gap + 1] - times[gap]);
+  });
+  found[count] = /** @type {number} */ (times.at(-1)) * (ending === LOSSY.horizon ? 1 : LOSSY_LATER);
+  return found;
+}

@@ -1,0 +1,82 @@
+/** The plans of a page without a server: those that it was made with, changed by numbers. */
+
+import { Problem } from "eulerdisk/notice";
+import { baseOf } from "eulerdisk/state";
+
+/** @import { About, Plan, Plans, View } from "eulerdisk/types" */
+
+/** What a rate is (kernels/page/starts.py). */
+const GIVEN = 0;
+const STEADY = 3;
+const WOBBLE = 4;
+
+const RATES = ["precession_rate", "roll_rate"];
+
+const HINT =
+  "Open it with eulerdisk explore, which reads words: this page holds its own criterion, and takes numbers.";
+
+/**
+ * Plans of a view of the base that a page was made with.
+ * @param {About} about
+ * @param {Plans} plans
+ * @param {View} view
+ * @returns {Plans}
+ * @throws {Problem} if it has words for which other plans would be needed
+ */
+export function plansWith(about, plans, view) {
+  const { words } = baseOf(about, view);
+  /** @type {Record<string, number>} */
+  const numbers = {};
+  for (const [name, value] of Object.entries(view.words)) {
+    if (typeof value === "number") numbers[name] = value;
+    else if (value !== words[name]) throw refused(`This page does not know ${name}=${value}.`);
+  }
+  const given = [...Object.keys(numbers), view.x.name, view.y.name];
+  const changed = (/** @type {Plan|null} */ plan) => plan && planWith(plan, numbers, given);
+  const { motion } = plans;
+  const fallTilt = numbers.fall_tilt ?? motion?.fall_tilt;
+  if (plans.cells && fallTilt !== undefined && fallTilt > plans.steepest) {
+    throw refused("The exact reduction ends at a tilt of 89.9 deg: give a smaller fall tilt.", "");
+  }
+  return {
+    ...plans,
+    cells: changed(plans.cells),
+    lossy: changed(plans.lossy),
+    disk: changed(plans.disk),
+    motion: motion && { ...motion, fall_tilt: fallTilt ?? motion.fall_tilt },
+  };
+}
+
+/**
+ * @param {Plan} plan
+ * @param {Record<string, number>} numbers
+ * @param {string[]} given  parameters that are numbers, or axes
+ * @returns {Plan}
+ */
+function planWith(plan, numbers, given) {
+  const rates = RATES.map((name, i) => (given.includes(name) ? GIVEN : plan.rates[i]));
+  const held = { ...plan.held, ...numbers };
+  const [precession, roll] = rates;
+  if (precession === WOBBLE && roll !== WOBBLE) {
+    throw refused(
+      "precession_rate=wobble is the rate of a disk whose centre rests: it goes with roll_rate=wobble.",
+    );
+  }
+  if (roll === STEADY && held.precession_rate === 0 && "precession_rate" in numbers) {
+    throw refused(
+      "No roll rate keeps the tilt constant without precession.",
+      "Give another precession rate.",
+    );
+  }
+  const isCircling = precession !== GIVEN || roll === STEADY;
+  const fall_tilt = numbers.fall_tilt ?? plan.settings.fall_tilt;
+  return { ...plan, held, rates, from_start: isCircling, settings: { ...plan.settings, fall_tilt } };
+}
+
+/**
+ * @param {string} words
+ * @param {string} [hint]
+ */
+function refused(words, hint = HINT) {
+  return new Problem(words, { hint, status: 400 });
+}

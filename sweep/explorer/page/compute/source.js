@@ -1,0 +1,145 @@
+/** What the page computes by itself, whoever tells it the plans: windows, points and motions. */
+
+import { cellAt, computedWindow, toldCell } from "eulerdisk/compute/cells";
+import { computedMotion } from "eulerdisk/compute/motion";
+import { Problem } from "eulerdisk/notice";
+
+/** @import { Computation } from "eulerdisk/compute/computation" */
+/** @import { About, MotionAnswer, MotionRequest, Place, Plans, PointAnswer, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
+
+/** Said of a place where nothing is stored and nothing can be computed. */
+const NO_CELL = "No cell here.";
+
+/** Code of a window where there is neither a stored cell nor a computed one, and of a quantity without a value. */
+const NOTHING = 2;
+const NO_CODE = 255;
+
+/**
+ * Where the cells of a file come from.
+ * @typedef {object} Stored
+ * @property {(request: WindowRequest, signal?: AbortSignal) => Promise<WindowAnswer|null>} window  null where a view shows
+ *   other cells than those stored
+ * @property {(place: Place, signal?: AbortSignal) => Promise<PointAnswer|null>} point
+ */
+
+export class Computing {
+  #computation;
+  #about;
+  #plansOf;
+  #stored;
+
+  /**
+   * @param {Computation} computation
+   * @param {() => Promise<About>} about
+   * @param {(view: View, signal?: AbortSignal) => Promise<Plans>} plansOf
+   * @param {Stored|null} stored
+   */
+  constructor(computation, about, plansOf, stored) {
+    this.#computation = computation;
+    this.#about = about;
+    this.#plansOf = plansOf;
+    this.#stored = stored;
+  }
+
+  /**
+   * A window: stored cells where they are wanted and there are some, and computed ones where there are none.
+   * @param {WindowRequest} request
+   * @param {AbortSignal} [signal]
+   * @returns {Promise<WindowAnswer>}
+   */
+  async window(request, signal) {
+    const [stored, plans] = await Promise.all([
+      request.stored ? (this.#stored?.window(request, signal) ?? null) : null,
+      this.#plansOf(request.view, signal),
+    ]);
+    const { cells } = plans;
+    const isKnown = cells !== null && cells.shown.includes(request.quantity);
+    if (stored && (!isKnown || !stored.stored?.includes(NOTHING))) return stored;
+    if (isKnown) {
+      const computed = await computedWindow(this.#computation, cells, request, signal);
+      return stored ? joined(stored, computed) : computed;
+    }
+    if (plans.refused) throw new Problem(plans.refused.error, { hint: plans.refused.hint, status: 400 });
+    return nothing(await this.#about(), request);
+  }
+
+  /**
+   * The numbers of a point: those of its cell, and of the stored one next to it.
+   * @param {Place} place
+   * @param {AbortSignal} [signal]
+   * @returns {Promise<PointAnswer>}
+   */
+  async point(place, signal) {
+    const [stored, plans] = await Promise.all([
+      this.#stored?.point(place, signal) ?? null,
+      this.#plansOf(place.view, signal),
+    ]);
+    const plan = plans.cells ?? (place.losses ? plans.lossy : null);
+    if (plan) {
+      const verdicts = (await this.#about()).quantities.find(({ name }) => name === "stability")?.flags ?? {};
+      const cell = await cellAt(this.#computation, plan, place, signal);
+      return { ...toldCell(plan, cell, verdicts), stored };
+    }
+    if (stored) return { ...stored, stored };
+    if (plans.refused && !this.#stored) {
+      throw new Problem(plans.refused.error, { hint: plans.refused.hint, status: 400 });
+    }
+    return { start: {}, numbers: [], verdict: "", stored: null, note: NO_CELL };
+  }
+
+  /**
+   * @param {MotionRequest} request
+   * @param {AbortSignal} [signal]
+   * @returns {Promise<MotionAnswer>}
+   */
+  async motion(request, signal = new AbortController().signal) {
+    const [{ motions, parameters }, plans] = await Promise.all([
+      this.#about(),
+      this.#plansOf(request.view, signal),
+    ]);
+    return computedMotion(this.#computation, motions, parameters, plans, request, signal);
+  }
+}
+
+/**
+ * Stored cells, and computed ones where there are none.
+ * @param {WindowAnswer} stored
+ * @param {WindowAnswer} computed
+ * @returns {WindowAnswer}
+ */
+function joined(stored, computed) {
+  const mask = /** @type {Uint8Array} */ (stored.stored);
+  const { value, verdict } = computed;
+  const origin = new Uint8Array(mask.length);
+  for (let i = 0; i < mask.length; i += 1) {
+    if (mask[i] === NOTHING) continue;
+    value[i] = stored.value[i];
+    verdict[i] = stored.verdict[i];
+    origin[i] = 1;
+  }
+  const ends = (
+    /** @type {"low"|"high"|"least"} */ end,
+    /** @type {(...all: number[]) => number} */ choose,
+  ) => {
+    const known = [stored.head[end], computed.head[end]].filter((each) => each !== null);
+    return known.length ? choose(...known) : null;
+  };
+  const range = { low: ends("low", Math.min), high: ends("high", Math.max), least: ends("least", Math.min) };
+  return { ...computed, head: { ...computed.head, ...range, note: stored.head.note }, stored: origin };
+}
+
+/**
+ * A window of a quantity that stored cells alone have, where none of them is shown.
+ * @param {About} about
+ * @param {WindowRequest} request
+ * @returns {WindowAnswer}
+ */
+function nothing({ quantities }, { width, height, quantity }) {
+  const shown = quantities.find(({ name }) => name === quantity);
+  const label = shown?.label ?? quantity;
+  const note = `${label[0].toUpperCase()}${label.slice(1)} is known of stored cells alone, and none of them is shown here.`;
+  const count = width * height;
+  const value = shown?.flags ? new Uint8Array(count).fill(NO_CODE) : new Float64Array(count).fill(NaN);
+  const head = { low: null, high: null, least: null, end: false, note };
+  return { head, width, height, value, verdict: new Uint8Array(count), stored: null };
+}

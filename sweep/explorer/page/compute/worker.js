@@ -1,0 +1,583 @@
+/**
+ * What computes in a worker of the page: cells and motions, by the kernels of the program compiled to WebAssembly.
+ *
+ * A script that stands alone: browsers let no page of a file system make a worker of modules. It answers one message after
+ * the other (computation.js).
+ */
+
+/** @import { Axis, Condition, Plan, Term } from "eulerdisk/types" */
+
+/** Address at which the stack of a module begins and the memory for arrays does (kernels/native/wasm.py). */
+const STACK = 1 << 18;
+
+/** Arrays begin at multiples of this many bytes. */
+const LINE = 64;
+
+const PAGE = 65536;
+
+/** Name of the section of a module that says how its functions are called. */
+const NOTE = "eulerdisk";
+
+/** Code of a quantity where there is none. */
+const NO_CODE = 255;
+
+/** Rows that the exact reduction writes (kernels/disk/exact/arrays.py). */
+const MEASURES = ["tilt_min", "tilt_max", "nutation_period", "separatrix", "tilt_error"];
+const COUNTS = ["ending", "wells"];
+
+const VIEWS = { float64: Float64Array, int64: BigInt64Array, int32: Int32Array };
+
+/** @typedef {keyof typeof VIEWS} Element */
+/** @typedef {{at: number, element: Element, shape: number[], count: number}} Block  an array in the module's memory */
+/** @typedef {Float64Array|Int32Array|Uint8Array} Values */
+/** @typedef {Record<string, Values>} Columns */
+
+/**
+ * What the note of a module holds; see kernels/page/module.py.
+ * @typedef {object} Note
+ * @property {Record<string, {arguments: [string, Element, number][], results: string[]}>} entries
+ * @property {Record<string, number[][]>} memory
+ * @property {number[]} panels
+ * @property {number[]} nodes
+ * @property {number[]} wide
+ * @property {number} chunk
+ * @property {number} tables
+ */
+
+/** Entry points of a module, and the memory in which they find their arrays. */
+class Kernels {
+  #functions;
+  #memory = new WebAssembly.Memory({ initial: 16 });
+  /** End of what is in use: what was made since goes when it is set back. */
+  top = STACK;
+  #returned;
+
+  /** @param {WebAssembly.Module} module */
+  constructor(module) {
+    const [section] = WebAssembly.Module.customSections(module, NOTE);
+    /** @type {Note} */
+    this.note = JSON.parse(new TextDecoder().decode(section));
+    const { exports } = new WebAssembly.Instance(module, {
+      env: {
+        __linear_memory: this.#memory,
+        __stack_pointer: new WebAssembly.Global({ value: "i32", mutable: true }, STACK),
+        __indirect_function_table: new WebAssembly.Table({ initial: 64, element: "anyfunc" }),
+      },
+    });
+    this.#functions = /** @type {Record<string, (...given: any[]) => any>} */ (exports);
+    // what an entry point returns, and where it would note an exception
+    this.#returned = this.array("float64", 16);
+  }
+
+  /**
+   * An array, not initialised.
+   * @param {Element} element
+   * @param {...number} shape
+   * @returns {Block}
+   */
+  array(element, ...shape) {
+    const count = shape.reduce((product, size) => product * size, 1);
+    const at = this.top;
+    this.top = Math.ceil((at + count * VIEWS[element].BYTES_PER_ELEMENT) / LINE) * LINE;
+    const missing = this.top - this.#memory.buffer.byteLength;
+    if (missing > 0) this.#memory.grow(Math.ceil(missing / PAGE));
+    return { at, element, shape, count };
+  }
+
+  /**
+   * Its numbers: valid until the next array is made, for which the memory may move.
+   * @param {Block} block
+   * @returns {any}
+   */
+  numbers({ at, element, count }) {
+    return new VIEWS[element](this.#memory.buffer, at, count);
+  }
+
+  /**
+   * The memory that an entry point is called with last.
+   * @param {string} name
+   */
+  memoryOf(name) {
+    const shapes = this.note.memory[name];
+    const types = this.note.entries[name].arguments.slice(-shapes.length);
+    return shapes.map((shape, i) => this.array(types[i][1], ...shape));
+  }
+
+  /**
+   * Place of an entry point, by which others call it.
+   * @param {string} name
+   * @returns {bigint}
+   */
+  placeOf(name) {
+    return this.#functions[`${name}_place`]();
+  }
+
+  /**
+   * Call an entry point; returns the numbers that it returns.
+   * @param {string} name
+   * @param {...(number|bigint|Block)} values
+   * @returns {number[]}
+   */
+  call(name, ...values) {
+    const { arguments: wanted, results } = this.note.entries[name];
+    const passed = values.flatMap((value, i) => passedAs(value, wanted[i][1]));
+    const { at } = this.#returned;
+    if (this.#functions[name](at, at + 64, ...passed)) throw new Error(`The kernel ${name} failed.`);
+    const told = new DataView(this.#memory.buffer, at);
+    return results.map((type, i) =>
+      type === "float64" ? told.getFloat64(8 * i, true) : Number(told.getBigInt64(8 * i, true)),
+    );
+  }
+
+  /**
+   * Call an entry point that treats `cells` cells, with a counter of the chunks that it has taken.
+   * @param {string} name
+   * @param {number} cells
+   * @param {...(number|bigint|Block)} values
+   */
+  treat(name, cells, ...values) {
+    const counter = this.array("int64", 1);
+    this.numbers(counter)[0] = 0n;
+    this.call(name, counter, cells, this.note.chunk, 1, ...values);
+  }
+}
+
+/**
+ * Numbers that a value is passed as: of an array two references, its size, that of a number, its address, its shape, and
+ * its strides in bytes.
+ * @param {number|bigint|Block} value
+ * @param {Element} element
+ */
+function passedAs(value, element) {
+  if (typeof value !== "object") return [element === "int64" ? BigInt(value) : value];
+  const size = VIEWS[value.element].BYTES_PER_ELEMENT;
+  const strides = value.shape.map((_, i) => value.shape.slice(i + 1).reduce((a, b) => a * b, size));
+  return [0, 0, ...[value.count, size].map(BigInt), value.at, ...[...value.shape, ...strides].map(BigInt)];
+}
+
+/** Cells of a model: their starts, what is measured of them, and what follows. */
+class Cells {
+  #kernels;
+  #reducing;
+  #meeting;
+  #base;
+  #tablesEnd = 0;
+  /** Values of alpha whose tables are there, and whether with wide panels. */
+  #tablesOf = "";
+  /** @type {Record<string, Block>} */
+  #tables = {};
+
+  /** @param {Kernels} kernels */
+  constructor(kernels) {
+    this.#kernels = kernels;
+    this.#reducing = kernels.memoryOf("reduce");
+    this.#meeting = kernels.memoryOf("contact_extremes");
+    this.#base = kernels.top;
+  }
+
+  /**
+   * All columns of some cells, with their starts.
+   * @param {Plan} plan
+   * @param {Columns} given  the parameters that are not held, by name
+   * @param {number} count
+   * @param {boolean} timed  whether periods are wanted, and contact forces
+   * @returns {Columns}
+   */
+  columns(plan, given, count, timed) {
+    const kernels = this.#kernels;
+    const alphas = [...new Set(given.alpha ?? [plan.held.alpha])].filter((each) => each > 0 && each <= 1);
+    if (plan.model === "disk") this.#makeTables(alphas, timed);
+    else this.#dropTables();
+    const { parameters } = plan;
+    const block = kernels.array("float64", parameters.length, count);
+    const rows = (/** @type {Block} */ each) => split(kernels.numbers(each), each.shape[0], count);
+    rows(block).forEach((row, i) => {
+      const values = given[parameters[i]];
+      if (values) row.set(values);
+      else row.fill(plan.held[parameters[i]] ?? Infinity);
+    });
+    kernels.call("complete", ...plan.rates, block);
+    const measured =
+      plan.model === "disk"
+        ? this.#reduced(plan, block, alphas, count, timed)
+        : this.#integrated(plan, block, count);
+    const starts = Object.fromEntries(rows(block).map((row, i) => [parameters[i], row.slice()]));
+    return completed(plan, starts, measured, count);
+  }
+
+  /**
+   * Tables of some values of alpha; those of the last call are kept.
+   * @param {number[]} alphas
+   * @param {boolean} timed
+   */
+  #makeTables(alphas, timed) {
+    const kernels = this.#kernels;
+    const { panels, nodes, wide } = kernels.note;
+    const key = String([timed, ...alphas]);
+    if (key !== this.#tablesOf) {
+      this.#dropTables();
+      // without any alpha that is possible the kernel looks into no table
+      const used = alphas.length ? alphas : [1];
+      const many = (/** @type {number[]} */ [first, ...rest]) =>
+        kernels.array("float64", used.length * first, ...rest);
+      const values = kernels.array("float64", used.length);
+      this.#tables = { values, panels: many(panels), nodes: many(nodes) };
+      this.#tables.wide = timed ? many(wide) : kernels.array("float64", 0, ...wide.slice(1));
+      kernels.numbers(values).set(used);
+      const { top } = kernels;
+      kernels.call(
+        "build_tables",
+        values,
+        this.#tables.panels,
+        this.#tables.nodes,
+        kernels.array("float64", 4, panels[2]),
+      );
+      if (timed) {
+        kernels.call("build_wide_panels", values, this.#tables.wide, kernels.array("float64", 3, wide[2]));
+      }
+      kernels.top = top;
+      this.#tablesEnd = top;
+      this.#tablesOf = key;
+    }
+    kernels.top = this.#tablesEnd;
+  }
+
+  #dropTables() {
+    this.#tablesOf = "";
+    this.#kernels.top = this.#base;
+  }
+
+  /**
+   * @param {Plan} plan
+   * @param {Block} starts
+   * @param {number[]} alphas
+   * @param {number} count
+   * @param {boolean} timed
+   * @returns {Columns}
+   */
+  #reduced(plan, starts, alphas, count, timed) {
+    const kernels = this.#kernels;
+    const { values, panels, nodes, wide } = this.#tables;
+    const measures = kernels.array("float64", MEASURES.length, count);
+    const counts = kernels.array("int32", COUNTS.length, count);
+    const which = kernels.array("int64", count);
+    const row = plan.parameters.indexOf("alpha");
+    const places = new Map(alphas.map((each, i) => [each, BigInt(i)]));
+    const alpha = split(kernels.numbers(starts), plan.parameters.length, count)[row];
+    const at = kernels.numbers(which);
+    if (alphas.length === 1 && alpha.every((/** @type {number} */ each) => each === alphas[0])) at.fill(0n);
+    else for (let i = 0; i < count; i += 1) at[i] = places.get(alpha[i]) ?? -1n;
+    const periods = timed ? kernels.placeOf("periods") : 0n;
+    kernels.treat(
+      "reduce", count, starts, plan.settings.fall_tilt, periods, values, which, panels, nodes, wide,
+      measures, counts, ...this.#reducing,
+    ); // prettier-ignore
+    const found = { ...this.#columns(measures, MEASURES), ...this.#columns(counts, COUNTS) };
+    const { tilt_min: least, tilt_max: greatest, nutation_period: period, tilt_error: error, ending } = found;
+    for (let i = 0; i < count; i += 1) {
+      if (!(error[i] > plan.settings.tolerance)) continue;
+      least[i] = greatest[i] = period[i] = error[i] = NaN;
+      ending[i] = plan.unresolved;
+    }
+    return plan.contact && timed ? { ...found, ...this.#met(plan, starts, found, count) } : found;
+  }
+
+  /**
+   * Rows of an array by their names, as copies.
+   * @param {Block} block
+   * @param {string[]} names
+   * @returns {Columns}
+   */
+  #columns(block, names) {
+    const rows = split(this.#kernels.numbers(block), names.length, block.shape[1]);
+    return Object.fromEntries(rows.map((row, i) => [names[i], row.slice()]));
+  }
+
+  /**
+   * Extremes of the contact forces.
+   * @param {Plan} plan
+   * @param {Block} starts
+   * @param {Columns} found
+   * @param {number} count
+   * @returns {Columns}
+   */
+  #met(plan, starts, found, count) {
+    const kernels = this.#kernels;
+    const [extents, extremes] = [kernels.array("float64", 3, count), kernels.array("float64", 2, count)];
+    const [endings, states] = [kernels.array("int64", count), kernels.array("int64", count)];
+    const held = [found.tilt_min, found.tilt_max, found.tilt_error];
+    split(kernels.numbers(extents), 3, count).forEach((row, i) => row.set(held[i]));
+    kernels.numbers(endings).set(BigInt64Array.from(found.ending, BigInt));
+    const { fall_tilt } = plan.settings;
+    kernels.treat(
+      "contact_extremes",
+      count,
+      starts,
+      extents,
+      endings,
+      fall_tilt,
+      extremes,
+      states,
+      ...this.#meeting,
+    );
+    const contact_state = Int32Array.from(kernels.numbers(states), Number);
+    return { ...this.#columns(extremes, ["least_normal_force", "friction_needed"]), contact_state };
+  }
+
+  /**
+   * Cells with losses, integrated in time.
+   * @param {Plan} plan
+   * @param {Block} starts
+   * @param {number} count
+   * @returns {Columns}
+   */
+  #integrated(plan, starts, count) {
+    const kernels = this.#kernels;
+    const { measures: names, counts: counted } = plan;
+    const [measures, counts] = [
+      kernels.array("float64", names.length, count),
+      kernels.array("int32", counted.length, count),
+    ];
+    const settings = kernels.array("float64", plan.kernel_settings.length);
+    kernels.numbers(settings).set(plan.kernel_settings);
+    const memory = kernels.memoryOf("lossy_integrate");
+    kernels.treat("lossy_integrate", count, starts, settings, measures, counts, ...memory);
+    return { ...this.#columns(measures, names), ...this.#columns(counts, counted) };
+  }
+}
+
+/**
+ * Rows of an array.
+ * @param {any} numbers
+ * @param {number} rows
+ * @param {number} count
+ * @returns {any[]}
+ */
+function split(numbers, rows, count) {
+  return Array.from({ length: rows }, (_, i) => numbers.subarray(i * count, (i + 1) * count));
+}
+
+/**
+ * Columns with those that follow: the start of a cell, how far it went, and the verdict.
+ * @param {Plan} plan
+ * @param {Columns} starts
+ * @param {Columns} measured
+ * @param {number} count
+ * @returns {Columns}
+ */
+function completed(plan, starts, measured, count) {
+  for (const name of plan.singles) measured[name] &&= Float64Array.from(measured[name], Math.fround);
+  const { tilt, tilt_rate, alpha, radius, gravity } = starts;
+  const { tilt_min: least, tilt_max: greatest } = measured;
+  const [reach, scale] = [new Float64Array(count), new Float64Array(count)];
+  const [peak, amplification] = [new Float64Array(count), new Float64Array(count)];
+  for (let i = 0; i < count; i += 1) {
+    const steady = plan.from_start ? tilt[i] : 0;
+    reach[i] = Math.max(Math.abs(greatest[i] - steady), Math.abs(least[i] - steady));
+    peak[i] = Math.max(Math.abs(least[i]), Math.abs(greatest[i]));
+    const kick = tilt_rate[i] / Math.sqrt((2 * gravity[i]) / ((2 + alpha[i]) * radius[i]));
+    scale[i] = length(tilt[i] - steady, kick);
+    amplification[i] = scale[i] > 0 ? reach[i] / scale[i] : NaN;
+  }
+  /** @type {Columns} */
+  const found = { ...starts, ...measured, peak_tilt: peak, amplification };
+  const { outcomes, condition, named } = plan.criterion;
+  const judged = { ...found, "the reach": reach, "the scale": scale.map((each) => (each > 0 ? each : NaN)) };
+  const holds = holding(condition, judged);
+  const columns = named.map((name) => judged[/** @type {keyof typeof judged} */ (name)]);
+  found.stability = new Uint8Array(count);
+  for (let i = 0; i < count; i += 1) {
+    const isMissing = () => columns.some((column) => Number.isNaN(column[i]));
+    found.stability[i] = outcomes[measured.ending[i]][holds(i) ? 0 : isMissing() ? 2 : 1];
+  }
+  if (measured.wells) found.regime = regimes(plan, measured, count);
+  if (plan.losses.length) {
+    found.largest_loss = largest(
+      plan.losses.map((name) => measured[name]),
+      count,
+    );
+  }
+  return found;
+}
+
+/**
+ * Length of a vector; the square of a small one is not lost.
+ * @param {number} x
+ * @param {number} y
+ */
+function length(x, y) {
+  const [a, b] = [Math.abs(x), Math.abs(y)];
+  const size = a > b ? a : b;
+  return size > 0 && size < Infinity ? size * Math.sqrt((a / size) ** 2 + (b / size) ** 2) : a + b;
+}
+
+/**
+ * Where a condition holds, as a function of the number of a cell; false of a missing value.
+ * @param {Condition} condition
+ * @param {Columns} columns
+ * @returns {(i: number) => boolean}
+ */
+function holding(condition, columns) {
+  if (condition.not) {
+    const part = holding(condition.not, columns);
+    return (i) => !part(i);
+  }
+  if (condition.parts) {
+    const parts = condition.parts.map((part) => holding(part, columns));
+    return condition.word === "and"
+      ? (i) => parts.every((part) => part(i))
+      : (i) => parts.some((part) => part(i));
+  }
+  const { terms = [], signs = [] } = condition;
+  const values = terms.map((term) => valueOf(term, columns));
+  const pairs = signs.map((sign, i) => compared(sign, values[i], values[i + 1]));
+  return pairs.length === 1 ? pairs[0] : (i) => pairs.every((pair) => pair(i));
+}
+
+/**
+ * @param {Term} term
+ * @param {Columns} columns
+ * @returns {(i: number) => number}
+ */
+function valueOf({ value = 0, name, factor = 1, absolute }, columns) {
+  if (!name) return () => value;
+  const column = columns[name];
+  if (factor === 1) return absolute ? (i) => Math.abs(column[i]) : (i) => column[i];
+  return absolute ? (i) => factor * Math.abs(column[i]) : (i) => factor * column[i];
+}
+
+/** @type {Record<string, (one: number, other: number) => boolean>} all false of a missing value */
+const SIGNS = {
+  "<": (one, other) => one < other,
+  "<=": (one, other) => one <= other,
+  ">": (one, other) => one > other,
+  ">=": (one, other) => one >= other,
+  "==": (one, other) => one === other,
+  "!=": (one, other) => one < other || one > other,
+};
+
+/**
+ * @param {string} sign
+ * @param {(i: number) => number} one
+ * @param {(i: number) => number} other
+ * @returns {(i: number) => boolean}
+ */
+function compared(sign, one, other) {
+  const holds = SIGNS[sign];
+  return (i) => holds(one(i), other(i));
+}
+
+/**
+ * Kinds of motions, as sweep/explorer/quantities.py has them.
+ * @param {Plan} plan
+ * @param {Columns} measured
+ * @param {number} count
+ */
+function regimes(plan, { ending, wells, tilt_min: least, tilt_max: greatest }, count) {
+  return Uint8Array.from({ length: count }, (_, i) => {
+    if (plan.failed.includes(ending[i])) return 5;
+    if (plan.lost.includes(ending[i])) return 4;
+    return wells[i] > 0 ? 2 * (wells[i] - 1) + (least[i] < 0 && greatest[i] > 0 ? 1 : 0) : 5;
+  });
+}
+
+/**
+ * Which loss took most, counted from 1; 0 where nothing was lost.
+ * @param {Values[]} losses
+ * @param {number} count
+ */
+function largest(losses, count) {
+  return Uint8Array.from({ length: count }, (_, i) => {
+    const lost = losses.map((each) => each[i] || 0);
+    const most = Math.max(...lost);
+    return most > 0 ? 1 + lost.indexOf(most) : 0;
+  });
+}
+
+/**
+ * Values of a side of a window in the middle of some of its pixels.
+ * @param {{axis: Axis, count: number, from: number, to: number}} side
+ */
+function valuesOf({ axis, count, from, to }) {
+  return Float64Array.from({ length: to - from }, (_, i) => {
+    const at = axis.centre + axis.half * ((2 * (from + i) + 1) / count - 1);
+    return axis.scale === "log" ? Math.exp(at) : at;
+  });
+}
+
+/**
+ * A piece of a window: values of a quantity, verdicts, and the range of the values.
+ * @param {Cells} cells
+ * @param {any} asked
+ */
+function piece(cells, { plan, x, y, quantity, timed }) {
+  const [across, up] = [valuesOf(x), valuesOf(y)];
+  const count = across.length * up.length;
+  const [columns, rows] = [new Float64Array(count), new Float64Array(count)];
+  for (let row = 0; row < up.length; row += 1) {
+    columns.set(across, row * across.length);
+    rows.fill(up[row], row * across.length, (row + 1) * across.length);
+  }
+  const given = { [x.axis.name]: columns, [y.axis.name]: rows };
+  const found = cells.columns(plan, given, count, timed);
+  const value = found[quantity];
+  let [low, high, least] = [Infinity, -Infinity, Infinity];
+  for (let i = 0; i < count; i += 1) {
+    const each = value[i];
+    if (!Number.isFinite(each) || (value instanceof Uint8Array && each === NO_CODE)) continue;
+    if (each < low) low = each;
+    if (each > high) high = each;
+    if (each > 0 && each < least) least = each;
+  }
+  return { value, verdict: found.stability, low, high, least };
+}
+
+/**
+ * Call an entry point with numbers and arrays; returns what it returns, and the arrays as they are then.
+ * @param {Kernels} kernels
+ * @param {{name: string, values: (number|{shape: number[], numbers: Float64Array})[]}} asked
+ */
+function called(kernels, { name, values }) {
+  const blocks = values.map((value) =>
+    typeof value === "number" ? value : kernels.array("float64", ...value.shape),
+  );
+  values.forEach((value, i) => {
+    const block = blocks[i];
+    if (typeof value !== "number" && typeof block !== "number") kernels.numbers(block).set(value.numbers);
+  });
+  const results = kernels.call(name, ...blocks);
+  const arrays = blocks.map((block) => (typeof block === "number" ? null : kernels.numbers(block).slice()));
+  return { results, arrays };
+}
+
+/** @type {Cells} */
+let cells;
+/** @type {Kernels} */
+let kernels;
+
+/** @type {Record<string, (asked: any) => object>} */
+const ANSWERS = {
+  begin: ({ module }) => {
+    kernels = new Kernels(module);
+    cells = new Cells(kernels);
+    return {};
+  },
+  piece: (asked) => piece(cells, asked),
+  cells: ({ plan, given, count }) => cells.columns(plan, given, count, true),
+  call: (asked) => {
+    const { top } = kernels;
+    const found = called(kernels, asked);
+    kernels.top = top;
+    return found;
+  },
+};
+
+self.onmessage = ({ data: { id, what, asked } }) => {
+  try {
+    const found = ANSWERS[what](asked);
+    const buffers = Object.values(found).flatMap((each) => (ArrayBuffer.isView(each) ? [each.buffer] : []));
+    self.postMessage({ id, found }, { transfer: [...new Set(buffers)] });
+  } catch (problem) {
+    self.postMessage({ id, problem: String(problem) });
+  }
+};

@@ -1,0 +1,243 @@
+"""What the page has to be told to compute cells and motions of a view by itself: a plan, which JSON can hold."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from sweep.errors import RequestError
+from sweep.explorer.losses import AIR, LOSS_WORDS, MASS, has_motions, slider_rows
+from sweep.explorer.quantities import shown_of
+from sweep.explorer.view import View
+from sweep.model.description import Model
+from sweep.model.disk.initial_conditions import circling
+from sweep.model.disk.model import STEEPEST_EXACT
+from sweep.model.disk.tables import STEADY_PRECESSION, STEADY_ROLL, WOBBLE
+from sweep.model.lossy_disk.tables import AIR_LAWS, LOSSES, NO_AIR
+from sweep.model.quantity import FAILED, LOST, UNDECIDED, Input, Quantity
+from sweep.motion.tables import DISK_MOTION, LAWS, LOSSY_MOTION, TRAJECTORY, MotionKind
+from sweep.request.criterion_kinds import LOST_TIME
+from sweep.request.expression import Comparison, Expression, Not, Number, Term, variables
+from sweep.request.spec import SweepSpec
+
+#: Words of rates -> their numbers in `kernels.page.starts`; 0 for a rate that is given.
+_RATES = {**dict(zip(STEADY_PRECESSION, (1, 2), strict=True)), STEADY_ROLL: 3, WOBBLE: 4}
+
+#: Columns that say how a cell was computed, or that the exact reduction does not know.
+LEFT_OUT = ("steps", "refinements", "energy_drift", "fall_time", "stability")
+
+_WEIGHT_TIMES_RADIUS = "weight \u00d7 radius"
+
+#: Arrays of a motion whose unit is not that of their variable in a file -> label and unit.
+_SCALED: Mapping[str, tuple[str, str]] = {
+    "time": ("time", "s"),
+    "friction_needed": ("friction needed", ""),
+    "normal_force": ("normal force", "weight"),
+    "friction_across": ("friction across the track", "weight"),
+    "friction_along": ("friction along the track", "weight"),
+    "energy": ("energy", _WEIGHT_TIMES_RADIUS),
+    "potential": ("potential \u2212 energy", _WEIGHT_TIMES_RADIUS),
+    **{name: (words, _WEIGHT_TIMES_RADIUS) for name, words in LAWS.items()},
+}
+
+#: Arrays of a motion that are variables of its file, in the same unit.
+_SAMPLES = (
+    "tilt", "tilt_rate", "precession_rate", "roll_rate", "heading", "roll_angle", "contact_x", "contact_y",
+)  # fmt: skip
+
+
+def plan(view: View) -> dict[str, Any]:
+    """Return what the page computes the cells and motions of a view by.
+
+    Parameters
+    ----------
+    view : View
+
+    Returns
+    -------
+    dict
+        ``cells``, how those of the map are computed, None if they cannot be, and ``refused``, why; ``lossy``, how one
+        with losses is; ``disk``, how the starts of motions are completed; ``motion``, how they are followed, None if
+        there are none. The type Plans of the page's types.js says what they hold.
+
+    Raises
+    ------
+    RequestError
+        If the words of the view are not possible.
+    """
+    spec, cells, refused = view.spec, None, None
+    try:
+        cells = cells_of(view.live) if has_motions(view.live) else None
+    except RequestError as error:
+        refused = {"error": error.message, "hint": error.hint}
+    lossy = spec.model is LOSSY_MOTION.model
+    known = has_motions(spec)
+    return {
+        "cells": cells,
+        "refused": refused,
+        "lossy": cells_of(_to_the_end(spec)) if lossy else None,
+        "disk": cells or (_unjudged(spec) if known else None),
+        "motion": _motion_of(spec) if known else None,
+        "steepest": STEEPEST_EXACT,
+    }
+
+
+def _to_the_end(spec: SweepSpec) -> SweepSpec:
+    """Return a spec whose cells are followed as long as the motion that is drawn."""
+    usual = float(spec.model.settings["duration"].default)
+    return spec.replace(duration=max(spec.duration, usual))
+
+
+def _unjudged(spec: SweepSpec) -> dict[str, Any]:
+    """Return how the starts of a spec are completed and reduced without a verdict."""
+    disk = DISK_MOTION.model
+    fall_tilt = min(getattr(spec, "fall_tilt", STEEPEST_EXACT), STEEPEST_EXACT)
+    never = {"terms": [{"value": 0.0}, {"value": 1.0}], "signs": [">"]}
+    outcomes = [[UNDECIDED] * 3] * (max(each.code for each in disk.endings) + 1)
+    return {
+        **_cells(spec, disk),
+        "settings": {"fall_tilt": fall_tilt, "tolerance": spec.tolerance},
+        "criterion": {"text": "", "timed": False, "outcomes": outcomes, "condition": never, "named": []},
+    }
+
+
+def cells_of(spec: SweepSpec) -> dict[str, Any]:
+    """Return how the cells of a spec are computed: of the exact reduction, or of the disk with losses."""
+    return {**_cells(spec, spec.model), "criterion": _criterion(spec)}
+
+
+def _cells(spec: SweepSpec, model: Model) -> dict[str, Any]:
+    """Return how cells of a model with the starts of a spec are computed, but for their verdicts."""
+    endings, shown = model.endings, shown_of(spec)
+    computed = {name: _RATES[str(getattr(spec, name))] for name in spec.computed}
+    settings = [name for name in ("fall_tilt", "tolerance") if name in model.settings]
+    lossy = model is LOSSY_MOTION.model
+    variables = model.cell_variables(spec) if model is spec.model else model.variables
+    return {
+        "model": model.name,
+        "parameters": list(model.parameters),
+        "held": {name: _held(spec, name) for name in model.parameters},
+        "rates": [computed.get("precession_rate", 0), computed.get("roll_rate", 0)],
+        "from_start": circling(spec),
+        "settings": {name: getattr(spec, name, None) for name in settings},
+        "kernel_settings": model.kernel_settings(spec).tolist() if lossy else [],
+        "measures": list(model.measures),
+        "counts": list(model.counts),
+        "losses": [measure for _, measure in LOSSES.values()] if lossy else [],
+        "contact": getattr(spec, "contact", "no") == "yes",
+        "unresolved": endings.code("unresolved"),
+        "lost": endings.codes(LOST),
+        "failed": endings.codes(FAILED),
+        "shown": list(shown),
+        "timed": [name for name, each in shown.items() if each.timed],
+        "singles": [name for name, each in variables.items() if each.dtype == "f4"],
+        "starts": [_told(row) for row in model.parameters.values()],
+        "numbers": [_told(quantity) for name, quantity in variables.items() if name not in LEFT_OUT],
+    }
+
+
+def _held(spec: SweepSpec, name: str) -> float | None:
+    """Return the number of a parameter that is no axis; None for no number, or one beyond all."""
+    value = spec.constants.get(name, getattr(spec, name))
+    return value if isinstance(value, float) and math.isfinite(value) else None
+
+
+def _told(quantity: Quantity) -> dict[str, Any]:
+    """Return how a number of a cell is told."""
+    flags = quantity.flags
+    return {
+        "name": quantity.name,
+        "label": quantity.name.replace("_", " "),
+        "description": quantity.long_name,
+        "unit": quantity.shown_units,
+        "factor": quantity.plot_scale,
+        "single": quantity.dtype == "f4",
+        "flags": None if flags is None else {str(code): quantity.flag(code) for code in flags},
+    }
+
+
+def _criterion(spec: SweepSpec) -> dict[str, Any]:
+    """Return the verdicts of cells by their endings, and the condition that decides between them."""
+    criterion, endings = spec.criterion, spec.model.endings
+    outcomes = [[UNDECIDED] * 3 for _ in range(max(each.code for each in endings) + 1)]
+    for each in endings:
+        outcomes[each.code] = list(criterion.row.outcomes.get(each.role, (UNDECIDED,) * 3))
+    criterion.check_new_cells()
+    assert criterion.condition is not None
+    names = {LOST_TIME: endings.lost_time}
+    enough = {"ending", *spec.model.from_extremes}.issuperset(criterion.needs(spec.model))
+    return {
+        "text": str(criterion),
+        "timed": not enough,
+        "outcomes": outcomes,
+        "condition": _condition(criterion.condition, names),
+        "named": [names.get(name, name) for name in variables(criterion.condition)],
+    }
+
+
+def _condition(tree: Expression, names: Mapping[str, str]) -> dict[str, Any]:
+    if isinstance(tree, Not):
+        return {"not": _condition(tree.part, names)}
+    if isinstance(tree, Comparison):
+        return {"terms": [_term(each, names) for each in tree.terms], "signs": list(tree.signs)}
+    return {"word": tree.word, "parts": [_condition(each, names) for each in tree.parts]}
+
+
+def _term(term: Term, names: Mapping[str, str]) -> dict[str, Any]:
+    if isinstance(term, Number):
+        return {"value": float(term.value)}
+    return {"name": names.get(term.name, term.name), "factor": term.factor, "absolute": term.absolute}
+
+
+def _motion_of(spec: SweepSpec) -> dict[str, Any]:
+    """Return how motions are followed: the words of the cells, in SI."""
+    lossy = spec.model is LOSSY_MOTION.model
+    tilts = {
+        kind.largest_tilt: getattr(spec, kind.largest_tilt, kind.inputs[kind.largest_tilt].default)
+        for kind in (DISK_MOTION, LOSSY_MOTION)
+    }
+    losses = {name: getattr(spec, name) for name in LOSS_WORDS} if lossy else {}
+    return {"lossy": lossy, **tilts, "losses": {name: _plain(value) for name, value in losses.items()}}
+
+
+def _plain(value: Any) -> float | str | None:
+    """Return a number or a word; None where cells differ."""
+    return value if isinstance(value, float) else str(value) if isinstance(value, str) else None
+
+
+def motion_tables() -> dict[str, Any]:
+    """Return what holds for all motions: labels, words, sliders of losses; the type MotionTables of types.js."""
+    samples = {name: TRAJECTORY[name] for name in _SAMPLES}
+    return {
+        "quantities": {
+            **{
+                name: {"label": label, "unit": unit, "factor": 1.0} for name, (label, unit) in _SCALED.items()
+            },
+            **{name: _described(each) for name, each in samples.items()},
+        },
+        "disk": _endings(DISK_MOTION),
+        "lossy": _endings(LOSSY_MOTION),
+        "ledger": dict(LAWS),
+        "lossy_parameters": list(LOSSY_MOTION.model.parameters),
+        "rules": {name: _rule(row) for name, row in DISK_MOTION.model.parameters.items()},
+        "sliders": slider_rows(),
+        "air_laws": list(AIR_LAWS),
+        "no_air": NO_AIR,
+        "air": AIR,
+        "mass": MASS,
+    }
+
+
+def _described(quantity: Quantity) -> dict[str, Any]:
+    unit = quantity.shown_units.replace(" s-1", "/s")
+    return {"label": quantity.name.replace("_", " "), "unit": unit, "factor": quantity.plot_scale}
+
+
+def _endings(kind: MotionKind) -> dict[str, str]:
+    """Return the words of the endings of a motion by their codes; of one that time ended there are none."""
+    flags = kind.variables["ending"].flags or {}
+    named = {str(code): kind.variables["ending"].flag(code) for code in flags}
+    return {code: kind.endings[name] for code, name in named.items() if name in kind.endings}
+
+
+def _rule(row: Input) -> dict[str, Any]:
+    return {**_told(row), "rule": row.rule}

@@ -1,0 +1,171 @@
+"""Cells of random starts and disks: the page has the numbers of the program."""
+
+import base64
+
+import numpy as np
+import pytest
+
+from sweep.engine.compute import compute
+from sweep.explorer.plan import plan
+from sweep.explorer.view import View
+from sweep.model.disk.model import DISK
+from sweep.request.spec import SweepSpec
+
+#: Ask workers for cells; their columns come back as the bytes of doubles, in base64.
+CELLS = """async ([plan, given, names, count]) => {
+    const { Computation } = await import("eulerdisk/compute/computation");
+    const answer = await fetch("./page/kernels.wasm");
+    window.computation ??= new Computation(answer.arrayBuffer());
+    const unpacked = ([name, text]) => {
+        const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+        return [name, new Float64Array(bytes.buffer)];
+    };
+    const cells = Object.fromEntries(Object.entries(given).map(unpacked));
+    const columns = await window.computation.ask("cells", { plan, given: cells, count });
+    const packed = (name) => {
+        const bytes = new Uint8Array(Float64Array.from(columns[name]).buffer);
+        let text = "";
+        for (let i = 0; i < bytes.length; i += 8192) text += String.fromCharCode(...bytes.subarray(i, i + 8192));
+        return btoa(text);
+    };
+    return names.map(packed);
+}"""
+
+#: Cells that one question has.
+PIECE = 20_000
+
+
+def columns_of_page(page, how, starts, names):
+    """Return columns as the page computes them by a plan, one piece after the other; shape (names, cells)."""
+    count = next(iter(starts.values())).size
+    found = []
+    for first in range(0, count, PIECE):
+        part = {name: values[first : first + PIECE] for name, values in starts.items()}
+        given = {name: base64.b64encode(values.tobytes()).decode() for name, values in part.items()}
+        size = min(PIECE, count - first)
+        packed = page.evaluate(CELLS, [how, given, names, size])
+        found.append(np.stack([np.frombuffer(base64.b64decode(each)) for each in packed]))
+    return dict(zip(names, np.concatenate(found, axis=1), strict=True))
+
+
+def any_view(base, words):
+    """Return a view of a preset with these words; its sides do not matter."""
+    sides = {"x": ("tilt", 0.1, 0.05), "y": ("alpha", 0.5, 0.4)}
+    raw = {
+        which: {"name": name, "centre": centre, "half": half, "scale": "linear"}
+        for which, (name, centre, half) in sides.items()
+    }
+    return View.read({"base": base, "words": words, **raw}, SweepSpec.preset("rolling"))
+
+
+#: Some disks of all sizes, and odd criteria.
+WORDS = [
+    ("rolling", {}),
+    ("circling", {"precession_rate": 2.0}),
+    ("spinning", {}),
+    ("rolling", {"criterion": "amplification:10", "fall_tilt": "60deg"}),
+    ("rolling", {"criterion": "not (peak_tilt > 10deg or 1deg < tilt_max <= 5deg) and nutation_period < 3s"}),
+]
+
+
+def test_cells_without_losses(opened, rng, count):
+    """Random starts of all presets and odd disks: endings and wells are equal, numbers within 1e-12.
+
+    The period is one of a tolerance of 1e-9, and the verdict may differ only within the stated error of the tilts.
+    """
+    page = opened()
+    for base, words in WORDS:
+        view = any_view(base, words)
+        n = count(20_000, 200_000)
+        starts = {
+            "tilt": rng.choice([-1.0, 1.0], n) * 10.0 ** rng.uniform(-8, np.log10(1.5), n),
+            "tilt_rate": rng.choice([0.0, 1.0], n) * rng.normal(0.0, 1.0, n) * 10.0 ** rng.uniform(-6, 1, n),
+            "precession_rate": rng.choice([0.0, 1.0], n) * rng.normal(0.0, 5.0, n),
+            "roll_rate": rng.normal(0.0, 5.0, n),
+            # few values: each has tables of its own
+            "alpha": rng.choice([0.5, 1.0, 0.031, 0.77], n),
+            "radius": 10.0 ** rng.uniform(-4, 3, n),
+            "gravity": 10.0 ** rng.uniform(-3, 3, n),
+        }
+        # some beside the domain of a parameter
+        starts["alpha"][:50], starts["radius"][50:90] = 1.5, -1.0
+        if view.live.computed:
+            # without a kick rounding decides whether a steady motion is exactly one
+            starts["tilt_rate"] = 10.0 ** rng.uniform(-6, 0, n)
+        starts = {name: values for name, values in starts.items() if name not in view.live.computed}
+        full = view.spec.model.complete(
+            view.live, {**starts, **{name: np.zeros(n) for name in view.live.computed}}
+        )
+        expected = compute(view.live, {name: full[name] for name in DISK.parameters})
+        names = [
+            "ending",
+            "wells",
+            "tilt_min",
+            "tilt_max",
+            "separatrix",
+            "nutation_period",
+            "stability",
+            "peak_tilt",
+        ]
+        found = columns_of_page(page, plan(view)["cells"], starts, [*names, "tilt_error"])
+        for name in ("ending", "wells"):
+            assert np.array_equal(found[name], expected[name]), (base, name)
+        error = np.nan_to_num(expected["tilt_error"].astype(float))
+        for name in ("tilt_min", "tilt_max", "peak_tilt"):
+            apart = np.abs(found[name] - expected[name])
+            assert np.array_equal(np.isnan(found[name]), np.isnan(expected[name])), (base, name)
+            # a steady rate is rounded otherwise, and with it a motion that this sets off
+            assert np.nanmax(apart - (0.1 * error if view.live.computed else 0.0)) < 1e-12, (base, name)
+        assert np.nanmax(np.abs(found["separatrix"] - expected["separatrix"])) < 1e-11 * 25.0, base
+        both = np.isfinite(found["nutation_period"]) & np.isfinite(expected["nutation_period"])
+        # beside a separatrix rounding decides whether a period is known
+        assert (both | np.isnan(expected["nutation_period"])).mean() > 0.999, base
+        period = expected["nutation_period"][both]
+        assert np.max(np.abs(found["nutation_period"][both] - period) / period) < 1e-9, base
+        assert (found["stability"] != expected["stability"]).sum() <= 1e-5 * n, base
+        assert {0, 1, 2} == set(expected["stability"]), base
+
+
+def test_cells_with_losses(opened, rng, count):
+    """Cells of the disk with losses have the endings of the program, and numbers within a tenth of their errors."""
+    page = opened()
+    for words in [{}, {"rolling_friction": "10um", "pivoting_friction": "20um", "air_law": "moffatt"}]:
+        spec = SweepSpec.preset("toy", duration="20s", criterion="aloft:5s", **words)
+        view = View.read(
+            {
+                "base": "",
+                "words": {"duration": 20.0},
+                "x": {"name": "tilt", "centre": 0.5, "half": 0.1, "scale": "linear"},
+                "y": {"name": "precession_rate", "centre": 20.0, "half": 1.0, "scale": "linear"},
+            },
+            spec,
+        )
+        how = plan(view)["lossy"]
+        n = count(60, 2000)
+        starts = {"tilt": rng.uniform(-1.4, 1.4, n), "precession_rate": rng.uniform(-40.0, 40.0, n)}
+        starts["precession_rate"][:5] = 0.0
+        full = view.starts(starts["tilt"], starts["precession_rate"])
+        duration = how["kernel_settings"][0]
+        expected = compute(view.spec.replace(duration=duration), full)
+        errors = {
+            "tilt_min": "tilt_error", "tilt_max": "tilt_error", "end_time": "time_error",
+            "heading_turned": "heading_error", "path_length": "path_error",
+        }  # fmt: skip
+        found = columns_of_page(page, how, starts, ["ending", "stability", "largest_loss", *errors])
+        for name in ("ending", "stability", "largest_loss"):
+            assert np.array_equal(found[name], expected[name]), (words, name)
+        for name, error in errors.items():
+            allowed = 0.1 * expected[error].astype(float) + 1e-12 * np.abs(expected[name])
+            assert np.nanmax(np.abs(found[name] - expected[name]) / (allowed + 1e-300)) < 1.0, (words, name)
+        assert len(set(expected["ending"])) > 1, words
+
+
+@pytest.mark.parametrize("name", ["tilt_max", "stability"])
+def test_a_fault_is_seen(opened, name):
+    """What the page computes by another plan is not what the program computes: the comparison can fail."""
+    page, view = opened(), any_view("rolling", {})
+    starts = {"tilt": np.full(3, 0.02), "roll_rate": np.full(3, 2.3), "alpha": np.full(3, 0.5)}
+    how = plan(view)["cells"]
+    right = columns_of_page(page, how, starts, [name])[name]
+    other = {**how, "held": {**how["held"], "gravity": 3.0}}
+    assert not np.array_equal(columns_of_page(page, other, starts, [name])[name], right)
