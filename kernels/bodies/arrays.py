@@ -22,3 +22,10 @@ BODY = SETTINGS.index("body")
 #: minus its energy, over m g R [1], estimated error of the extreme tilts [rad]. NaN where a measure does not exist.
 REDUCED = ("tilt_min", "tilt_max", "nutation_period", "separatrix", "tilt_error")
 REDUCED_MIN, REDUCED_MAX, REDUCED_PERIOD, REDUCED_SEPARATRIX, REDUCED_ERROR = range(len(REDUCED))
+
+#: Where a body goes: angle [rad] that the heading gains over a nutation; distance [m] between the contact points at two
+#: smallest tilts after one another; least and greatest distance [m] of the contact point from the centre of the ring.
+#: And what is known.
+PATH = ("heading_per_nutation", "path_drift", "ring_inner", "ring_outer")
+PATH_HEADING, PATH_DRIFT, PATH_INNER, PATH_OUTER = range(len(PATH))
+UNKNOWN_PATH, ANNULAR_PATH, UNBOUNDED_PATH = range(3)

@@ -30,9 +30,10 @@ _MOST_PANELS = 400
 #: Rounding of the kinetic energy, over its terms and those of its slope times the way.
 _ROUNDING = 4.0 * 2.0**-52
 
-#: Numbers kept of a panel before the coefficients of its kinetic energy: where it begins and ends, from the start.
-_FROM, _TO, _COEFFICIENTS = range(3)
-_KEPT = _COEFFICIENTS + at.TERMS
+#: Numbers kept of a panel: where it begins and ends, from the start; the coefficients of its kinetic energy, s and o.
+_FROM, _TO, OF_KINETIC = range(3)
+OF_SPIN, OF_ALONG = OF_KINETIC + at.TERMS, OF_KINETIC + 2 * at.TERMS
+_KEPT = OF_KINETIC + 3 * at.TERMS
 
 #: Numbers kept of a side: how many panels; how far it goes, in y; its tilt [rad], the error of that; the least energy
 #: between the motion and a maximum of the potential; the rounding of the energy.
@@ -41,7 +42,7 @@ _OF_A_SIDE = 6
 
 #: Nodes and weights of the quadrature of a period; the relative change by halves that is small enough, as their error
 #: is much smaller; pieces that wait, and halvings, at most.
-_GAUSS = np.polynomial.legendre.leggauss(16)
+GAUSS = np.polynomial.legendre.leggauss(16)
 _SETTLED, _MOST_WAITING, _MOST_HALVINGS = 1e-10, 64, 400
 
 #: A period beside a maximum of the potential is not told where the bound of the rounding of the energy is this share of
@@ -91,7 +92,8 @@ def _first_length(series, at_rest, length):
 def _keep(series, number, begun, length, panels):
     panels[number, _FROM], panels[number, _TO] = begun, begun + length
     for k in range(at.TERMS):
-        panels[number, _COEFFICIENTS + k] = series[at.KINETIC, k]
+        panels[number, OF_KINETIC + k] = series[at.KINETIC, k]
+        panels[number, OF_SPIN + k], panels[number, OF_ALONG + k] = series[at.SPIN, k], series[at.ALONG, k]
 
 
 @kernel
@@ -186,16 +188,23 @@ def _follow(state, body, limit, series, found, panels, side):
 
 
 @kernel
-def _kinetic(panels, number, y):
+def value_on(panels, number, first, y):
+    """Value at y, from the start, of the series whose coefficients begin at `first` of a panel."""
     t, total = y - panels[number, _FROM], 0.0
     for k in range(at.TERMS - 1, -1, -1):
-        total = total * t + panels[number, _COEFFICIENTS + k]
+        total = total * t + panels[number, first + k]
     return total
 
 
 @kernel
-def _slowness(chi, y_start, body, panels, sides):
-    """Time of a motion over chi, where y = middle + half sin(chi) between its turning points, at one place."""
+def place_of(chi, panels, sides):
+    """Where a motion is at chi, where y = middle + half sin(chi) between its turning points.
+
+    Returns
+    -------
+    (y, side, number, stretch)
+        y from the start; the side of the start and the number of the panel there; dy/dchi.
+    """
     low, high = -sides[1, _WAY], sides[0, _WAY]
     half, sine, cosine = 0.5 * (high - low), math.sin(chi), math.cos(chi)
     # from the nearer end, without cancellation
@@ -206,17 +215,24 @@ def _slowness(chi, y_start, body, panels, sides):
     side, number = 0 if y >= 0.0 else 1, 0
     while number < int(sides[side, _PANELS]) - 1 and abs(y) > panels[side, number, _TO]:
         number += 1
-    kinetic = _kinetic(panels[side], number, abs(y))
+    return y, side, number, half * cosine
+
+
+@kernel
+def _slowness(chi, y_start, body, panels, sides):
+    """Time of a motion over chi (`place_of`), at one place."""
+    y, side, number, stretch = place_of(chi, panels, sides)
+    kinetic = value_on(panels[side], number, OF_KINETIC, abs(y))
     S, C = math.tanh(y_start + y), 1.0 / math.cosh(y_start + y)
-    return half * C * cosine * math.sqrt(0.5 / (kinetic * per_inertia(S, C, body)))
+    return C * stretch * math.sqrt(0.5 / (kinetic * per_inertia(S, C, body)))
 
 
 @kernel
 def _over(low, high, y_start, body, panels, sides):
     """Time over a piece of chi, by Gauss's rule."""
     middle, half, total = 0.5 * (low + high), 0.5 * (high - low), 0.0
-    for j in range(_GAUSS[0].size):
-        total += _GAUSS[1][j] * _slowness(middle + half * _GAUSS[0][j], y_start, body, panels, sides)
+    for j in range(GAUSS[0].size):
+        total += GAUSS[1][j] * _slowness(middle + half * GAUSS[0][j], y_start, body, panels, sides)
     return half * total
 
 
@@ -256,7 +272,8 @@ def _mirrored(body):
 
 
 @kernel
-def _stretched(tilt):
+def stretched(tilt):
+    """The stretched tilt y of a tilt."""
     return math.asinh(math.tan(tilt))
 
 
@@ -265,11 +282,11 @@ def _limit(kind, edge, y, heading, fall_tilt):
     """(tilt, ending, way in y) where a motion towards `heading` ends that does not turn."""
     if kind == RIM and edge * heading < 0.0:
         return 0.0, EDGE_CHANGE, abs(y)
-    return heading * fall_tilt, FELL, _stretched(fall_tilt) - heading * y
+    return heading * fall_tilt, FELL, stretched(fall_tilt) - heading * y
 
 
 @kernel
-def _reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides, pieces):
+def reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides, pieces):
     """(ending, least, greatest tilt, period, separatrix, error) of a cell, scaled but for angles."""
     nan, tilt = math.nan, starts[row.TILT, cell]
     body = body_of(starts, cell, kind)
@@ -285,7 +302,7 @@ def _reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides,
     if is_steady(state, body):
         return STEADY, tilt, tilt, nan, nan, 0.0
     S, C, T, w, o, s = state
-    y, edge = _stretched(tilt), side_of(kind, tilt)
+    y, edge = stretched(tilt), side_of(kind, tilt)
     least, greatest, ending = tilt, tilt, BOUNDED
     heading = math.copysign(1.0, w)
     if w == 0.0:
@@ -337,7 +354,8 @@ def _pull(state, body):
     return body.core * S - body.shift * C + o * torque
 
 
-def _memory_of_thread(*_):
+def memory_of_thread(*_):
+    """Arrays of a thread: what follows `counts` in `reduce`."""
     return (
         np.empty((at.ROWS, at.TERMS)), np.empty(MOST_ROOTS), np.empty((2, _MOST_PANELS, _KEPT)),
         np.empty((2, _OF_A_SIDE)),
@@ -347,7 +365,7 @@ def _memory_of_thread(*_):
 
 @parallel(
     _CHUNK,
-    _memory_of_thread,
+    memory_of_thread,
     starts="float64[:, ::1]",
     kind="float64",
     fall_tilt="float64",
@@ -397,4 +415,4 @@ def reduce(
             measures[row.REDUCED_PERIOD, cell],
             measures[row.REDUCED_SEPARATRIX, cell],
             measures[row.REDUCED_ERROR, cell],
-        ) = _reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides, pieces)
+        ) = reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides, pieces)

@@ -467,7 +467,8 @@ def _of_one_body(
     if len(thin) == len(changes):
         return kept, thin
     another = registry.named("bodies")
-    gone = (*another.chosen_by, *(("model",) if held.get("model") == another.name else ()))
+    gone = {*names(another)} - {*names(registry.named(registry.DEFAULT))}
+    gone |= {"model"} if held.get("model") == another.name else set()
     return {name: raw for name, raw in kept.items() if name not in gone}, thin
 
 

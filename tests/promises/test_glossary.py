@@ -19,7 +19,13 @@ def names():
             *each.VARIABLES,
             *(each.ENDINGS.quantity.flags or {}).values(),
         )
-    yield from (*disk.SETTINGS, *lossy.SETTINGS, *disk.CONTACT_VARIABLES, *disk.REDUCTION)
+    yield from (
+        *disk.SETTINGS,
+        *lossy.SETTINGS,
+        *disk.CONTACT_VARIABLES,
+        *disk.REDUCTION,
+        *bodies.PATH_VARIABLES,
+    )
 
 
 def test_the_glossary_has_the_words():

@@ -19,6 +19,8 @@ from sweep.model.quantity import Quantity, table
 
 REDUCE = Kernel("kernels.bodies.reduction", "reduce", seconds=10.0)
 
+PATHS = Kernel("kernels.bodies.path", "paths", seconds=12.0)
+
 #: What an atlas of the reduction holds besides.
 REDUCTION: Mapping[str, Quantity] = table(
     replace(
@@ -31,6 +33,14 @@ REDUCTION: Mapping[str, Quantity] = table(
 
 #: Variables of an audit that only the disk has.
 _OF_THE_DISK_ALONE = "wells"
+
+
+def path_columns(spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
+    """Return where the contact points of cells go (`kernels.bodies.path`): arrays, shape (n,)."""
+    rows = np.stack([starts[name] for name in arrays.PARAMETERS])
+    measures, classes = np.empty((len(arrays.PATH), rows.shape[1])), np.empty(rows.shape[1], np.int64)
+    PATHS.load()(rows, float(shapes.NAMES.index(spec.body)), float(spec.fall_tilt), measures, classes)
+    return {**dict(zip(arrays.PATH, measures, strict=True)), "path_class": classes}
 
 
 class BodyReduction(ExactReduction):

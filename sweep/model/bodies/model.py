@@ -10,7 +10,7 @@ import numpy as np
 from kernels.bodies import shapes
 from kernels.disk import arrays
 from sweep.model.bodies import tables, theory
-from sweep.model.bodies.exact import REDUCE, REDUCTION, BodyReduction
+from sweep.model.bodies.exact import PATHS, REDUCE, REDUCTION, BodyReduction, path_columns
 from sweep.model.bodies.shape import check_shape, complete, with_body
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk import theory as of_disk
@@ -49,7 +49,7 @@ class Bodies(Model):
     }
 
     exact: BodyReduction = BodyReduction()
-    additions = {"method=exact": REDUCTION}  # noqa: RUF012 - likewise
+    additions = {"path=yes": tables.PATH_VARIABLES, "method=exact": REDUCTION}  # noqa: RUF012 - likewise
     unknown_to = DISK.unknown_to
 
     def headline(self, spec: Request) -> str:
@@ -95,13 +95,13 @@ class Bodies(Model):
 
     def cell_variables(self, spec: Request) -> Mapping[str, Quantity]:
         """Return the variables of an atlas; those that need an integration in time say so where there is none."""
-        return (
-            untimed(super().cell_variables(spec)) if spec.method == "exact" else super().cell_variables(spec)
-        )
+        held = {**super().cell_variables(spec), **(tables.PATH_VARIABLES if spec.path == "yes" else {})}
+        return untimed(held) if spec.method == "exact" else held
 
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
-        """Return the kernel of the method."""
-        return (REDUCE if spec.method == "exact" else self.integrate,)
+        """Return the kernel of the method, and that of the path where it is asked for."""
+        path = (PATHS,) if spec.path == "yes" else ()
+        return (REDUCE if spec.method == "exact" else self.integrate, *path)
 
     def complete(self, spec: Request, starts: Starts) -> Starts:
         """Return starts with the moments of their bodies, and the rates that keep the tilt of each cell."""
@@ -119,7 +119,12 @@ class Bodies(Model):
             complete.__module__,
             Bodies.kernel_settings,
             BodyReduction.measures,
+            path_columns,
         ]
+
+    def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
+        """Return where the contact points go, where it is asked for."""
+        return path_columns(spec, starts) if spec.path == "yes" else {}
 
     def derive(self, starts: Starts, measured: Columns) -> Columns:
         """Return the peak tilt."""

@@ -98,3 +98,19 @@ def test_what_is_lacking_is_said():
     assert "simulate follows the thin disk alone" in caught.value.hint
     with pytest.raises(RequestError, match="explorer shows the thin disk"):
         sweep.explore("torus")
+
+
+def test_where_it_goes_is_recorded_on_request():
+    """It adds variables and changes no cell; verify computes them again; the thin disk is a torus without a tube."""
+    words = {"body": "torus", "tube": "0,0.3", "axial_moment": 0.5, "transverse_moment": 0.25}
+    spec = sweep.SweepSpec(**words, tilt="20deg", precession_rate=2.0, roll_rate="3,5")
+    plain, atlas = sweep.run(spec), sweep.run(spec.replace(path="yes"))
+    assert np.array_equal(plain.tilt_max, atlas.tilt_max)
+    assert "path_drift" not in plain
+    assert (atlas.path_class == 1).all()
+    assert (atlas.ring_inner < atlas.ring_outer).all()
+    audited = sweep.verify(atlas)
+    assert sweep.findings(audited).agreeing == 4
+    atlas.ring_inner.values[0, 0] += 1e-6
+    wrong = {each.name: each.wrong for each in sweep.findings(sweep.verify(atlas)).statements if each.wrong}
+    assert wrong == {"ring_inner": 1}

@@ -1,0 +1,138 @@
+"""Where bodies go over a nutation, against the contact point of a rigid body that is followed in space."""
+
+import math
+
+import numpy as np
+import pytest
+from body_referee import REFERENCE, cross, start_of
+from body_runner import FALL_TILT, TORUS
+from scipy.integrate import solve_ivp
+from scipy.optimize import minimize_scalar
+
+from kernels.bodies.arrays import ANNULAR_PATH, PATH, UNBOUNDED_PATH, UNKNOWN_PATH
+from kernels.bodies.shapes import NAMES
+from sweep.model.bodies.exact import PATHS
+
+#: How near a time of an extreme is sought.
+CLOSE = {"xatol": 1e-9}
+
+
+def _signed(t, distance, sign):
+    return sign * distance(t)
+
+
+def followed(body, tilt, w, o, s):
+    """Return what a nutation from the smallest tilt gains: heading, displacement; and the motion in between.
+
+    The state has the heading and the contact point besides: the latter moves with the centre of mass, which rolls, and
+    over the body.
+    """
+
+    def right_side(t, y):
+        n, turning = y[:3], y[3:6]
+        arm, d = body.contact(n)
+        n_rate, cosine = cross(turning, n), math.sqrt(1.0 - n[2] ** 2)
+        cosine_rate = -n[2] * n_rate[2] / cosine
+        d_rate = (-n_rate[2] * n - n[2] * n_rate - cosine_rate * d) / cosine
+        moved = -cross(turning, arm) - body.core * d_rate - body.shift * n_rate
+        heading = (n[0] * n_rate[1] - n[1] * n_rate[0]) / cosine**2
+        return np.concatenate([body.right_side(t, y[:6]), [heading, moved[0], moved[1]]])
+
+    def turns(_, y):
+        return cross(y[3:6], y[:3])[2]
+
+    turns.terminal = 4
+    first = np.concatenate([body.start(tilt, w, o, s), np.zeros(3)])
+    found = solve_ivp(
+        right_side,
+        (0.0, 300.0),
+        first,
+        method="DOP853",
+        rtol=1e-11,
+        atol=1e-13,
+        events=turns,
+        dense_output=True,
+    )
+    states, times = found.y_events[0], found.t_events[0]
+    low = 0 if states[0][2] < states[1][2] else 1
+    begin, end = states[low], states[low + 2]
+    heading = end[6] - begin[6]
+    return heading, complex(*(end - begin)[7:]), begin, (times[low], times[low + 2]), found.sol
+
+
+def ring(heading, moved, begin, times, motion):
+    """Return the least and the greatest distance of the contact point from the centre of the ring."""
+    centre = complex(*begin[7:]) + moved / (1.0 - np.exp(1j * heading))
+
+    def distance(t):
+        return abs(complex(*motion(t)[7:]) - centre)
+
+    places = np.linspace(*times, 200)
+    apart = [distance(t) for t in places]
+    step, best = places[1] - places[0], []
+    for sign in (1.0, -1.0):
+        t = places[int(np.argmin(sign * np.array(apart)))]
+        bounds = (t - step, t + step)
+        near = minimize_scalar(_signed, args=(distance, sign), bounds=bounds, method="bounded", options=CLOSE)
+        best.append(sign * near.fun)
+    return best
+
+
+def path_of(given, body):
+    """Return the measures of one cell, and its class."""
+    measures, classes = np.full((len(PATH), given.shape[1]), -7.0), np.zeros(given.shape[1], np.int64)
+    PATHS.load()(np.ascontiguousarray(given), float(NAMES.index(body)), FALL_TILT, measures, classes)
+    return measures[:, 0], classes[0]
+
+
+def test_the_ring_of_a_nutation():
+    """Heading, chord and both radii of tori, of the thin disk, of a rounded disk and of a ball."""
+    cases = (
+        ("torus", "torus", (0.2, 0.1, 0.5, 0.6)),
+        ("disk", "torus", (0.2, 0.1, 0.5, 0.6)),
+        ("edge", "rounded", (-0.4, 0.3, -1.1, 0.9)),
+        ("ball", "ball", (0.2, 0.1, 0.5, 0.6)),
+    )
+    for name, word, start in cases:
+        body = REFERENCE[name][0]
+        given, _ = start_of(
+            word,
+            *start,
+            body.axial,
+            body.transverse,
+            tube=body.edge,
+            thickness=2.0 * body.edge,
+            offset=body.shift,
+        )
+        found, shape = path_of(given, word)
+        heading, moved, *motion = followed(body, *start)
+        assert shape == ANNULAR_PATH, name
+        assert found[0] == pytest.approx(heading, abs=1e-9), name
+        assert found[1] == pytest.approx(abs(moved), abs=1e-9), name
+        assert found[2:] == pytest.approx(ring(heading, moved, *motion), abs=1e-8), name
+
+
+def test_a_ring_that_wobbles_along_a_line_goes_ever_further():
+    """Kicked off its straight way it leans as far to either side: no turn is gained, and a straight way."""
+    body = REFERENCE["torus"][0]
+    given, _ = start_of(
+        "torus", 0.0, 0.2, 0.0, 0.9, TORUS["axial_moment"], TORUS["transverse_moment"], tube=0.25
+    )
+    given[-2] = 3.0  # the radius: lengths are in metres
+    given[1:4] /= math.sqrt(3.0)
+    found, shape = path_of(given, "torus")
+    heading, moved, *_ = followed(body, 0.0, 0.2, 0.0, 0.9)
+    assert shape == UNBOUNDED_PATH
+    assert abs(heading) < 1e-9
+    assert found[0] == pytest.approx(0.0, abs=1e-9)
+    assert found[1] == pytest.approx(3.0 * abs(moved), abs=1e-8)
+    assert np.isnan(found[2:]).all()
+
+
+def test_what_falls_or_rests_has_no_nutation():
+    """Its path is not known."""
+    for start in ((0.3, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.9)):
+        given, _ = start_of("torus", *start, TORUS["axial_moment"], TORUS["transverse_moment"], tube=0.25)
+        found, shape = path_of(given, "torus")
+        assert shape == UNKNOWN_PATH
+        assert np.isnan(found).all()
