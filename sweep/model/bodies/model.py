@@ -85,8 +85,9 @@ class Bodies(Model):
     def disturbed_motion(self, spec: Request) -> str:
         """Return what the starts disturb."""
         if self._on_its_end(spec):
-            return "spinning on its end, about the vertical"
-        return "steady circling at this tilt" if circling(spec) else "the upright body"
+            return "a ball that spins on its end, about the vertical"
+        called = tables.CALLED[spec.body]
+        return f"a {called} that circles at this tilt" if circling(spec) else f"the upright {called}"
 
     def check(self, values: Mapping[str, Any]) -> None:
         """Refuse rates that do not follow from the others, and what no body is."""

@@ -87,6 +87,7 @@ def test_explain_says_what_a_body_does():
     assert (atlas.tilt_min.values[0] == 0.0).all()
     text = " ".join(explain(atlas, {"tilt": "2deg", "roll_rate": 2}).text.split())
     assert "comes down on its other edge" in text
+    assert "reference the upright disk with a rim" in text
     assert "no steady motion to disturb" in text
     assert sweep.findings(sweep.verify(atlas)).agreeing == atlas.ending.size
 
