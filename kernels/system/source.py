@@ -61,35 +61,47 @@ def functions_of(program, rates, extremes, events):
         Their source.
     """
     source = SeriesSource(program, rates, (*extremes, *events), ORDER)
-    names = list(source.constants.names.values())
+    names = names_of(source)
     layout = Layout(len(rates), len(extremes), len(names), len(rates) + len(extremes) + len(events))
     text = "\n\n\n".join([
-        _constants(source, layout, len(rates)), _series(source, len(rates), names),
+        constants_text(source, layout, len(rates)), series_text(source, len(rates), names),
         _coefficients(source, layout, len(rates), names),
         _advance(source, layout, len(rates), len(extremes), names),
     ])  # fmt: skip
+    more = {name: getattr(polynomials, name) for name in ("value", "upper_bound", "greatest")}
+    more["MOST_STEPS"] = system_lanes.MOST_STEPS
+    return layout, compiled(text, ("advance", "coefficients", "constants"), more), text
+
+
+def compiled(text, names, more):
+    """Return the functions of a text by their names; it calls those of `kernels.elementary`, and `more`."""
     space = {
         "math": math, "kernel": kernel, "simd": simd,
         **{name: getattr(elementary, name) for name in (
             "sine_cosine", "exponential", "logarithm", "hyperbolic_tangent", "rough_log2", "rough_exp2")},
-        **{name: getattr(polynomials, name) for name in ("value", "upper_bound", "greatest")},
-        "MOST_STEPS": system_lanes.MOST_STEPS, "__name__": f"{__name__}.made",
+        **more, "__name__": f"{__name__}.made",
     }  # fmt: skip
     exec(compile(text, "<system>", "exec"), space)
-    return layout, {name: space[name] for name in ("advance", "coefficients", "constants")}, text
+    return {name: space[name] for name in names}
 
 
-def _function(decorator, head, lines):
+def names_of(source):
+    """Return the names of the constants of a cell, in the order of their rows."""
+    return list(source.constants.names.values())
+
+
+def function(decorator, head, lines):
+    """Return the source of a function."""
     return "\n".join([f"@{decorator}", f"def {head}:", *(f"    {line}" for line in lines)])
 
 
-def _constants(source, layout, states):
+def constants_text(source, layout, states):
     """Source of what computes the constants of a cell, from the rows of its parameters behind those of its states."""
     texts, lines = source.constants.names.items(), source.constants.lines()
     body = [f"lanes[{layout.CONSTANT + i * LANES} + lane] = {text}" for i, (text, _) in enumerate(texts)]
     used = "\n".join([*lines, *body])
     parameters = [f"p{i} = starts[{states + i}, cell]" for i in range(100) if f"p{i}" in _words(used)]
-    return _function("kernel", "constants(cell, lane, starts, lanes)", [*parameters, *lines, *body, "return"])
+    return function("kernel", "constants(cell, lane, starts, lanes)", [*parameters, *lines, *body, "return"])
 
 
 def _words(text):
@@ -98,20 +110,21 @@ def _words(text):
     return set(text.split())
 
 
-def _series(source, states, names):
+def series_text(source, states, names):
+    """Return the source of the function with all coefficients of a source, of states, time and constants."""
     given = ", ".join([*(f"y{i}" for i in range(states)), "t", *names])
     found = [text or "0.0" for row in (*source.states, *source.wanted, source.rounding) for text in row]
     # a tuple of one kind: a state that is given is a number as well
-    return _function("simd", f"series({given})", [*source.lines, f"return ({', '.join(found)},)"])
+    return function("simd", f"series({given})", [*source.lines, f"return ({', '.join(found)},)"])
 
 
-def _call(source, layout, states, names):
+def call(source, layout, states, names):
     """Return the lines that load a lane and compute its series, and the names of the coefficients."""
     load = [f"y{i} = lanes[{layout.Y + i * LANES} + lane]" for i in range(states)]
     load += [f"t = lanes[{layout.TIME} + lane]"]
     load += [f"{name} = lanes[{layout.CONSTANT + i * LANES} + lane]" for i, name in enumerate(names)]
-    rows = len(source.states) + len(source.wanted)
-    found = [[f"a{row}_{k}" for k in range(ORDER + 1)] for row in range(rows)]
+    rows = (*source.states, *source.wanted)
+    found = [[f"a{row}_{k}" for k in range(len(each))] for row, each in enumerate(rows)]
     rounding = [f"b{i}" for i in range(states)]
     unpacked = ", ".join(name for row in (*found, rounding) for name in row)
     given = ", ".join([*(f"y{i}" for i in range(states)), "t", *names])
@@ -119,10 +132,10 @@ def _call(source, layout, states, names):
 
 
 def _coefficients(source, layout, states, names):
-    lines, found, rounding = _call(source, layout, states, names)
+    lines, found, rounding = call(source, layout, states, names)
     values = [*(name for row in found for name in row), *rounding]
     lines += [f"lanes[scratch + {place}] = {name}" for place, name in enumerate(values)]
-    return _function("kernel", "coefficients(lane, scratch, lanes)", lines)
+    return function("kernel", "coefficients(lane, scratch, lanes)", lines)
 
 
 def _radius(texts, row, names):
@@ -150,7 +163,7 @@ def _radius(texts, row, names):
 
 def _advance(source, layout, states, extremes, names):
     """Source of one step of one lane."""
-    lines, found, rounding = _call(source, layout, states, names)
+    lines, found, rounding = call(source, layout, states, names)
     lines += [f"lt = lanes[{layout.LOG_TOLERANCE} + lane]", "longest = 1000.0"]
     seen = {""}
     for row, texts in enumerate((*source.states, *source.wanted)):
@@ -218,7 +231,7 @@ def _advance(source, layout, states, extremes, names):
         f"lanes[{at['COUNT']} + lane] = count - 1.0 if done & (not lost) else count",
         f"lanes[{at['STEP']} + lane] = math.nan if lost else h",
     ]
-    return _function("simd", "advance(lane, run, lanes)", [*lines, "return done"])
+    return function("simd", "advance(lane, run, lanes)", [*lines, "return done"])
 
 
 def _proved(events):

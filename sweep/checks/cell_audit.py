@@ -113,7 +113,7 @@ class CellAudit:
     def _compute(self, span: Span, stored: Columns) -> _Computed:
         """Return what the kernels say of a block."""
         spec, starts = self._spec, starts_of(self._spec, span)
-        exact = self._reference.truth(spec, starts, span.start)
+        exact = self._reference.truth(spec, starts, span.start, stored)
         nothing: Columns = {}
         first, again, follows = 0, nothing, nothing
         if self._stride:

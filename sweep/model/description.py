@@ -193,10 +193,10 @@ class Reference(Protocol):
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
 
-    def truth(self, spec: Request, starts: Starts, first: int) -> Columns:
+    def truth(self, spec: Request, starts: Starts, first: int, stored: Columns) -> Columns:
         """Return what `check` holds cells with these starts, shape (n,), against: this calls kernels.
 
-        `first` is the number of the first of them in the atlas.
+        `first` is the number of the first of them in the atlas, which holds `stored`.
         """
 
     def check(

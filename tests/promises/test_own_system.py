@@ -73,7 +73,7 @@ def test_run_and_what_an_atlas_says(command, made):
         ("info", "errors      lowest within"),
         ("boundary", "critical_lower_hoop_rate"),
         ("verify", "verified: 147 of 147 cells"),
-        ("verify", "by SciPy's DOP853"),
+        ("verify", "by DOP853 on lanes"),
         ("explain a.nc hoop_rate=4.4 angle=1deg", "every value agrees bit for bit"),
         ("export a.nc --to csv", ""),
         ("plot a.nc -o a.png", ""),

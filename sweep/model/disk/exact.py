@@ -214,7 +214,9 @@ class ExactReduction:
         needed = (*MEASURES, *spec.criterion.needs(spec.model), *computed_rates(spec))
         return tuple(dict.fromkeys(needed))
 
-    def truth(self, spec: Request, starts: Starts, first: int) -> dict[str, npt.NDArray[Any]]:
+    def truth(
+        self, spec: Request, starts: Starts, first: int, stored: Columns
+    ) -> dict[str, npt.NDArray[Any]]:
         """Return what `check` holds cells against: `measures`, and the fall times of some cells."""
         exact = self.measures(spec, starts)
         # endings are compared many times

@@ -105,7 +105,7 @@ class SampledAudit:
         more = (*_LOSSES, "largest_loss", "energy_imbalance", "tilt_error", "time_error")
         return tuple(dict.fromkeys((*own, *more, *spec.criterion.needs(spec.model))))
 
-    def truth(self, spec: Request, starts: Starts, first: int) -> Columns:
+    def truth(self, spec: Request, starts: Starts, first: int, stored: Columns) -> Columns:
         """Return what a second computation says of the cells from `first` on that are drawn."""
         return self._sample.of(spec, starts, first)
 

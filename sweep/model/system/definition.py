@@ -99,6 +99,11 @@ class Measure:
     expressions: tuple[Node, ...]
     text: str
 
+    @property
+    def tops(self) -> int:
+        """How many greatest values are sought for it."""
+        return 0 if self.kind == "last" else len(self.expressions)
+
 
 @dataclass(frozen=True)
 class Definition:

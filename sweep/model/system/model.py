@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.model.system import tables
 from sweep.model.system.cell_values import evaluated
-from sweep.model.system.definition import TIME, Definition, Measure, Node, Operation
+from sweep.model.system.definition import TIME, Definition, Node, Operation
 from sweep.model.system.passes import PASSES, Passes
 from sweep.model.system.program import Program
 from sweep.model.system.reference import SampledReference
@@ -45,7 +46,7 @@ class SystemModel(Model):
         self.variables = tables.variables(definition, self.endings)
         self.integrate = _kernel(definition)
         states = [each.name for each in definition.states]
-        tops = [f"{each.name} {number}" for each in definition.measures for number in range(_tops(each))]
+        tops = [f"{each.name} {number}" for each in definition.measures for number in range(each.tops)]
         rows = [*states, tables.END_TIME, *tops, *(f"largest {name}" for name in states)]
         self.measures = tuple(f"{each}: {name}" for each in PASSES for name in rows)
         self.counts = (*(f"{each}: ending" for each in PASSES), "steps", "unproved")
@@ -121,13 +122,10 @@ class SystemModel(Model):
         return self.endings.of(stored["ending"]).reason
 
     def reference(self, size: int, seed: int | None = None) -> Reference | None:
-        """Return the sample that SciPy computes again, and the conserved quantities."""
-        return SampledReference(self.definition, self.endings, size, seed)
-
-
-def _tops(measure: Measure) -> int:
-    """Return how many greatest values the kernel seeks for a measure."""
-    return 0 if measure.kind == "last" else len(measure.expressions)
+        """Return the rules of the system, and the sample that DOP853 follows."""
+        name = f"DOP853 of the system {self.name}"
+        second = replace(self.integrate, module="kernels.system.second", seconds=6.0, told=name)
+        return SampledReference(self.definition, self.endings, second, size, seed)
 
 
 def _criterion(stable: str) -> str:

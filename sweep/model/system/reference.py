@@ -1,10 +1,12 @@
-"""What `verify` holds a system's atlas against: its own rules in every cell, and SciPy's DOP853 in a sample.
+"""What `verify` holds a system's atlas against: its own rules in every cell, and DOP853 in a sample.
 
-SciPy follows the sampled cells with NumPy's functions, which are the C library's, to the times at which the atlas says
-that they ended. It does so with two tolerances, whose difference says how far it is off itself.
+DOP853 follows the sampled cells (`sweep.model.system.sample`) to the times at which the atlas says that they
+ended: then the states there, the greatest values until then and the events, none of which may have happened before,
+are known.
 """
 
 from collections.abc import Iterator
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ import numpy.typing as npt
 from sweep.errors import counted
 from sweep.model.cells import ROUNDING, AuditedCells
 from sweep.model.description import Audit, CellCheck, Columns, Request, Starts
+from sweep.model.kernel import Kernel
 from sweep.model.quantity import (
     DECISION,
     FAILED,
@@ -26,9 +29,10 @@ from sweep.model.quantity import (
     table,
 )
 from sweep.model.system import tables
-from sweep.model.system.cell_values import evaluated, labels_of
+from sweep.model.system.cell_values import evaluated, labels_of, sizes
 from sweep.model.system.definition import TIME, Definition
 from sweep.model.system.passes import conserved_change
+from sweep.model.system.sample import LANES, OFF, SCIPY, TOP, Sample
 
 NOT_COMPUTED, CONSISTENT, AGREES, UNRESOLVED, SENSITIVE_CELL, CONTRADICTORY, DIFFERS, OTHER_DIFFERS = range(8)
 
@@ -37,12 +41,12 @@ AUDIT = Audit(
     variables=table(
         Quantity("audit", "", "1", "what was found of the cell", DECISION,
                  "consistent: ending, label, verdict and conserved quantities follow from the stored values; agrees: "
-                 "SciPy's DOP853 too; other_values_differ: another variable is wrong", "i1",
+                 "DOP853 too; other_values_differ: another variable is wrong", "i1",
                  {
                      NOT_COMPUTED: "not_computed", CONSISTENT: "consistent", AGREES: "agrees",
                      UNRESOLVED: "unresolved_in_the_atlas", SENSITIVE_CELL: "sensitive", CONTRADICTORY: "contradictory",
                      DIFFERS: "differs", OTHER_DIFFERS: "other_values_differ"}),
-        Quantity("place_difference", "", "1", "distance of the states at the end from those of SciPy, over their size",
+        Quantity("place_difference", "", "1", "distance of the states at the end from those of DOP853, over their size",
                  Tolerance(1e-8, 0.0, "a difference is as large as the error that it measures"),
                  "the largest of all states; missing where the cell is not one of the sample"),
     ),
@@ -52,21 +56,16 @@ AUDIT = Audit(
     other=OTHER_DIFFERS,
     difference="place_difference",
     units="of their size",
-    told="states       at the end of the sample differ from SciPy's by",
-    summary="Every cell of a system's atlas held against its own rules, and a sample against SciPy's DOP853.",
+    told="states       at the end of the sample differ from those of DOP853 by",
+    summary="Every cell of a system's atlas held against its own rules, and a sample against DOP853.",
 )
 # fmt: on
 
-#: Cells of the sample; the largest and the smaller tolerance of SciPy.
-_SAMPLE, _TOLERANCES = 24, (1e-10, 1e-12)
+#: No value may be off by so many stated errors, and this share of its size; and how many may be off by more than one.
+_TIMES, _SHARE, _MOST = 100.0, 1e-9, 1e-3
 
-#: Evaluations of the rates by SciPy at most, about ten seconds: it would follow a stiff system without end.
-_MOST_EVALUATIONS = 200_000
-
-#: A stated error is a magnitude: SciPy may be this many times as far off, and this share of the size of a state.
-_TIMES, _SHARE = 4.0, 1e-9
-
-_SCIPY, _RULES = "SciPy's DOP853, of a sample", "the ending, which says where it is missing"
+_LANES, _SCIPY = "DOP853 on lanes, of a sample", "SciPy's DOP853, of a sample"
+_RULES = "the ending, which says where it is missing"
 
 
 class SampledReference:
@@ -76,6 +75,8 @@ class SampledReference:
     ----------
     definition : Definition
     endings : Endings
+    second : Kernel
+        Of `kernels.system.second`.
     size : int
         Number of cells of the atlas.
     seed : int, optional
@@ -84,43 +85,50 @@ class SampledReference:
 
     audit = AUDIT
 
-    def __init__(self, definition: Definition, endings: Endings, size: int, seed: int | None = None) -> None:
+    def __init__(
+        self, definition: Definition, endings: Endings, second: Kernel, size: int, seed: int | None = None
+    ) -> None:
         self._definition, self._endings = definition, endings
         self._seed = int(np.random.SeedSequence().generate_state(1)[0]) if seed is None else seed
-        drawn = np.random.default_rng(self._seed).choice(size, min(size, _SAMPLE), replace=False)
-        self._drawn = np.sort(drawn)
+        tops = sum(each.tops for each in definition.measures) + sum(
+            len(each.any_positive) for each in definition.ends
+        )
+        self._sample = Sample(definition, second, tops, size, self._seed)
 
     @property
     def sampled(self) -> str:
-        """Which cells SciPy has followed."""
-        return f"{counted(self._drawn.size, 'cell')}, drawn with seed {self._seed}, by SciPy's DOP853"
+        """Which cells DOP853 has followed."""
+        drawn = f"{counted(self._sample.count, 'cell')}, drawn with seed {self._seed}"
+        return f"{drawn}, by DOP853 on lanes, {self._sample.few} of them by SciPy's too"
 
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
         return tuple(spec.model.variables)
 
-    def truth(self, spec: Request, starts: Starts, first: int) -> Columns:
-        """Return which cells from `first` on are drawn."""
-        drawn = np.zeros(next(iter(starts.values())).shape, bool)
-        places = self._drawn - first
-        drawn[places[(places >= 0) & (places < drawn.size)]] = True
-        return {"drawn": drawn}
+    def truth(self, spec: Request, starts: Starts, first: int, stored: Columns) -> Columns:
+        """Return what DOP853 says of the cells from `first` on that are drawn and have ended."""
+        time = stored[tables.END_TIME]
+        # a motion that is over at its start is no motion
+        known = self._endings.have(FINAL, stored["ending"]) & (time > 0.0) & (time <= spec.duration)
+        return self._sample.of(starts, first, stored, known)
 
     def check(
         self, spec: Request, starts: Starts, stored: Columns, truth: Columns
     ) -> tuple[dict[str, npt.NDArray[Any]], list[CellCheck]]:
         """Hold cells against the rules of their system, and those that are drawn against SciPy."""
         cells = AuditedCells(spec, starts, stored)
-        decided = self._endings.have(FINAL, stored["ending"])
-        drawn = truth["drawn"] & decided
+        checks = list(self._rules(cells))
         difference = np.full(cells.every.shape, np.nan)
-        checks = [*self._rules(cells), *self._by_scipy(cells, drawn, difference)]
+        for prefix, against in ((LANES, _LANES), (SCIPY, _SCIPY)):
+            checks += self._by_dop853(cells, truth, prefix, against, difference)
         code = np.full(cells.every.shape, CONSISTENT, np.int8)
-        code[drawn] = AGREES
+        code[np.isfinite(difference)] = AGREES
         code[self._endings.have(SENSITIVE, stored["ending"])] = SENSITIVE_CELL
         code[self._endings.have(FAILED, stored["ending"])] = UNRESOLVED
         for each in checks:
-            code[each.wrong] = DIFFERS if each.against == _SCIPY else CONTRADICTORY
+            if each.share:
+                continue
+            code[each.wrong] = DIFFERS if each.against.startswith((_LANES, _SCIPY)) else CONTRADICTORY
         code[self._endings.have(MISSING, stored["ending"])] = NOT_COMPUTED
         return {"audit": code, "place_difference": difference}, checks
 
@@ -143,6 +151,7 @@ class SampledReference:
             )
         yield CellCheck(tables.END_TIME, "the duration", np.nan_to_num(ended), ROUNDING * duration, known)
         ends = self._at_end(cells)
+        yield from self._at_events(cells, ends)
         if self._definition.conserved:
             yield cells.same(
                 "conserved_change", "the stored start and end",
@@ -158,70 +167,68 @@ class SampledReference:
                 np.where(free, (stored["label"] == label) | (stored["label"] == 0), stored["label"] == 0),
             )
 
+    def _at_events(self, cells: AuditedCells, ends: Columns) -> Iterator[CellCheck]:
+        """Yield the checks that motions that an event ended are where it happens, but for the terms left out."""
+        share = _SHARE + 100.0 * float(cells.spec.tolerance)
+        for event in self._definition.ends:
+            values, terms = (np.array(each(event.any_positive, ends)) for each in (evaluated, sizes))
+            first = np.argmax(values, axis=0)[np.newaxis]
+            value, size = (np.take_along_axis(each, first, axis=0)[0] for each in (values, terms))
+            there = cells.ended(event.name) & (cells.stored[tables.END_TIME] > 0.0)
+            yield CellCheck("ending", f"where {event.name} happens", np.abs(value), share * size, there)
+
     def _at_end(self, cells: AuditedCells) -> dict[str, Array]:
         """Return parameters, states and time where the stored motions end."""
         states = {each.name: cells.stored[each.name + tables.AT_END] for each in self._definition.states}
         return {**cells.starts, **states, TIME: cells.stored[tables.END_TIME]}
 
-    def _by_scipy(
-        self, cells: AuditedCells, drawn: npt.NDArray[np.bool_], difference: Array
+    def _by_dop853(
+        self, cells: AuditedCells, truth: Columns, prefix: str, against: str, difference: Array
     ) -> Iterator[CellCheck]:
-        """Yield the checks of the states at the end by SciPy, and write the largest difference over their size."""
-        names = [each.name for each in self._definition.states]
-        if not drawn.any():
-            return
-        starts = {name: np.asarray(each, np.float64)[drawn] for name, each in cells.starts.items()}
-        times = cells.stored[tables.END_TIME][drawn]
-        rough, fine = (followed(self._definition, starts, times, each) for each in _TOLERANCES)
-        largest = np.zeros(times.shape)
-        for row, name in enumerate(names):
-            stored = cells.stored[name + tables.AT_END][drawn]
-            error = cells.stored[tables.stated(name + tables.AT_END)][drawn].astype(np.float64)
-            apart, size = np.abs(stored - fine[row]), np.maximum(np.abs(stored), np.abs(starts[name]))
-            within = _TIMES * error + 2.0 * np.abs(fine[row] - rough[row]) + _SHARE * size
+        """Yield the checks by one of both, and note the largest difference of a state over its size."""
+        ends, second = self._at_end(cells), {**cells.starts, TIME: cells.stored[tables.END_TIME]}
+        # how far all states may be off, over their sizes: what follows from them may be off by as much of its terms
+        share = np.full(difference.shape, _SHARE)
+        for each in self._definition.states:
+            found, off, stored = truth[prefix + each.name], truth[OFF + prefix + each.name], ends[each.name]
+            size = np.maximum(np.abs(stored), np.abs(cells.starts[each.name]))
+            error = cells.stored[tables.stated(each.name + tables.AT_END)].astype(np.float64)
+            apart = np.abs(stored - found)
             with np.errstate(invalid="ignore", divide="ignore"):
-                largest = np.fmax(largest, np.where(size > 0.0, apart / size, apart))
-            judged, allowed = np.zeros(drawn.shape), np.zeros(drawn.shape)
-            # where SciPy itself is far off it says nothing
-            said = np.isfinite(fine[row]) & np.isfinite(rough[row])
-            judged[drawn], allowed[drawn] = np.where(said, apart, 0.0), within
-            yield CellCheck(name + tables.AT_END, _SCIPY, judged, np.nan_to_num(allowed), drawn)
-        difference[drawn] = largest
+                difference[:] = np.fmax(difference, np.where(size > 0.0, apart / size, apart))
+                share = np.fmax(share, np.where(size > 0.0, (_TIMES * error + off) / size, 0.0))
+            second[each.name] = found
+            yield from _said(each.name + tables.AT_END, against, apart, error, off + _SHARE * size)
+        if prefix == SCIPY:
+            return
+        numbers = count()
+        for measure in self._definition.measures:
+            rows = [TOP.format(next(numbers)) for _ in range(measure.tops)]
+            if rows:
+                found = np.max([truth[prefix + name] for name in rows], axis=0)
+                found = found if measure.kind == "max" else -found
+                off = np.max([truth[OFF + prefix + name] for name in rows], axis=0)
+            else:
+                (found,), off = evaluated(measure.expressions, second), np.zeros(share.shape)
+            stored = cells.stored[measure.name]
+            error = cells.stored[tables.stated(measure.name)].astype(np.float64)
+            size = np.max([np.abs(stored), *sizes(measure.expressions, ends)], axis=0)
+            room = off + (_SHARE if rows else share) * size
+            yield from _said(measure.name, against, np.abs(stored - found), error, room)
+        late = np.where(np.isfinite(apart), 0.0, np.nan)
+        for event in self._definition.ends:
+            for size in sizes(event.any_positive, ends):
+                name = TOP.format(next(numbers))
+                late = np.fmax(late, truth[prefix + name] - (truth[OFF + prefix + name] + share * size))
+        if self._definition.ends:
+            judged = np.isfinite(late)
+            words = f"{against}: no event before the end"
+            yield CellCheck("ending", words, np.nan_to_num(late), np.zeros(late.shape), judged)
 
 
-def followed(definition: Definition, starts: Starts, times: Array, tolerance: float) -> Array:
-    """Return the states of some cells at a time of each, by SciPy's DOP853, shape (states, n); NaN where it gives up.
-
-    Parameters
-    ----------
-    definition : Definition
-    starts : mapping of str to array, shape (n,)
-        States and parameters.
-    times : array, shape (n,)
-    tolerance : float
-        Relative, of all states together.
-    """
-    # this module is imported with the model, SciPy where an atlas is verified
-    from scipy.integrate import solve_ivp
-
-    names = [each.name for each in definition.states]
-    first = np.array([starts[name] for name in names])
-    shape = first.shape
-
-    left = iter(range(_MOST_EVALUATIONS))
-
-    def rate(share: float, flat: Array) -> Array:
-        """Rates for a time that runs from 0 to 1 in every cell; not numbers once there were too many."""
-        if next(left, None) is None:
-            return np.full(flat.shape, np.nan)
-        states = dict(zip(names, flat.reshape(shape), strict=True))
-        found = evaluated(definition.rates, {**starts, **states, TIME: share * times})
-        return np.ravel([np.broadcast_to(each, times.shape) * times for each in found])
-
-    size = np.abs(first) + np.abs(rate(0.0, first.ravel())).reshape(shape)
-    scale = np.broadcast_to(size.max(axis=1, keepdims=True), shape).ravel()
-    with np.errstate(all="ignore"):
-        found = solve_ivp(
-            rate, (0.0, 1.0), first.ravel(), "DOP853", rtol=tolerance, atol=1e-4 * tolerance * scale + 1e-300,
-        )  # fmt: skip
-    return found.y[:, -1].reshape(shape) if found.success else np.full(shape, np.nan)
+def _said(name: str, against: str, apart: Array, error: Array, room: Array) -> Iterator[CellCheck]:
+    """Yield the checks of a value, where DOP853 says something: it is not far off itself."""
+    for times, share, words in ((_TIMES, 0.0, against), (1.0, _MOST, f"{against}, by its stated error")):
+        allowed = times * error + room
+        judged = np.isfinite(apart) & np.isfinite(allowed)
+        yield CellCheck(name, words, np.nan_to_num(apart), np.nan_to_num(allowed), judged, share=share)
