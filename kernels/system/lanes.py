@@ -291,6 +291,13 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
     before_steps, before_unproved = (counts[last + 1, cell], counts[last + 2, cell]) if leg > 0 else (0, 0)
     counts[last + 1, cell] = before_steps + int(lanes[COUNT + lane])
     counts[last + 2, cell] = before_unproved + int(lanes[UNPROVED + lane])
+    if not lanes[COUNT + lane] < MOST_STEPS:
+        # a smaller tolerance takes more steps
+        for later in range(leg + 1, len(LEGS)):
+            counts[later, cell] = UNRESOLVED
+        for row in range(first, measures.shape[0]):
+            measures[row, cell] = math.nan
+        return False
     if leg < last:
         lanes[LEG + lane] = leg + 1.0
         set_off(lane, run, lanes)

@@ -81,7 +81,8 @@ class Passes:
         ending = self._ending()
         known = ending != UNRESOLVED
         for name, passes, size, largest in self._values():
-            found[name] = np.where(known, passes[-1], np.nan)
+            # no -0, which reports would show
+            found[name] = np.where(known, passes[-1] + 0.0, np.nan)
             error = self._error(passes, size) + _ROUNDING * largest
             found[tables.stated(name)] = np.where(known, error, np.nan)
         if self._definition.labels:

@@ -47,8 +47,12 @@ class Program:
         return self._instruction(node.name, *map(self._number_of, node.arguments))
 
     def _power(self, base: int, exponent: float) -> int:
-        """Small whole powers are products, which are defined at zero and below."""
-        if exponent != int(exponent) or exponent in (2.0, 3.0, 4.0) or not 0.0 <= exponent <= 16.0:
+        """Whole powers are products, which are defined at zero and below; large negative ones are one over them."""
+        if exponent != int(exponent) or exponent in (2.0, 3.0, 4.0) or abs(exponent) > 1024.0:
+            return self._instruction("**", base, exponent)
+        if exponent < -8.0:
+            return self._instruction("/", self._instruction("number", 1.0), self._power(base, -exponent))
+        if exponent < 0.0:
             return self._instruction("**", base, exponent)
         if exponent == 0.0:
             return self._instruction("number", 1.0)

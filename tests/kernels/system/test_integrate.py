@@ -157,6 +157,28 @@ def test_a_series_without_terms_at_the_start():
     assert np.all(np.abs(found[-1, 0] - y["y"] - 2.0**13 / 13.0) <= 1e-9)
 
 
+def test_whole_powers_of_negative_numbers():
+    """Large whole powers, positive or negative, are defined below zero: of y' = y^n, y^(1 - n) changes by (1 - n) t."""
+    text = '@system(duration="0.2")\ndef p(a=-1.0, b=-0.9, c=-0.9):\n    return a**-9, b**17, c**40\n'
+    endings, found, _ = run(text, {"a": np.array([-1.0])})
+    assert endings[-1].tolist() == [RUNS_ON]
+    truth = (
+        (1.0 + 10.0 * 0.2) ** (1 / 10),
+        (0.9**-16 - 16.0 * 0.2) ** (-1 / 16),
+        (0.9**-39 + 39.0 * 0.2) ** (-1 / 39),
+    )
+    np.testing.assert_allclose(found[-1, :3, 0], np.negative(truth), rtol=1e-11)
+
+
+def test_a_cell_of_too_many_steps_is_given_up_at_once():
+    """What takes more steps than are made at most would take more with a smaller tolerance: that is not tried."""
+    endings, _, counts = run(
+        '@system(duration="1")\ndef p(y=1.0):\n    return 1.0\n', {"y": np.array([1.0])}, step=5e-8
+    )
+    assert endings[:, 0].tolist() == [UNRESOLVED] * len(LEGS)
+    assert 1e7 <= counts[0, 0] <= 1.001e7
+
+
 def test_a_root_that_reaches_zero_is_unresolved():
     """Beyond the zero of a root the series of a motion goes on, and the motion does not: no number is given."""
     endings, found, _ = run(
