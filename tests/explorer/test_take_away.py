@@ -13,8 +13,10 @@ from cases import case
 from explorer_client import ROLLING, ask, post, refused
 
 import sweep
+from sweep.engine.compute import compute
 from sweep.explorer import server
 from sweep.explorer.explorer import explore
+from sweep.explorer.view import View
 
 VIEWS = {
     "rolling": ROLLING,
@@ -55,22 +57,29 @@ def close(view, name, values, count):
     return np.allclose(values, np.exp(places) if side["scale"] == "log" else places, rtol=4e-15, atol=0.0)
 
 
+def cells_of(raw, width, height):
+    """Return the columns of the cells in the middle of the pixels of a window."""
+    view = View.read(raw, None)
+    x, y = np.meshgrid(view.x.values(width), view.y.values(height))
+    return compute(view.live, view.starts(x.ravel(), y.ravel()))
+
+
 @pytest.mark.parametrize("name", VIEWS)
 def test_the_command_computes_the_cells_of_the_window(url, name, tmp_path):
     """The command writes an atlas whose cells are the pixels, and the Python makes the same atlas."""
     view = VIEWS[name]
     given = post(url, "command", view=view, width=12, height=9)
     executed(given["command"], tmp_path)
-    _, arrays = post(url, "window", view=view, width=12, height=9, quantity="peak_tilt")
+    cells = cells_of(view, 12, 9)
     x, y = view["x"]["name"], view["y"]["name"]
     with sweep.open_atlas(tmp_path / "window.nc") as atlas:
         assert close(view, "x", atlas[x].values, 12)
         assert close(view, "y", atlas[y].values, 9)
         plane = atlas.transpose(y, x)
         if name != "deep":
-            assert np.allclose(arrays["value"].reshape(9, 12), plane["peak_tilt"].values, rtol=1e-6)
+            assert np.allclose(cells["peak_tilt"].reshape(9, 12), plane["peak_tilt"].values, rtol=1e-6)
         # where the criterion decides between neighbours a start that is a unit further decides otherwise
-        assert (arrays["verdict"].reshape(9, 12) == plane["stability"].values).mean() > 0.95
+        assert (cells["stability"].reshape(9, 12) == plane["stability"].values).mean() > 0.95
         held = {}
         exec(given["python"].replace("atlas.eulerdisk.plot()", ""), held)
         xr.testing.assert_equal(held["atlas"].drop_dims(("curves", "points"), errors="ignore"), atlas.load())
@@ -109,9 +118,7 @@ def test_the_command_of_a_point_falls_where_the_page_says(url):
             steepest = abs(held["motion"]["tilt"].values).max()
             if losses is None:
                 assert steepest == pytest.approx(np.radians(30.0))
-                head, arrays = post(url, "motion", **place)
-                assert held["motion"]["elapsed_time"].values[-1] == pytest.approx(arrays["time"][-1])
-                assert head["ending"].startswith("fell")
+                assert held["motion"]["ending"] == 4
             else:
                 assert steepest > np.radians(60.0)
 
@@ -154,7 +161,6 @@ def test_a_window_is_saved_as_a_file(url, kind, tmp_path):
     name = {"csv": "window.csv", "netcdf": "window.nc"}[kind]
     assert answer.headers["Content-Disposition"] == f'attachment; filename="{name}"'
     (tmp_path / name).write_bytes(answer.body)
-    _, arrays = post(url, "window", view=ROLLING, width=8, height=6, quantity="peak_tilt")
     if kind == "netcdf":
         with sweep.open_atlas(tmp_path / name) as atlas:
             values = atlas["peak_tilt"].transpose("tilt", "roll_rate").values
@@ -164,7 +170,7 @@ def test_a_window_is_saved_as_a_file(url, kind, tmp_path):
         columns = dict(zip(names, zip(*rows, strict=True), strict=True))
         values = np.array(columns["peak_tilt"], float).reshape(8, 6).T
         assert set(columns["stability"]) == {"stable", "unstable"}
-    assert np.allclose(values, arrays["value"].reshape(6, 8), rtol=1e-6)
+    assert np.allclose(values, cells_of(ROLLING, 8, 6)["peak_tilt"].reshape(6, 8), rtol=1e-6)
 
 
 def test_the_history_of_a_window_is_that_of_the_window(url, tmp_path):

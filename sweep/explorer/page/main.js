@@ -43,6 +43,8 @@ class Page {
   #awaitsFirstStart = location.hash === "";
   /** @type {Error|null} why there is no picture, or no answer, until there is one */
   #problem = null;
+  /** @type {Error|null} that the server does not answer, until it does: the page computes meanwhile */
+  #lost = null;
 
   /**
    * @param {About} about
@@ -96,8 +98,14 @@ class Page {
     });
     this.#choices.push(followMenus);
     if (source.reach) {
-      source.reach.onLost = (problem) => this.#note(problem);
-      source.reach.onBack = () => {
+      const { reach } = source;
+      reach.onLost = (problem) => {
+        this.#lost = problem;
+        this.#tell();
+      };
+      reach.onBack = () => {
+        this.#lost = null;
+        this.#tell();
         this.#map.again();
         this.#motions.again();
         this.#readout.follow(this.#state.view);
@@ -240,7 +248,7 @@ class Page {
 
   /** Tell what is wrong with the picture or with its lines; else the note of the picture. */
   #tell() {
-    const problem = this.#problem ?? this.#map.linesProblem;
+    const problem = this.#problem ?? this.#lost ?? this.#map.linesProblem;
     const { answer } = this.#map.picture;
     const end = this.#map.atEnd || answer?.head.end;
     if (problem) tellProblem(part("notice"), problem, () => this.#map.again());

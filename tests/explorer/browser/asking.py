@@ -60,3 +60,9 @@ def ask(page, what, **request):
         if each is not None
     }
     return answer["head"], arrays
+
+
+def wait_for_held(page, count):
+    """Wait until so many questions are held back."""
+    while page.evaluate("held.length") < count:
+        page.wait_for_timeout(50)

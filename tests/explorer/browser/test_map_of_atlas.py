@@ -13,6 +13,7 @@ from tests.explorer.browser.map_page import (
     VERDICTS,
     axis,
     cells,
+    check_verdicts,
     colours,
     entries,
     point,
@@ -183,28 +184,49 @@ def test_that_there_is_no_cell_is_said_at_once_and_of_an_address(opened, served_
     assert asked == []
 
 
-def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
-    """An exported page shows the cells of its atlas without a server, and says where its resolution ends."""
-    target = tmp_path / "page.html"
+def exported(atlas, folder):
+    """Return the address of the exported page of a file."""
+    target = folder / "page.html"
     command = [sys.executable, "-m", "sweep", "explore", str(atlas), "--export", str(target)]
     subprocess.run(command, check=True, capture_output=True)
-    page = opened("quantity=stability", url=target.as_uri())
+    return target.as_uri()
+
+
+def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
+    """An exported page shows the cells of its atlas without a server, and computes beyond and between them."""
+    page = opened("quantity=stability", url=exported(atlas, tmp_path))
     wait_for_picture(page)
     check_cells(page, atlas)
     page.mouse.move(*point(page, 0.3, 0.3))
-    wait_for_text(page, "#readout", "peak tilt")
+    wait_for_text(page, "#readout", "stored cell")
     page.mouse.wheel(0, -1200)
     wait_for_picture(page)
     assert "16 x 24 cells" in page.locator("#notice").text_content()
+    page.locator("#show-stored").uncheck()
+    wait_for_picture(page)
+    check_verdicts(page, 20)
+    page.locator("#show-stored").check()
     page.locator("#whole").click()
     wait_for_picture(page)
-    # beyond its cells it knows nothing, and shows nothing
     page.mouse.move(*point(page, 0.0, 0.0))
     page.mouse.wheel(0, 400)
     wait_for_picture(page)
-    assert colours(page, [[1, 1], [shown(page)["width"] // 2, shown(page)["height"] // 2]])[0] is None
+    size, x, y = shown(page), axis(page, "x"), axis(page, "y")
+    corner = [[1, 1], [size["width"] - 2, 1]]
+    painted = [VERDICTS[colour] for colour in colours(page, corner)]
+    assert painted == cells(corner, x, y, size["width"], size["height"])
+
+
+def test_exported_page_of_losses_shows_its_cells_alone(opened, lossy, tmp_path):
+    """Beyond the cells of an atlas with losses there is nothing, but its motions are there everywhere."""
+    page = opened("quantity=stability", url=exported(lossy, tmp_path))
+    wait_for_picture(page)
+    page.mouse.move(*point(page, 0.0, 0.0))
+    wait_for_text(page, "#readout", "stored cell")
+    page.mouse.wheel(0, 800)
+    wait_for_picture(page)
+    assert colours(page, [[1, 1]]) == [None]
     page.mouse.move(*point(page, -0.98, -0.98))
     wait_for_text(page, "#readout", "No cell here.")
-    assert "verdict" not in page.locator("#readout").inner_text()
-    page.mouse.click(*point(page, -0.98, -0.98))
-    wait_for_text(page, "#motions .problem", "No cell here.")
+    page.mouse.click(*point(page, 0.05, 0.05))
+    page.wait_for_selector("#motions .motion.lossy.shown:not(.waiting)")

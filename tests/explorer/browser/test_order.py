@@ -1,6 +1,6 @@
 """Answers that come in another order than they were asked for: what is shown is what was wanted last."""
 
-from tests.explorer.browser.asking import HOLD
+from tests.explorer.browser.asking import HOLD, wait_for_held
 from tests.explorer.browser.map_page import BOTH, axis, click, shown, wait_for_picture
 
 #: Begin to note lane and words of each picture that is shown, in `lanes`.
@@ -47,9 +47,9 @@ def test_words_of_a_refused_motion_do_not_stand_beside_another_one(opened):
     page.evaluate(HOLD, "call")
     page.evaluate("fragment => { location.hash = fragment }", f"{BOTH}&a=2.4,0.02&a.loss.rolling_friction=5")
     # it is asked for once more, without the losses, and the answer to that takes long
-    page.wait_for_function("held.length === 1")
+    wait_for_held(page, 1)
     click(page, 0.3, 0.2)
-    page.wait_for_function("held.length === 2")
+    wait_for_held(page, 2)
     page.wait_for_timeout(200)
     assert page.locator(".motion .problem").first.text_content() == ""
     assert page.locator(".motion.waiting").count() == 1

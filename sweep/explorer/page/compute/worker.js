@@ -18,8 +18,8 @@ const PAGE = 65536;
 /** Name of the section of a module that says how its functions are called. */
 const NOTE = "eulerdisk";
 
-/** Code of a quantity where there is none. */
-const NO_CODE = 255;
+/** The largest code of a quantity: the next one is for none. */
+const MOST_CODE = 254;
 
 /** Rows that the exact reduction writes (kernels/disk/exact/arrays.py). */
 const MEASURES = ["tilt_min", "tilt_max", "nutation_period", "separatrix", "tilt_error"];
@@ -181,9 +181,10 @@ class Cells {
    * @param {Columns} given  the parameters that are not held, by name
    * @param {number} count
    * @param {boolean} timed  whether periods are wanted, and contact forces
+   * @param {string} [wanted]  the only column that is wanted beside the verdict
    * @returns {Columns}
    */
-  columns(plan, given, count, timed) {
+  columns(plan, given, count, timed, wanted) {
     const kernels = this.#kernels;
     const alphas = [...new Set(given.alpha ?? [plan.held.alpha])].filter((each) => each > 0 && each <= 1);
     if (plan.model === "disk") this.#makeTables(alphas, timed);
@@ -201,8 +202,7 @@ class Cells {
       plan.model === "disk"
         ? this.#reduced(plan, block, alphas, count, timed)
         : this.#integrated(plan, block, count);
-    const starts = Object.fromEntries(rows(block).map((row, i) => [parameters[i], row.slice()]));
-    return completed(plan, starts, measured, count);
+    return completed(plan, this.#columns(block, parameters), measured, count, wanted);
   }
 
   /**
@@ -224,7 +224,7 @@ class Cells {
       this.#tables = { values, panels: many(panels), nodes: many(nodes) };
       this.#tables.wide = timed ? many(wide) : kernels.array("float64", 0, ...wide.slice(1));
       kernels.numbers(values).set(used);
-      const { top } = kernels;
+      this.#tablesEnd = kernels.top;
       kernels.call(
         "build_tables",
         values,
@@ -235,16 +235,14 @@ class Cells {
       if (timed) {
         kernels.call("build_wide_panels", values, this.#tables.wide, kernels.array("float64", 3, wide[2]));
       }
-      kernels.top = top;
-      this.#tablesEnd = top;
       this.#tablesOf = key;
     }
     kernels.top = this.#tablesEnd;
   }
 
+  /** Give the memory of the tables back. */
   #dropTables() {
-    this.#tablesOf = "";
-    this.#kernels.top = this.#base;
+    [this.#tablesOf, this.#kernels.top] = ["", this.#base];
   }
 
   /**
@@ -265,7 +263,7 @@ class Cells {
     const places = new Map(alphas.map((each, i) => [each, BigInt(i)]));
     const alpha = split(kernels.numbers(starts), plan.parameters.length, count)[row];
     const at = kernels.numbers(which);
-    if (alphas.length === 1 && alpha.every((/** @type {number} */ each) => each === alphas[0])) at.fill(0n);
+    if (alpha.every((/** @type {number} */ each) => each === alphas[0])) at.fill(0n);
     else for (let i = 0; i < count; i += 1) at[i] = places.get(alpha[i]) ?? -1n;
     const periods = timed ? kernels.placeOf("periods") : 0n;
     kernels.treat(
@@ -363,34 +361,41 @@ function split(numbers, rows, count) {
  * @param {Columns} starts
  * @param {Columns} measured
  * @param {number} count
+ * @param {string} [wanted]  the only column that is wanted beside the verdict
  * @returns {Columns}
  */
-function completed(plan, starts, measured, count) {
-  for (const name of plan.singles) measured[name] &&= Float64Array.from(measured[name], Math.fround);
+function completed(plan, starts, measured, count, wanted) {
+  for (const name of plan.singles) measured[name] &&= measured[name].map(Math.fround);
   const { tilt, tilt_rate, alpha, radius, gravity } = starts;
-  const { tilt_min: least, tilt_max: greatest } = measured;
-  const [reach, scale] = [new Float64Array(count), new Float64Array(count)];
-  const [peak, amplification] = [new Float64Array(count), new Float64Array(count)];
+  const { tilt_min: least, tilt_max: greatest, ending } = measured;
+  const [reach, scale, peak, amplification] = Array.from({ length: 4 }, () => new Float64Array(count));
   for (let i = 0; i < count; i += 1) {
     const steady = plan.from_start ? tilt[i] : 0;
     reach[i] = Math.max(Math.abs(greatest[i] - steady), Math.abs(least[i] - steady));
     peak[i] = Math.max(Math.abs(least[i]), Math.abs(greatest[i]));
     const kick = tilt_rate[i] / Math.sqrt((2 * gravity[i]) / ((2 + alpha[i]) * radius[i]));
-    scale[i] = length(tilt[i] - steady, kick);
-    amplification[i] = scale[i] > 0 ? reach[i] / scale[i] : NaN;
+    const size = length(tilt[i] - steady, kick);
+    // nothing is amplified where nothing is disturbed
+    scale[i] = size > 0 ? size : NaN;
+    amplification[i] = reach[i] / scale[i];
   }
   /** @type {Columns} */
   const found = { ...starts, ...measured, peak_tilt: peak, amplification };
   const { outcomes, condition, named } = plan.criterion;
-  const judged = { ...found, "the reach": reach, "the scale": scale.map((each) => (each > 0 ? each : NaN)) };
+  const judged = { ...found, "the reach": reach, "the scale": scale };
   const holds = holding(condition, judged);
   const columns = named.map((name) => judged[/** @type {keyof typeof judged} */ (name)]);
-  found.stability = new Uint8Array(count);
+  const stability = new Uint8Array(count);
   for (let i = 0; i < count; i += 1) {
-    const isMissing = () => columns.some((column) => Number.isNaN(column[i]));
-    found.stability[i] = outcomes[measured.ending[i]][holds(i) ? 0 : isMissing() ? 2 : 1];
+    const [isTrue, isFalse, isMissing] = outcomes[ending[i]];
+    stability[i] = isFalse;
+    if (holds(i)) stability[i] = isTrue;
+    else if (isFalse !== isMissing && columns.some((column) => Number.isNaN(column[i]))) {
+      stability[i] = isMissing;
+    }
   }
-  if (measured.wells) found.regime = regimes(plan, measured, count);
+  found.stability = stability;
+  if (measured.wells && (wanted ?? "regime") === "regime") found.regime = regimes(plan, measured, count);
   if (plan.losses.length) {
     found.largest_loss = largest(
       plan.losses.map((name) => measured[name]),
@@ -408,7 +413,9 @@ function completed(plan, starts, measured, count) {
 function length(x, y) {
   const [a, b] = [Math.abs(x), Math.abs(y)];
   const size = a > b ? a : b;
-  return size > 0 && size < Infinity ? size * Math.sqrt((a / size) ** 2 + (b / size) ** 2) : a + b;
+  return size > 0 && size < Infinity
+    ? size * Math.sqrt((a / size) * (a / size) + (b / size) * (b / size))
+    : a + b;
 }
 
 /**
@@ -430,7 +437,10 @@ function holding(condition, columns) {
   }
   const { terms = [], signs = [] } = condition;
   const values = terms.map((term) => valueOf(term, columns));
-  const pairs = signs.map((sign, i) => compared(sign, values[i], values[i + 1]));
+  const pairs = signs.map((sign, i) => {
+    const [agrees, one, other] = [SIGNS[sign], values[i], values[i + 1]];
+    return (/** @type {number} */ cell) => agrees(one(cell), other(cell));
+  });
   return pairs.length === 1 ? pairs[0] : (i) => pairs.every((pair) => pair(i));
 }
 
@@ -457,28 +467,19 @@ const SIGNS = {
 };
 
 /**
- * @param {string} sign
- * @param {(i: number) => number} one
- * @param {(i: number) => number} other
- * @returns {(i: number) => boolean}
- */
-function compared(sign, one, other) {
-  const holds = SIGNS[sign];
-  return (i) => holds(one(i), other(i));
-}
-
-/**
  * Kinds of motions, as sweep/explorer/quantities.py has them.
  * @param {Plan} plan
  * @param {Columns} measured
  * @param {number} count
  */
 function regimes(plan, { ending, wells, tilt_min: least, tilt_max: greatest }, count) {
-  return Uint8Array.from({ length: count }, (_, i) => {
-    if (plan.failed.includes(ending[i])) return 5;
-    if (plan.lost.includes(ending[i])) return 4;
-    return wells[i] > 0 ? 2 * (wells[i] - 1) + (least[i] < 0 && greatest[i] > 0 ? 1 : 0) : 5;
-  });
+  const found = new Uint8Array(count);
+  for (let i = 0; i < count; i += 1) {
+    const crosses = least[i] < 0 && greatest[i] > 0 ? 1 : 0;
+    found[i] = wells[i] > 0 && !plan.failed.includes(ending[i]) ? 2 * (wells[i] - 1) + crosses : 5;
+    if (plan.lost.includes(ending[i])) found[i] = 4;
+  }
+  return found;
 }
 
 /**
@@ -488,9 +489,8 @@ function regimes(plan, { ending, wells, tilt_min: least, tilt_max: greatest }, c
  */
 function largest(losses, count) {
   return Uint8Array.from({ length: count }, (_, i) => {
-    const lost = losses.map((each) => each[i] || 0);
-    const most = Math.max(...lost);
-    return most > 0 ? 1 + lost.indexOf(most) : 0;
+    const lost = [0, ...losses.map((each) => each[i] || 0)];
+    return lost.indexOf(Math.max(...lost));
   });
 }
 
@@ -519,17 +519,18 @@ function piece(cells, { plan, x, y, quantity, timed }) {
     rows.fill(up[row], row * across.length, (row + 1) * across.length);
   }
   const given = { [x.axis.name]: columns, [y.axis.name]: rows };
-  const found = cells.columns(plan, given, count, timed);
-  const value = found[quantity];
+  const { [quantity]: value, stability } = cells.columns(plan, given, count, timed, quantity);
+  const most = value instanceof Uint8Array ? MOST_CODE : Number.MAX_VALUE;
   let [low, high, least] = [Infinity, -Infinity, Infinity];
   for (let i = 0; i < count; i += 1) {
     const each = value[i];
-    if (!Number.isFinite(each) || (value instanceof Uint8Array && each === NO_CODE)) continue;
+    // false of what is no number
+    if (!(Math.abs(each) <= most)) continue;
     if (each < low) low = each;
     if (each > high) high = each;
     if (each > 0 && each < least) least = each;
   }
-  return { value, verdict: found.stability, low, high, least };
+  return { value, verdict: stability, low, high, least };
 }
 
 /**
@@ -550,10 +551,7 @@ function called(kernels, { name, values }) {
   return { results, arrays };
 }
 
-/** @type {Cells} */
-let cells;
-/** @type {Kernels} */
-let kernels;
+let /** @type {Cells} */ cells, /** @type {Kernels} */ kernels;
 
 /** @type {Record<string, (asked: any) => object>} */
 const ANSWERS = {

@@ -1,0 +1,138 @@
+"""How fast the page of the explorer computes, in a real browser, beside the program itself.
+
+    python scripts/page_speed.py [--rounds 7]
+
+Windows of the rolling disk in an exported page, by all its workers, are timed in turns with the same cells by Python
+(`sweep.engine.compute.compute`, all threads); the median is told of each. Then what a person waits for: the first
+window of a fresh page, a click until its motion is there, and the longest task of the page's own thread meanwhile.
+"""
+
+import argparse
+import statistics
+import tempfile
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from explorer_browser import COMPLETE, find_browser, launched
+
+from sweep.engine.compute import compute
+from sweep.explorer.about import base_of
+from sweep.explorer.explorer import subject_of
+from sweep.explorer.export import export
+from sweep.explorer.plan import plan
+from sweep.explorer.view import View
+from sweep.request.spec import SweepSpec
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+#: Width, height and quantity of a window.
+WINDOWS = [(256, 192, "peak_tilt"), (1000, 700, "peak_tilt"), (1000, 700, "nutation_period")]
+
+#: Make what computes in the page, once; and time a window.
+WINDOW = """async ([text, plan, view, width, height, quantity]) => {
+    const { Computation } = await import("eulerdisk/compute/computation");
+    const { computedWindow } = await import("eulerdisk/compute/cells");
+    const { unpackedArray } = await import("eulerdisk/stored_cells");
+    const kernels = document.getElementById("kernels").textContent;
+    window.computation ??= new Computation(unpackedArray({ type: "u1", data: kernels }));
+    const begun = performance.now();
+    await computedWindow(window.computation, plan, { view, width, height, quantity });
+    return performance.now() - begun;
+}"""
+
+#: Note how long the page's own thread is busy at a time.
+LONG_TASKS = """() => {
+    window.longest = 0;
+    new PerformanceObserver((list) => {
+        for (const { duration } of list.getEntries()) window.longest = Math.max(window.longest, duration);
+    }).observe({ type: "longtask" });
+}"""
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--rounds", type=int, default=7)
+    rounds = parser.parse_args().rounds
+    executable = find_browser()
+    if executable is None:
+        parser.error("no Chromium is installed")
+    spec = SweepSpec.preset("rolling")
+    view = View.read(base_of("", spec)["view"], spec)
+    with tempfile.TemporaryDirectory() as folder, launched(executable) as browser:
+        path = Path(folder) / "page.html"
+        export(subject_of("rolling", {}), path)
+        page = browser.new_page(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
+        begun = time.perf_counter()
+        page.goto(f"{path.as_uri()}#base=")
+        page.wait_for_selector("#map[data-lane]")
+        first = time.perf_counter() - begun
+        page.wait_for_selector(COMPLETE)
+        print(
+            f"{path.stat().st_size / 1e6:.2f} MB; the first window of a fresh page after {1000 * first:.0f} ms"
+        )
+        for width, height, quantity in WINDOWS:
+            asked = [None, plan(view)["cells"], base_of("", spec)["view"], width, height, quantity]
+            times = np.array(
+                [
+                    (page.evaluate(WINDOW, asked), _by_python(view, width, height, quantity))
+                    for _ in range(rounds)
+                ]
+            )
+            of_page, of_python = map(statistics.median, times[2:].T)
+            told = f"page {of_page:.0f} ms, Python {of_python:.0f} ms, {of_page / of_python:.2f} times"
+            print(f"{quantity} {width} x {height}: {told}")
+        page.evaluate("scrollTo(0, 0)")
+        page.evaluate(LONG_TASKS)
+        clicks = [_click(page, number) for number in range(rounds)]
+        print(f"a click until its motion is there: {statistics.median(clicks[2:]):.0f} ms", end="; ")
+        for _ in range(10):
+            page.mouse.move(400, 300)
+            page.mouse.wheel(0, -120)
+            page.wait_for_timeout(60)
+        page.wait_for_selector(COMPLETE)
+        print(
+            f"longest task of the page's own thread: {page.evaluate('longest'):.0f} ms, drawing in software among them"
+        )
+
+
+def _by_python(view: View, width: int, height: int, quantity: str) -> float:
+    """Return the time [ms] in which Python computes a window."""
+    begun = time.perf_counter()
+    x, y = np.meshgrid(view.x.values(width), view.y.values(height))
+    compute(view.live, view.starts(x.ravel(), y.ravel()), verdicts_only=quantity != "nutation_period")
+    return 1000.0 * (time.perf_counter() - begun)
+
+
+#: Time the next click until the motion of its start is shown.
+CLICK = """() => {
+    const slot = document.querySelector("#motions .slot");
+    window.took = new Promise((done) => {
+        document.getElementById("map").addEventListener("pointerdown", () => {
+            const begun = performance.now();
+            const watch = new MutationObserver(() => {
+                watch.disconnect();
+                done(performance.now() - begun);
+            });
+            watch.observe(slot, { attributeFilter: ["data-shown"] });
+        }, { once: true, capture: true });
+    });
+}"""
+
+
+def _click(page: "Page", number: int) -> float:
+    """Return the time [ms] from a click on the map until the motion of that start is shown."""
+    box = page.locator("#map .picture").bounding_box()
+    assert box is not None
+    page.evaluate(CLICK)
+    page.mouse.click(box["x"] + (0.2 + 0.08 * number) * box["width"], box["y"] + 0.6 * box["height"])
+    return float(page.evaluate("took"))
+
+
+if __name__ == "__main__":
+    main()
