@@ -20,6 +20,7 @@ extensions = [
     "sphinx.ext.autosummary",
     "numpydoc",
     "formulas",
+    "live",
     "names",
     "notebooks",
     "pictures",
