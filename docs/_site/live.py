@@ -1,7 +1,7 @@
 """Explorers that compute in the pages of the site, where a page has ``<div data-explorer="NAME"></div>``.
 
-Each is a page as ``eulerdisk explore --export`` writes it, in a frame that a browser loads when it comes into view. In the
-repository such an element is seen by nobody.
+Each is a page as ``eulerdisk explore --export`` writes it, in a frame that a browser loads when it comes into view. A
+reader of the repository sees nothing of such an element.
 """
 
 import re

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from kernels.bodies import arrays, shapes
 from kernels.disk.arrays import COUNTS, MEASURES
 from sweep.model.bodies.tables import ENDINGS
-from sweep.model.description import Request, Starts
+from sweep.model.description import Columns, Request, Starts
 from sweep.model.disk.exact import AUDIT, ExactReduction
 from sweep.model.disk.tables import REDUCTION as OF_THE_DISK
 from sweep.model.kernel import Kernel
@@ -93,7 +93,9 @@ class BodyReduction(ExactReduction):
             "ending": np.where(vague, ENDINGS.code("unresolved"), counts[0]),
         }
 
-    def truth(self, spec: Request, starts: Starts, first: int) -> dict[str, npt.NDArray[Any]]:
+    def truth(
+        self, spec: Request, starts: Starts, first: int, stored: Columns
+    ) -> dict[str, npt.NDArray[Any]]:
         """Return what `check` holds cells against: `measures`."""
         exact = self.measures(spec, starts)
         # endings are compared many times
