@@ -11,7 +11,7 @@ import numpy as np
 
 from kernels.bodies import arrays as row
 from kernels.bodies import pair as at
-from kernels.bodies.equations import force, is_steady, per_inertia, pull_and_terms
+from kernels.bodies.equations import fall_along, force, is_steady, per_inertia, pull_and_terms
 from kernels.bodies.shapes import RIM, Body
 from kernels.bodies.stages import body_of, is_possible, side_of
 from kernels.disk.arrays import ENDING
@@ -286,8 +286,48 @@ def _limit(kind, edge, y, heading, fall_tilt):
 
 
 @kernel
+def _both_ways(state, tilt, edge, kind, fall_tilt, body, series, found, panels, sides):
+    """Follow a motion from its start to both sides; the panels of both are written.
+
+    Returns
+    -------
+    (ending, least, greatest tilt, separatrix, error, vague)
+        Whether it is vague how long the motion lingers beside a maximum of the potential.
+    """
+    S, C, T, w, o, s = state
+    y, least, greatest = stretched(tilt), tilt, tilt
+    heading = math.copysign(1.0, w if w != 0.0 else -fall_along(S, C, s, o, body))
+    error, separatrix, vague = 0.0, math.inf, False
+    for turn in range(2):
+        sense = heading if turn == 0 else -heading
+        place = 0 if sense > 0.0 else 1
+        if turn == 1 and w == 0.0:
+            # the start is a turning point
+            sides[place, :] = 0.0
+            pull, curvature = force(state, body)
+            if curvature < 0.0 and 0.5 * pull * pull / -curvature < abs(separatrix):
+                separatrix = 0.5 * pull * pull / -curvature
+            break
+        # the panels of the side of negative tilts are those of the mirror image
+        image, own = (sense * S, C, sense * T, abs(w), sense * o, s), body if sense > 0.0 else _mirrored(body)
+        limit, beyond, way = _limit(kind, edge, y, sense, fall_tilt)
+        end = _follow(image, own, way, series, found, panels[place], sides[place])
+        if end == UNRESOLVED:
+            return UNRESOLVED, math.nan, math.nan, math.nan, math.inf, True
+        if abs(sides[place, _LEAST]) < abs(separatrix):
+            separatrix = sides[place, _LEAST]
+        if end == FELL:
+            return beyond, min(least, limit), max(greatest, limit), separatrix, error, True
+        reached = sense * sides[place, _TILT]
+        error = max(error, sides[place, _ERROR])
+        vague |= abs(sides[place, _LEAST]) * _VAGUE < sides[place, _UNCERTAIN]
+        least, greatest = min(least, reached), max(greatest, reached)
+    return BOUNDED, least, greatest, separatrix, error, vague
+
+
+@kernel
 def reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides, pieces):
-    """(ending, least, greatest tilt, period, separatrix, error) of a cell, scaled but for angles."""
+    """(ending, least, greatest tilt [rad], period [s], separatrix, error [rad]) of a cell."""
     nan, tilt = math.nan, starts[row.TILT, cell]
     body = body_of(starts, cell, kind)
     if not is_possible(starts, cell, kind, body):
@@ -301,57 +341,15 @@ def reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides, 
     state = scaled_state(tilt, rates[0], rates[1], rates[2], unit)
     if is_steady(state, body):
         return STEADY, tilt, tilt, nan, nan, 0.0
-    S, C, T, w, o, s = state
-    y, edge = stretched(tilt), side_of(kind, tilt)
-    least, greatest, ending = tilt, tilt, BOUNDED
-    heading = math.copysign(1.0, w)
-    if w == 0.0:
-        pull = _pull(state, body)
-        heading = math.copysign(1.0, pull)
-    error, separatrix, vague = 0.0, math.inf, False
-    # the panels of a side are those of the mirror image, if that is the negative one
-    for turn in range(2):
-        sense = heading if turn == 0 else -heading
-        place = 0 if sense > 0.0 else 1
-        limit, beyond, way = _limit(kind, edge, y, sense, fall_tilt)
-        if turn == 1 and w == 0.0:
-            # the start is a turning point
-            sides[place, :] = 0.0
-            pull, curvature = force(state, body)
-            if curvature < 0.0 and 0.5 * pull * pull / -curvature < abs(separatrix):
-                separatrix = 0.5 * pull * pull / -curvature
-            break
-        image, own = (sense * S, C, sense * T, abs(w), sense * o, s), body if sense > 0.0 else _mirrored(body)
-        end = _follow(image, own, way, series, found, panels[place], sides[place])
-        if end == UNRESOLVED:
-            return UNRESOLVED, nan, nan, nan, nan, nan
-        if abs(sides[place, _LEAST]) < abs(separatrix):
-            separatrix = sides[place, _LEAST]
-        reached = limit
-        if end == BOUNDED:
-            reached = sense * sides[place, _TILT]
-            error = max(error, sides[place, _ERROR])
-            vague |= abs(sides[place, _LEAST]) * _VAGUE < sides[place, _UNCERTAIN]
-        least, greatest = min(least, reached), max(greatest, reached)
-        if end == FELL:
-            ending = beyond
-            break
-    period = nan
-    if ending == BOUNDED and timed and not vague:
-        period = 2.0 * _half_period(y, body, panels, sides, pieces)
-    separatrix = separatrix if separatrix < math.inf else nan
+    ending, least, greatest, separatrix, error, vague = _both_ways(
+        state, tilt, side_of(kind, tilt), kind, fall_tilt, body, series, found, panels, sides
+    )
     if not error < math.inf:
         return UNRESOLVED, nan, nan, nan, nan, nan
-    return ending, least, greatest, unit * period, separatrix, error
-
-
-@kernel
-def _pull(state, body):
-    """Slope of the potential with its sign reversed, over m g R."""
-    S, C, T, _, o, s = state
-    a, b = body.core + body.edge * C, -body.shift - body.edge * S
-    torque = body.axial * s - body.transverse * o * T + (a - b * T) * (a * s + b * o)
-    return body.core * S - body.shift * C + o * torque
+    period = nan
+    if timed and not vague:
+        period = 2.0 * _half_period(stretched(tilt), body, panels, sides, pieces)
+    return ending, least, greatest, unit * period, separatrix if separatrix < math.inf else nan, error
 
 
 def memory_of_thread(*_):
