@@ -107,7 +107,8 @@ def _subject_of_spec(spec: SweepSpec) -> Subject:
         raise RequestError(
             f"The model {spec.model.name} has no exact reduction: its cells are integrated in time, which takes too "
             "long for a map that is computed while one looks.",
-            hint="Compute an atlas with eulerdisk run first, as in eulerdisk run toy -o toy.nc, and explore its file.",
+            hint="Compute an atlas with eulerdisk run first, as in eulerdisk run "
+            f"{'mine.py -o mine.nc' if spec.model.text else 'toy -o toy.nc'}, and explore its file.",
             where="model",
         )
     if spec.is_list:

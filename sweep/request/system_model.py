@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sweep.errors import RequestError
+from sweep.errors import RequestError, shown
 from sweep.model import registry
 from sweep.model.description import Model
 
@@ -40,7 +40,14 @@ def with_system(words: Mapping[str, Any], folder: Path | None = None) -> dict[st
     from sweep.request.system_file import read_system, read_system_file
 
     if text is not None:
-        found["model"] = _model(read_system(str(text), where="the system of the request"))
+        definition = read_system(str(text), where="the system of the request")
+        if named not in (None, definition.name):
+            raise RequestError(
+                f"The model is {shown(named)}, and the system of the request is {definition.name}.",
+                hint=f"Leave out one of both, or write model={definition.name}.",
+                where="system",
+            )
+        found["model"] = _model(definition)
     elif file:
         path, of, name = str(named).partition(_OF)
         where = Path(path + ".py" if of else path)

@@ -262,6 +262,17 @@ def test_the_explorer(command, made):
     status, _, messages = command("explore a.nc --export page.html")
     assert (status == 0) == Path("page.html").exists()
     assert status == 0 or (status, messages.count("\n")) == (2, 1), messages
+    status, _, messages = command("explore mine.py")
+    assert status == 2
+    assert "eulerdisk run mine.py -o mine.nc" in messages
+
+
+def test_a_model_and_the_system_of_another_one():
+    """A text that names one model and carries the system of another is refused."""
+    text = sweep.SweepSpec.read("mine.py").canonical()
+    assert sweep.SweepSpec.from_canonical(text).model.name == "bead"
+    with pytest.raises(sweep.RequestError, match="The model is disk, and the system of the request is bead"):
+        sweep.SweepSpec.from_canonical(text.replace('"model":"bead"', '"model":"disk"'))
 
 
 @pytest.mark.slow_lane

@@ -55,8 +55,8 @@ def test_a_motion_of_few_steps():
     many, few = columns(still, still), columns(still, still, steps=8)
     for found in (many, few):
         assert found["end_time_error"][0] > 16.0 * 10.0 * np.finfo(float).eps
-    assert 0.04 * TOLERANCE < many["x_end_error"][0] < 0.06 * TOLERANCE
-    assert 0.08 * TOLERANCE < few["x_end_error"][0] < 0.2 * TOLERANCE
+    assert 0.01 * TOLERANCE < many["x_end_error"][0] < 0.1 * TOLERANCE
+    assert 2.0 * many["x_end_error"][0] < few["x_end_error"][0] < TOLERANCE
 
 
 def test_rounding_grows_as_errors_do():
