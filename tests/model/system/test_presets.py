@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from scipy.special import mathieu_a
 
 import sweep
 from sweep.engine.compute import compute
@@ -28,6 +29,18 @@ def cells(spec, **starts):
     shape = np.broadcast_shapes(*(np.shape(each) for each in starts.values()))
     known = {name: each.default for name, each in spec.model.parameters.items()} | starts
     return compute(spec, {name: np.full(shape, 0.0) + value for name, value in known.items()})
+
+
+def runge_kutta(rate, state, step, count):
+    """Yield the states after each of some steps of the classical method of Runge and Kutta."""
+    time = 0.0
+    for _ in range(count):
+        one = rate(time, state)
+        two = rate(time + 0.5 * step, state + 0.5 * step * one)
+        three = rate(time + 0.5 * step, state + 0.5 * step * two)
+        four = rate(time + step, state + step * three)
+        state, time = state + step / 6.0 * (one + 2.0 * two + 2.0 * three + four), time + step
+        yield state
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -59,30 +72,54 @@ def kapitza_edges(ratio):
 def test_kapitza_holds_from_the_rate_of_theory():
     """sqrt(2 g l)/a for small angles, and that over sqrt(cos angle) at an angle, as a/l goes to 0.
 
-    The effective potential cos(angle) + (shake/critical)^2 sin(angle)^2/2 has its top where cos(angle) is
-    (critical/shake)^2.
-    Measured: 1.0021 at a/l = 0.1, 1.0004 at 0.05, 1.0000 at 0.025 for 0.1 degrees; at 30 degrees 1.1 %, 0.6 % and 0.3 %
-    below: halved with a/l.
+    For small angles the equation is Mathieu's: its solutions are bounded from a_0(2 a/l) = -4 g/(l shake^2) on. The
+    effective potential cos(angle) + (shake/critical)^2 sin(angle)^2/2 has its top where cos(angle) is
+    (critical/shake)^2; what is left out of it halves with a/l.
     """
-    wide, narrow = kapitza_edges(0.1), kapitza_edges(0.05)
-    assert wide[0] == pytest.approx(1.0021, abs=4e-4)
-    assert narrow[0] == pytest.approx(1.0004, abs=4e-4)
-    below = 1.0 - np.array([wide[1], narrow[1]]) * np.sqrt(np.cos(np.radians(30.0)))
-    assert below == pytest.approx([0.01055, 0.00622], abs=5e-4)
+    ratios = np.array([0.1, 0.05])
+    edges = np.array([kapitza_edges(each) for each in ratios])
+    mathieu = ratios * np.sqrt(-2.0 / mathieu_a(0, 2.0 * ratios))
+    # beside the boundary growth is slow: within 40 s a motion seems to hold a little lower
+    assert np.all((edges[:, 0] < mathieu + 1e-4) & (edges[:, 0] > mathieu - 4e-4))
+    wide, narrow = 1.0 - edges[:, 1] * np.sqrt(np.cos(np.radians(30.0)))
+    assert 0.0 < narrow < wide < 0.02
+    assert abs(2.0 * narrow - wide) < 0.0025
+
+
+def stars_gone(u, v, duration):
+    """Return which stars that start in the middle have passed a gap, by steps of Runge and Kutta."""
+    gone = np.zeros(u.shape, bool)
+
+    def rate(_, state):
+        x, y, u, v = state
+        return np.array([u, v, -x - 2.0 * x * y, -y - x * x + y * y])
+
+    start = np.array([0.0 * u, 0.0 * u, u, v])
+    for state in runge_kutta(rate, start, 0.04, round(duration / 0.04)):
+        x, y = np.where(gone, 0.0, state[:2])
+        gone |= np.max([2.0 * y, -np.sqrt(3.0) * x - y, np.sqrt(3.0) * x - y], axis=0) > 2.4
+        state[:, gone] = 0.0
+    return gone
 
 
 def test_no_star_leaves_below_the_critical_energy(rng):
-    """Henon and Heiles: 1/6. Just below it all stay, at 0.3 all go, and each gap takes as many."""
+    """Henon and Heiles: 1/6. Just below it all stay, and each gap takes as many as another method says."""
     spec = sweep.SweepSpec.preset("henon_heiles")
     codes = {name: code for code, name in spec.model.endings.flags.items()}
     turned = {codes["right"]: codes["top"], codes["top"]: codes["left"], codes["left"]: codes["right"]}
-    for energy, leave in ((0.1, 0.0), (1.0 / 6.0 - 1e-6, 0.0), (0.18, 0.57), (0.3, 1.0)):
+    for energy in (0.1, 1.0 / 6.0 - 1e-6, 0.18, 0.3):
         way = compass(200, rng)
         speed = np.sqrt(2.0 * energy)
         found = cells(spec, u=speed * np.cos(way), v=speed * np.sin(way))
         ending = found["ending"].reshape(3, -1)
         gone = np.isin(ending, list(turned))
-        assert gone.mean() == pytest.approx(leave, abs=0.15 if 0.0 < leave < 1.0 else 0.0)
+        leave = (
+            stars_gone(speed * np.cos(way), speed * np.sin(way), 100.0) if energy > 1.0 / 6.0 else np.zeros(1)
+        )
+        # of sensitive ones the two methods may say otherwise
+        assert gone.mean() == pytest.approx(
+            leave.mean(), abs=(found["ending"] == codes["sensitive"]).mean() + 0.01
+        )
         assert np.nanmax(found["conserved_change"]) < 1e-10
         for one, other in pairwise(ending):
             both = np.isin(one, list(turned)) & np.isin(other, list(turned))
@@ -115,7 +152,12 @@ def test_the_basins_of_three_magnets_have_their_symmetry(rng):
     assert min(counts[0]) > 50
     # they stop between the magnet and the middle, where the spring holds against it
     at_rest = np.hypot(found["x_end"], found["y_end"])[found["label"] > 0]
-    assert at_rest == pytest.approx(0.98334, abs=1e-4)
+
+    def pull(x):
+        near, far = ((x - 1.0) ** 2 + 0.25**2) ** -1.5, ((x + 0.5) ** 2 + 0.75 + 0.25**2) ** -1.5
+        return 0.5 * x + (x - 1.0) * near + 2.0 * (x + 0.5) * far
+
+    assert at_rest == pytest.approx(brentq(pull, 0.9, 1.0), abs=1e-4)
     middle = cells(spec, x=np.zeros(1), y=0.0)
     assert list(middle["label"]) == [0]
 
@@ -174,10 +216,22 @@ def test_a_weakly_driven_pendulum_has_its_linear_resonance():
 
 
 def test_no_pendulum_turns_over_below_the_torque_of_melnikov():
-    """(4 damping/pi) cosh(pi drive/2); measured, the least torque that turns it is 1.31 times as large."""
+    """(4 damping/pi) cosh(pi drive/2). The least torque that turns it over is that of another method."""
     atlas = sweep.run("driven_pendulum", torque="0.02:1:50", drive="0.2:1.6:50")
     turned = atlas.ending == 4
     line = 0.4 / np.pi * np.cosh(np.pi * atlas.drive / 2.0)
     assert int(turned.sum()) > 300
-    assert float((atlas.torque / line).where(turned).min()) == pytest.approx(1.3, abs=0.1)
+    over = (atlas.torque / line).where(turned)
+    assert float(over.min()) > 1.0
+    # along the drive of the least one
+    column = int(np.nanargmin(over.min("torque").values))
+    torque, drive = atlas.torque.values, float(atlas.drive[column])
+    start, turned_over = np.zeros((2, torque.size)), np.zeros(torque.size, bool)
+
+    def rate(t, state):
+        return np.array([state[1], torque * np.cos(drive * t) - 0.1 * state[1] - np.sin(state[0])])
+
+    for state in runge_kutta(rate, start, 0.04, 5_000):
+        turned_over |= np.abs(state[0]) > np.pi
+    assert torque[turned_over].min() == torque[turned.isel(drive=column).values].min()
     assert atlas.critical_lower_torque.values == pytest.approx(line.values)
