@@ -1,7 +1,6 @@
 """How one motion of the disk without losses is integrated: by the kernels, or by SciPy for comparison."""
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -44,9 +43,7 @@ _LATER = 1.1
 _RELATIVE, _ABSOLUTE = 1e-12, 1e-15
 
 
-def follow(
-    spec: MotionRequest, start: Array, begun: Callable[[Array], None] = lambda times: None
-) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
+def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
     """Return the times of the samples [s], shape (n,), and the variables of the file.
 
     Parameters
@@ -54,9 +51,6 @@ def follow(
     spec : MotionRequest
     start : array
         That of `start_of`.
-    begun : callable
-        Called with the times [s] of all samples each time before they are integrated. If it sets them to zero later on,
-        the integration ends at the next sample, and what is returned has no meaning.
 
     Raises
     ------
@@ -65,9 +59,9 @@ def follow(
     """
     times = spec.times
     integrate = _by_rk4 if spec.method == "rk4" else _by_dop853
-    samples, fall_time = integrate(spec, start, times, begun)
+    samples, fall_time = integrate(spec, start, times)
     if spec.interval == AUTOMATIC and (closer := _closer(times, samples, fall_time))[1] < times[1]:
-        again, fell_at = integrate(spec, start, closer, begun)
+        again, fell_at = integrate(spec, start, closer)
         if fall_time is None or fell_at is not None:
             times, samples, fall_time = closer, again, fell_at
     times = times[: samples.shape[1]].copy()
@@ -92,9 +86,7 @@ def _closer(times: Array, samples: Array, fall_time: float | None) -> Array:
     return np.asarray(last / (count - 0.5) * np.arange(math.ceil(_LATER * count) + 1))
 
 
-def _by_rk4(
-    spec: MotionRequest, start: Array, times: Array, begun: Callable[[Array], None]
-) -> tuple[Array, float | None]:
+def _by_rk4(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, float | None]:
     """Integrate one start by the kernels, with a step that keeps the energy.
 
     Returns the samples, shape (9, m), rows as in `motion_arrays.SAMPLES`, and the fall time [s], that of the
@@ -104,7 +96,6 @@ def _by_rk4(
     step = 0.0 if isinstance(spec.step, str) else spec.step
     before = 0.0
     for refinement in range(_MOST_REFINEMENTS + 1):
-        begun(times)
         settings = np.array([step, _RELATIVE_STEP / 2**refinement, spec.fall_tilt])
         ending, filled, last, _ = _TRAJECTORY.load()(start, settings, times, samples)
         if ending == UNRESOLVED:
@@ -121,17 +112,13 @@ def _by_rk4(
     )
 
 
-def _by_dop853(
-    spec: MotionRequest, start: Array, times: Array, begun: Callable[[Array], None]
-) -> tuple[Array, float | None]:
+def _by_dop853(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, float | None]:
     """Integrate one start by SciPy, as `_by_rk4` does: the independent method that RK4 is compared with.
 
     Shares nothing with the kernels: tilt and rates with their sines and cosines, the heading, the roll angle, the
     contact point and the gain of vertical momentum, all integrated together from the textbook equations.
     """
     from scipy.integrate import solve_ivp
-
-    begun(times)
 
     def fall(_: float, y: Array, *system: float) -> float:
         return abs(float(y[0])) - float(spec.fall_tilt)

@@ -1,7 +1,6 @@
 """How one motion of the disk with losses is integrated, and when it is sampled: ever closer towards its end."""
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -42,9 +41,7 @@ _PASSES, _ENOUGH = 5, 1.1
 _LATER = 1.001
 
 
-def follow(
-    spec: MotionRequest, start: Array, begun: Callable[[Array], None] = lambda times: None
-) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
+def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
     """Return the times of the samples [s], shape (n,), and the variables of the file.
 
     Parameters
@@ -52,15 +49,13 @@ def follow(
     spec : MotionRequest
     start : array
         That of `start_of`.
-    begun : callable
-        As that of `sweep.motion.disk_path.follow`.
 
     Raises
     ------
     RequestError
         If the motion is too fast to be resolved, or ends where it begins.
     """
-    times, samples, ending = _integrated(spec, start, spec.times, begun)
+    times, samples, ending = _integrated(spec, start, spec.times)
     if times[-1] == 0.0:
         _check_goes_on(ending)
         # a disk that friction holds from its start is seen to stand
@@ -69,7 +64,7 @@ def follow(
         wanted = _wanted(times, samples, ending)
         if wanted.max(initial=0.0) <= _ENOUGH:
             break
-        times, samples, ending = _integrated(spec, start, _closer(times, wanted, ending), begun)
+        times, samples, ending = _integrated(spec, start, _closer(times, wanted, ending))
     # where dry friction lets go the kernels start the motion a little beyond its start
     samples[: len(STATE), 0] = start[: len(STATE)]
     return times, _variables(start, samples) | _ended(ending, np.nan if ending == HORIZON else times[-1])
@@ -96,15 +91,12 @@ def _ended(ending: int, time: float) -> dict[str, npt.NDArray[Any]]:
     return {"ending": np.array(ending, np.int8), "end_time": np.array(time)}
 
 
-def _integrated(
-    spec: MotionRequest, start: Array, times: Array, begun: Callable[[Array], None]
-) -> tuple[Array, Array, int]:
+def _integrated(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, Array, int]:
     """Return times, samples and ending of one start, with a step that keeps the balance of the energy."""
     samples = np.empty((len(arrays.SAMPLES), times.size))
     step = 0.0 if isinstance(spec.step, str) else spec.step
     law: int = spec.kind.words["air_law"].choices.index(spec.air_law)
     for refinement in range(_MOST_REFINEMENTS + 1):
-        begun(times)
         settings = np.array([step, _RELATIVE_STEP / 2**refinement, spec.flat_tilt, law])
         ending, filled, last, _ = _TRAJECTORY.load()(start, settings, times, samples)
         if ending == UNRESOLVED:

@@ -10,7 +10,7 @@ import pytest
 from latex_formula import Page, lines
 
 import sweep
-from sweep.explorer import export, motion, server, take_away, view, window
+from sweep.explorer import export, server, take_away, view, window
 from sweep.explorer import lines as explorer_lines
 from sweep.figures.disk import disk_3d as camera
 from sweep.figures.disk import film_options
@@ -33,13 +33,14 @@ def missing(name, stated):
 
 def test_the_explorer():
     """Limits of docs/explorer.md."""
+    followed = (CHECKOUT / "sweep/explorer/page/compute/motion.js").read_text(encoding="utf-8")
     stated = {
         "at most 64 KiB": server.MOST_BYTES == 65536,
-        "a window at most four million pixels": window.MOST_PIXELS == 4_000_000,
+        "a window of stored cells at most four million pixels": window.MOST_PIXELS == 4_000_000,
         "64 requests are answered at a time": server.MOST_REQUESTS == 64,
         "CSV, netCDF, up to a million": take_away.MOST_CELLS == 1_000_000,
-        "4000 of its own units of time": motion._UNITS == 4000.0,
-        "`method=exact`; up to a million": export.MOST_CELLS == 1_000_000,
+        "4000 of its own units of time": "disk: { turns: 400, units: 4e3 }" in followed,
+        "in single precision, up to a million": export.MOST_CELLS == 1_000_000,
         "grid of 96 x 72 exact cells": explorer_lines.COARSE == (96, 72),
         "a pixel is 8 units in the last place wide": view.ULPS == 8,
         "listens at 127.0.0.1 alone": server.HOST == "127.0.0.1",
