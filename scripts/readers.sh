@@ -2,8 +2,8 @@
 # the explorer's page, and installs what is missing only if it is told to. It never fails: the tests of a missing program
 # are skipped, in CI they fail.
 
-readers_packages=(netcdf-bin cdo nco r-cran-ncdf4 octave-netcdf gdal-bin udunits-bin libnetcdf-dev gcc libc6-dev chromium)
-readers_commands=(ncdump cdo ncwa Rscript octave-cli gdalmdiminfo udunits2 nc-config cc chromium)
+readers_packages=(netcdf-bin cdo nco r-cran-ncdf4 octave-netcdf gdal-bin udunits-bin libnetcdf-dev gcc libc6-dev chromium firefox-esr)
+readers_commands=(ncdump cdo ncwa Rscript octave-cli gdalmdiminfo udunits2 nc-config cc chromium firefox-esr)
 
 prepare_readers() {
     local missing=() each log=$checkout/.venv/eulerdisk-readers.log

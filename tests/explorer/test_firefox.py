@@ -44,16 +44,16 @@ def test_the_page_computes_in_firefox(tmp_path):
     """Its map is there, in its colours: dark where disks lean far out, bright where they stay upright."""
     export(subject_of("rolling", {}), tmp_path / "page.html")
     (tmp_path / "around.html").write_text(AROUND)
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), partial(Host, directory=tmp_path))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
     shot = tmp_path / "shot.png"
-    address = f"http://127.0.0.1:{server.server_port}/around.html"
     options = ("--headless", "--no-remote", "--profile", str(tmp_path), "--window-size", "1240,840")
-    subprocess.run(
-        [FIREFOX, *options, "--screenshot", str(shot), address],
-        env=os.environ | {"HOME": str(tmp_path)}, check=True, capture_output=True, timeout=120,
-    )  # fmt: skip
-    server.shutdown()
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), partial(Host, directory=tmp_path)) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        address = f"http://127.0.0.1:{server.server_port}/around.html"
+        subprocess.run(
+            [FIREFOX, *options, "--screenshot", str(shot), address],
+            env=os.environ | {"HOME": str(tmp_path)}, check=True, capture_output=True, timeout=120,
+        )  # fmt: skip
+        server.shutdown()
     pixels = np.asarray(Image.open(shot).convert("RGB")).astype(int)
     colour = pixels.max(axis=2) - pixels.min(axis=2)
     # more than a fifth of the page is coloured: a map without cells is hatched in grey
