@@ -42,8 +42,11 @@ export class PageSource {
     const plansOf = async (/** @type {View} */ view) => plansWith(page.about, page.plans, view);
     this.#computing = new Computing(computation, () => this.about(), plansOf, stored);
     // where nothing can be computed all that is shown of a point is told of its cell
-    this.cellAt =
-      stored && !page.plans.cells ? (/** @type {{x: number, y: number}} */ point) => stored.at(point) : null;
+    const cellAt = (/** @type {{x: number, y: number}} */ point) => {
+      const cell = stored?.at(point);
+      return cell ? { x: cell.x, y: cell.y } : null;
+    };
+    this.cellAt = stored && !page.plans.cells ? cellAt : null;
   }
 
   /**

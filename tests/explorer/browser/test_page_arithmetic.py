@@ -181,7 +181,7 @@ def test_pixels_show_the_nearest_cell(quiet, falling):
     wanted = [random.uniform(-1, 11) for _ in range(300)]
     found = quiet.evaluate(
         """async ([places, wanted]) => {
-            const { nearest } = await import("eulerdisk/stored_source");
+            const { nearest } = await import("eulerdisk/stored_cells");
             return wanted.map((each) => nearest(places, each));
         }""",
         [ordered, wanted],
@@ -275,7 +275,7 @@ def test_a_line_crosses_each_of_its_rows_once(quiet):
     ]
     found = quiet.evaluate(
         """async asked => {
-            const { crossings } = await import("eulerdisk/stored_source");
+            const { crossings } = await import("eulerdisk/cell_words");
             return asked.map(([lines, wanted]) => crossings(lines, wanted, [0, 1]));
         }""",
         asked,
@@ -290,15 +290,16 @@ def test_cells_of_a_logarithmic_axis_meet_at_their_geometric_mean(quiet):
     """An exported page has the cell of a value that is nearest on the axis of the atlas, and none far beyond it."""
     found = quiet.evaluate(
         """async values => {
-            const { StoredSource } = await import("eulerdisk/stored_source");
+            const { StoredCells } = await import("eulerdisk/stored_cells");
             const atlas = { x: { scale: "linear" }, y: { scale: "log" } };
             const sides = [[0, 100], [1, 100]].map((side) => Float64Array.from(side));
-            const source = new StoredSource({ about: { atlas } }, ...sides, {});
-            return values.map(([x, y]) => source.cellAt({ x, y }));
+            const cells = new StoredCells({ about: { atlas } }, ...sides, {});
+            return values.map(([x, y]) => cells.at({ x, y }));
         }""",
         [[49.0, 9.9], [51.0, 10.1], [20.0, 999.0], [-40.0, 1001.0], [160.0, 9.9]],
     )
-    assert found == [{"x": 0, "y": 1}, {"x": 100, "y": 100}, {"x": 0, "y": 100}, None, None]
+    cells = [{"x": 0, "y": 1, "index": 0}, {"x": 100, "y": 100, "index": 3}, {"x": 0, "y": 100, "index": 2}]
+    assert found == [*cells, None, None]
 
 
 def test_sliders_have_their_values_where_they_stand(quiet):
