@@ -248,7 +248,7 @@ class Page {
 
   /** Tell what is wrong with the picture or with its lines; else the note of the picture. */
   #tell() {
-    const problem = this.#problem ?? this.#lost ?? this.#map.linesProblem;
+    const problem = this.#lost ?? this.#problem ?? this.#map.linesProblem;
     const { answer } = this.#map.picture;
     const end = this.#map.atEnd || answer?.head.end;
     if (problem) tellProblem(part("notice"), problem, () => this.#map.again());
