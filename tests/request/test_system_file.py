@@ -151,6 +151,10 @@ REFUSED = {
     "root of a square": (file("return v, sqrt(x**2)"), 4, "root of x**2 has a kink", "small**2"),
     "root of a product": (file("y = x*x\n    return v, y**0.5"), 5, "root of x*x has a kink", "small**2"),
     "max": (file("y = x\n    return v, max(y, 1)"), 5, "max has a kink", "smooth form"),
+    "a computed number beside a unit": (
+        file("return v + 2*3, 0.0", 'x: "m" = 1.0, v: "m/s" = 0.0', 'duration="1 s"'), 4, "Only like quantities",
+        "its unit by making it a parameter",
+    ),
     "if": (file("if x > 0:\n        return v, x\n    return v, -x"), 4, "kink", "smooth step"),
     "if expression": (file("return v, x if x > 0 else v"), 4, "kink", "smooth step"),
     "remainder": (file("return v, x % 2"), 4, "remainder % has a kink", "Leave it out"),
