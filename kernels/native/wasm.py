@@ -47,6 +47,10 @@ _C_FUNCTION = re.compile(
     r"@(?:llvm\.)?(a?(?:sin|cos|tan)h?|atan2|exp2?|expm1|log(?:2|10|1p)?|pow|hypot)(?:\.f64)?\("
 )
 
+#: What Numba would raise where an operation of its own refuses: no kernel does, and it holds paths of this machine.
+_RAISED = re.compile(r'^@"?\.const\.pickle.*\n', re.MULTILINE)
+_USE_OF_RAISED = re.compile(r'@"?\.const\.picklebuf\.[\w.]+"?')
+
 _CUSTOM, _EXPORT, _ELEMENTS, _DATA = 0, 7, 9, 11
 
 
@@ -115,6 +119,7 @@ def _language(function, types):
         made = function.compiled.overloads[types]
         made.library._ensure_finalized()
         text = _HOST.sub("", _PROCESSOR.sub('"of-a-kernel"', str(made.library._final_module)))
+    text = _USE_OF_RAISED.sub("null", _RAISED.sub("", text))
     text = _C_FUNCTION.sub(r"@c_\1(", text).replace("@sqrt(", "@llvm.sqrt.f64(")
     # variables that Numba shares between modules are each module's own: others have the same names
     text = re.sub(

@@ -210,8 +210,8 @@ def without_period(monkeypatch, place):
     """Let the reduction of `verify` lack the period of a cell."""
     truth = ExactReduction.truth
 
-    def lacking(self, spec, starts, first):
-        found = truth(self, spec, starts, first)
+    def lacking(self, spec, starts, first, stored):
+        found = truth(self, spec, starts, first, stored)
         found["nutation_period"][place] = np.nan
         return found
 

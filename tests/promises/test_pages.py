@@ -58,6 +58,7 @@ FILES = {
     "tables.md": {"pushes.csv": "csv"},
     "commands.md": {"pushed.toml": "toml"},
     "batch.md": {"sweeps/two.toml": "toml"},
+    "explorer.md": {"slide.html": "html"},
 }
 _SMALL = "tilt=0.1deg:4deg:9 roll_rate=2:4:12"
 _TOY = "tilt=60deg:85deg:6 contour_friction=1um:30um:7:log rolling_friction=15um precession_rate=wobble"

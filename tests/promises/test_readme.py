@@ -34,9 +34,13 @@ def test_readme_is_short():
 
 
 def test_readme_links_lead_somewhere():
-    """Every relative link and picture of the README is a file of the project."""
+    """Every relative link and picture of the README is a file of the project, or a heading in one."""
     for target in re.findall(r"\]\(([^)]+)\)", _TEXT):
-        assert (_ROOT / target).is_file(), target
+        file, _, anchor = target.partition("#")
+        assert (_ROOT / file).is_file(), target
+        if anchor:
+            headings = re.findall(r"^#+ (.+)$", (_ROOT / file).read_text(encoding="utf-8"), re.MULTILINE)
+            assert anchor in {heading.lower().replace(" ", "-") for heading in headings}, target
 
 
 def test_every_block_is_known():

@@ -71,6 +71,8 @@ def test_two_pages_of_one_server_do_not_take_each_other_s_pictures(opened):
             # both ask at the same time
             page.wait_for_timeout(40)
     for number, page in enumerate(pages):
+        # a busy machine follows an address late
+        page.wait_for_selector("#map[data-shown*='0.8']", state="attached")
         wait_for_picture(page)
         view = shown(page)["view"]
         assert (view["base"], view["words"]) == (("rolling", "spinning")[number], {"alpha": 0.8})
