@@ -95,7 +95,7 @@ export class AtlasMap {
   get plot() {
     const { clientWidth, clientHeight } = this.#element;
     const narrow = clientWidth < 520;
-    const [left, right] = narrow ? [64, 8] : [72, 18];
+    const [left, right] = narrow ? [54, 8] : [72, 18];
     const top = legendHeight(quantityOf(this.#about, this.#state.quantity), clientWidth - left - right);
     return {
       left,

@@ -216,7 +216,7 @@ function yAxis({ view, plot, y }) {
     group.append(svg("line", { x1: label ? -6 : -3, x2: 0, y1: at, y2: at }));
     if (label) group.append(svg("text", { x: -10, y: at, dy: "0.33em", "text-anchor": "end" }, label));
   }
-  const turned = `translate(${12 - plot.left} ${plot.height / 2}) rotate(-90)`;
+  const turned = `translate(${16 - plot.left} ${plot.height / 2}) rotate(-90)`;
   group.append(
     svg("text", { class: "title", transform: turned, "text-anchor": "middle" }, titleOf(y, offset, power)),
   );
