@@ -28,9 +28,9 @@ def build() -> bytes:
     """Return the bytes of the module; in a process that has compiled nothing yet."""
     wasm.begin()
     from kernels.page.c_library import C_LIBRARY
-    from kernels.page.module import ENTRIES, told
+    from kernels.page.module import ENTRIES, sizes
 
-    made: bytes = wasm.module(ENTRIES, C_LIBRARY, {**told(), "made_of": sources()})
+    made: bytes = wasm.module(ENTRIES, C_LIBRARY, {**sizes(), "made_of": sources()})
     return made
 
 

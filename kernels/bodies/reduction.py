@@ -17,7 +17,7 @@ from kernels.bodies.stages import body_of, is_possible, side_of
 from kernels.disk.arrays import ENDING
 from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL, INVALID, STEADY, UNRESOLVED
 from kernels.disk.equations import scaled_state
-from kernels.disk.polynomial_roots import AMBIGUOUS, MOST_ROOTS, roots, value_at
+from kernels.disk.polynomial_roots import MOST_ROOTS, first_length, first_root, value_at
 from kernels.jit import kernel
 from kernels.native.entry import parallel
 
@@ -48,44 +48,6 @@ _SETTLED, _MOST_WAITING, _MOST_HALVINGS = 1e-10, 64, 400
 #: A period beside a maximum of the potential is not told where the bound of the rounding of the energy is this share of
 #: the energy between them: the rounding itself is about a hundredth of its bound.
 _VAGUE = 1e-7
-
-
-@kernel
-def _first_root(series, at_rest, length, found):
-    """First root of the kinetic energy on a panel; NaN if there is none, -1 if that cannot be told."""
-    kinetic = at.KINETIC
-    if at_rest:
-        # the start is a root
-        kinetic = at.KINETIC_PER_STRETCH
-        for k in range(at.TERMS - 1):
-            series[kinetic, k] = series[at.KINETIC, k + 1]
-        series[kinetic, at.TERMS - 1] = 0.0
-        if not series[kinetic, 0] > 0.0:
-            return 0.0
-    count = roots(series, kinetic, length, 0.0, found)
-    if count == AMBIGUOUS:
-        return -1.0
-    return found[0] if count > 0 else math.nan
-
-
-@kernel
-def _first_length(series, at_rest, length):
-    """Length of the first panel: a power of two above twice the way to the turning point, where that is near."""
-    first = 1 if at_rest else 0
-    value, slope, bend = (
-        series[at.KINETIC, first],
-        series[at.KINETIC, first + 1],
-        series[at.KINETIC, first + 2],
-    )
-    whole = slope * slope - 4.0 * bend * value
-    way = length
-    if slope < 0.0 and value > 0.0 and whole >= 0.0:
-        way = 2.0 * value / (math.sqrt(whole) - slope)
-    elif bend < 0.0 and value > 0.0:
-        way = 0.5 * (slope + math.sqrt(whole)) / -bend
-    if not 0.0 < 2.0 * way < length:
-        return length
-    return 2.0 ** math.ceil(math.log2(2.0 * way))
 
 
 @kernel
@@ -158,7 +120,7 @@ def _follow(state, body, limit, series, found, panels, side):
         at.expand(series, body)
         length = at.length_of(series)
         if number == 0:
-            length = _first_length(series, at_rest, length)
+            length = first_length(series, at.KINETIC, at_rest, length)
         last = begun + length >= limit
         if last:
             length = limit - begun
@@ -168,7 +130,7 @@ def _follow(state, body, limit, series, found, panels, side):
         for k in range(1, at.TERMS):
             largest = max(largest, abs(series[at.KINETIC, k]) * length**k)
         side[_ERROR] = max(side[_ERROR], largest)
-        turn = _first_root(series, at_rest and number == 0, length, found)
+        turn = first_root(series, at.KINETIC, at.KINETIC_PER_STRETCH, at_rest and number == 0, length, found)
         if turn == -1.0 or not math.isfinite(largest):
             return UNRESOLVED
         if not math.isnan(turn):

@@ -19,6 +19,8 @@ from kernels.disk.equations import inertia, scaled_state
 from kernels.disk.polynomial_roots import (
     AMBIGUOUS,
     MOST_ROOTS,
+    first_length,
+    first_root,
     largest_value,
     roots,
     value_and_slope,
@@ -114,48 +116,6 @@ def _search_panel(series, end, apart, found, kept):
 
 
 @kernel
-def _turning_point(series, at_rest, length, found):
-    """First root of the kinetic energy on a panel; NaN if there is none, -1 if that cannot be told."""
-    row = at.KINETIC
-    if at_rest:
-        # the start is a root
-        row = at.KINETIC_PER_STRETCH
-        for k in range(at.TERMS - 1):
-            series[row, k] = series[at.KINETIC, k + 1]
-        series[row, at.TERMS - 1] = 0.0
-        if not series[row, 0] > 0.0:
-            return 0.0
-    count = roots(series, row, length, 0.0, found)
-    if count == AMBIGUOUS:
-        return -1.0
-    return found[0] if count > 0 else math.nan
-
-
-@kernel
-def _first_length(series, at_rest):
-    """Length of the first panel: a power of two above twice the way to the turning point, where that is near.
-
-    Where it is not, the length is that of all other panels. A root far below the length of a panel would be hard to
-    tell from two.
-    """
-    first = 1 if at_rest else 0
-    value, slope, bend = (
-        series[at.KINETIC, first],
-        series[at.KINETIC, first + 1],
-        series[at.KINETIC, first + 2],
-    )
-    whole = slope * slope - 4.0 * bend * value
-    way = at.PANEL
-    if slope < 0.0 and value > 0.0 and whole >= 0.0:
-        way = 2.0 * value / (math.sqrt(whole) - slope)
-    elif bend < 0.0 and value > 0.0:
-        way = 0.5 * (slope + math.sqrt(whole)) / -bend
-    if not 0.0 < 2.0 * way < at.PANEL:
-        return at.PANEL
-    return 2.0 ** math.ceil(math.log2(2.0 * way))
-
-
-@kernel
 def _end_on_panel(series, turn, left, length, ends, error):
     """Where a way ends on a panel: (where, to within what); NaN if further on, negative if it does not fit its cell.
 
@@ -195,8 +155,8 @@ def _follow(state, constants, alpha, way, ends, error, series, found, kept):
         at.expand_motion(series, constants)
         at.expand_forces(series, constants, alpha)
         if panel == 0:
-            length = _first_length(series, at_rest)
-        turn = _turning_point(series, at_rest and panel == 0, length, found)
+            length = first_length(series, at.KINETIC, at_rest, at.PANEL)
+        turn = first_root(series, at.KINETIC, at.KINETIC_PER_STRETCH, at_rest and panel == 0, length, found)
         end, apart = _end_on_panel(series, turn, left, length, ends, error)
         if ends == _TURNS and end >= 0.0:
             apart = _uncertainty(series, end, kept)

@@ -121,3 +121,45 @@ def roots(rows, row, end, negligible, found):
         # back to the larger pieces, each twice the one before
         width = min(2.0 * width, end - low)
     return AMBIGUOUS
+
+
+@kernel
+def first_root(rows, row, divided, at_rest, end, found):
+    """First root of a series from 0 to `end`; NaN if there is none, -1 if that cannot be told.
+
+    Where the motion is `at_rest` at the begin that is a root: the next one is sought of the series divided by t, which
+    takes the row `divided`, and 0 is returned if the series falls there. `found` keeps the roots.
+    """
+    sought = row
+    if at_rest:
+        sought = divided
+        last = rows.shape[1] - 1
+        for k in range(last):
+            rows[sought, k] = rows[row, k + 1]
+        rows[sought, last] = 0.0
+        if not rows[sought, 0] > 0.0:
+            return 0.0
+    count = roots(rows, sought, end, 0.0, found)
+    if count == AMBIGUOUS:
+        return -1.0
+    return found[0] if count > 0 else math.nan
+
+
+@kernel
+def first_length(rows, row, at_rest, end):
+    """Length of the first panel: a power of two above twice the way to the first root, where that is near.
+
+    Where it is not, the length is `end`, that of all other panels. A root far below the length of a panel would be hard
+    to tell from two.
+    """
+    first = 1 if at_rest else 0
+    value, slope, bend = rows[row, first], rows[row, first + 1], rows[row, first + 2]
+    whole = slope * slope - 4.0 * bend * value
+    way = end
+    if slope < 0.0 and value > 0.0 and whole >= 0.0:
+        way = 2.0 * value / (math.sqrt(whole) - slope)
+    elif bend < 0.0 and value > 0.0:
+        way = 0.5 * (slope + math.sqrt(whole)) / -bend
+    if not 0.0 < 2.0 * way < end:
+        return end
+    return 2.0 ** math.ceil(math.log2(2.0 * way))

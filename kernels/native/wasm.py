@@ -64,11 +64,11 @@ def begin():
     compiler._PartLibrary._optimize_final_module = nothing
 
 
-def module(entries, c_library, told):
+def module(entries, c_library, more):
     """Return the bytes of a module of WebAssembly; `begin` has been called.
 
     Its section NOTE holds JSON: ``entries``, the arguments and the results of each as `kernels.native.entry.Argument`
-    has them, and what is `told`.
+    has them, and `more`.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def module(entries, c_library, told):
         address for compiled code (`kernels.native.by_address`).
     c_library : mapping of str to kernels.native.function.LazyFunction
         Name of a function of the C library -> what takes its place, of numbers.
-    told : mapping
+    more : mapping
         What JSON can hold.
 
     Raises
@@ -106,7 +106,7 @@ def module(entries, c_library, told):
     outside = [each.name for each in whole.functions if each.is_declaration]
     if missing := [name for name in outside if not name.startswith("llvm.")]:
         raise ValueError(f"This module has no function {', '.join(missing)}.")
-    note = json.dumps({"entries": listed, **told}, separators=(",", ":"))
+    note = json.dumps({"entries": listed, **more}, separators=(",", ":"))
     return exporting(machine.emit_object(whole), exported) + _section(_CUSTOM, _text(NOTE) + note.encode())
 
 

@@ -34,8 +34,8 @@ ENTRIES = {
 }
 
 
-def told():
-    """Return what a page has to know besides: a dict that JSON can hold.
+def sizes():
+    """Return the sizes that a page has to know to call the entry points: a dict that JSON can hold.
 
     Returns
     -------

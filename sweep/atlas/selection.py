@@ -53,7 +53,8 @@ def require_atlas(dataset: Any) -> None:
     RequestError
     """
     names = getattr(dataset, "data_vars", None)
-    if names is None:
+    # the class has this name too
+    if names is None or isinstance(dataset, type):
         raise RequestError(
             f"An atlas is an xarray.Dataset; got a {type(dataset).__name__}.",
             hint="Give a dataset as sweep.run or sweep.open_atlas returns it.",

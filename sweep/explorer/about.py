@@ -10,10 +10,10 @@ import numpy as np
 from sweep.errors import RequestError
 from sweep.explorer.losses import LOSS_WORDS, has_motions
 from sweep.explorer.plan import motion_tables
-from sweep.explorer.quantities import Shown, shown_of
+from sweep.explorer.quantities import Shown, described, shown_of
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import base_names, exact, middle, other_names, preset
-from sweep.model.quantity import Array, Input, Quantity
+from sweep.model.quantity import Array, Input
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 
@@ -74,7 +74,7 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
         "others": list(other_names()),
         "parameters": [_input(row) for row in rows.values()],
         "quantities": [
-            {**_quantity(each.quantity), "is_peak": name in peaks} for name, each in shown.items()
+            {**described(each.quantity), "is_peak": name in peaks} for name, each in shown.items()
         ],
         "criteria": [
             {"word": word, "description": description, "unit": unit, "low": low, "high": high}
@@ -168,24 +168,12 @@ def is_logarithmic(values: Array) -> bool:
     return bool(abs(values[1] / values[0] - values[-1] / values[-2]) < 1e-6 * values[1] / values[0])
 
 
-def _quantity(quantity: Quantity) -> dict[str, Any]:
-    flags = quantity.flags
-    return {
-        "name": quantity.name,
-        "label": quantity.name.replace("_", " "),
-        "description": quantity.long_name,
-        "unit": quantity.shown_units,
-        "factor": quantity.plot_scale,
-        "flags": None if flags is None else {str(code): quantity.flag(code) for code in flags},
-    }
-
-
 def _input(row: Input) -> dict[str, Any]:
     slider = _SLIDERS.get(row.name)
     low, high, scale = slider or (None, None, "linear")
     least, most = (None if slider is None else _end(row, slider[0], far) for far in (-_FAR, _FAR))
     return {
-        **_quantity(row),
+        **described(row),
         "low": low,
         "high": high,
         "least": least,

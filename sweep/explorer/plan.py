@@ -6,7 +6,7 @@ from typing import Any
 
 from sweep.errors import RequestError
 from sweep.explorer.losses import AIR, LOSS_WORDS, MASS, has_motions, slider_rows
-from sweep.explorer.quantities import shown_of
+from sweep.explorer.quantities import described, shown_of
 from sweep.explorer.view import View
 from sweep.model.description import Model
 from sweep.model.disk.initial_conditions import circling
@@ -130,8 +130,8 @@ def _cells(spec: SweepSpec, model: Model) -> dict[str, Any]:
         "shown": list(shown),
         "timed": [name for name, each in shown.items() if each.timed],
         "singles": [name for name, each in variables.items() if each.dtype == "f4"],
-        "starts": [_told(row) for row in model.parameters.values()],
-        "numbers": [_told(quantity) for name, quantity in variables.items() if name not in LEFT_OUT],
+        "starts": [described(row) for row in model.parameters.values()],
+        "numbers": [described(quantity) for name, quantity in variables.items() if name not in LEFT_OUT],
     }
 
 
@@ -139,20 +139,6 @@ def _held(spec: SweepSpec, name: str) -> float | None:
     """Return the number of a parameter that is no axis; None for no number, or one beyond all."""
     value = spec.constants.get(name, getattr(spec, name))
     return value if isinstance(value, float) and math.isfinite(value) else None
-
-
-def _told(quantity: Quantity) -> dict[str, Any]:
-    """Return how a number of a cell is told."""
-    flags = quantity.flags
-    return {
-        "name": quantity.name,
-        "label": quantity.name.replace("_", " "),
-        "description": quantity.long_name,
-        "unit": quantity.shown_units,
-        "factor": quantity.plot_scale,
-        "single": quantity.dtype == "f4",
-        "flags": None if flags is None else {str(code): quantity.flag(code) for code in flags},
-    }
 
 
 def _criterion(spec: SweepSpec) -> dict[str, Any]:
@@ -240,4 +226,4 @@ def _endings(kind: MotionKind) -> dict[str, str]:
 
 
 def _rule(row: Input) -> dict[str, Any]:
-    return {**_told(row), "rule": row.rule}
+    return {**described(row), "rule": row.rule}

@@ -83,3 +83,17 @@ def _regime(spec: SweepSpec, columns: Columns) -> npt.NDArray[np.uint8]:
     found = np.where(columns["wells"] > 0, found, 5)
     found = np.where(endings.have(LOST, ending), 4, found)
     return np.where(endings.have(FAILED, ending), 5, found).astype(np.uint8)
+
+
+def described(quantity: Quantity) -> dict[str, Any]:
+    """Return what the page says of a number: its names, unit, factor, flags, and whether a file holds it in 4 bytes."""
+    flags = quantity.flags
+    return {
+        "name": quantity.name,
+        "label": quantity.name.replace("_", " "),
+        "description": quantity.long_name,
+        "unit": quantity.shown_units,
+        "factor": quantity.plot_scale,
+        "single": quantity.dtype == "f4",
+        "flags": None if flags is None else {str(code): quantity.flag(code) for code in flags},
+    }

@@ -21,6 +21,7 @@ from sweep.errors import RequestError, as_path, shown
 from sweep.model import registry
 from sweep.model.description import Model
 from sweep.model.quantity import Input, Quantity, Word
+from sweep.request.body import of_one_body, without_thin_body
 from sweep.request.criterion import Criterion
 from sweep.request.sources import Distribution, Range, Values
 from sweep.request.spec_file import SWEEP_TABLES, find_spec_file, place, read_file
@@ -41,7 +42,6 @@ from sweep.request.words import (
     pairs,
     read_axes,
     read_word,
-    with_body,
     with_table,
 )
 
@@ -118,7 +118,7 @@ class SweepSpec:
 
     # the names of words are the user's, and "self" may be one of them
     def __init__(self, /, **words: Any) -> None:
-        words = with_body(with_table(with_system(words)))
+        words = without_thin_body(with_table(with_system(words)))
         model = model_for(words.pop("model", None), given_in(words))
         order = words.pop("axes", None)
         check_known(words, model)
@@ -314,7 +314,7 @@ class SweepSpec:
     @classmethod
     def _of_file(cls, path: Path, changes: Mapping[str, Any], others: Sequence[str] = ("axes",)) -> Self:
         """Return the spec in a file with changes of its words, or of `others`."""
-        held, changes = _of_one_body(with_system(read_file(path), path.parent), with_table(changes))
+        held, changes = of_one_body(with_system(read_file(path), path.parent), with_table(changes))
         if any(isinstance(held.get(name), list) for name in SWEEP_TABLES):
             raise RequestError(
                 f"This file has tables [[{SWEEP_TABLES[0]}]]: it holds several sweeps, and one is asked for here.",
@@ -351,7 +351,7 @@ class SweepSpec:
         RequestError
             If the result is not a request.
         """
-        held, changes = _of_one_body(self.words(), with_table(with_system(changes)))
+        held, changes = of_one_body(self.words(), with_table(with_system(changes)))
         other = self.model if len(held) == len(self.words()) else None
         model = model_for(changes.get("model"), given_in(changes), other)
         given = {parameter_of(name, model) for name in changes}
@@ -457,19 +457,6 @@ class SweepSpec:
                 f"{shown(text)} is not what SweepSpec.canonical() wrote: {problem}.",
                 hint="Take the text unchanged from the atlas.",
             ) from problem
-
-
-def _of_one_body(
-    held: Mapping[str, Any], changes: Mapping[str, Any]
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return words and changes without ``body=disk``: where that is a change, without the words of another body too."""
-    thin, kept = with_body(changes), with_body(held)
-    if len(thin) == len(changes):
-        return kept, thin
-    another = registry.named("bodies")
-    gone = {*names(another)} - {*names(registry.named(registry.DEFAULT))}
-    gone |= {"model"} if held.get("model") == another.name else set()
-    return {name: raw for name, raw in kept.items() if name not in gone}, thin
 
 
 def _unpickled(text: str, starts: StartTable | str) -> SweepSpec:

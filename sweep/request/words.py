@@ -28,9 +28,6 @@ from sweep.request.values import (
 #: The word for `step` that leaves the step to the engine, which chooses it from each cell's own rates.
 AUTOMATIC = "auto"
 
-#: The body that is no body of revolution, but the disk.
-THIN = "disk"
-
 #: The words for `boundary`: as the grid has it, or bisected; and the width if none is given.
 GRID, REFINED, REFINED_WIDTH = "grid", "refined", 1e-9
 
@@ -347,11 +344,6 @@ def with_table(words: Mapping[str, Any], folder: Path | None = None) -> dict[str
     table = read_table(raw)
     others = {name: value for name, value in words.items() if name != "starts" or value is not None}
     return others if table is None else {**others, "starts": table}
-
-
-def with_body(words: Mapping[str, Any]) -> dict[str, Any]:
-    """Return words without ``body=disk``, which asks for the model of a request that names none."""
-    return {name: raw for name, raw in words.items() if name != "body" or str(raw).strip() != THIN}
 
 
 def _elsewhere() -> Mapping[str, str]:

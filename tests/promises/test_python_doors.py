@@ -14,6 +14,7 @@ GIVEN = {
     "nothing": lambda atlas: None,
     "a number": lambda atlas: 3,
     "an array": lambda atlas: atlas["tilt_max"],
+    "the class of datasets": lambda atlas: xr.Dataset,
     "no variables": lambda atlas: xr.Dataset(),
     "no attributes": lambda atlas: atlas.drop_attrs(),
     "a file that is not there": lambda atlas: "no.nc",

@@ -12,7 +12,7 @@ from kernels.bodies import arrays, shapes
 from kernels.disk.arrays import COUNTS, MEASURES
 from sweep.model.bodies.tables import ENDINGS
 from sweep.model.description import Columns, Request, Starts
-from sweep.model.disk.exact import AUDIT, ExactReduction
+from sweep.model.disk.exact import AUDIT, ExactReduction, without_vague
 from sweep.model.disk.tables import REDUCTION as OF_THE_DISK
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Quantity, table
@@ -81,17 +81,8 @@ class BodyReduction(ExactReduction):
         measures, counts = np.empty((len(arrays.REDUCED), n)), np.empty((1, n), np.int32)
         body = float(shapes.NAMES.index(spec.body))
         REDUCE.load()(rows, body, float(spec.fall_tilt), int(not extremes_only), measures, counts)
-        found = dict(zip(arrays.REDUCED, measures, strict=True))
-        vague = found["tilt_error"] > spec.tolerance
-        for name in ("tilt_min", "tilt_max", "nutation_period", "tilt_error"):
-            found[name][vague] = np.nan
-        missing, none = np.full(n, np.nan), np.zeros(n, np.int32)
-        return {
-            **dict.fromkeys(MEASURES, missing),
-            **dict.fromkeys(COUNTS, none),
-            **found,
-            "ending": np.where(vague, ENDINGS.code("unresolved"), counts[0]),
-        }
+        found = dict(zip(arrays.REDUCED, measures, strict=True)) | {"ending": counts[0]}
+        return without_vague(found, spec, (MEASURES, COUNTS), ENDINGS)
 
     def truth(
         self, spec: Request, starts: Starts, first: int, stored: Columns

@@ -13,7 +13,7 @@ from sweep.model.disk.cell_checks import MEASURES, ReducedCells, cell_checks
 from sweep.model.disk.initial_conditions import computed_rates
 from sweep.model.disk.tables import ENDINGS, REDUCTION, VARIABLES
 from sweep.model.kernel import Kernel
-from sweep.model.quantity import DECISION, Array, Quantity, Tolerance, Truths, table
+from sweep.model.quantity import DECISION, Array, Endings, Quantity, Tolerance, Truths, table
 
 NOT_COMPUTED, AGREES, WITHIN, MARGINAL, ATLAS_UNRESOLVED, EXACT_UNRESOLVED, INVALID = range(7)
 AGREEING = (AGREES, WITHIN, MARGINAL)
@@ -198,16 +198,7 @@ class ExactReduction:
         measures, counts = kernel.load()(rows, spec.fall_tilt, not extremes_only)
         found = dict(zip(exact_arrays.EXACT_MEASURES, measures, strict=True))
         found |= zip(exact_arrays.EXACT_COUNTS, counts, strict=True)
-        vague = found["tilt_error"] > spec.tolerance
-        for name in ("tilt_min", "tilt_max", "nutation_period", "tilt_error"):
-            found[name][vague] = np.nan
-        missing, none = np.full(vague.size, np.nan), np.zeros(vague.size, np.int32)
-        return {
-            **dict.fromkeys(arrays.MEASURES, missing),
-            **dict.fromkeys(arrays.COUNTS, none),
-            **found,
-            "ending": np.where(vague, ENDINGS.code("unresolved"), found["ending"]),
-        }
+        return without_vague(found, spec, (arrays.MEASURES, arrays.COUNTS), ENDINGS)
 
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
@@ -234,6 +225,33 @@ class ExactReduction:
     def untimed(self, spec: Request) -> str:
         """Return what an atlas of ``method=exact`` does not know: the reduction has no time."""
         return "no duration and no fall time" if spec.method == "exact" else ""
+
+
+def without_vague(
+    found: Columns, spec: Request, rows: tuple[Sequence[str], Sequence[str]], endings: Endings
+) -> dict[str, npt.NDArray[Any]]:
+    """Return what a reduction has found, where it is known to the tolerance of a spec; other cells are unresolved.
+
+    Parameters
+    ----------
+    found : mapping of str to array, shape (n,)
+        Its measures and ``ending``; those of vague cells become NaN in place.
+    spec : Request
+    rows : (sequence of str, sequence of str)
+        Measures and counts of the model: those that the reduction does not have are NaN and 0.
+    endings : Endings
+        Of the model.
+    """
+    vague = found["tilt_error"] > spec.tolerance
+    for name in ("tilt_min", "tilt_max", "nutation_period", "tilt_error"):
+        found[name][vague] = np.nan
+    missing, none = np.full(vague.size, np.nan), np.zeros(vague.size, np.int32)
+    return {
+        **dict.fromkeys(rows[0], missing),
+        **dict.fromkeys(rows[1], none),
+        **found,
+        "ending": np.where(vague, endings.code("unresolved"), found["ending"]),
+    }
 
 
 def _fall_times(spec: Request, starts: Starts, exact: Columns) -> Array:
