@@ -4,6 +4,7 @@
 and the boundary may lie outside the cells that are left.
 """
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
@@ -43,6 +44,12 @@ def is_atlas(dataset: "xr.Dataset") -> bool:
     """Return whether a dataset says that it is an atlas, and has cells."""
     stated = {"eulerdisk_format", "sweep_spec", "criterion", "title"} <= dataset.attrs.keys()
     return stated and "ending" in dataset and "stability" in dataset
+
+
+def attributes_of(given: object) -> Mapping[str, Any]:
+    """Return the attributes of a dataset; none of anything else, the class of datasets among it."""
+    found = getattr(given, "attrs", None)
+    return found if isinstance(found, Mapping) else {}
 
 
 def require_atlas(dataset: Any) -> None:

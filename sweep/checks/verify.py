@@ -17,7 +17,7 @@ from sweep.atlas.cf_metadata import (
 )
 from sweep.atlas.dataset import as_variable, coordinates, place_of, require, spec_named, spec_of
 from sweep.atlas.row_edges import legal
-from sweep.atlas.selection import as_atlas, require_atlas
+from sweep.atlas.selection import as_atlas, attributes_of, require_atlas
 from sweep.checks.attribute_audit import attribute_statements
 from sweep.checks.boundary_audit import boundary_statements
 from sweep.checks.cell_audit import STEPS, AuditedBlock, CellAudit, stride_of
@@ -112,7 +112,7 @@ def findings(audited: "xr.Dataset") -> Findings:
     RequestError
         If it is none.
     """
-    if _STATEMENTS not in getattr(audited, "attrs", {}) or "audit" not in audited:
+    if _STATEMENTS not in attributes_of(audited) or "audit" not in audited:
         raise RequestError(
             "This is no audit of an atlas: it lacks the variable audit, or the attribute audit_statements.",
             hint="Give what sweep.verify returns, with its attributes.",

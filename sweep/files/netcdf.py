@@ -1,9 +1,9 @@
 """Atlases that are in memory, written to netCDF files."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from sweep.atlas.selection import BETWEEN, as_atlas, require_atlas
+from sweep.atlas.selection import BETWEEN, as_atlas, attributes_of, require_atlas
 from sweep.errors import RequestError, as_path, shown
 from sweep.files.one_thread import netcdf_to_itself
 from sweep.files.paths import check_target
@@ -55,13 +55,13 @@ def save(dataset: "xr.Dataset", path: str | Path, *, overwrite: bool = False) ->
             ) from problem
 
 
-def _check_kind(dataset: "xr.Dataset") -> None:
+def _check_kind(dataset: Any) -> None:
     """Refuse what came from an atlas and is none: its file would be opened by no command."""
-    attributes = getattr(dataset, "attrs", {})
+    attributes = attributes_of(dataset)
     between = str(attributes.get("title", "")).startswith(BETWEEN)
     # an audit states the spec of its atlas too
     stated = "sweep_spec" in attributes and "audit" not in dataset
-    if between or stated or not hasattr(dataset, "data_vars"):
+    if between or stated or isinstance(dataset, type) or not hasattr(dataset, "data_vars"):
         require_atlas(dataset)
 
 

@@ -329,7 +329,7 @@ def read_table(raw: object) -> GivenTable | StartTable | None:
         return None
     if isinstance(raw, str | Path):
         return _read_csv(Path(raw))
-    if hasattr(raw, "keys") and hasattr(raw, "__getitem__"):
+    if not isinstance(raw, type) and hasattr(raw, "keys") and hasattr(raw, "__getitem__"):
         return _read_columns(raw)
     raise RequestError(
         f"starts is a CSV file, or columns: a mapping of names to arrays; got {shown(raw)}.",

@@ -87,7 +87,19 @@ def test_they_answer_or_refuse_in_a_sentence(tmp_path, monkeypatch):
 
 
 #: What no request, path or list of words is, and a name of 4,000 characters.
-STRANGE = (3, b"a.nc", 2.5, ["a.nc"], xr.Dataset(), np.zeros(3), {"a": 1}, "x" * 4000, Path("x" * 4000), None)
+STRANGE = (
+    3,
+    b"a.nc",
+    2.5,
+    ["a.nc"],
+    xr.Dataset(),
+    xr.Dataset,
+    np.zeros(3),
+    {"a": 1},
+    "x" * 4000,
+    Path("x" * 4000),
+    None,
+)
 
 #: What takes a request, a path, words or a number of threads.
 REQUESTS = {
