@@ -40,7 +40,20 @@ class ReportedAs:
 
 def words_of_command(dataset: "xr.Dataset") -> list[str]:
     """Return the names of the words in the command that made an atlas, which its history begins with."""
-    command = plain_text(dataset.attrs.get("history", "")).partition("\n")[0]
+    return _names_in(plain_text(dataset.attrs.get("history", "")).partition("\n")[0])
+
+
+def with_substitutes(command: str, spec: SweepSpec) -> str:
+    """Return a command with the words of a spec that stand for its parameters, where it does not give them itself.
+
+    Python and spec files give words too; the history of the atlas keeps them.
+    """
+    names = _names_in(command)
+    more = (f"{name}={text}" for name, text in spec.substitutes.items() if name not in names)
+    return " ".join([command, *map(shlex.quote, more)])
+
+
+def _names_in(command: str) -> list[str]:
     try:
         words = shlex.split(command)
     except ValueError:

@@ -27,7 +27,7 @@ from sweep.request.sources import Distribution, Range, Values
 from sweep.request.spec_file import SWEEP_TABLES, find_spec_file, place, read_file
 from sweep.request.start_list import START, WORDS, implied, with_list
 from sweep.request.start_table import Column, StartTable, table_for
-from sweep.request.substitutes import changed, parameter_of, resolved
+from sweep.request.substitutes import changed, parameter_of, resolved, substitutes_in
 from sweep.request.system_model import with_system
 from sweep.request.values import Value, at_word, read_value
 from sweep.request.words import (
@@ -97,6 +97,8 @@ class SweepSpec:
     model : Model
     axes : tuple of str
     criterion : Criterion
+    substitutes : mapping of str to str
+        The words given that stand for a parameter, such as `speed`, as they were given: reports use them.
 
     Raises
     ------
@@ -113,6 +115,7 @@ class SweepSpec:
     method: str
     boundary: str
     device: str
+    substitutes: Mapping[str, str]
     _values: Mapping[str, Any]
     _stated: tuple[str, ...]
 
@@ -122,7 +125,7 @@ class SweepSpec:
         model = model_for(words.pop("model", None), given_in(words))
         order = words.pop("axes", None)
         check_known(words, model)
-        words = resolved(words, model)
+        substitutes, words = substitutes_in(words, model), resolved(words, model)
         defaults = _defaults(model)
         values = {**defaults, **{name: read_word(name, raw, model) for name, raw in words.items()}}
         given = tuple(name for name in words if isinstance(values[name], Range | Values))
@@ -139,6 +142,7 @@ class SweepSpec:
             ("axes", given if order is None else read_axes(order, given)),
             ("_values", MappingProxyType(values)),
             ("_stated", _stated(values, defaults, model)),
+            ("substitutes", MappingProxyType(substitutes)),
         ):
             object.__setattr__(self, name, value)
         self.criterion.check(self)

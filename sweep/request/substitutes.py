@@ -31,6 +31,9 @@ from sweep.request.values import (
 )
 from sweep.request.words import read_input
 
+#: Characters of a word that are kept as they were given.
+_LONGEST = 100
+
 _NOTHING: Mapping[str, object] = MappingProxyType({})
 
 #: Values of a list that stands for a logarithmic range at most.
@@ -45,6 +48,18 @@ def parameter_of(name: str, model: Model) -> str:
 def _is_substitute(name: str, raw: object, model: Model) -> bool:
     """Whether a word gives a substitute: one that is called like its parameter is told by a unit."""
     return name in model.substitutes and (name not in model.parameters or has_unit(raw))
+
+
+def substitutes_in(words: Mapping[str, Any], model: Model) -> dict[str, str]:
+    """Return the words that stand for a parameter, as they were given; of many values only that there are some."""
+    found = {name: raw for name, raw in words.items() if _is_substitute(name, raw, model)}
+    texts = {
+        name: ",".join(map(str, raw)) if isinstance(raw, list | tuple) else str(raw)
+        for name, raw in found.items()
+    }
+    return {
+        name: text if len(text) <= _LONGEST and text.isprintable() else "..." for name, text in texts.items()
+    }
 
 
 def changed(held: Mapping[str, Any], changes: Mapping[str, Any], model: Model) -> dict[str, Any]:

@@ -29,11 +29,13 @@ WORDS = ("duration", "ends", "measures", "label", "conserved", "stable", "theory
 #: What is said of a system of which a motion without an ending is stable.
 RUNS_ON = "runs on"
 
-#: Names that an atlas or a request has for something else.
+#: Names that an atlas or a request has for something else, those of a spec in Python among them.
 _OTHERS = (
-    "axes", "boundary", "cell", "conserved_change", "device", "end_time", "ending", "error", "from", "label", "method",
-    "model", "name", "output", "stability", "stable", "status", "steps", "system", "threads", "time", "undecided",
-    "unproved", "verdict",
+    "axes", "boundary", "boundary_width", "canonical", "cell", "computed", "conserved_change", "constants", "criterion",
+    "device", "end_time", "ending", "error", "fingerprint", "fixed", "from", "from_canonical", "from_toml",
+    "from_words", "headline", "is_list", "label", "listed", "method", "model", "name", "output", "preset", "quantities",
+    "read", "replace", "resolve", "shape", "size", "stability", "stable", "status", "steps", "substitutes", "system",
+    "threads", "time", "title", "to_toml", "undecided", "unproved", "verdict", "words",
 )  # fmt: skip
 #: Ends of the names that an atlas makes of a state and of a measure.
 _MADE = ("_end", "_error")

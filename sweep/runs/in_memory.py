@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from sweep.atlas.dataset import assemble, empty_columns
+from sweep.atlas.report_units import with_substitutes
 from sweep.engine.compute import Block, check_block_cells, check_device, compute, use_threads
 from sweep.engine.grid import BLOCK_CELLS, Span, starts_of
 from sweep.errors import StoppedError, are, counted
@@ -140,7 +141,7 @@ def _computed(cells: _Cells, block_cells: int | None, show: Show, stopping: Stop
         timetable.report(int(share * bisected_cells(spec)))
         go_on()
 
-    atlas = assemble(spec, cells.columns, "sweep.run", searched)
+    atlas = assemble(spec, cells.columns, with_substitutes("sweep.run", spec), searched)
     # not later: a call that raises returns no atlas, and the cells would be lost
     go_on()
     return atlas

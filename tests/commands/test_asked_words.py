@@ -8,9 +8,11 @@ import pytest
 
 import sweep
 from sweep.atlas.outlook import one_sided
+from sweep.atlas.report_units import with_substitutes, words_of_command
 from sweep.checks.explain import explain
 from sweep.commands.report import boundary_table, describe
 from sweep.request.spec import SweepSpec
+from sweep.runs.run import run_to_file
 
 pytestmark = pytest.mark.compiled
 
@@ -103,3 +105,22 @@ def test_a_word_that_means_another_rate_in_each_cell_is_not_used():
     atlas = sweep.run(SweepSpec(roll_rate="2:6:5", tilt="1deg", radius="0.2,0.4"))
     atlas.attrs["history"] = "1970-01-01T00:00:00Z eulerdisk run 'broken speed=1:2:5"
     assert "boundary_roll_rate [rad s-1]" in boundary_table(atlas, ["speed"])
+
+
+def test_python_and_a_file_ask_in_words_too(tmp_path):
+    """The atlas keeps them, in memory and in a file whose run was interrupted; a command says its own once."""
+    given = {"radius": 0.2, "speed": "0.7 m/s:1.2 m/s:6", "tilt": "1deg:3deg:3"}
+    atlas = sweep.run("rolling", **given)
+    assert words_of_command(atlas) == ["speed"]
+    assert "boundary_speed [m s-1]" in boundary_table(atlas)
+    file = tmp_path / "speeds.toml"
+    file.write_text('radius = 0.2\nspeed = "0.7:1.2:6"\ntilt = "1deg:3deg:3"\n')
+    spec, asked = SweepSpec.from_toml(file), iter(range(1000))
+    with pytest.raises(sweep.StoppedError):
+        run_to_file(spec, tmp_path / "a.nc", block_cells=5, stopping=lambda: next(asked) > 1)
+    # what goes on is read from the folder, which has the rate alone
+    run_to_file(SweepSpec.from_canonical(spec.canonical()), tmp_path / "a.nc")
+    with sweep.open_atlas(tmp_path / "a.nc") as stored:
+        assert stored.attrs["history"].endswith(" speed=0.7:1.2:6")
+        assert "boundary_speed [m s-1]" in boundary_table(stored)
+    assert with_substitutes("eulerdisk run speed=1 m/s", spec) == "eulerdisk run speed=1 m/s"

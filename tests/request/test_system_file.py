@@ -14,8 +14,10 @@ from hypothesis import strategies as st
 from sweep.errors import RequestError
 from sweep.model.system.definition import FUNCTIONS, Constant, Event, Operation, Symbol
 from sweep.model.system.evaluation import evaluated
+from sweep.request.spec import SweepSpec
 from sweep.request.system_file import read_system, read_system_file, system_names
 from sweep.request.system_units import read_dimension, written
+from sweep.request.system_words import reserved
 
 FILE = Path(__file__).parent / "systems" / "five.py"
 TEXT = FILE.read_text(encoding="utf-8")
@@ -274,6 +276,14 @@ def test_what_is_refused_with_its_line_and_what_to_write_instead(case):
     assert "\0" in said_line or said_line[:40] in caught.value.message.replace("\\'", "'")
     assert any(each in caught.value.message for each in problem.split("|")), said
     assert any(each in caught.value.hint for each in hint.split("|")), said
+
+
+def test_no_name_of_a_spec_is_a_parameter():
+    """A spec gives its values under their names: one called like its size or its words would hide them."""
+    names = {name for name in (*dir(SweepSpec), *SweepSpec.__annotations__) if not name.startswith("_")}
+    assert names <= reserved()
+    with pytest.raises(RequestError, match=r"line 3: .*size is a word of requests.*my_size"):
+        read_system(file("return v, -size*x", "x=1.0, v=0.0, *, size=1.0"), "", "mine.py")
 
 
 def test_zero_has_any_unit():
