@@ -37,6 +37,8 @@ class Page {
   #motions;
   #choices;
   #timer = 0;
+  /** The fragment that was read or written last. */
+  #address = location.hash;
   /** @type {State|null} what was shown before the last click */
   #before = null;
   /** Whether the page still has to choose its first motion: it was opened without a state, or the preset was changed. */
@@ -166,10 +168,15 @@ class Page {
     if (aim) this.#readout.show(aim, view, quantityOf(this.#about, quantity));
   }
 
-  /** Write the state into the address. */
+  /** Write the state into the address, unless another one stands there by now: that is shown instead. */
   #keep() {
+    if (location.hash !== this.#address) {
+      this.#restore();
+      return;
+    }
     const fragment = `#${fragmentOf(this.#state)}`;
     if (fragment !== location.hash) history.replaceState(null, "", fragment);
+    this.#address = location.hash;
   }
 
   /**
@@ -180,11 +187,13 @@ class Page {
     this.#keep();
     const fragment = `#${fragmentOf(state)}`;
     if (fragment !== location.hash) history.pushState(null, "", fragment);
+    this.#address = location.hash;
     this.#show(state);
   }
 
   /** Show what an address says that was typed or gone back to. */
   #restore() {
+    this.#address = location.hash;
     if (location.hash.slice(1) !== fragmentOf(this.#state)) this.#show(stateOf(location.hash, this.#about));
   }
 

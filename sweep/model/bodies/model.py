@@ -14,6 +14,7 @@ from sweep.model.bodies.exact import PATHS, REDUCE, REDUCTION, BodyReduction, pa
 from sweep.model.bodies.shape import check_shape, complete, with_body
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk import theory as of_disk
+from sweep.model.disk.exact import without_vague
 from sweep.model.disk.initial_conditions import check_steady_rates, circling
 from sweep.model.disk.model import DISK, untimed
 from sweep.model.kernel import Kernel
@@ -120,6 +121,7 @@ class Bodies(Model):
             complete.__module__,
             Bodies.kernel_settings,
             BodyReduction.measures,
+            without_vague,
             path_columns,
         ]
 

@@ -13,7 +13,7 @@ from sweep.errors import RequestError
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk import tables, theory
 from sweep.model.disk.contact import CONTACT_EXTREMES, contact_columns, slipping
-from sweep.model.disk.exact import EXTREMES, ExactReduction
+from sweep.model.disk.exact import EXTREMES, ExactReduction, without_vague
 from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete, computed_rates
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
@@ -146,7 +146,7 @@ class Disk(Model):
         """Return what completes starts, arranges exact values and adds contact forces, where a spec asks for it."""
         code: list[str | Callable[..., Any]] = [Disk.complete, Disk.measure_more]
         code += ["kernels.disk.steady", complete] if computed_rates(spec) else []
-        code += [ExactReduction.measures] if spec.method == "exact" else []
+        code += [ExactReduction.measures, without_vague] if spec.method == "exact" else []
         return code + ([contact_columns] if spec.contact == "yes" else [])
 
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
