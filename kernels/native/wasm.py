@@ -97,17 +97,22 @@ def module(entries, c_library, more):
         whole.link_in(binding.parse_assembly(head + text.replace(f"@{made}(", f"@{name}(")))
         arguments = ", ".join(str(each.type) for each in whole.get_function(name).arguments)
         whole.link_in(binding.parse_assembly(head + _place(name, arguments)))
-    for function in [each for each in whole.functions if each.is_declaration]:
-        if function.name.removeprefix("c_") in c_library:
-            text = _c_function(function.name, c_library[function.name.removeprefix("c_")])
+    # such a function may call others
+    while called := [name for name in _outside(whole) if name.removeprefix("c_") in c_library]:
+        for name in called:
+            text = _c_function(name, c_library[name.removeprefix("c_")])
             whole.link_in(binding.parse_assembly(head + text))
     exported = [each for name in entries for each in (name, f"{name}_place")]
     _optimise(whole, machine, exported)
-    outside = [each.name for each in whole.functions if each.is_declaration]
-    if missing := [name for name in outside if not name.startswith("llvm.")]:
+    if missing := [name for name in _outside(whole) if not name.startswith("llvm.")]:
         raise ValueError(f"This module has no function {', '.join(missing)}.")
     note = json.dumps({"entries": listed, **more}, separators=(",", ":"))
     return exporting(machine.emit_object(whole), exported) + _section(_CUSTOM, _text(NOTE) + note.encode())
+
+
+def _outside(whole):
+    """Return the names of the functions that a module calls and does not have."""
+    return [each.name for each in whole.functions if each.is_declaration]
 
 
 def _language(function, types):

@@ -12,6 +12,7 @@ from sweep.explorer.losses import LOSS_WORDS, has_motions
 from sweep.explorer.plan import motion_tables
 from sweep.explorer.quantities import Shown, described, shown_of
 from sweep.explorer.stored import Stored
+from sweep.explorer.system import is_system
 from sweep.explorer.view import base_names, exact, middle, other_names, preset
 from sweep.model.quantity import Array, Input
 from sweep.request.sources import Range, Values
@@ -34,6 +35,9 @@ _FAR = 1e6
 
 #: Halvings that lead from there to neighbouring doubles, or to an end at zero as near as matters.
 _HALVINGS = 200
+
+#: Milliseconds that a cell of a system is taken to need until one has been computed.
+_SYSTEM_COST = 0.5
 
 #: Criterion -> what it limits, its unit, and the ends of its slider in that unit.
 _CRITERIA: Mapping[str, tuple[str, str, float, float]] = {
@@ -59,7 +63,9 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
         ``quantities``, ``criteria``, ``losses``, ``atlas``. The page's types.js says what each of them holds.
     """
     bases = {} if given is None else {"": given}
-    bases |= {name: preset(name) for name in base_names()}
+    # one module of kernels is either that of the disk or that of a system
+    if given is None or not is_system(given):
+        bases |= {name: preset(name) for name in base_names()}
     by_base = {name: _shown(spec, stored if name == "" else None) for name, spec in bases.items()}
     shown = {name: each for held in by_base.values() for name, each in held.items()}
     peaks = {spec.model.peak for spec in bases.values()}
@@ -67,18 +73,22 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
         name: row
         for spec in bases.values()
         for name, row in {**spec.model.parameters, **spec.model.settings}.items()
-        if name in spec.model.parameters or name in _SLIDERS
+        if name in spec.model.parameters or (name in _SLIDERS and not is_system(spec))
     }
     return {
         "bases": [{**base_of(name, spec), "quantities": list(by_base[name])} for name, spec in bases.items()],
         "others": list(other_names()),
-        "parameters": [_input(row) for row in rows.values()],
+        "parameters": [
+            _input(row, _slider_of(row) if given is not None and is_system(given) else _SLIDERS.get(row.name))
+            for row in rows.values()
+        ],
         "quantities": [
             {**described(each.quantity), "is_peak": name in peaks} for name, each in shown.items()
         ],
         "criteria": [
             {"word": word, "description": description, "unit": unit, "low": low, "high": high}
             for word, (description, unit, low, high) in _CRITERIA.items()
+            if given is None or not is_system(given)
         ],
         "losses": list(LOSS_WORDS),
         "motions": motion_tables(),
@@ -93,10 +103,15 @@ def _live(spec: SweepSpec) -> SweepSpec:
     return spec
 
 
+def _is_live(live: SweepSpec) -> bool:
+    """Return whether the cells of a spec of `_live` are computed while one looks."""
+    return live.method == "exact" or is_system(live)
+
+
 def _shown(spec: SweepSpec, stored: Stored | None) -> dict[str, Shown]:
     """Return what the map can show of a base: of cells that can be computed, and of those that are stored."""
     live = _live(spec)
-    computed = shown_of(live) if stored is None or live.method == "exact" else {}
+    computed = shown_of(live) if stored is None or _is_live(live) else {}
     return computed | (stored.quantities() if stored is not None else {})
 
 
@@ -104,7 +119,7 @@ def _atlas(stored: Stored) -> dict[str, Any]:
     spec, live = stored.spec, _live(stored.spec)
     view = sides(spec)
     shape = [len(getattr(spec, side["name"])) for side in view.values()]
-    is_live = live.method == "exact"
+    is_live = _is_live(live)
     beyond = (
         "computed beyond the grid and between its cells" if is_live else "nothing is known beyond the grid"
     )
@@ -133,6 +148,7 @@ def base_of(name: str, spec: SweepSpec) -> dict[str, Any]:
         "words": words,
         "view": {"base": name, "words": {}, **view},
         "hasMotions": has_motions(spec),
+        "cost": _SYSTEM_COST if is_system(spec) else 0.0,
     }
 
 
@@ -152,7 +168,7 @@ def sides(spec: SweepSpec) -> dict[str, dict[str, Any]]:
 def _side(spec: SweepSpec, name: str) -> dict[str, Any]:
     held = getattr(spec, name)
     if not isinstance(held, Range | Values) or len(held) < 2:
-        low, high, scale = _SLIDERS[name]
+        low, high, scale = _slider_of(spec.model.parameters[name]) if is_system(spec) else _SLIDERS[name]
     else:
         low, high = map(float, held.ends())
         scale = "log" if is_logarithmic(held.array()) else "linear"
@@ -168,8 +184,14 @@ def is_logarithmic(values: Array) -> bool:
     return bool(abs(values[1] / values[0] - values[-1] / values[-2]) < 1e-6 * values[1] / values[0])
 
 
-def _input(row: Input) -> dict[str, Any]:
-    slider = _SLIDERS.get(row.name)
+def _slider_of(row: Input) -> tuple[float, float, str]:
+    """Return the slider of a state or a parameter of a system: from 0 to twice its default, or about 0."""
+    default = float(row.default)
+    low, high = sorted((0.0, 2.0 * default)) if default else (-1.0, 1.0)
+    return low, high, "linear"
+
+
+def _input(row: Input, slider: tuple[float, float, str] | None) -> dict[str, Any]:
     low, high, scale = slider or (None, None, "linear")
     least, most = (None if slider is None else _end(row, slider[0], far) for far in (-_FAR, _FAR))
     return {

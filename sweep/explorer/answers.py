@@ -14,6 +14,7 @@ from sweep.explorer.lines import lines
 from sweep.explorer.plan import plan
 from sweep.explorer.point import explanation, stored_point
 from sweep.explorer.stored import Stored
+from sweep.explorer.system import is_system, kernels_of
 from sweep.explorer.view import View
 from sweep.explorer.window import stored_window
 from sweep.request.spec import SweepSpec
@@ -62,6 +63,16 @@ class Answers:
     def about(self) -> Answer:
         """The answer to ``GET ./about``."""
         return _json(about(self.given, self.stored))
+
+    @property
+    def has_own_kernels(self) -> bool:
+        """Whether the page computes with another module than that of the disk."""
+        return self.given is not None and is_system(self.given)
+
+    @property
+    def kernels(self) -> Answer:
+        """Its module, made when it is first asked for."""
+        return Answer("application/wasm", [kernels_of(self.given)])
 
     def __contains__(self, path: object) -> bool:
         return path in self._answering

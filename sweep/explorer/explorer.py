@@ -17,6 +17,7 @@ from sweep.errors import RequestError
 from sweep.explorer.answers import Answers
 from sweep.explorer.server import Server
 from sweep.explorer.stored import Stored
+from sweep.explorer.system import is_system
 from sweep.request.spec import SweepSpec
 
 #: Where a system has browsers that cannot read files of others: they have a folder of temporary files of their own.
@@ -103,12 +104,11 @@ def subject_of(given: Any, changes: Mapping[str, Any]) -> Subject:
 
 def _subject_of_spec(spec: SweepSpec) -> Subject:
     """Return a spec as what is explored; refuse one of which no map can be computed while one looks."""
-    if spec.model.exact is None:
+    if spec.model.exact is None and not is_system(spec):
         raise RequestError(
             f"The model {spec.model.name} has no exact reduction: its cells are integrated in time, which takes too "
             "long for a map that is computed while one looks.",
-            hint="Compute an atlas with eulerdisk run first, as in eulerdisk run "
-            f"{'mine.py -o mine.nc' if spec.model.text else 'toy -o toy.nc'}, and explore its file.",
+            hint="Compute an atlas with eulerdisk run first, as in eulerdisk run toy -o toy.nc, and explore its file.",
             where="model",
         )
     if spec.is_list:

@@ -36,6 +36,7 @@ from sweep.explorer.lines import lines
 from sweep.explorer.pages import INDEX, KERNELS, PageFile, modules, page_files, with_imports
 from sweep.explorer.plan import plan
 from sweep.explorer.stored import Stored
+from sweep.explorer.system import kernels_of
 from sweep.explorer.view import View
 from sweep.files.paths import check_target
 from sweep.request.spec import SweepSpec
@@ -89,7 +90,8 @@ def export(
             where="--export",
         )
     check_target(path, overwrite)
-    content = page_of(held_page(subject, check), page_files()).encode()
+    held = held_page(subject, check)
+    content = page_of(held, page_files(kernels_of(subject.spec))).encode()
     check()
     with refusals(path.absolute(), lambda: float(len(content))):
         publish_bytes(path.absolute(), content)

@@ -50,7 +50,7 @@ def lines(view: View, stored: Stored | None) -> list[dict[str, Any]]:
         return []
     view = replace(view, x=x, y=y)
     found = theory(view)
-    if view.is_live:
+    if view.spec.model.exact is not None and view.is_live:
         found.append({"name": "measured", "label": "measured, exact cells", "points": measured(view)})
     elif stored is not None:
         found.append(

@@ -34,9 +34,17 @@ class PageFile:
     content: bytes
 
 
-def page_files() -> dict[str, PageFile]:
-    """Return the files of the page by their paths in its folder, with ``/`` between parts."""
+def page_files(kernels: bytes | None = None) -> dict[str, PageFile]:
+    """Return the files of the page by their paths in its folder, with ``/`` between parts.
+
+    Parameters
+    ----------
+    kernels : bytes, optional
+        Its module of WebAssembly, if it is another one than that of the disk.
+    """
     found = dict(_found(files("sweep.explorer") / "page", ""))
+    if kernels is not None:
+        found[KERNELS] = PageFile(_TYPES[".wasm"], kernels)
     return found | {
         INDEX: with_imports(found[INDEX], {name: f"./page/{path}" for name, path in modules(found).items()})
     }

@@ -7,6 +7,7 @@ from typing import Any
 from sweep.errors import RequestError
 from sweep.explorer.losses import AIR, LOSS_WORDS, MASS, has_motions, slider_rows
 from sweep.explorer.quantities import described, shown_of
+from sweep.explorer.system import system_cells
 from sweep.explorer.view import View
 from sweep.model.description import Model
 from sweep.model.disk.initial_conditions import circling
@@ -14,6 +15,7 @@ from sweep.model.disk.model import STEEPEST_EXACT
 from sweep.model.disk.tables import STEADY_PRECESSION, STEADY_ROLL, WOBBLE
 from sweep.model.lossy_disk.tables import AIR_LAWS, LOSSES, NO_AIR
 from sweep.model.quantity import FAILED, LOST, UNDECIDED, Input, Quantity
+from sweep.model.system.model import SystemModel
 from sweep.motion.tables import DISK_MOTION, LAWS, LOSSY_MOTION, TRAJECTORY, MotionKind
 from sweep.request.criterion_kinds import LOST_TIME
 from sweep.request.expression import Comparison, Expression, Not, Number, Term, variables
@@ -66,7 +68,7 @@ def plan(view: View) -> dict[str, Any]:
     """
     spec, cells, refused = view.spec, None, None
     try:
-        cells = cells_of(view.live) if has_motions(view.live) else None
+        cells = cells_of(view.live)
     except RequestError as error:
         refused = {"error": error.message, "hint": error.hint}
     lossy = spec.model is LOSSY_MOTION.model
@@ -75,7 +77,7 @@ def plan(view: View) -> dict[str, Any]:
         "cells": cells,
         "refused": refused,
         "lossy": cells_of(_to_the_end(spec)) if lossy else None,
-        "disk": cells or (_unjudged(spec) if known else None),
+        "disk": (cells or _unjudged(spec)) if known else None,
         "motion": _motion_of(spec) if known else None,
         "steepest": STEEPEST_EXACT,
     }
@@ -101,8 +103,9 @@ def _unjudged(spec: SweepSpec) -> dict[str, Any]:
 
 
 def cells_of(spec: SweepSpec) -> dict[str, Any]:
-    """Return how the cells of a spec are computed: of the exact reduction, or of the disk with losses."""
-    return {**_cells(spec, spec.model), "criterion": _criterion(spec)}
+    """Return how the cells of a spec are computed: of the exact reduction, of the disk with losses, or of a system."""
+    system = {"system": system_cells(spec.model)} if isinstance(spec.model, SystemModel) else {}
+    return {**_cells(spec, spec.model), "criterion": _criterion(spec), **system}
 
 
 def _cells(spec: SweepSpec, model: Model) -> dict[str, Any]:
@@ -111,15 +114,16 @@ def _cells(spec: SweepSpec, model: Model) -> dict[str, Any]:
     computed = {name: _RATES[str(getattr(spec, name))] for name in spec.computed}
     settings = [name for name in ("fall_tilt", "tolerance") if name in model.settings]
     lossy = model is LOSSY_MOTION.model
+    integrated = model.exact is None
     variables = model.cell_variables(spec) if model is spec.model else model.variables
     return {
         "model": model.name,
         "parameters": list(model.parameters),
         "held": {name: _held(spec, name) for name in model.parameters},
         "rates": [computed.get("precession_rate", 0), computed.get("roll_rate", 0)],
-        "from_start": circling(spec),
+        "from_start": bool(spec.computed) and circling(spec),
         "settings": {name: getattr(spec, name, None) for name in settings},
-        "kernel_settings": model.kernel_settings(spec).tolist() if lossy else [],
+        "kernel_settings": model.kernel_settings(spec).tolist() if integrated else [],
         "measures": list(model.measures),
         "counts": list(model.counts),
         "losses": [measure for _, measure in LOSSES.values()] if lossy else [],

@@ -19,7 +19,7 @@ import numpy as np
 from sweep.errors import RequestError
 from sweep.explorer.answers import JSON, Answer, Answers
 from sweep.explorer.fields import read_json
-from sweep.explorer.pages import INDEX, content_policy, page_files
+from sweep.explorer.pages import INDEX, KERNELS, content_policy, page_files
 from sweep.explorer.waiting import ClientGoneError
 
 #: Bytes of the body of a request at most.
@@ -127,6 +127,8 @@ class Server(ThreadingHTTPServer):
         if request.method == "GET":
             if path == "about":
                 return self._made(lambda: self._answers.about)
+            if name == KERNELS and self._answers.has_own_kernels:
+                return self._made(lambda: self._answers.kernels)
             if name in self._pages:
                 page = self._pages[name]
                 headers = {"Content-Security-Policy": self._policy} if name == INDEX else {}

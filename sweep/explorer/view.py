@@ -10,6 +10,7 @@ import numpy as np
 
 from sweep.errors import RequestError, shown
 from sweep.explorer.fields import read_choice, read_number, read_object, read_text, refuse
+from sweep.explorer.system import is_system
 from sweep.model import registry
 from sweep.model.description import Model, Starts
 from sweep.model.quantity import Array, Truths
@@ -165,13 +166,15 @@ class View:
 
     @cached_property
     def live(self) -> SweepSpec:
-        """The same for cells that the exact reduction computes on demand.
+        """The same for cells that are computed on demand: by the exact reduction, or of a user's system.
 
         Raises
         ------
         RequestError
-            If the model has none, or it does not know what the criterion judges by.
+            If the model has no reduction, or it does not know what the criterion judges by.
         """
+        if is_system(self.spec):
+            return self.spec
         if self.spec.model.exact is not None:
             return exact(self.spec)
         raise RequestError(

@@ -178,7 +178,8 @@ export class Controls {
       this.#change((now) => ({ ...now, view: withWord(about, now.view, name, value) }));
     const base = baseOf(about, view);
     const fixed = isFixed(about, view);
-    const rows = [fixed ? textRow("criterion", "criterion") : criterionSlider(about, set("criterion"))];
+    const isText = fixed || about.criteria.length === 0;
+    const rows = [isText ? textRow("criterion", "criterion") : criterionSlider(about, set("criterion"))];
     for (const parameter of parametersOf(about, view)) {
       const { name, label, low } = parameter;
       if (name === view.x.name || name === view.y.name) continue;

@@ -85,6 +85,7 @@ export class AtlasMap {
       source,
       (...answer) => this.#take(...answer),
       (...problem) => this.#refuse(...problem),
+      (name) => about.bases.find((base) => base.name === name)?.cost ?? 0,
     );
     this.#lineRequests = new Latest((/** @type {View} */ view) => this.#askLines(source, view));
     this.#listen();

@@ -1,4 +1,7 @@
-/** When windows are asked for: a coarse one at once and while one moves, the fine one as soon as one rests. */
+/**
+ * When windows are asked for: a coarse one at once and while one moves, the fine one as soon as one rests. Where cells take
+ * long the coarse one has few of them, and ever finer ones come before the fine one.
+ */
 
 /** @import { Source, View, WindowAnswer } from "eulerdisk/types" */
 
@@ -10,6 +13,11 @@
 /** Pixels of a coarse picture, and the most of a fine one. */
 const COARSE = 256 * 192;
 export const FINE = 2.5e6;
+
+/** Milliseconds that a coarse picture may take, and a fine one; how many times as many cells each picture on the way has. */
+const SOON = 300;
+const PATIENCE = 60_000;
+const FINER = 6;
 
 /** Milliseconds without a change after which the fine picture is asked for. */
 const REST = 90;
@@ -23,6 +31,9 @@ export class Refresh {
   /** @type {AbortController|null} */
   #fine = null;
   #timer = 0;
+  /** @type {Map<string, number>} milliseconds that a cell took, by bases */
+  #costs = new Map();
+  #costOf;
   /** @type {Latest<Wanted>} */
   #coarse;
 
@@ -30,8 +41,10 @@ export class Refresh {
    * @param {Source} source
    * @param {(wanted: Wanted, answer: WindowAnswer, lane: "coarse"|"fine") => void} deliver
    * @param {(problem: Error, lane: "coarse"|"fine") => void} fail
+   * @param {(base: string) => number} costOf  milliseconds that a cell of a base takes, 0 where they need not be counted
    */
-  constructor(source, deliver, fail) {
+  constructor(source, deliver, fail, costOf) {
+    this.#costOf = costOf;
     this.#source = source;
     this.#deliver = deliver;
     this.#fail = fail;
@@ -50,19 +63,49 @@ export class Refresh {
   /** @param {Wanted} wanted */
   async #askFine(wanted) {
     this.#fine = new AbortController();
-    await this.#ask(wanted, "fine", this.#fine.signal);
+    const { signal } = this.#fine;
+    const cells = wanted.width * wanted.height;
+    if (this.#cost(wanted)) {
+      let count = FINER * this.#within(wanted, SOON, COARSE);
+      while (count < Math.min(cells, this.#within(wanted, PATIENCE, FINE)) && !signal.aborted) {
+        await this.#ask(wanted, "coarse", signal, count);
+        count *= FINER;
+      }
+    }
+    if (!signal.aborted) await this.#ask(wanted, "fine", signal);
+  }
+
+  /** @param {Wanted} wanted */
+  #cost({ view: { base } }) {
+    return this.#costs.get(base) ?? this.#costOf(base);
+  }
+
+  /**
+   * Cells that can be computed in so many milliseconds, of at most so many.
+   * @param {Wanted} wanted
+   * @param {number} time
+   * @param {number} most
+   */
+  #within(wanted, time, most) {
+    const cost = this.#cost(wanted);
+    return cost ? Math.min(most, time / cost) : most;
   }
 
   /**
    * @param {Wanted} wanted
    * @param {"coarse"|"fine"} lane
    * @param {AbortSignal} [signal]
+   * @param {number} [count]  of cells, about
    */
-  async #ask(wanted, lane, signal) {
+  async #ask(wanted, lane, signal, count) {
     const { view, quantity, stored } = wanted;
-    const [width, height] = pixels(wanted, lane === "coarse" ? COARSE : FINE);
+    const most =
+      lane === "coarse" ? this.#within(wanted, SOON, COARSE) : this.#within(wanted, PATIENCE, FINE);
+    const [width, height] = pixels(wanted, count ?? most);
+    const began = performance.now();
     try {
       const answer = await this.#source.window({ view, width, height, quantity, stored }, signal);
+      if (this.#costOf(view.base)) this.#costs.set(view.base, (performance.now() - began) / (width * height));
       // the fine picture of the same view may have come first
       if (!signal?.aborted) this.#deliver(wanted, answer, lane);
     } catch (problem) {

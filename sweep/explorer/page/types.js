@@ -65,7 +65,7 @@
  * Something to begin with: a preset, or what was given on the command line (its name is "").
  * `words` has the value of every parameter that is no axis (a number in SI units, or a word) and of the criterion;
  * `view` is the whole range of its grid; `quantities` names what can be shown of it, the usual one first; `hasMotions`
- * says that its starts have motions here.
+ * says that its starts have motions here, `cost` how many milliseconds a cell takes, 0 where they need not be counted.
  * @typedef {object} Base
  * @property {string} name
  * @property {string} label
@@ -74,6 +74,7 @@
  * @property {View} view
  * @property {string[]} quantities
  * @property {boolean} hasMotions
+ * @property {number} cost
  */
 
 /**
@@ -202,6 +203,38 @@
  * @property {ToldNumber[]} numbers
  * @property {{text: string, timed: boolean, outcomes: number[][], condition: Condition, named: string[]}} criterion
  *   `outcomes` has for each code of an ending the verdicts where the condition is true, is false, and has no value
+ */
+
+/**
+ * An expression of a system: a number, a name, or an operation and its parts.
+ * @typedef {number|string|[string, ...any[]]} Node
+ */
+
+/**
+ * How cells of a user's system are computed: see sweep/explorer/system.py. The numbers are those of
+ * sweep/model/system/passes.py.
+ * @typedef {Plan & {system: SystemCells}} SystemPlan
+ * @typedef {object} SystemCells
+ * @property {string[]} passes
+ * @property {string[]} states
+ * @property {{name: string, stated: string}[]} state_ends
+ * @property {string} end_time
+ * @property {string} end_time_stated
+ * @property {{name: string, stated: string, kind: "max"|"min"|"last", expressions: Node[]}[]} measures
+ * @property {Node[][]} labels
+ * @property {Node[]} conserved
+ * @property {string[]} columns
+ * @property {string[]} coded  those that are codes
+ * @property {number} different
+ * @property {number} same_time
+ * @property {number} same_place
+ * @property {number[]} shares
+ * @property {number} of_states
+ * @property {number} least
+ * @property {number} few_steps
+ * @property {number} of_times
+ * @property {number} rounding
+ * @property {number} grown
  */
 
 /**

@@ -45,6 +45,13 @@ _OF_TIMES = 0.6
 #: does, whose steps are off by about a hundredth of its tolerance. It adds up as the root of the number of steps.
 _ROUNDING, _GROWN = 16.0 * np.finfo(np.float64).eps, 0.7 * np.finfo(np.float64).eps
 
+#: All of these numbers, under the names by which a page knows them.
+NUMBERS = {
+    "different": DIFFERENT, "same_time": SAME_TIME, "same_place": SAME_PLACE, "shares": _SHARES,
+    "of_states": _OF_STATES, "least": _LEAST, "few_steps": _FEW_STEPS, "of_times": _OF_TIMES,
+    "rounding": _ROUNDING, "grown": _GROWN,
+}  # fmt: skip
+
 
 class Passes:
     """The passes of some cells, arrays of shape (n,).

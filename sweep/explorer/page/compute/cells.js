@@ -26,7 +26,8 @@ export async function computedWindow(computation, plan, { view, width, height, q
   const timed = plan.timed.includes(quantity) || plan.criterion.timed;
   const byColumns = view.x.name === "alpha";
   const most = byColumns || view.y.name === "alpha" ? MOST_ALPHAS : Infinity;
-  const parts = pieces({ width, height, byColumns, timed, most, workers: computation.size });
+  const kind = "system" in plan ? "system" : timed ? "timed" : "plain";
+  const parts = pieces({ width, height, byColumns, kind, most, workers: computation.size });
   const side = (
     /** @type {"x"|"y"} */ which,
     /** @type {number} */ count,

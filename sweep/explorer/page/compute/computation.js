@@ -2,12 +2,17 @@
 
 import { Problem } from "eulerdisk/notice";
 
+/** The scripts of a worker: the last one begins it. */
+const SCRIPTS = ["verdicts", "system_cells", "worker"].map((name) => `eulerdisk/compute/${name}`);
+
 /** Workers at most: each has a few MB of tables. */
 const MOST_WORKERS = 6;
 
-/** Cells of a piece of a window: some 10 ms, after which a worker looks what is wanted now; with periods they take longer. */
-const PIECE = 32768;
-const TIMED_PIECE = 12288;
+/**
+ * Cells of a piece of a window: some 10 ms, after which a worker looks what is wanted now; with periods they take longer,
+ * and those of a system up to a millisecond each.
+ */
+const PIECES = { plain: 32768, timed: 12288, system: 256 };
 
 const HINT = "Open the page in a newer browser, one that has WebAssembly with vectors.";
 
@@ -77,7 +82,7 @@ export class Computation {
 /** A worker, and the question that it answers. */
 class Processor {
   busy = true;
-  #worker = new Worker(addressOf("eulerdisk/compute/worker"));
+  #worker = new Worker(addressOf(SCRIPTS));
   #free;
   /** @type {{resolve: (found: any) => void, reject: (problem: unknown) => void}|null} */
   #answered = null;
@@ -136,25 +141,28 @@ class Processor {
 }
 
 /**
- * Address of a module for a worker: its own, or of one that the page itself holds a copy, which every browser takes.
- * @param {string} name
+ * Address of the script of a worker, which loads the others: its own, or of those that the page itself holds a copy of all
+ * of them, which every browser takes.
+ * @param {string[]} names
  */
-function addressOf(name) {
-  const address = import.meta.resolve(name);
-  if (!address.startsWith("data:")) return address;
-  const text = atob(address.slice(address.indexOf(",") + 1));
-  const bytes = Uint8Array.from(text, (letter) => letter.charCodeAt(0));
-  return URL.createObjectURL(new Blob([bytes], { type: "text/javascript" }));
+function addressOf(names) {
+  const addresses = names.map((name) => import.meta.resolve(name));
+  const last = addresses[addresses.length - 1];
+  if (!last.startsWith("data:")) return last;
+  const texts = addresses.map((address) =>
+    Uint8Array.from(atob(address.slice(address.indexOf(",") + 1)), (letter) => letter.charCodeAt(0)),
+  );
+  return URL.createObjectURL(new Blob(texts, { type: "text/javascript" }));
 }
 
 /**
  * Pieces of a window, whole rows or whole columns: a piece has few values of alpha, each of which has tables of its own.
- * @param {{width: number, height: number, byColumns: boolean, timed: boolean, most: number, workers: number}} window
+ * @param {{width: number, height: number, byColumns: boolean, kind: keyof typeof PIECES, most: number, workers: number}} window
  * @returns {{x: [number, number], y: [number, number]}[]}
  */
-export function pieces({ width, height, byColumns, timed, most, workers }) {
+export function pieces({ width, height, byColumns, kind, most, workers }) {
   const [along, across] = byColumns ? [height, width] : [width, height];
-  const cells = Math.min(timed ? TIMED_PIECE : PIECE, Math.ceil((width * height) / workers));
+  const cells = Math.min(PIECES[kind], Math.ceil((width * height) / workers));
   const step = Math.min(most, Math.max(1, Math.round(cells / along)));
   /** @type {[number, number]} */
   const all = [0, along];

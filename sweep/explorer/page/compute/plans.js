@@ -54,6 +54,7 @@ export function plansWith(about, plans, view) {
  * @returns {Plan}
  */
 function planWith(plan, numbers, given) {
+  if ("system" in plan) return { ...plan, held: { ...plan.held, ...numbers } };
   const rates = RATES.map((name, i) => (given.includes(name) ? GIVEN : plan.rates[i]));
   const held = { ...plan.held, ...numbers };
   const [precession, roll] = rates;

@@ -5,7 +5,7 @@
  * the other (computation.js).
  */
 
-/** @import { Axis, Condition, Plan, Term } from "eulerdisk/types" */
+/** @import { Axis, Plan, SystemPlan } from "eulerdisk/types" */
 
 /** Address at which the stack of a module begins and the memory for arrays does (kernels/native/wasm.py). */
 const STACK = 1 << 18;
@@ -43,6 +43,23 @@ const VIEWS = { float64: Float64Array, int64: BigInt64Array, int32: Int32Array }
  * @property {number} chunk
  * @property {number} tables
  */
+
+const scope = /** @type {any} */ (self);
+// a page that is one file begins a worker with all scripts in one
+if (!scope.verdicts) scope.importScripts("./verdicts.js", "./system_cells.js");
+/** @type {(plan: Plan, judged: Columns, ending: Values, count: number) => Uint8Array} */
+const verdicts = scope.verdicts;
+/** @type {(plan: SystemPlan, starts: Columns, measured: Columns, count: number) => Columns} */
+const systemColumns = scope.systemColumns;
+
+/**
+ * Whether cells are those of a user's system.
+ * @param {Plan} plan
+ * @returns {plan is SystemPlan}
+ */
+function isOfSystem(plan) {
+  return "system" in plan;
+}
 
 /** Entry points of a module, and the memory in which they find their arrays. */
 class Kernels {
@@ -170,8 +187,9 @@ class Cells {
   /** @param {Kernels} kernels */
   constructor(kernels) {
     this.#kernels = kernels;
-    this.#reducing = kernels.memoryOf("reduce");
-    this.#meeting = kernels.memoryOf("contact_extremes");
+    // a module of a system has but its own kernel
+    this.#reducing = "reduce" in kernels.note.entries ? kernels.memoryOf("reduce") : [];
+    this.#meeting = "reduce" in kernels.note.entries ? kernels.memoryOf("contact_extremes") : [];
     this.#base = kernels.top;
   }
 
@@ -197,6 +215,12 @@ class Cells {
       if (values) row.set(values);
       else row.fill(plan.held[parameters[i]] ?? Infinity);
     });
+    if (isOfSystem(plan)) {
+      const starts = this.#columns(block, parameters);
+      const found = systemColumns(plan, starts, this.#integrated(plan, block, count), count);
+      for (const name of plan.singles) found[name] &&= found[name].map(Math.fround);
+      return { ...starts, ...found, stability: verdicts(plan, { ...starts, ...found }, found.ending, count) };
+    }
     kernels.call("complete", ...plan.rates, block);
     const measured =
       plan.model === "disk"
@@ -323,7 +347,7 @@ class Cells {
   }
 
   /**
-   * Cells with losses, integrated in time.
+   * Cells with losses, or of a system, integrated in time.
    * @param {Plan} plan
    * @param {Block} starts
    * @param {number} count
@@ -338,8 +362,8 @@ class Cells {
     ];
     const settings = kernels.array("float64", plan.kernel_settings.length);
     kernels.numbers(settings).set(plan.kernel_settings);
-    const memory = kernels.memoryOf("lossy_integrate");
-    kernels.treat("lossy_integrate", count, starts, settings, measures, counts, ...memory);
+    const name = isOfSystem(plan) ? "integrate" : "lossy_integrate";
+    kernels.treat(name, count, starts, settings, measures, counts, ...kernels.memoryOf(name));
     return { ...this.#columns(measures, names), ...this.#columns(counts, counted) };
   }
 }
@@ -381,20 +405,8 @@ function completed(plan, starts, measured, count, wanted) {
   }
   /** @type {Columns} */
   const found = { ...starts, ...measured, peak_tilt: peak, amplification };
-  const { outcomes, condition, named } = plan.criterion;
   const judged = { ...found, "the reach": reach, "the scale": scale };
-  const holds = holding(condition, judged);
-  const columns = named.map((name) => judged[/** @type {keyof typeof judged} */ (name)]);
-  const stability = new Uint8Array(count);
-  for (let i = 0; i < count; i += 1) {
-    const [isTrue, isFalse, isMissing] = outcomes[ending[i]];
-    stability[i] = isFalse;
-    if (holds(i)) stability[i] = isTrue;
-    else if (isFalse !== isMissing && columns.some((column) => Number.isNaN(column[i]))) {
-      stability[i] = isMissing;
-    }
-  }
-  found.stability = stability;
+  found.stability = verdicts(plan, judged, ending, count);
   if (measured.wells && (wanted ?? "regime") === "regime") found.regime = regimes(plan, measured, count);
   if (plan.losses.length) {
     found.largest_loss = largest(
@@ -417,54 +429,6 @@ function length(x, y) {
     ? size * Math.sqrt((a / size) * (a / size) + (b / size) * (b / size))
     : a + b;
 }
-
-/**
- * Where a condition holds, as a function of the number of a cell; false of a missing value.
- * @param {Condition} condition
- * @param {Columns} columns
- * @returns {(i: number) => boolean}
- */
-function holding(condition, columns) {
-  if (condition.not) {
-    const part = holding(condition.not, columns);
-    return (i) => !part(i);
-  }
-  if (condition.parts) {
-    const parts = condition.parts.map((part) => holding(part, columns));
-    return condition.word === "and"
-      ? (i) => parts.every((part) => part(i))
-      : (i) => parts.some((part) => part(i));
-  }
-  const { terms = [], signs = [] } = condition;
-  const values = terms.map((term) => valueOf(term, columns));
-  const pairs = signs.map((sign, i) => {
-    const [agrees, one, other] = [SIGNS[sign], values[i], values[i + 1]];
-    return (/** @type {number} */ cell) => agrees(one(cell), other(cell));
-  });
-  return pairs.length === 1 ? pairs[0] : (i) => pairs.every((pair) => pair(i));
-}
-
-/**
- * @param {Term} term
- * @param {Columns} columns
- * @returns {(i: number) => number}
- */
-function valueOf({ value = 0, name, factor = 1, absolute }, columns) {
-  if (!name) return () => value;
-  const column = columns[name];
-  if (factor === 1) return absolute ? (i) => Math.abs(column[i]) : (i) => column[i];
-  return absolute ? (i) => factor * Math.abs(column[i]) : (i) => factor * column[i];
-}
-
-/** @type {Record<string, (one: number, other: number) => boolean>} all false of a missing value */
-const SIGNS = {
-  "<": (one, other) => one < other,
-  "<=": (one, other) => one <= other,
-  ">": (one, other) => one > other,
-  ">=": (one, other) => one >= other,
-  "==": (one, other) => one === other,
-  "!=": (one, other) => one < other || one > other,
-};
 
 /**
  * Kinds of motions, as sweep/explorer/quantities.py has them.

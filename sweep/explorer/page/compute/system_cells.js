@@ -1,0 +1,252 @@
+/**
+ * What is known of cells of a user's system, from the passes of its kernel: sweep/model/system/passes.py, in the page.
+ *
+ * A part of the worker's script (worker.js), which finds it under its name.
+ */
+
+/** @import { Node, SystemCells, SystemPlan } from "eulerdisk/types" */
+
+/** @typedef {Record<string, any>} Columns  arrays of numbers, all of one length */
+
+// all scripts of a worker share their global names
+(() => {
+  /** @type {Record<string, (...values: number[]) => number>} */
+  const OPERATIONS = {
+    "+": (one, other) => one + other,
+    "-": (one, other) => one - other,
+    "*": (one, other) => one * other,
+    "/": (one, other) => one / other,
+    "**": (one, other) => one ** other,
+    neg: (one) => -one,
+    sin: Math.sin,
+    cos: Math.cos,
+    tan: Math.tan,
+    exp: Math.exp,
+    log: Math.log,
+    sqrt: Math.sqrt,
+    tanh: Math.tanh,
+  };
+
+  /** Operations whose terms are rounded one by one. */
+  const TERMS = ["+", "-", "*", "/", "neg"];
+
+  /**
+   * Value of an expression.
+   * @param {Node} node
+   * @param {Record<string, number>} values  of each name in it
+   * @returns {number}
+   */
+  function valueOf(node, values) {
+    if (typeof node === "number") return node;
+    if (typeof node === "string") return values[node];
+    const [name, ...parts] = node;
+    return OPERATIONS[name](...parts.map((part) => valueOf(part, values)));
+  }
+
+  /**
+   * How large the terms of an expression are together.
+   * @param {Node} node
+   * @param {Record<string, number>} values
+   * @returns {number}
+   */
+  function sizeOf(node, values) {
+    if (!Array.isArray(node) || !TERMS.includes(node[0])) return Math.abs(valueOf(node, values));
+    const [name, ...parts] = node;
+    const [one, other] = parts.map((part) => sizeOf(part, values));
+    return name === "neg" ? one : OPERATIONS[name === "-" ? "+" : name](one, other);
+  }
+
+  /** The passes of one cell. */
+  class Passes {
+    /** @type {SystemPlan} */
+    #plan;
+    /** @type {SystemCells} */
+    #system;
+    /** @type {Record<string, number>} */
+    #start;
+    /** @type {Columns} */
+    #measured;
+    /** @type {number} */
+    #at;
+    /** @type {Record<string, number>[]} states, time and start at the end of each pass */
+    #ends;
+
+    /**
+     * @param {SystemPlan} plan
+     * @param {Record<string, number>} start
+     * @param {Columns} measured
+     * @param {number} at  number of the cell
+     */
+    constructor(plan, start, measured, at) {
+      this.#plan = plan;
+      this.#system = plan.system;
+      this.#start = start;
+      this.#measured = measured;
+      this.#at = at;
+      const { passes, states, end_time } = this.#system;
+      this.#ends = passes.map((pass) => ({
+        ...start,
+        ...Object.fromEntries(states.map((name) => [name, this.#of(pass, name)])),
+        t: this.#of(pass, end_time),
+      }));
+    }
+
+    /** @param {string} pass @param {string} what */
+    #of(pass, what) {
+      return this.#measured[`${pass}: ${what}`][this.#at];
+    }
+
+    /** @param {string} state */
+    #size(state) {
+      return this.#of(/** @type {string} */ (this.#system.passes.at(-1)), `largest ${state}`);
+    }
+
+    /** All that is known of the cell. */
+    columns() {
+      const { labels, conserved } = this.#system;
+      const ending = this.#ending();
+      const known = ending !== this.#plan.unresolved;
+      /** @type {Record<string, number>} */
+      const found = {};
+      for (const { name, stated, passes, size, largest } of this.#values()) {
+        found[name] = known ? passes[passes.length - 1] + 0 : NaN;
+        found[stated] = known ? this.#error(passes, size) + this.#system.rounding * largest : NaN;
+      }
+      if (labels.length) found.label = this.#label(ending);
+      if (conserved.length) found.conserved_change = known ? this.#change() : NaN;
+      return { ...found, ending };
+    }
+
+    #ending() {
+      const { passes, states, same_time, same_place, different } = this.#system;
+      const [one, other] = passes.slice(-2).map((pass) => this.#of(pass, "ending"));
+      const { unresolved } = this.#plan;
+      if (one === unresolved || other === unresolved) return unresolved;
+      const [before, last] = this.#ends.slice(-2);
+      const isSame =
+        one === other &&
+        Math.abs(before.t - last.t) <= same_time * this.#plan.kernel_settings[0] &&
+        states.every((name) => Math.abs(before[name] - last[name]) <= same_place * this.#size(name));
+      return isSame ? other : different;
+    }
+
+    /**
+     * How far the last pass may be off.
+     * @param {number[]} passes  what each says of a value
+     * @param {number} size
+     */
+    #error(passes, size) {
+      const { shares, of_states, least, few_steps, grown } = this.#system;
+      const [, , tolerance] = this.#plan.kernel_settings;
+      const steps = Math.max(this.#measured.steps[this.#at], 1);
+      const rounding = (grown * Math.sqrt(steps)) / tolerance;
+      let squares = ((least + few_steps / steps) * tolerance * size) ** 2;
+      this.#differences().forEach((states, i) => {
+        const weight = 1 / shares[i] + rounding * 100 ** (i + 1 - shares.length);
+        const apart = Math.hypot(weight * (passes[i + 1] - passes[i]), weight * of_states * size * states);
+        // an earlier pass may have found nothing
+        squares += Number.isFinite(apart) ? apart ** 2 : 0;
+      });
+      return Math.sqrt(squares);
+    }
+
+    /** The largest difference of a state of each pass from the next, over its size; NaN where none is known. */
+    #differences() {
+      return this.#ends.slice(1).map((next, i) => {
+        const known = this.#system.states
+          .map((name) => Math.abs(next[name] - this.#ends[i][name]) / this.#size(name))
+          .filter((each) => !Number.isNaN(each));
+        return known.length ? Math.max(...known) : NaN;
+      });
+    }
+
+    /** Each value with what the passes say of it, its size, and the largest that its steps add up to. */
+    #values() {
+      const { measures, states, end_time, end_time_stated, of_times, state_ends } = this.#system;
+      const last = this.#ends[this.#ends.length - 1];
+      const found = measures.map(({ name, stated, kind, expressions }) => {
+        const passes = this.#passesOf(name, kind, expressions);
+        const terms = expressions.map((each) => sizeOf(each, last));
+        const [told] = passes.slice(-1);
+        const largest = Math.max(...terms, told);
+        const size = Number.isNaN(largest) ? Math.abs(told) : Math.max(Math.abs(told), largest);
+        return { name, stated, passes, size, largest: size };
+      });
+      const times = this.#ends.map((each) => each.t);
+      const duration = this.#plan.kernel_settings[0];
+      found.push({
+        name: end_time,
+        stated: end_time_stated,
+        passes: times,
+        size: of_times * last.t,
+        largest: duration,
+      });
+      states.forEach((state, i) => {
+        const [size, passes] = [this.#size(state), this.#ends.map((each) => each[state])];
+        found.push({ ...state_ends[i], passes, size, largest: size });
+      });
+      return found;
+    }
+
+    /**
+     * What each pass says of a measure.
+     * @param {string} name
+     * @param {"max"|"min"|"last"} kind
+     * @param {Node[]} expressions
+     */
+    #passesOf(name, kind, expressions) {
+      if (kind === "last") return this.#ends.map((each) => valueOf(expressions[0], each));
+      const sign = kind === "max" ? 1 : -1;
+      return this.#system.passes.map(
+        (pass) => sign * Math.max(...expressions.map((_, row) => this.#of(pass, `${name} ${row}`))),
+      );
+    }
+
+    /** @param {number} ending */
+    #label(ending) {
+      if (ending === this.#system.different || ending === this.#plan.unresolved) return 0;
+      const [one, other] = this.#ends
+        .slice(-2)
+        .map(
+          (values) =>
+            this.#system.labels.findIndex((all) => all.every((each) => valueOf(each, values) > 0)) + 1,
+        );
+      return one === other ? other : 0;
+    }
+
+    /** The largest change of what is conserved, over its largest term. */
+    #change() {
+      const begun = { ...this.#start, t: 0 };
+      const ends = this.#ends[this.#ends.length - 1];
+      const changes = this.#system.conserved.map((each) => {
+        const [old, now] = [valueOf(each, begun), valueOf(each, ends)];
+        return old === now ? 0 : Math.abs(now - old) / Math.max(sizeOf(each, begun), sizeOf(each, ends));
+      });
+      return Number.isNaN(ends.t) ? NaN : Math.max(...changes);
+    }
+  }
+
+  /**
+   * Columns of cells of a system, from what its kernel measured.
+   * @param {SystemPlan} plan
+   * @param {Columns} starts
+   * @param {Columns} measured
+   * @param {number} count
+   * @returns {Columns}
+   */
+  function systemColumns(plan, starts, measured, count) {
+    const { coded, columns: names } = plan.system;
+    /** @type {Columns} */
+    const found = Object.fromEntries(
+      names.map((name) => [name, coded.includes(name) ? new Uint8Array(count) : new Float64Array(count)]),
+    );
+    for (let i = 0; i < count; i += 1) {
+      const start = Object.fromEntries(plan.parameters.map((name) => [name, starts[name][i]]));
+      const cell = new Passes(plan, start, measured, i).columns();
+      for (const name of names) found[name][i] = cell[/** @type {keyof typeof cell} */ (name)];
+    }
+    return { ...found, steps: measured.steps, unproved: measured.unproved };
+  }
+
+  Object.assign(self, { systemColumns });
+})();
