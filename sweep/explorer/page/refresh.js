@@ -16,8 +16,10 @@ export const FINE = 2.5e6;
 
 /** Milliseconds that a coarse picture may take, and a fine one; how many times as many cells each picture on the way has. */
 const SOON = 300;
-const PATIENCE = 60_000;
+const PATIENCE = 30_000;
 const FINER = 6;
+const FEW =
+  "The cells of this map take long: it has fewer of them than the screen has pixels. Zoom in for more.";
 
 /** Milliseconds without a change after which the fine picture is asked for. */
 const REST = 90;
@@ -107,7 +109,14 @@ export class Refresh {
       const answer = await this.#source.window({ view, width, height, quantity, stored }, signal);
       if (this.#costOf(view.base)) this.#costs.set(view.base, (performance.now() - began) / (width * height));
       // the fine picture of the same view may have come first
-      if (!signal?.aborted) this.#deliver(wanted, answer, lane);
+      if (signal?.aborted) return;
+      const isWhole = width === wanted.width || lane === "coarse" || !this.#cost(wanted);
+      const { head } = answer;
+      this.#deliver(
+        wanted,
+        isWhole || head.note ? answer : { ...answer, head: { ...head, note: FEW } },
+        lane,
+      );
     } catch (problem) {
       if (!signal?.aborted && wanted === this.#wanted) this.#fail(/** @type {Error} */ (problem), lane);
     }

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sweep.engine.compute import compute
+from sweep.explorer.about import sides
 from sweep.explorer.plan import plan
 from sweep.explorer.view import View
 from sweep.model.disk.model import DISK
@@ -158,6 +159,47 @@ def test_cells_with_losses(opened, rng, count):
             allowed = 0.1 * expected[error].astype(float) + 1e-12 * np.abs(expected[name])
             assert np.nanmax(np.abs(found[name] - expected[name]) / (allowed + 1e-300)) < 1.0, (words, name)
         assert len(set(expected["ending"])) > 1, words
+
+
+#: Systems with an ending and a theory, with several endings and a conserved energy, and with labels.
+SYSTEMS = {
+    "kapitza": {"duration": 2.0},
+    "henon_heiles": {"duration": 30.0, "criterion": "ending == left or conserved_change > 1e-13"},
+    "magnets": {"duration": 20.0},
+}
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["henon_heiles", *(pytest.param(each, marks=pytest.mark.slow_lane) for each in ("kapitza", "magnets"))],
+)
+def test_cells_of_a_system(served_with, browser, rng, count, name):
+    """Cells of a user's system have the program's endings, labels and verdicts, and its numbers as far as stated."""
+    given = SweepSpec.preset(name)
+    view = View.read({**sides(given), "base": "", "words": SYSTEMS[name]}, given)
+    page = browser.new_page()
+    page.goto(served_with(name).url)
+    axes, n = (view.x.name, view.y.name), count(60, 2000)
+    starts = {each: rng.uniform(*getattr(given, each).ends(), n) for each in axes}
+    expected = compute(view.spec, view.starts(*(starts[each] for each in axes)))
+    coded = [each for each in ("ending", "label", "stability") if each in expected]
+    values = {each: f"{each}_error" for each in expected if f"{each}_error" in expected}
+    names = [*coded, *values, *values.values(), *(each for each in ["conserved_change"] if each in expected)]
+    found = columns_of_page(page, plan(view)["cells"], starts, names)
+    # the last bits of a motion decide whether a sensitive one is said to be
+    same = np.all([found[each] == expected[each] for each in coded], axis=0)
+    assert same.sum() >= n - max(1, 0.01 * n)
+    assert len(set(expected["stability"])) > 1 or len(set(expected["ending"])) > 1 or "label" in expected
+    for each, error in values.items():
+        apart, allowed = np.abs(found[each] - expected[each])[same], expected[error][same].astype(float)
+        assert np.array_equal(np.isnan(found[each]), np.isnan(expected[each])), each
+        assert np.nanmean(apart <= allowed + 1e-15) > 0.99, each
+        # stated in the same way: both from differences of passes, which rounding changes where they are small
+        ratio = found[error][same] / expected[error][same]
+        assert 0.9 < np.nanmedian(ratio) < 1.1, error
+    if "conserved_change" in expected:
+        assert np.nanmax(found["conserved_change"]) < 1e-9
+    page.close()
 
 
 @pytest.mark.parametrize("name", ["tilt_max", "stability"])
