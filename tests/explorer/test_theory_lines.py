@@ -8,10 +8,12 @@ from cases import case
 from explorer_client import side
 from scipy.optimize import brentq
 
-from sweep.explorer.about import base_of
+from sweep.explorer.about import base_of, sides
+from sweep.explorer.lines import lines as all_lines
 from sweep.explorer.lines import theory
 from sweep.explorer.view import View, preset
 from sweep.model.disk import theory as disk_theory
+from sweep.request.spec import SweepSpec
 
 GRAVITY, RADIUS = 9.81, 0.5
 
@@ -177,3 +179,13 @@ def test_an_edge_that_some_rows_lack_is_drawn_in_the_others(monkeypatch, first):
     found = np.concatenate([curve[1] for curve in lines(x, y)["analytic"]])
     assert found.size > 0.8 * expected.size
     assert (found.min(), found.max()) == pytest.approx((expected.min(), expected.max()), abs=2 * 0.4 / 256)
+
+
+def test_the_line_of_a_system_is_drawn():
+    """Kapitza's pendulum is stable where it is shaken faster than sqrt(2 g l) over the amplitude."""
+    spec = SweepSpec.preset("kapitza")
+    (line,) = all_lines(View.read({"base": "", "words": {}, **sides(spec)}, spec), None)
+    rates = [rate for points in line["points"] for _, rate in points]
+    assert line["name"] == "analytic"
+    assert np.allclose(rates, np.sqrt(2.0 * 9.81 * 0.2) / 0.02, rtol=1e-6)
+    assert min(angle for points in line["points"] for angle, _ in points) < np.radians(2.0)
