@@ -40,14 +40,7 @@ def entry_point(program, rates, extremes, events, endings, legs=lanes.LEGS):
     legs : tuple of float
         As `kernels.system.lanes.LEGS`; the benchmark times legs of one tolerance.
     """
-    layout, made, text = functions_of(program, rates, extremes, events)
-    numbers = {
-        "STATES": len(rates), "EXTREMES": len(extremes), "EVENTS": len(events), "EVENT_ENDINGS": endings or (0,),
-        "LEGS": legs,
-        **{name: made[name] for name in ("coefficients", "constants")},
-        **{name: at for name, at in vars(layout).items() if hasattr(lanes, name)},
-    }  # fmt: skip
-    name = hashlib.sha256(repr((text, endings, legs)).encode()).hexdigest()[:24]
+    layout, made, numbers, name = numbers_of(program, rates, extremes, events, endings, legs)
     return bind(
         LaneModel(
             name=f"system_{name}", layout=layout, prepared_settings=lanes.prepared_settings,
@@ -56,6 +49,18 @@ def entry_point(program, rates, extremes, events, endings, legs=lanes.LEGS):
             finish_leg=lanes.finish_leg, go_on=lanes.go_on, flags=numbers,
         )
     )  # fmt: skip
+
+
+def numbers_of(program, rates, extremes, events, endings, legs=lanes.LEGS):
+    """Return the layout of a system, its made functions, what takes the place of names in all others, and its name."""
+    layout, made, text = functions_of(program, rates, extremes, events)
+    numbers = {
+        "STATES": len(rates), "EXTREMES": len(extremes), "EVENTS": len(events), "EVENT_ENDINGS": endings or (0,),
+        "LEGS": legs,
+        **{name: made[name] for name in ("coefficients", "constants")},
+        **{name: at for name, at in vars(layout).items() if hasattr(lanes, name)},
+    }  # fmt: skip
+    return layout, made, numbers, hashlib.sha256(repr((text, endings, legs)).encode()).hexdigest()[:24]
 
 
 def __getattr__(name):

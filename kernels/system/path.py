@@ -1,0 +1,178 @@
+"""One motion of a system in time: the passes of a cell, sampled from the series of their steps.
+
+Its entry point takes `(starts, settings, times, measures, counts)`:
+
+Parameters
+----------
+starts : float64[states + parameters, 1]
+settings : float64[3]
+    As of `kernels.system.integrate`.
+times : float64[n]
+    Increasing, from 0 to the duration.
+measures : float64[4 (2 states + 1 + extremes), n], written
+    What `kernels.system.integrate` finds of a cell whose duration is each of the times; a pass that has ended before
+    stays at its end. Not a number where a pass is unresolved, if the caller has filled it with that.
+counts : int32[6, n], written
+    Likewise; filled with `kernels.system.endings.UNRESOLVED` by the caller.
+
+Notes
+-----
+Never raises. The steps are those of a sweep, made by the same functions in one lane; a sample costs as many
+multiplications as its series have terms.
+"""
+
+from types import SimpleNamespace
+
+from kernels.jit import kernel
+from kernels.lanes.binding import copied, rebound
+from kernels.lanes.layout import LANES, aligned
+from kernels.native.entry import parallel
+from kernels.system import lanes as system_lanes
+from kernels.system.endings import RUNS_ON, UNRESOLVED
+from kernels.system.integrate import numbers_of, program_of
+from kernels.system.lanes import finish_leg, go_on, prepared_settings, read_start, set_off
+
+LEGS = system_lanes.LEGS
+STATES: int = 0
+EXTREMES: int = 0
+
+# Rows of the lane; see `kernels.system.lanes`.
+TIME: int = 0
+TOP: int = 0
+SIZES: int = 0
+COUNT: int = 0
+UNPROVED: int = 0
+BEFORE: int = 0
+STEP: int = 0
+SCRATCH: int = 0
+STEPPING: int = 0
+SIZE: int = 0
+
+
+@kernel
+def advance(lane, run, lanes):
+    """One step; made from the right-hand side."""
+
+
+@kernel
+def coefficients(lane, scratch, lanes):
+    """Write the series of a lane into a scratch; made from the right-hand side."""
+
+
+@kernel
+def _keep(memory):
+    """Keep the greatest values and sizes at the beginning of a step behind the lane."""
+    for j in range(STATES):
+        memory[STEPPING + SIZE + j] = memory[SIZES + j * LANES]
+    for j in range(EXTREMES):
+        memory[STEPPING + SIZE + STATES + j] = memory[TOP + j * LANES]
+
+
+@kernel
+def _sample(i, leg, time, d, memory, measures, counts):
+    """Write a sample a time d after the beginning of a step, whose series are in the scratch."""
+    first = leg * (2 * STATES + 1 + EXTREMES)
+    measures[first + STATES, i] = time
+    for j in range(STATES):
+        found, before = system_lanes._at(j, d, SCRATCH, memory), memory[STEPPING + SIZE + j]
+        measures[first + j, i] = found
+        measures[first + STATES + 1 + EXTREMES + j, i] = max(before, abs(found))
+    for j in range(EXTREMES):
+        top = system_lanes._greatest(STATES + j, d, SCRATCH, memory)
+        measures[first + STATES + 1 + j, i] = max(memory[STEPPING + SIZE + STATES + j], top)
+    counts[leg, i] = RUNS_ON
+    _count(i, leg, int(memory[COUNT]), int(memory[UNPROVED]), counts)
+
+
+@kernel
+def _count(i, leg, steps, unproved, counts):
+    """Add the steps of a pass to those of the passes before."""
+    counts[len(LEGS), i] = steps + (counts[len(LEGS), i] if leg > 0 else 0)
+    counts[len(LEGS) + 1, i] = unproved + (counts[len(LEGS) + 1, i] if leg > 0 else 0)
+
+
+@kernel
+def _stay(first, leg, steps, unproved, measures, counts):
+    """Write what a pass has found at its end, which stands in the last column, into all columns from the first on."""
+    last, rows = measures.shape[1] - 1, 2 * STATES + 1 + EXTREMES
+    for i in range(first, last):
+        for row in range(leg * rows, (leg + 1) * rows):
+            measures[row, i] = measures[row, last]
+        counts[leg, i] = counts[leg, last]
+        _count(i, leg, steps, unproved, counts)
+
+
+@kernel
+def _follow_pass(leg, run, times, memory, measures, counts):
+    """Follow one pass; returns whether there is another one."""
+    i, last = 0, len(times) - 1
+    while True:
+        _keep(memory)
+        coefficients(0, SCRATCH, memory)
+        begun, ended = memory[TIME], False
+        if advance(0, run, memory):
+            # its series stand in another scratch then
+            ended = not go_on(0, STEPPING, run, memory)
+        h = memory[STEP] if ended else memory[BEFORE]
+        first = i
+        while i < last and (times[i] - begun < h or (ended and times[i] - begun <= h)):
+            _sample(i, leg, times[i], times[i] - begun, memory, measures, counts)
+            i += 1
+        if ended:
+            break
+    steps, unproved = int(memory[COUNT]), int(memory[UNPROVED])
+    again = finish_leg(0, 0, run, memory, measures[:, last:], counts[:, last:])
+    end = measures[leg * (2 * STATES + 1 + EXTREMES) + STATES, last]
+    # a pass that ends in a step which it cannot make is known up to that step
+    while first < last and counts[leg, last] != UNRESOLVED and times[first] < end:
+        first += 1
+    _stay(first, leg, steps, unproved, measures, counts)
+    return again
+
+
+def memory_of_thread(*_):
+    """Memory of the motion; `entry_point` binds what it needs."""
+    return (aligned(STEPPING + SIZE + STATES + EXTREMES),)
+
+
+@parallel(
+    1,
+    memory_of_thread,
+    starts="float64[:, ::1]",
+    settings="float64[::1]",
+    times="float64[::1]",
+    measures="float64[:, ::1], written",
+    counts="int32[:, ::1], written",
+    memory="float64[::1]",
+)
+def follow(start, stop, starts, settings, times, measures, counts, memory):
+    """Follow one start; a template that `entry_point` completes."""
+    run = prepared_settings(settings)
+    memory[:] = 0.0
+    read_start(0, 0, starts, run, memory, measures, counts)
+    set_off(0, run, memory)
+    leg, again = 0, True
+    while again:
+        again = _follow_pass(leg, run, times, memory, measures, counts)
+        leg += 1
+
+
+def entry_point(*given):
+    """Return the entry point of a system; the arguments are those of `kernels.system.integrate.entry_point`."""
+    layout, made, numbers, name = numbers_of(*given)
+    numbers |= {"advance": made["advance"]}
+
+    model = SimpleNamespace(name=f"path_{name}")
+    found = rebound(
+        follow, {}, numbers, lambda each, new: each.copied(copied(model, each, new)) if new else each, {}
+    )
+    size = layout.STEPPING + layout.SIZE + numbers["STATES"] + numbers["EXTREMES"]
+    return found.copied(found.py_func, lambda *_: (aligned(size),))
+
+
+def __getattr__(name):
+    """Make the entry point whose name is a program in JSON, as `kernels.system.integrate` does."""
+    if not name.startswith("["):
+        return getattr(None, name)
+    made = globals()[name] = entry_point(*program_of(name))
+    return made
