@@ -6,6 +6,7 @@ Commands: `run`; `prepare`, `block` and `assemble`; `plan` and `warmup`.
 import re
 import shlex
 import time
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -222,7 +223,7 @@ def warmup() -> None:
     """
     from sweep.model import registry
     from sweep.model.kernel import Kernel, cache_root, check_cache
-    from sweep.motion.trajectory import PATHS
+    from sweep.motion.tables import kind_of_model
     from sweep.request.spec import SweepSpec
     from sweep.request.spec_file import presets
     from sweep.runs.forecast import coarse
@@ -242,9 +243,9 @@ def warmup() -> None:
             run(spec)
             kernels += model.kernels(spec)
             show(f"{model.name} {name:<6} ready after {time.perf_counter() - began:.1f} s")
-        if path := PATHS.get(model.name):
+        if model.motion:
             began = time.perf_counter()
-            for kernel in path.KERNELS:
+            for kernel in import_module(kind_of_model(model).path).KERNELS:
                 kernel.make_ready()
             show(f"{model.name} motion ready after {time.perf_counter() - began:.1f} s")
     check_cache(kernels)

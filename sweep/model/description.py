@@ -301,6 +301,9 @@ class Model(ABC):
         atlases (``plot --regimes``); empty if the model has none.
     losses : str
         ``module:function`` that draws time and largest loss of atlases (``plot --losses``); empty if nothing is lost.
+    motion : str
+        ``module:object``, the kind of its motions in time (`sweep.motion.tables.MotionKind`), or a function that makes
+        it of the model; empty if ``simulate`` follows none.
     explored : bool
         Whether the explorer shows it.
     in_time : str
@@ -344,6 +347,7 @@ class Model(ABC):
     regimes: str = ""
     losses: str = ""
     in_time: str = ""
+    motion: str = ""
     explored: bool = True
 
     @abstractmethod

@@ -10,7 +10,7 @@ from sweep.atlas.dataset import spec_of
 from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
 from sweep.model.disk.tables import WOBBLE
-from sweep.motion.request import REQUESTS, MotionRequest, check_names, known_names, request_class
+from sweep.motion.request import MotionRequest, check_names, known_names, motions_of, request_class
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_file import find_spec_file, place, read_file
 from sweep.request.substitutes import changed, check_once, parameter_of
@@ -31,7 +31,7 @@ def request_of_preset(spec: str | Path, words: Mapping[str, Any]) -> MotionReque
     Parameters
     ----------
     spec : str or Path
-        Name of a preset, or a TOML file.
+        Name of a preset, a TOML file, or a file with a system.
     words : mapping of str to anything
         Words of a request for one motion, which replace those of the file.
 
@@ -45,11 +45,19 @@ def request_of_preset(spec: str | Path, words: Mapping[str, Any]) -> MotionReque
     A file has axes, and a motion one start. Where the centre of the disk rests and no word gives the precession rate,
     it is that of the wobble: then the tilt stays, but for the losses. What the file says of the cells of an atlas, such
     as a criterion, is left out. The duration is that of the file, but no longer than that of any other motion.
+    A system has a value for each of its words: what is an axis of its file, and not given, is as the system says.
     """
     path = find_spec_file(spec)
-    check_names(words)
     sweep = SweepSpec.read(path)
-    _check_can_move(sweep, path)
+    check_names(words, motions_of(sweep.model))
+    if sweep.is_list:
+        raise RequestError(
+            f"A motion has one start, and {place(path)} has a list of them.",
+            hint="Compute its atlas, and follow one of its cells: eulerdisk simulate --from ATLAS.nc start=0.",
+        )
+    if sweep.model.text:
+        names = [*sweep.fixed, *sweep.model.settings]
+        return MotionRequest.read(**{name: getattr(sweep, name) for name in names} | words, model=sweep.model)
     held = read_file(path)
     merged = changed(held, words, sweep.model)
     kind = request_class(merged).kind
@@ -70,21 +78,6 @@ def request_of_preset(spec: str | Path, words: Mapping[str, Any]) -> MotionReque
     if "duration" not in words:
         found["duration"] = min(float(kind.inputs["duration"].default), sweep.duration)
     return MotionRequest.read(**found)
-
-
-def _check_can_move(sweep: SweepSpec, path: Path) -> None:
-    """Refuse a file of a model that has no single motions, or with a list of starts."""
-    if sweep.model.name not in REQUESTS:
-        raise RequestError(
-            f"A single motion is one of the model {' or '.join(REQUESTS)}; {place(path)} is of the model "
-            f"{sweep.model.name}.",
-            hint="Name another preset.",
-        )
-    if sweep.is_list:
-        raise RequestError(
-            f"A motion has one start, and {place(path)} has a list of them.",
-            hint="Compute its atlas, and follow one of its cells: eulerdisk simulate --from ATLAS.nc start=0.",
-        )
 
 
 def _refuse_open(sweep: SweepSpec, path: Path, names: Sequence[str]) -> None:
@@ -119,16 +112,11 @@ def cell_and_changes(spec: SweepSpec, words: Mapping[str, Any]) -> tuple[dict[st
     Raises
     ------
     RequestError
-        If the atlas is not one of the disk, or a word is not known.
+        If the model of the atlas has no motions, or a word is not known.
     """
-    if spec.model.name not in REQUESTS:
-        raise RequestError(
-            f"A single motion is one of the model {' or '.join(REQUESTS)}; got an atlas of the model "
-            f"{spec.model.name}.",
-            hint="Give an atlas of a disk.",
-        )
+    kind = motions_of(spec.model)
     # of a list of starts a cell is named by its number
-    check_names({name: raw for name, raw in words.items() if name not in spec.axes})
+    check_names({name: raw for name, raw in words.items() if name not in spec.axes}, kind)
     check_once(words, spec.model)
     named = {name: raw for name, raw in words.items() if parameter_of(name, spec.model) in spec.axes}
     # as given: a refusal of the cell says its words
@@ -145,7 +133,7 @@ def request_of_cell(
 
     The duration of an atlas is the longest time that a cell may take: 300 s are a thousand periods of a coin. Instead
     a motion lasts three nutation periods of its cell; where the atlas knows none of this start, 10 s as any other one.
-    One with losses may take the duration of the atlas, to its end.
+    One with losses may take the duration of the atlas, to its end; one of a system takes it.
 
     Parameters
     ----------
@@ -180,7 +168,8 @@ def request_of_cell(
             where=none[0],
         )
     # a cell without losses may be followed with losses
-    kind = request_class({**start, **changes}).kind
+    model = {"model": spec.model} if spec.model.text else {}
+    kind = request_class({**start, **changes, **model}).kind
     settings = {
         name: getattr(spec, name)
         for name in (*spec.model.settings, *spec.model.options)
@@ -189,10 +178,11 @@ def request_of_cell(
     # another start or another disk has another period, and a motion with losses is followed to its end
     same = spec.model.parameters.keys().isdisjoint(changes) and not kind.stops
     shown = _PERIODS * _period(atlas, place) if same else np.nan
-    settings["duration"] = min(
-        shown if np.isfinite(shown) else float(kind.inputs["duration"].default), spec.duration
-    )
-    return MotionRequest.read(**{**start, **settings, **changes})
+    if not model:
+        settings["duration"] = min(
+            shown if np.isfinite(shown) else float(kind.inputs["duration"].default), spec.duration
+        )
+    return MotionRequest.read(**{**start, **settings, **changes, **model})
 
 
 def _period(atlas: "xr.Dataset", place: Mapping[str, int]) -> float:

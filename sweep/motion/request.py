@@ -10,22 +10,26 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, make_dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from sweep.errors import RequestError
+from sweep.model import registry
 from sweep.model.bodies.model import BODIES
+from sweep.model.description import Model
 from sweep.model.disk.model import DISK
 from sweep.model.quantity import Array, Input, Word
-from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION, MotionKind
+from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION, MotionKind, kind_of_model
 from sweep.request.substitutes import resolved
 from sweep.request.suggestions import unknown_word
+from sweep.request.system_model import with_system
 from sweep.request.values import at_word, read_number, words_given
 from sweep.request.words import AUTOMATIC, MOST_STEPS, names, one_of, read_input, read_title, split_words
 
-#: A sample takes 180 bytes: a request for more than 1.8 GB is taken for a mistake.
-_MOST_SAMPLES = 10**7
+#: A request for more bytes is taken for a mistake.
+_MOST_BYTES = 18 * 10**8
 
 #: Samples of a motion with interval=auto; a motion that turns fast gets more (`sweep.motion.trajectory`).
 _SAMPLES = 1000
@@ -50,17 +54,18 @@ class MotionRequest:
         """Return the request of these words: text with units, or numbers in SI.
 
         Instead of a rate it may be given scaled, or as a speed, as in a sweep (docs/words.md). The words say of which
-        model it is: any of those of losses asks for the disk with losses.
+        model it is: any of those of losses asks for the disk with losses; `system` is the text of a system, and `model`
+        may be one, as in a sweep.
 
         Raises
         ------
         RequestError
             If a word is not known, a value is not possible, or values do not go together.
         """
-        check_names(words)
         made = request_class(words)
         kind = made.kind
-        _check_kind(words, kind)
+        words = {name: raw for name, raw in words.items() if name not in ("model", "system")}
+        check_names(words, kind)
         given: dict[str, Any] = {row.name: row.default for row in kind.rows}
         given |= resolved(words, kind.model, read=read_number)
         values = {name: _read_word(kind, name, raw) for name, raw in given.items()}
@@ -85,7 +90,8 @@ class MotionRequest:
 
     def words(self) -> dict[str, Any]:
         """Return every word with its value."""
-        return asdict(self)  # type: ignore[call-overload, no-any-return]  # every kind is a dataclass
+        found: dict[str, Any] = asdict(self)  # type: ignore[call-overload]  # every kind is a dataclass
+        return found | ({"system": self.kind.model.text} if self.kind.model.text else {})
 
     def canonical(self) -> str:
         """Return the request as ASCII JSON with sorted keys, numbers in SI, the same text for equal requests."""
@@ -120,24 +126,56 @@ class LossyTrajectorySpec(_fields(LOSSY_MOTION), MotionRequest):  # type: ignore
     kind = LOSSY_MOTION
 
 
-#: Model -> the request for one of its motions.
-REQUESTS: Mapping[str, type[MotionRequest]] = {
-    each.kind.model.name: each for each in (TrajectorySpec, LossyTrajectorySpec)
-}
-
 #: Words of a sweep only, for suggestions.
 _NAMES = tuple(dict.fromkeys((*DISK_MOTION.names, *LOSSY_MOTION.names)))
 _ELSEWHERE = {name: "it is a word of eulerdisk run" for name in names(DISK) if name not in _NAMES} | {
-    "model": "eulerdisk simulate follows the disk, and no other model",
+    "model": "a system is named in front, as in eulerdisk simulate mine.py",
     **dict.fromkeys(
         BODIES.chosen_by, "eulerdisk simulate follows the thin disk alone, and eulerdisk run other bodies"
     ),
 }
 
 
-def request_class(words: Iterable[str]) -> type[MotionRequest]:
-    """Return the kind of request that words make: one of those that choose the model with losses says it."""
+def request_class(words: Mapping[str, Any]) -> type[MotionRequest]:
+    """Return the kind of request that words make: a model or a system among them says it, or a word of losses.
+
+    Raises
+    ------
+    RequestError
+        If the system cannot be read, or the model has no motions.
+    """
+    if "model" in words or "system" in words:
+        return _class_of(motions_of(with_system(words)["model"]).model)
     return TrajectorySpec if {*LOSSY_MOTION.model.chosen_by}.isdisjoint(words) else LossyTrajectorySpec
+
+
+def motions_of(model: Model | str) -> MotionKind:
+    """Return the kind of motions of a model, which may be given by its name; refuse one that has none.
+
+    Raises
+    ------
+    RequestError
+    """
+    found = registry.named(model) if isinstance(model, str) else model
+    if found.motion:
+        return kind_of_model(found)
+    known = [each.name for each in registry.every() if each.motion]
+    raise RequestError(
+        f"A single motion is one of the model {' or '.join(known)}, or of a system; got the model {found.name}.",
+        hint="Name another preset, or give an atlas of another model.",
+    )
+
+
+@lru_cache(maxsize=64)
+def _class_of(model: Model) -> type[MotionRequest]:
+    kind = kind_of_model(model)
+    for each in (TrajectorySpec, LossyTrajectorySpec):
+        if each.kind is kind:
+            return each
+    found: type[MotionRequest] = dataclass(frozen=True, kw_only=True)(
+        type("MotionSpec", (_fields(kind), MotionRequest), {"kind": kind, "__module__": __name__})
+    )
+    return found
 
 
 def split_motion_words(words: Sequence[str]) -> dict[str, str]:
@@ -152,26 +190,25 @@ def split_motion_words(words: Sequence[str]) -> dict[str, str]:
 
 
 def known_names() -> tuple[str, ...]:
-    """Return all words of a request for one motion, with or without losses."""
+    """Return all words of a request for a motion of a disk, with or without losses."""
     return _NAMES
 
 
-def check_names(words: Iterable[str]) -> None:
-    """Refuse a name that is no word of a request for one motion.
+def check_names(words: Iterable[str], kind: MotionKind) -> None:
+    """Refuse a name that is no word of a request for one motion of a kind.
 
     Raises
     ------
     RequestError
     """
+    disk = kind in (DISK_MOTION, LOSSY_MOTION)
+    known = _NAMES if disk else kind.names
     for name in words:
-        if name not in _NAMES:
-            unknown_word(name, _NAMES, DISK, _ELSEWHERE)
-
-
-def _check_kind(words: Iterable[str], kind: MotionKind) -> None:
-    """Refuse a word of the other kind of motion: only the tilt at which a disk has fallen has two names."""
-    for name in words:
+        if name not in known:
+            elsewhere = _ELSEWHERE if disk else {each: "it is a word of eulerdisk run" for each in names(kind.model)}
+            unknown_word(name, known, kind.model, elsewhere)
         if name not in kind.names:
+            # only the tilt at which a disk has fallen has two names
             which = "with losses is flat at" if kind is LOSSY_MOTION else "without losses has fallen at"
             raise RequestError(
                 f"{name} is no word of this motion: the disk {which} {kind.largest_tilt}.",
@@ -193,8 +230,7 @@ def _read_word(kind: MotionKind, name: str, raw: object) -> float | str:
 def _check_start(spec: MotionRequest, words: Mapping[str, Any]) -> None:
     """Refuse a disk that has fallen already, and a start that its model does not take; `words` are as given."""
     name = spec.kind.largest_tilt
-    largest = getattr(spec, name)
-    if abs(spec.tilt) >= largest:
+    if name and abs(spec.tilt) >= getattr(spec, name):
         raise RequestError(
             f"This disk has fallen before it starts: |tilt| must be below {name}; got "
             f"{_given(spec, words, 'tilt', name)}.",
@@ -214,7 +250,7 @@ def _check_start(spec: MotionRequest, words: Mapping[str, Any]) -> None:
 
 
 def _check_counts(spec: MotionRequest, words: Mapping[str, Any]) -> None:
-    for name, most in (("interval", _MOST_SAMPLES), ("step", MOST_STEPS)):
+    for name, most in (("interval", _MOST_BYTES // spec.kind.sample_size), ("step", MOST_STEPS)):
         value = getattr(spec, name)
         if isinstance(value, float) and not spec.duration / value <= most:
             raise RequestError(
@@ -246,7 +282,7 @@ def start_of(spec: MotionRequest) -> Array:
     }
     values = model.complete(spec, given)
     for rate in ("precession_rate", "roll_rate"):
-        if isinstance(given[rate], str) and not np.isfinite(values[rate]):
+        if isinstance(given.get(rate), str) and not np.isfinite(values[rate]):
             other = "precession_rate" if rate == "roll_rate" else "roll_rate"
             raise RequestError(
                 f"No {rate} keeps this tilt constant; got {rate}={given[rate]} with {other}="

@@ -1,13 +1,15 @@
 """Motions as datasets: whether a dataset is one, and the same motion with samples close enough to be drawn."""
 
 import json
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sweep.errors import RequestError
-from sweep.motion.request import REQUESTS, MotionRequest, TrajectorySpec
-from sweep.motion.tables import LAWS, TIME, MotionKind
+from sweep.model import registry
+from sweep.motion.request import MotionRequest, TrajectorySpec
+from sweep.motion.tables import LAWS, TIME, MotionKind, kind_of_model
 from sweep.request.words import AUTOMATIC
 
 if TYPE_CHECKING:
@@ -29,8 +31,15 @@ def is_motion(dataset: "xr.Dataset") -> bool:
 
 
 def kind_of(dataset: "xr.Dataset") -> MotionKind:
-    """Return of which model a motion is: a file that names none is one of the disk without losses."""
-    return REQUESTS[str(dataset.attrs.get("model", TrajectorySpec.kind.model.name))].kind
+    """Return of which model a motion is: a file that names none is one of the disk without losses.
+
+    Raises
+    ------
+    RequestError
+        If it is of a system that cannot be read.
+    """
+    name = str(dataset.attrs.get("model", registry.DEFAULT))
+    return kind_of_model(registry.named(name)) if name in registry.names() else request_of(dataset).kind
 
 
 def ending_of(dataset: "xr.Dataset") -> str:
@@ -41,10 +50,38 @@ def ending_of(dataset: "xr.Dataset") -> str:
 def end_of(dataset: "xr.Dataset") -> str:
     """Return how and when a motion came to its end before its duration, in words; empty if it did not, or goes on."""
     kind = kind_of(dataset)
+    if "sensitive_from" in kind.variables and np.isfinite(since := float(dataset["sensitive_from"])):
+        return f"too sensitive to its start from {kind.time.spell(since, 6)} on"
     time = float(dataset[kind.ending_time].values)
     if not time <= dataset[TIME.name].values[-1]:
         return ""
-    return f"{kind.endings[ending_of(dataset)]} at {time:.6g} s"
+    return f"{kind.endings[ending_of(dataset)]} at {kind.time.spell(time, 6)}"
+
+
+def peaks_of(dataset: "xr.Dataset") -> Iterator[tuple[str, str]]:
+    """Yield what is told of a motion: names and values, the largest magnitudes and the last values of its kind."""
+    kind = kind_of(dataset)
+    for name in kind.peaks:
+        largest = float(np.abs(dataset[name].values).max())
+        yield f"peak {name}", kind.variables[name].spell(largest, 3)
+    for name in kind.results:
+        quantity, last = kind.variables[name], float(dataset[name].values.flat[-1])
+        yield name.replace("_", " "), quantity.flag(last) if quantity.flags else quantity.spell(last, 6)
+
+
+def check_filmed(kind: MotionKind) -> None:
+    """Refuse a film of a motion that no film shows: the picture of a film is a disk.
+
+    Raises
+    ------
+    RequestError
+    """
+    if not kind.largest_tilt:
+        raise RequestError(
+            f"A film shows a rolling disk, and {kind.model.name} is another system.",
+            hint="Draw the motion: eulerdisk simulate with --plot, in Python motion.eulerdisk.plot().",
+            where="animate",
+        )
 
 
 def losses_of(dataset: "xr.Dataset") -> str:
@@ -113,7 +150,7 @@ def closely_sampled(dataset: "xr.Dataset") -> "xr.Dataset":
     request = request_of(dataset)
     if _is_close(dataset, request):
         return dataset
-    whole = simulate(TrajectorySpec.read(**request.words() | {"interval": AUTOMATIC}))
+    whole = simulate(MotionRequest.read(**request.words() | {"interval": AUTOMATIC}))
     times = dataset[TIME.name].values
     inside = (whole[TIME.name] >= times[0]) & (whole[TIME.name] <= times[-1])
     found = whole.isel({TIME.name: inside.values})
@@ -124,7 +161,7 @@ def request_of(dataset: "xr.Dataset") -> MotionRequest:
     """Return the request that a motion was made from; it is refused if its attribute cannot be read."""
     try:
         words = json.loads(str(dataset.attrs[_REQUEST]))
-        return TrajectorySpec.read(**words)
+        return MotionRequest.read(**words)
     except (KeyError, TypeError, ValueError):
         raise RequestError(
             f"The request that this motion was made from cannot be read: its attribute {_REQUEST} is missing or was "
@@ -134,9 +171,11 @@ def request_of(dataset: "xr.Dataset") -> MotionRequest:
 
 
 def _is_close(dataset: "xr.Dataset", request: MotionRequest) -> bool:
+    if not request.kind.turning:
+        return bool(request.interval == AUTOMATIC)
     times = dataset[TIME.name].values
     ended = float(dataset[request.kind.ending_time])
     # a disk that is at rest from its start is sampled for the duration
     length = ended if ended > 0.0 else request.duration
-    turns = [np.abs(np.diff(dataset[name].values)).max() for name in ("tilt", "heading", "roll_angle")]
+    turns = [np.abs(np.diff(dataset[name].values)).max() for name in request.kind.turning]
     return bool(_LEAST * np.diff(times).max() <= length and max(turns) <= _TURN)

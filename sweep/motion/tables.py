@@ -1,7 +1,12 @@
-"""The words and the variables of one motion: of the disk without losses, and of the disk with losses."""
+"""What the motions of a model are, and those of the disk without losses and with losses: words and variables.
+
+A model names its kind of motions in `Model.motion`; `kind_of_model` is the one door to it.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from importlib import import_module
 
 from kernels.disk.endings import FELL, HORIZON
 from kernels.lossy_disk import endings as code
@@ -43,7 +48,7 @@ class MotionKind:
     fixed : tuple of str
         Inputs that the file holds as scalar coordinates; the start is the first sample.
     largest_tilt : str
-        The input that every tilt of a motion stays below.
+        The input that every tilt of a motion stays below; empty if the model has no tilt. It has a film if it has one.
     ending_time : str
         The variable with the moment [s] at which the motion came to its end before its duration.
     endings : mapping of str to str
@@ -52,13 +57,26 @@ class MotionKind:
         The title of a motion without one.
     summary : str
         What the file holds, for its attributes.
+    path : str
+        The module whose ``follow`` integrates a motion; its ``KERNELS`` are those that every motion needs.
     kernels : str
         The module of the compiled functions that integrate it.
     figure : str
         ``module:function`` that draws one motion.
+    peaks, results : tuple of str
+        Variables of which reports tell the largest magnitude, and those of which they tell the last value.
     stops : bool
         Whether a motion comes to an end of its own: its samples are closer towards it, and a film that cannot show all
         of a motion shows its end.
+    turning : tuple of str
+        Angles by whose changes it is judged whether samples are close enough to be drawn through; none if only the
+        motion itself knows.
+    keywords : str
+        For the attributes of the file.
+    sample_size : int
+        Bytes that a sample takes, in memory or in the file.
+    time : Quantity
+        The only dimension.
     """
 
     model: Model
@@ -71,9 +89,16 @@ class MotionKind:
     endings: Mapping[str, str]
     headline: str
     summary: str
+    path: str
     kernels: str
     figure: str
+    peaks: tuple[str, ...] = ("tilt",)
+    results: tuple[str, ...] = ()
     stops: bool = False
+    turning: tuple[str, ...] = ("tilt", "heading", "roll_angle")
+    keywords: str = "rolling disk, Euler's disk, nonholonomic dynamics, trajectory, contact forces"
+    sample_size: int = 180
+    time: Quantity = TIME
 
     @property
     def rows(self) -> tuple[Input | Word, ...]:
@@ -84,6 +109,15 @@ class MotionKind:
     def names(self) -> tuple[str, ...]:
         """All words of a request."""
         return (*self.inputs, *self.words, *self.model.substitutes)
+
+
+@lru_cache(maxsize=64)
+def kind_of_model(model: Model) -> MotionKind:
+    """Return the kind of motions of a model that has them: `Model.motion` names it, or a function that makes it."""
+    module, _, name = model.motion.partition(":")
+    found = getattr(import_module(module), name)
+    kind: MotionKind = found if isinstance(found, MotionKind) else found(model)
+    return kind
 
 
 #: The methods of integration: the engine's own, and SciPy's for comparison.
@@ -178,6 +212,7 @@ DISK_MOTION = MotionKind(
     headline="Motion of a rolling disk",
     summary="One motion of a thin rigid disk that rolls without slipping on a horizontal plane: tilt and rates, path "
     "of the contact point, energy, vertical angular momentum with its balance law, and contact forces.",
+    path="sweep.motion.disk_path",
     kernels="kernels.disk.trajectory",
     figure="sweep.figures.disk.motion_plots:figure",
 )
@@ -272,6 +307,7 @@ LOSSY_MOTION = MotionKind(
     summary="One motion of a thin rigid disk that rolls without slipping on a horizontal plane and loses energy to "
     "friction and air: tilt and rates, path of the contact point, energy and what each law of loss has taken, and "
     "contact forces.",
+    path="sweep.motion.lossy_path",
     kernels="kernels.lossy_disk.trajectory",
     figure="sweep.figures.disk.stopping_plots:figure",
     stops=True,

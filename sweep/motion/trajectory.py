@@ -1,5 +1,6 @@
 """One motion in time: from a request to an xarray.Dataset with path, invariants and contact forces."""
 
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,10 +21,9 @@ from sweep.atlas.cf_metadata import (
 from sweep.errors import RequestError
 from sweep.model.kernel import code_hash
 from sweep.model.quantity import FILL, Array, Quantity
-from sweep.motion import disk_path, lossy_path
 from sweep.motion.origin import request_of_preset
 from sweep.motion.request import MotionRequest, TrajectorySpec, start_of
-from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION, TIME, MotionKind
+from sweep.motion.tables import DISK_MOTION, MotionKind
 from sweep.version import __version__
 
 if TYPE_CHECKING:
@@ -35,9 +35,6 @@ FORMAT = 1
 #: Packages whose versions a file states.
 _PACKAGES = ("numba", "llvmlite", "numpy", "scipy", "xarray", "netCDF4")
 
-#: Model -> the module that integrates its motions.
-PATHS = {DISK_MOTION.model.name: disk_path, LOSSY_MOTION.model.name: lossy_path}
-
 
 def simulate(
     spec: MotionRequest | str | Path | None = None, *, command: str = "sweep.simulate", **words: Any
@@ -46,9 +43,10 @@ def simulate(
 
     Parameters
     ----------
-    spec : TrajectorySpec, str or Path, optional
+    spec : TrajectorySpec, str, Path or System, optional
         The request, which stands alone; or the name of a preset or the path of a TOML file, to which `words` give one
-        number for each of its axes. If not given, the request is read from `words`.
+        number for each of its axes; or a system, or the path of its file: what `words` do not give is as the system
+        says. If not given, the request is read from `words`.
     command : str
         The command of the user, for the attribute history.
     **words
@@ -57,8 +55,8 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Dimension elapsed_time [s]; tilt, rates, path, energy, momentum or losses, contact forces. A motion that ends
-        with the sample at the moment of its fall. ``sweep.save`` writes it.
+        Dimension elapsed_time [s]; tilt, rates, path, energy, momentum or losses, contact forces; of a system its
+        states and measures. A motion that ends with the sample at the moment of its fall, or of its event. ``sweep.save`` writes it.
 
     Raises
     ------
@@ -67,16 +65,18 @@ def simulate(
     """
     if isinstance(spec, str | Path):
         spec = request_of_preset(spec, words)
+    elif hasattr(spec, "definition"):
+        spec = TrajectorySpec.read(**words, model=spec)
     elif spec is None:
         spec = TrajectorySpec.read(**words)
     elif not isinstance(spec, MotionRequest):
         raise RequestError(
-            f"A motion is asked for by a TrajectorySpec, the name of a preset or the path of a .toml file; got a "
+            "A motion is asked for by a TrajectorySpec, a system, the name of a preset or the path of a file; got a "
             f"{type(spec).__name__}.",
             hint='Write sweep.simulate("toy", tilt="80deg"), for instance.',
         )
     start = start_of(spec)
-    times, values = PATHS[spec.kind.model.name].follow(spec, start)
+    times, values = import_module(spec.kind.path).follow(spec, start)
     return _dataset(spec, start, times, values, command)
 
 
@@ -92,11 +92,11 @@ def _dataset(
         name: _variable(kind, kind.inputs[name], known[name], (), coordinate=True) for name in kind.fixed
     }
     variables = {
-        name: _variable(kind, kind.variables[name], value, (TIME.name,) if value.ndim else ())
+        name: _variable(kind, kind.variables[name], value, (kind.time.name,) if value.ndim else ())
         for name, value in values.items()
     }
-    time = _variable(kind, TIME, times, (TIME.name,), coordinate=True)
-    return xr.Dataset(variables, {TIME.name: time} | fixed, _attributes(spec, command))
+    time = _variable(kind, kind.time, times, (kind.time.name,), coordinate=True)
+    return xr.Dataset(variables, {kind.time.name: time} | fixed, _attributes(spec, command))
 
 
 def _variable(
@@ -110,12 +110,13 @@ def _variable(
     if dims:
         encoding |= {"zlib": True, "complevel": COMPRESSION, "shuffle": True}
     if not coordinate:
-        encoding["coordinates"] = " ".join(kind.fixed)
+        # a system may have no parameters
+        encoding |= {"coordinates": " ".join(kind.fixed)} if kind.fixed else {}
         attributes |= CONTENT
     if quantity.flags is not None:
         attributes["standard_name"] = "status_flag"
     if dims and not coordinate:
-        attributes["cell_methods"] = f"{TIME.name}: point"
+        attributes["cell_methods"] = f"{kind.time.name}: point"
     return xr.Variable(dims, values, attributes, encoding)
 
 
@@ -128,7 +129,7 @@ def _attributes(spec: MotionRequest, command: str) -> dict[str, Any]:
         "Conventions": CONVENTIONS,
         "title": ascii_text(spec.title or kind.headline),
         "summary": kind.summary,
-        "keywords": "rolling disk, Euler's disk, nonholonomic dynamics, trajectory, contact forces",
+        "keywords": kind.keywords,
         "references": kind.model.words.references,
         "source": f"eulerdisk {__version__}, method {spec.method}",
         "software": SOFTWARE,

@@ -84,6 +84,7 @@ class Disk(Model):
     unknown_to = {"exact": [name for name in tables.UNTIMED if name != "ending"]}  # noqa: RUF012 - likewise
     trajectory, regimes = "sweep.figures.disk.cell_plot:figure", "sweep.figures.disk.regimes:figure"
     in_time = "sweep.motion.contact:contact_in_time"
+    motion = "sweep.motion.tables:DISK_MOTION"
 
     def headline(self, spec: Request) -> str:
         """Return what is looked at, which follows from the rates."""

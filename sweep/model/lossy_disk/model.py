@@ -152,6 +152,7 @@ class LossyDisk(Model):
         "sweep.figures.disk.stopping_plots:figure_of_cell",
         "sweep.figures.disk.losses_map:figure",
     )
+    motion = "sweep.motion.tables:LOSSY_MOTION"
     words = Words(
         summary="Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane and loses "
         "energy by friction of its contact and drag of the air: for every start of a grid how long the disk stays "
