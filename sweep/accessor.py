@@ -14,7 +14,7 @@ from sweep.atlas.cf_metadata import edge_names, status_name
 from sweep.atlas.selection import check_numbers, is_atlas, require_atlas
 from sweep.errors import RequestError
 from sweep.model.quantity import STABLE, UNSTABLE
-from sweep.motion.sampling import check_motion, is_motion
+from sweep.motion.sampling import check_filmed, check_motion, is_motion, kind_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -348,6 +348,7 @@ class Eulerdisk:
                 'atlas.eulerdisk.simulate(roll_rate=2.4, tilt="1deg").eulerdisk.animate(path).',
             )
         check_motion(self._dataset)
+        check_filmed(kind_of(self._dataset))
         options = FilmOptions.read(path, speed=speed, fps=fps, size=size, camera=camera)
         check_target(Path(path), overwrite)
         from sweep.figures.disk import animation

@@ -15,7 +15,7 @@ from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.report_units import ReportedAs, reported_as, words_of_command
 from sweep.errors import counted, plain_text
 from sweep.model.quantity import ERROR_GAUGE, Input, Quantity
-from sweep.motion.sampling import end_of, kind_of, losses_of
+from sweep.motion.sampling import end_of, kind_of, losses_of, peaks_of
 from sweep.motion.tables import TIME
 from sweep.request.spec import SweepSpec
 
@@ -291,7 +291,7 @@ def _boundary_lines(
 
 
 def describe_motion(path: Path) -> str:
-    """Return what is in the file of a motion: title, start, disk, how long it is, and the largest tilt.
+    """Return what is in the file of a motion: title, start, disk or system, how long it is, and what it reached.
 
     Raises
     ------
@@ -313,7 +313,7 @@ def describe_motion(path: Path) -> str:
         given = {name: value for name, value in values.items() if value != 0.0 and np.isfinite(value)}
         disk = [f"{name} {kind.inputs[name].spell(value, 6)}" for name, value in given.items()]
         times, ending, lost = file[TIME.name].values, end_of(file), losses_of(file)
-        peak = kind.variables["tilt"].spell(float(np.abs(file["tilt"].values).max()), 3)
+        peaks = [f"{name:<11} {value}" for name, value in peaks_of(file)]
     ending = f", {ending}" if ending else ""
     losses = [f"losses      {lost}"] if lost else []
     lines = [
@@ -321,9 +321,9 @@ def describe_motion(path: Path) -> str:
         "",
         made["title"],
         f"start       {', '.join(start)}",
-        f"disk        {', '.join(disk)}",
-        f"time        {counted(times.size, 'sample')} from {times[0]:g} to {times[-1]:g} s{ending}",
-        f"peak tilt   {peak}",
+        *([f"{'disk  ' if kind.largest_tilt else 'system'}      {', '.join(disk)}"] if disk else []),
+        f"time        {counted(times.size, 'sample')} from {times[0]:g} to {kind.time.spell(times[-1], 6)}{ending}",
+        *peaks,
         *losses,
         f"made        {made['history']}",
         f"by          {made['source']}",

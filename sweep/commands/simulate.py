@@ -25,7 +25,8 @@ def simulate(
         list[str] | None,
         typer.Argument(
             metavar="[SPEC] NAME=VALUE",
-            help="A preset or a .toml file, if you like; initial conditions, losses and settings: one number each.",
+            help="A preset, a .toml file or a .py file with a system, if you like; initial conditions, losses and "
+            "settings: one number each.",
             show_default=False,
         ),
     ] = None,
@@ -70,6 +71,8 @@ def simulate(
 
     eulerdisk simulate --from rolling.nc roll_rate=2.4 tilt=1deg -o path.nc
 
+    eulerdisk simulate kapitza shake=80 -o path.nc --plot path.png
+
     A cell of an atlas is followed for three periods of its nutation, if there is no duration; other words change it.
 
     A rate may be given in units of sqrt(gravity/radius), as in scaled_roll_rate=0.5, and roll_rate as speed=15cm/s.
@@ -78,9 +81,11 @@ def simulate(
     request = _request(words or [], source)
     _check_outputs(output, plot, animate, overwrite, source)
     from sweep.files.netcdf import save
-    from sweep.motion.sampling import end_of
+    from sweep.motion.sampling import check_filmed, end_of, peaks_of
     from sweep.motion.trajectory import simulate as compute
 
+    if animate is not None:
+        check_filmed(request.kind)
     dataset = compute(request, command=shlex.join(["eulerdisk", *sys.argv[1:]]))
     if animate is not None and film is not None:
         _save_film(dataset, animate, film)
@@ -90,8 +95,8 @@ def simulate(
         plots.save(plots.motion_figure(dataset), plot)
     save(dataset, output, overwrite=overwrite)
     parts = [
-        counted(dataset["tilt"].size, "sample"),
-        f"peak tilt {math.degrees(abs(dataset['tilt']).max()):.3g} deg",
+        counted(dataset["elapsed_time"].size, "sample"),
+        *(f"{name} {value}" for name, value in peaks_of(dataset)),
     ]
     say(f"{output}: {', '.join((*parts, end_of(dataset) or _not_yet(dataset)))}")
     _say_impossible(dataset)
@@ -130,15 +135,19 @@ def _not_yet(dataset: "xr.Dataset") -> str:
     from sweep.motion.sampling import kind_of
     from sweep.motion.tables import TIME
 
+    kind = kind_of(dataset)
     length = float(dataset[TIME.name][-1])
-    more = f"; add duration={10.0 * length:.3g}s to see its end" if kind_of(dataset).stops else ""
-    return f"still moving after {length:.6g} s{more}"
+    more = f"; add duration={10.0 * length:.3g}s to see its end" if kind.stops else ""
+    return f"{'still moving' if kind.largest_tilt else 'runs on'} after {kind.time.spell(length, 6)}{more}"
 
 
 def _say_impossible(dataset: "xr.Dataset") -> None:
     """Say when the disk would slip or lift off: what the file holds from then on is no motion of a real disk."""
     from sweep.motion.contact import rolling_limit
+    from sweep.motion.sampling import kind_of
 
+    if not kind_of(dataset).largest_tilt:
+        return
     limit = rolling_limit(dataset)
     if limit.time < math.inf:
         say(f"rolling becomes impossible: the disk {limit.words(0.0, float(dataset['friction']))}")
@@ -147,14 +156,14 @@ def _say_impossible(dataset: "xr.Dataset") -> None:
 def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":
     """Return the request for a motion, that of a cell where an atlas is given; say which cell, if it is another one."""
     from sweep.motion.origin import is_preset
-    from sweep.motion.request import MotionRequest, split_motion_words
+    from sweep.motion.request import MotionRequest
     from sweep.request.words import pairs
 
     preset = words[0] if words and is_preset(words[0]) else ""
     if source is None and not preset:
         return MotionRequest.from_words(words)
     if source is None:
-        return _request_of_preset(preset, split_motion_words(words[1:]))
+        return _request_of_preset(preset, pairs(words[1:]))
     if preset:
         raise RequestError(
             f"A motion starts from a preset or from a cell of an atlas; got {preset} and --from {source}.",
@@ -170,11 +179,20 @@ def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":
 
 
 def _request_of_preset(preset: str, given: Mapping[str, str]) -> "MotionRequest":
-    """Return the request for the motion of a preset; say if it is the wobble that was not asked for."""
+    """Return the request for the motion of a preset; say which start it is, where that was not asked for."""
     from sweep.model.disk.tables import WOBBLE
     from sweep.motion.origin import request_of_preset
+    from sweep.request.spec import SweepSpec
+    from sweep.request.values import as_written
 
     request = request_of_preset(preset, given)
+    model = request.kind.model
+    if model.text:
+        axes = [name for name in SweepSpec.read(preset).axes if name not in given]
+        values = [f"{name}={as_written(getattr(request, name), model.parameters[name])}" for name in axes]
+        if values:
+            say(f"{preset}: not given, so as the system has it: {' '.join(values)}")
+        return request
     if request.precession_rate == WOBBLE and "precession_rate" not in given:
         say(
             f"{preset}: the rates are those of the wobble at this tilt, precession_rate={WOBBLE} roll_rate={WOBBLE}"

@@ -12,7 +12,7 @@ from sweep.atlas.dataset import spec_named
 from sweep.atlas.selection import check_numbers, is_atlas
 from sweep.errors import RequestError, counted, plain_text, printable, shown
 from sweep.model.quantity import STABLE, UNSTABLE
-from sweep.motion.sampling import check_motion, end_of, is_motion, losses_of
+from sweep.motion.sampling import check_motion, end_of, is_motion, kind_of, losses_of, peaks_of
 from sweep.request.start_list import START
 
 if TYPE_CHECKING:
@@ -259,13 +259,19 @@ def _motion(dataset: "xr.Dataset") -> Iterator[Row]:
     except RequestError as problem:
         yield "motion", problem.message
         return
-    times = dataset["elapsed_time"].values
+    kind, times = kind_of(dataset), dataset["elapsed_time"].values
     yield "motion", _text(dataset.attrs.get("title", ""))
-    yield "disk", caption(dataset)
-    samples = f"{counted(times.size, 'sample')} from {times[0]:g} to {times[-1]:g} s"
+    if kind.largest_tilt:
+        yield "disk", caption(dataset)
+    samples = (
+        f"{counted(times.size, 'sample')} from {times[0]:g} to {times[-1]:g} {kind.time.shown_units}".rstrip()
+    )
     yield "time", ", ".join(filter(None, (samples, end_of(dataset))))
     if lost := losses_of(dataset):
         yield "losses", lost
+    if not kind.largest_tilt:
+        yield from peaks_of(dataset)
+        return
     limit = rolling_limit(dataset)
     friction = float(dataset["friction"])
     coefficient = f" with friction {friction:g}" if friction < float("inf") else ""

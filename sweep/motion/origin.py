@@ -57,7 +57,8 @@ def request_of_preset(spec: str | Path, words: Mapping[str, Any]) -> MotionReque
         )
     if sweep.model.text:
         names = [*sweep.fixed, *sweep.model.settings]
-        return MotionRequest.read(**{name: getattr(sweep, name) for name in names} | words, model=sweep.model)
+        held = {name: getattr(sweep, name) for name in names}
+        return MotionRequest.read(**{**held, **words, "model": sweep.model})
     held = read_file(path)
     merged = changed(held, words, sweep.model)
     kind = request_class(merged).kind

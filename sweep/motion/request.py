@@ -66,6 +66,7 @@ class MotionRequest:
         kind = made.kind
         words = {name: raw for name, raw in words.items() if name not in ("model", "system")}
         check_names(words, kind)
+        _check_kind(words, kind)
         given: dict[str, Any] = {row.name: row.default for row in kind.rows}
         given |= resolved(words, kind.model, read=read_number)
         values = {name: _read_word(kind, name, raw) for name, raw in given.items()}
@@ -195,20 +196,24 @@ def known_names() -> tuple[str, ...]:
 
 
 def check_names(words: Iterable[str], kind: MotionKind) -> None:
-    """Refuse a name that is no word of a request for one motion of a kind.
+    """Refuse a name that is no word of a request for one motion of a kind; a disk may be one with or without losses.
 
     Raises
     ------
     RequestError
     """
-    disk = kind in (DISK_MOTION, LOSSY_MOTION)
-    known = _NAMES if disk else kind.names
+    system = bool(kind.model.text)
+    known = kind.names if system else _NAMES
     for name in words:
         if name not in known:
-            elsewhere = _ELSEWHERE if disk else {each: "it is a word of eulerdisk run" for each in names(kind.model)}
-            unknown_word(name, known, kind.model, elsewhere)
+            of_run = dict.fromkeys(names(kind.model), "it is a word of eulerdisk run")
+            unknown_word(name, known, kind.model, of_run if system else _ELSEWHERE)
+
+
+def _check_kind(words: Iterable[str], kind: MotionKind) -> None:
+    """Refuse a word of the other kind of motion: only the tilt at which a disk has fallen has two names."""
+    for name in words:
         if name not in kind.names:
-            # only the tilt at which a disk has fallen has two names
             which = "with losses is flat at" if kind is LOSSY_MOTION else "without losses has fallen at"
             raise RequestError(
                 f"{name} is no word of this motion: the disk {which} {kind.largest_tilt}.",

@@ -8,7 +8,7 @@ import numpy as np
 
 from sweep.errors import RequestError
 from sweep.model import registry
-from sweep.motion.request import MotionRequest, TrajectorySpec
+from sweep.motion.request import MotionRequest
 from sweep.motion.tables import LAWS, TIME, MotionKind, kind_of_model
 from sweep.request.words import AUTOMATIC
 

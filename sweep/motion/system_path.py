@@ -12,7 +12,7 @@ import numpy.typing as npt
 from kernels.system.endings import DIFFERENT, FIRST_EVENT, RUNS_ON, UNRESOLVED
 from sweep.errors import NoMotionError
 from sweep.model.kernel import Kernel
-from sweep.model.quantity import DECISION, ERROR_GAUGE, Array, Quantity, Tolerance, Word, table
+from sweep.model.quantity import ERROR_GAUGE, Array, Quantity, Tolerance, Word, table
 from sweep.model.system import tables
 from sweep.model.system.definition import Definition
 from sweep.model.system.model import SystemModel
@@ -160,8 +160,8 @@ def _check_goes_on(spec: MotionRequest, times: Array, measured: dict[str, npt.ND
         condition = " or ".join(f"{spelled(each)} > 0" for each in event.any_positive)
         given = " ".join(f"{each.name}={getattr(spec, each.name):.6g}" for each in definition.states)
         raise NoMotionError(
-            f"This motion has ended before it starts: a motion ends with {event.name} where {condition}; got {given} in "
-            "SI.",
+            f"This motion has ended before it starts: a motion ends with {event.name} where {condition}; got {given} "
+            "in SI.",
             hint="Start elsewhere.",
         )
 
@@ -171,9 +171,7 @@ def _columns(
 ) -> dict[str, npt.NDArray[Any]]:
     """Return the variables of the file: what a sweep would say of a cell that is followed until each sample."""
     model: SystemModel = spec.kind.model  # type: ignore[assignment]  # no other model has this path
-    starts = {
-        name: np.full(times.size, value) for name, value in zip(model.parameters, start, strict=True)
-    }
+    starts = {name: np.full(times.size, value) for name, value in zip(model.parameters, start, strict=True)}
     passes = Passes(model.definition, model.endings, starts, measured, spec.duration, spec.tolerance)
     found = dict(passes.columns())
     for each in model.definition.states:
@@ -190,6 +188,4 @@ def _columns(
     for name in ("ending", "label", tables.stated(tables.END_TIME)):
         if name in found:
             found[name] = np.asarray(found[name][-1])
-    return {
-        name: np.asarray(found[name], quantity.dtype) for name, quantity in spec.kind.variables.items()
-    }
+    return {name: np.asarray(found[name], quantity.dtype) for name, quantity in spec.kind.variables.items()}

@@ -29,6 +29,8 @@ from sweep.version import __version__
 if TYPE_CHECKING:
     import xarray as xr
 
+    from sweep.systems import System
+
 #: Version of the layout of the file.
 FORMAT = 1
 
@@ -37,7 +39,10 @@ _PACKAGES = ("numba", "llvmlite", "numpy", "scipy", "xarray", "netCDF4")
 
 
 def simulate(
-    spec: MotionRequest | str | Path | None = None, *, command: str = "sweep.simulate", **words: Any
+    spec: "MotionRequest | System | str | Path | None" = None,
+    *,
+    command: str = "sweep.simulate",
+    **words: Any,
 ) -> "xr.Dataset":
     """Compute one motion.
 
@@ -56,25 +61,26 @@ def simulate(
     -------
     xarray.Dataset
         Dimension elapsed_time [s]; tilt, rates, path, energy, momentum or losses, contact forces; of a system its
-        states and measures. A motion that ends with the sample at the moment of its fall, or of its event. ``sweep.save`` writes it.
+        states and measures. A motion that ends with the sample at the moment of its fall, or of its event.
+        ``sweep.save`` writes it.
 
     Raises
     ------
     RequestError
         If the request cannot be read or carried out, or the motion is too fast to be resolved.
     """
-    if isinstance(spec, str | Path):
-        spec = request_of_preset(spec, words)
-    elif hasattr(spec, "definition"):
-        spec = TrajectorySpec.read(**words, model=spec)
-    elif spec is None:
+    if spec is None:
         spec = TrajectorySpec.read(**words)
+    elif isinstance(spec, str | Path):
+        spec = request_of_preset(spec, words)
     elif not isinstance(spec, MotionRequest):
-        raise RequestError(
-            "A motion is asked for by a TrajectorySpec, a system, the name of a preset or the path of a file; got a "
-            f"{type(spec).__name__}.",
-            hint='Write sweep.simulate("toy", tilt="80deg"), for instance.',
-        )
+        if not hasattr(spec, "definition"):
+            raise RequestError(
+                "A motion is asked for by a TrajectorySpec, a system, the name of a preset or the path of a file; got "
+                f"a {type(spec).__name__}.",
+                hint='Write sweep.simulate("toy", tilt="80deg"), for instance.',
+            )
+        spec = MotionRequest.read(**{**words, "model": spec})
     start = start_of(spec)
     times, values = import_module(spec.kind.path).follow(spec, start)
     return _dataset(spec, start, times, values, command)

@@ -31,11 +31,12 @@ RUNS_ON = "runs on"
 
 #: Names that an atlas or a request has for something else, those of a spec in Python among them.
 _OTHERS = (
-    "axes", "boundary", "boundary_width", "canonical", "cell", "computed", "conserved_change", "constants", "criterion",
-    "device", "elapsed_time", "end_time", "ending", "error", "fingerprint", "fixed", "from", "from_canonical", "from_toml",
-    "from_words", "headline", "interval", "is_list", "label", "listed", "method", "model", "name", "output", "preset", "quantities",
-    "read", "replace", "resolve", "sensitive_from", "shape", "size", "stability", "stable", "status", "steps", "substitutes", "system",
-    "threads", "time", "title", "to_toml", "undecided", "unproved", "verdict", "words",
+    "axes", "boundary", "boundary_width", "canonical", "cell", "computed", "conserved_change", "constants",
+    "criterion", "device", "elapsed_time", "end_time", "ending", "error", "fingerprint", "fixed", "from",
+    "from_canonical", "from_toml", "from_words", "headline", "interval", "is_list", "label", "listed", "method",
+    "model", "name", "output", "preset", "quantities", "read", "replace", "resolve", "sensitive_from", "shape",
+    "size", "stability", "stable", "status", "steps", "substitutes", "system", "threads", "time", "title", "to_toml",
+    "undecided", "unproved", "verdict", "words",
 )  # fmt: skip
 #: Ends of the names that an atlas makes of a state and of a measure.
 _MADE = ("_end", "_error")
