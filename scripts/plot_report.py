@@ -10,6 +10,7 @@ from matplotlib.font_manager import FontProperties
 import sweep
 from sweep.figures import drawing, plots
 from sweep.figures.disk import motion_plots
+from sweep.figures.panels_in_time import thin_panels
 from sweep.files.paths import check_format
 
 #: The report's runs: uniform disk, R = 0.5 m, m = 1 kg, g = 9.81 m/s2 (the defaults).
@@ -47,7 +48,7 @@ def side_by_side(motions: Any, draw: Any) -> Any:
         for axes, motion in zip(panels, motions, strict=True):
             draw(axes, motion)
             axes.get_legend().set_title(motion.attrs["title"], FontProperties(size=8.5, weight="bold"))
-        motion_plots.thin_panels(panels)
+        thin_panels(panels)
     return drawn
 
 

@@ -32,7 +32,7 @@ def bind(model):
     found = rebound(
         schedule.integrate, replaced, model.flags or {}, lambda *given: _recompiled(model, *given), {}
     )
-    return found.copied(found.py_func, copied(model, schedule.memory_of_thread, replaced))
+    return found.copied(found.py_func, copied(model.name, schedule.memory_of_thread, replaced))
 
 
 def replacements(model):
@@ -80,12 +80,12 @@ def plain(kernel):
     return getattr(kernel, "py_func", kernel)
 
 
-def copied(model, kernel, different):
-    """Copy of the Python function of a kernel, some of whose globals are different ones, under a name of its own."""
+def copied(name, kernel, different):
+    """Copy of the Python function of a kernel, some of whose globals are different ones, named after a model too."""
     source = plain(kernel)
     copy = type(source)(source.__code__, source.__globals__ | different, source.__name__, source.__defaults__)
     copy.__doc__ = source.__doc__
-    copy.__qualname__ = f"{source.__qualname__}_of_{model.name}"
+    copy.__qualname__ = f"{source.__qualname__}_of_{name}"
     return copy
 
 
@@ -97,4 +97,4 @@ def _is_kernel(value):
 
 
 def _recompiled(model, kernel, different):
-    return kernel.copied(copied(model, kernel, different)) if different else kernel
+    return kernel.copied(copied(model.name, kernel, different)) if different else kernel

@@ -69,7 +69,7 @@ def _integrate(starts, run, measures, counts):
 def _recompiled(model, kernel, different):
     # Numba would compile called kernels for the device by itself, but with the CPU's options, and its CUDA target turns
     # any `fastmath` into all of it: a NaN would pass unnoticed. The device contracts a*b + c by default.
-    return cuda.jit(device=kernel is not _integrate)(copied(model, kernel, different))
+    return cuda.jit(device=kernel is not _integrate)(copied(model.name, kernel, different))
 
 
 def bind(model):

@@ -21,8 +21,6 @@ Never raises. The steps are those of a sweep, made by the same functions in one 
 multiplications as its series have terms.
 """
 
-from types import SimpleNamespace
-
 from kernels.jit import kernel
 from kernels.lanes.binding import copied, rebound
 from kernels.lanes.layout import LANES, aligned
@@ -162,9 +160,9 @@ def entry_point(*given):
     layout, made, numbers, name = numbers_of(*given)
     numbers |= {"advance": made["advance"]}
 
-    model = SimpleNamespace(name=f"path_{name}")
+    called = f"path_{name}"
     found = rebound(
-        follow, {}, numbers, lambda each, new: each.copied(copied(model, each, new)) if new else each, {}
+        follow, {}, numbers, lambda each, new: each.copied(copied(called, each, new)) if new else each, {}
     )
     size = layout.STEPPING + layout.SIZE + numbers["STATES"] + numbers["EXTREMES"]
     return found.copied(found.py_func, lambda *_: (aligned(size),))

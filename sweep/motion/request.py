@@ -130,7 +130,7 @@ class LossyTrajectorySpec(_fields(LOSSY_MOTION), MotionRequest):  # type: ignore
 #: Words of a sweep only, for suggestions.
 _NAMES = tuple(dict.fromkeys((*DISK_MOTION.names, *LOSSY_MOTION.names)))
 _ELSEWHERE = {name: "it is a word of eulerdisk run" for name in names(DISK) if name not in _NAMES} | {
-    "model": "a system is named in front, as in eulerdisk simulate mine.py",
+    "model": "a system stands in front, as in eulerdisk simulate mine.py; else simulate follows the disk",
     **dict.fromkeys(
         BODIES.chosen_by, "eulerdisk simulate follows the thin disk alone, and eulerdisk run other bodies"
     ),

@@ -4,12 +4,11 @@ Where rolling without slipping is impossible (`sweep.motion.contact`) the figure
 """
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from sweep.errors import plain_text
 from sweep.figures.disk.captions import caption, length_unit, nice_length, spell_length
@@ -23,8 +22,16 @@ from sweep.figures.disk.disk_3d import (
     frame_picture,
 )
 from sweep.figures.drawing import sheet
-from sweep.figures.scales import thin_ticks
-from sweep.figures.texts import number, wrapped
+from sweep.figures.panels_in_time import (
+    MOTION,
+    SHADE,
+    label_axes,
+    label_times,
+    thin_panels,
+    widened,
+    write_head,
+)
+from sweep.figures.texts import number
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import Array
 from sweep.motion.contact import RollingLimit, rolling_limit
@@ -36,7 +43,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-_MOTION: dict[str, Any] = {"color": "black", "linewidth": 1.1}
 _THEORY: dict[str, Any] = {"color": "#c8380a", "linewidth": 1.3, "linestyle": (0, (4, 2))}
 _OTHER: dict[str, Any] = {"color": "#2b6ca3", "linewidth": 1.1, "linestyle": (0, (1, 1))}
 
@@ -60,18 +66,11 @@ _STRAIGHT = 1e-6
 #: Side of the squares of the floor over half the width of what is seen, at most.
 _SQUARE = 0.2
 
-#: Height of the two lines over a figure, and of each further one [in].
-_HEAD, _LINE = 0.42, 0.17
-
 #: The friction coefficient that is needed stays in view up to this many times the other numbers of its panel; the
 #: second number is for one that grows without bound, where the disk lifts off.
 _IN_VIEW, _UNBOUNDED = 3.0, 1.5
 
-#: Largest number of ticks of an axis of a small panel, and their distance over a power of ten.
-_TICKS, _STEPS = 5, (1.0, 2.0, 5.0, 10.0)
-
-#: What is drawn where rolling is impossible, behind and as a curve.
-SHADE = "#f3e3da"
+#: What is drawn where rolling is impossible.
 _BEYOND: dict[str, Any] = {"color": "0.55", "linewidth": 1.0, "linestyle": (0, (1, 1))}
 
 _FINE = 4000
@@ -123,7 +122,7 @@ def draw_tilt(axes: "Axes", dataset: "xr.Dataset") -> None:
     """Draw the tilt in time, and the oscillation or growth of linear theory."""
     scale = TRAJECTORY["tilt"].plot_scale
     linear, times = _linear(dataset)
-    axes.plot(dataset[TIME.name].values, dataset["tilt"].values * scale, label="motion", **_MOTION)
+    axes.plot(dataset[TIME.name].values, dataset["tilt"].values * scale, label="motion", **MOTION)
     axes.plot(times, linear.tilt * scale, label=f"linear theory, {_frequency(linear)}", **_THEORY)
     _shade(axes, dataset)
     label_times(axes, dataset, TRAJECTORY["tilt"].plot_label)
@@ -137,7 +136,7 @@ def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
     unit, factor = length_unit(radius)
     linear, _ = _linear(dataset)
     rolls = dataset[TIME.name].values <= rolling_limit(dataset).time
-    axes.plot(factor * x[rolls], factor * y[rolls], label="contact point", **_MOTION)
+    axes.plot(factor * x[rolls], factor * y[rolls], label="contact point", **MOTION)
     if not rolls.all():
         axes.plot(factor * x[~rolls], factor * y[~rolls], label="where it could not roll", **_BEYOND)
     axes.plot(factor * x[0], factor * y[0], "o", color="black", markersize=3.5)
@@ -163,7 +162,7 @@ def draw_momentum(axes: "Axes", dataset: "xr.Dataset") -> None:
     """Draw the vertical momentum about the contact point, and its start plus the integral of the balance law."""
     times, momentum = dataset[TIME.name].values, dataset["vertical_momentum"].values
     integral = momentum - dataset["vertical_momentum_residual"].values
-    axes.plot(times, momentum, label=r"$H\cdot e_3$: not constant", **_MOTION)
+    axes.plot(times, momentum, label=r"$H\cdot e_3$: not constant", **MOTION)
     law = rf"start $+\int {TRAJECTORY['vertical_momentum_rate'].symbol}\,dt$"
     axes.plot(times, integral, label=law, **_THEORY)
     tilt = dataset["tilt"].values
@@ -182,7 +181,7 @@ def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
     needed, friction = dataset["friction_needed"].values, float(dataset["friction"])
     normal = dataset["normal_force"].values / weight
     limit = rolling_limit(dataset)
-    axes.plot(times, normal, label="normal force / weight", **_MOTION)
+    axes.plot(times, normal, label="normal force / weight", **MOTION)
     unbounded = math.isinf(limit.needed)
     most = "without bound" if unbounded else f"up to {limit.needed:.3g}"
     axes.plot(times, needed, label=f"friction needed, {most}", color="#2b6ca3", linewidth=1.1)
@@ -290,66 +289,14 @@ def _snapshots(dataset: "xr.Dataset") -> list[tuple[float, Pose]]:
     return [kept[i] for i in some[::-1]]
 
 
-def write_head(drawn: Figure, title: str, words: str) -> None:
-    """Write the title and, below it, what is shown."""
-    width, height = drawn.get_size_inches()
-    engine = drawn.get_layout_engine()
-    assert engine is not None
-    title, words = wrapped(title, 10.0, width - 0.2), wrapped(words, 8.0, width - 0.2, "normal")
-    below = 0.26 + _LINE * title.count("\n")
-    head = _HEAD + _LINE * (title.count("\n") + words.count("\n"))
-    engine.set(rect=(0.0, 0.0, 1.0, 1.0 - head / height))  # type: ignore[call-arg]  # of the constrained layout
-    look: dict[str, Any] = {"va": "top", "parse_math": False}
-    drawn.text(0.01, 1.0 - 0.06 / height, title, fontsize=10.0, fontweight="bold", **look)
-    drawn.text(0.01, 1.0 - below / height, words, fontsize=8.0, **look)
-
-
 def _shade(axes: "Axes", dataset: "xr.Dataset", limit: RollingLimit | None = None) -> None:
     """Shade the time in which rolling is impossible."""
     start = (limit or rolling_limit(dataset)).time
     times = dataset[TIME.name].values
     if start <= times[-1]:
-        axes.axvspan(start, _widened(times)[1], color=SHADE, linewidth=0.0, zorder=0)
-
-
-def thin_panels(panels: "Sequence[Axes]") -> None:
-    """Keep numbers that do not touch, in the sizes that the layout gives the panels."""
-    for axes in panels:
-        figure = axes.get_figure(root=True)
-        assert figure is not None
-        figure.draw_without_rendering()
-        thin_ticks(axes, _TICKS, _STEPS)
-
-
-def _widened(times: Array) -> tuple[float, float]:
-    margin = 0.03 * float(times[-1] - times[0])
-    return float(times[0]) - margin, float(times[-1]) + margin
+        axes.axvspan(start, widened(times)[1], color=SHADE, linewidth=0.0, zorder=0)
 
 
 def _frequency(linear: LinearMotion) -> str:
     root = math.sqrt(abs(linear.coefficient))
     return rf"$\sqrt{{{'-' if linear.coefficient < 0.0 else ''}k}} = {root:.3g}$ s$^{{-1}}$"
-
-
-def label_times(axes: "Axes", dataset: "xr.Dataset", ylabel: str) -> None:
-    """Name the axes of a panel over time: all of a motion have the same time axis."""
-    axes.set_xlim(*_widened(dataset[TIME.name].values))
-    label_axes(axes, TIME.plot_label, ylabel)
-
-
-def label_axes(axes: "Axes", xlabel: str, ylabel: str) -> None:
-    """Name linear axes, and put the legend above them."""
-    axes.set(xlabel=xlabel, ylabel=ylabel)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MaxNLocator(_TICKS, steps=_STEPS))
-    # small numbers with an exponent beside the axis: their digits have no room below it
-    axes.ticklabel_format(axis="x", scilimits=(-3, 5))
-    legend_above(axes)
-
-
-def legend_above(axes: "Axes") -> None:
-    """Put the legend above a panel, where it covers nothing."""
-    axes.legend(
-        loc="lower left", alignment="left", bbox_to_anchor=(0.0, 1.0), frameon=False,
-        borderaxespad=0.1, handlelength=1.8, labelspacing=0.15, fontsize=7.0,
-    )  # fmt: skip

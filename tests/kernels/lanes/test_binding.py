@@ -260,7 +260,7 @@ def test_copies_of_two_models_have_different_names():
             schedule.integrate,
             replacements(model),
             {},
-            lambda *given, model=model: copied(model, *given),
+            lambda *given, model=model: copied(model.name, *given),
             made,
         )
         copies = [copy for source, copy in made.items() if source.__module__.startswith("kernels.lanes.")]
