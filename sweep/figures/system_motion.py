@@ -1,5 +1,6 @@
 """Figures of the motions of systems: every state in time, a phase portrait beside few, and how it ended."""
 
+import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +40,10 @@ _FEW = 4
 
 #: How far beyond the motion an event is shown, as a share of its height.
 _NEAR = 0.25
+
+#: A power in a unit of files, and its digits in print.
+_POWER = re.compile(r"(?<=[A-Za-z])-?\d")
+_RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 
 _EVENT: dict[str, Any] = {"color": "#c8380a", "linewidth": 0.9, "linestyle": (0, (4, 2))}
 _END: dict[str, Any] = {"marker": "o", "linestyle": "", "color": "#c8380a", "markersize": 4.0, "zorder": 4}
@@ -90,6 +95,7 @@ def figure(dataset: "xr.Dataset") -> Figure:
 
 def _draw_state(axes: "Axes", motion: "xr.Dataset", kind: MotionKind, name: str, lowest: bool) -> None:
     """Draw a state in time, where events lie that it alone decides, and its end."""
+    first = next(iter(kind.model.parameters))
     quantity, times = kind.variables[name], motion[TIME.name].values
     values = motion[name].values * quantity.plot_scale
     axes.plot(times, values, **MOTION)
@@ -105,7 +111,12 @@ def _draw_state(axes: "Axes", motion: "xr.Dataset", kind: MotionKind, name: str,
     since = float(motion["sensitive_from"])
     if since <= times[-1]:
         shade: dict[str, Any] = {"color": SHADE, "linewidth": 0.0, "zorder": 0}
-        axes.axvspan(max(since, times[0]), widened(times)[1], label="too sensitive to its start", **shade)
+        axes.axvspan(
+            max(since, times[0]),
+            widened(times)[1],
+            label="too sensitive to its start" if name == first else None,
+            **shade,
+        )
     if _ended(motion):
         axes.plot(times[-1], values[-1], **_END)
     label_times(axes, motion, quantity.plot_label)
@@ -158,17 +169,18 @@ def _levels(motion: "xr.Dataset", model: Model, name: str) -> Iterator[tuple[str
 
 def _caption(motion: "xr.Dataset", kind: MotionKind, names: list[str]) -> str:
     """Return the parameters, the start, what was reached and how it ended, in one line."""
-    parts = [
-        f"{name.replace('_', ' ')} {kind.inputs[name].spell(float(motion[name]), 6)}" for name in kind.fixed
-    ]
-    start = [
-        f"{name.replace('_', ' ')} {kind.variables[name].spell(float(motion[name][0]), 6)}" for name in names
-    ]
-    reached = [f"{name} {value}" for name, value in peaks_of(motion)]
+    times = motion[TIME.name].values
+    fixed = [_told(name, kind.inputs[name].spell(float(motion[name]), 6)) for name in kind.fixed]
+    start = [_told(name, kind.variables[name].spell(float(motion[name][0]), 6)) for name in names]
+    reached = [_told(name, value) for name, value in peaks_of(motion)]
     if "conserved_change" in motion:
         reached.append(f"conserved to {float(motion['conserved_change'].max()):.1g}")
-    ended = end_of(motion) or f"runs on after {kind.time.spell(float(motion[TIME.name].values[-1]), 6)}"
-    when = "start" if motion[TIME.name].values[0] == 0.0 else "first sample"
-    return "; ".join(
-        filter(None, (", ".join(parts), f"{when}: {', '.join(start)}", ", ".join([*reached, ended])))
-    )
+    reached.append(end_of(motion) or _told("runs on after", kind.time.spell(float(times[-1]), 6)))
+    when = "start" if times[0] == 0.0 else "first sample"
+    return "; ".join(filter(None, (", ".join(fixed), f"{when}: {', '.join(start)}", ", ".join(reached))))
+
+
+def _told(name: str, value: str) -> str:
+    """Return a name with its value, powers of units as in print."""
+    value = _POWER.sub(lambda power: power[0].translate(_RAISED), value)
+    return f"{name.replace('_', ' ')} {value}"
