@@ -73,24 +73,32 @@ export function roomiest({ columns, rows, covered }, codes, code, size) {
   }
   const sum = (/** @type {number} */ column, /** @type {number} */ row) => sums[row * (columns + 1) + column];
   const [wide, high] = size.map((each) => Math.ceil((each / 2 + STEP) / STEP));
-  /** @type {number[][]} */
-  let found = [];
-  let left = codes.flatMap((each, i) => (each === code ? [[i % columns, Math.floor(i / columns)]] : []));
-  for (let x = wide; left.length; x += 1) {
+  /** Whether a box of half the width x about a place is free: then a smaller one is. */
+  const fits = (/** @type {number} */ x, /** @type {number} */ column, /** @type {number} */ row) => {
     const y = Math.round((high * x) / wide);
-    found = x === wide ? [] : left;
-    left = left.filter(
-      ([column, row]) =>
-        column >= x &&
-        row >= y &&
-        column + x < columns &&
-        row + y < rows &&
-        sum(column + x + 1, row + y + 1) -
-          sum(column - x, row + y + 1) -
-          sum(column + x + 1, row - y) +
-          sum(column - x, row - y) ===
-          0,
+    return (
+      column >= x &&
+      row >= y &&
+      column + x < columns &&
+      row + y < rows &&
+      sum(column + x + 1, row + y + 1) -
+        sum(column - x, row + y + 1) -
+        sum(column + x + 1, row - y) +
+        sum(column - x, row - y) ===
+        0
     );
+  };
+  /** @type {[number, number][]} */
+  let found = [];
+  codes.forEach((each, i) => {
+    const [column, row] = [i % columns, Math.floor(i / columns)];
+    if (each === code && fits(wide, column, row)) found.push([column, row]);
+  });
+  for (let [most, none] = [wide, columns]; none - most > 1;) {
+    const x = Math.floor((most + none) / 2);
+    const roomier = found.filter(([column, row]) => fits(x, column, row));
+    if (roomier.length) [found, most] = [roomier, x];
+    else none = x;
   }
   if (!found.length) return null;
   // of places with equal room the one in their middle

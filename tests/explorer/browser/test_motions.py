@@ -73,7 +73,9 @@ def test_samples_are_those_of_the_motion(motion):
             for name in ("tilt", "tilt_rate", "roll_rate", "heading", "roll_angle", "contact_x", "contact_y"):
                 np.testing.assert_allclose(arrays[name][::every], other[name].values, rtol=1e-9, atol=1e-9)
             for name in ("normal_force", "friction_across", "friction_along"):
-                np.testing.assert_allclose(arrays[name][::every], other[name].values / weight, rtol=1e-9, atol=1e-9)
+                np.testing.assert_allclose(
+                    arrays[name][::every], other[name].values / weight, rtol=1e-9, atol=1e-9
+                )
             np.testing.assert_allclose(arrays["energy"], arrays["energy"][0], rtol=1e-9)
 
 

@@ -164,7 +164,11 @@ export class MotionPanel {
     try {
       const answer = await this.source.motion({ ...this.request, losses: this.losses.losses }, asked.signal);
       if (asked.signal.aborted) return;
-      this.#show(new Samples(answer), this.fresh);
+      const samples = new Samples(answer);
+      // the page goes on between what is computed and what is drawn
+      await new Promise((resolve) => setTimeout(resolve));
+      if (asked.signal.aborted) return;
+      this.#show(samples, this.fresh);
       this.fresh = false;
       tell(this.parts.problem, "");
     } catch (problem) {
