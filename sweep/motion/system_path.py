@@ -129,7 +129,7 @@ def _followed(spec: MotionRequest, start: Array, times: Array) -> dict[str, npt.
     """Return what the passes find until each time; the last column is their own end."""
     model = spec.kind.model
     told = f"motions of the system {model.name}"
-    kernel = replace(model.integrate, module=spec.kind.kernels, seconds=7.0, told=told)
+    kernel = replace(model.integrate, module=spec.kind.kernels, seconds=4.0, told=told)
     measures = np.full((len(model.measures), times.size), np.nan)
     counts = np.full((len(model.counts), times.size), UNRESOLVED, np.int32)
     step = 0.0 if isinstance(spec.step, str) else spec.step
