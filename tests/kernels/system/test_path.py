@@ -1,0 +1,88 @@
+"""The samples of a motion: each is the cell of a sweep that is followed until then, by the passes and bits of one."""
+
+import numpy as np
+import pytest
+
+from kernels.system import integrate, path
+from kernels.system.endings import FIRST_EVENT, RUNS_ON, UNRESOLVED
+from kernels.system.lanes import LEGS
+from sweep.model.system.model import model_of
+from sweep.request.system_file import read_system
+
+PENDULUM = """
+@system(duration="12", ends={"past": "abs(angle) > level"}, measures={"top": "max abs(angle)"})
+def pendulum(angle=0.2, speed=0.0, *, damping=0.0, torque=0.3, drive=0.7, level=1e300, t):
+    return speed, torque*cos(drive*t) - damping*speed - sin(angle)
+"""
+
+
+def followed(times, **given):
+    """Return measures and counts of one motion at the times, and those of the sweep's kernel for its whole duration."""
+    model = model_of(read_system(PENDULUM))
+    starts = np.array([[given.get(name, row.default)] for name, row in model.parameters.items()], np.float64)
+    found = []
+    for kernel, where in ((path, (times,)), (integrate, ())):
+        n = times.size if where else 1
+        measures = np.full((len(model.measures), n), np.nan)
+        counts = np.full((len(model.counts), n), UNRESOLVED, np.int32)
+        settings = np.array([times[-1], 0.0, given.get("tolerance", 1e-11)])
+        getattr(kernel, model.integrate.function)(starts, settings, *where, measures, counts)
+        found += [measures, counts]
+    return found
+
+
+@pytest.mark.parametrize("level", [1e300, 0.9])
+def test_the_end_has_the_bits_of_a_sweep(level, rng):
+    """All passes, their endings and steps; times between change nothing."""
+    for count in (2, 50):
+        times = np.concatenate([[0.0], np.sort(rng.uniform(0.0, 12.0, count - 2)), [12.0]])
+        measures, counts, whole, counted = followed(times, level=level)
+        assert measures[:, -1].tobytes() == whole[:, 0].tobytes()
+        assert counts[:, -1].tobytes() == counted[:, 0].tobytes()
+        assert counts[0, -1] == (RUNS_ON if level > 1.0 else FIRST_EVENT)
+
+
+def test_a_sample_is_what_a_shorter_sweep_finds():
+    """States, greatest values and sizes until then of each pass, to 1e-13 of a step's own error; steps add up."""
+    times = np.linspace(0.0, 12.0, 37)
+    measures, counts, _, _ = followed(times, tolerance=1e-13)
+    rows = measures.shape[0] // len(LEGS)
+    for i, time in enumerate(times[1:], 1):
+        _, _, whole, counted = followed(np.array([0.0, time]), tolerance=1e-13)
+        assert np.abs(measures[-rows:, i] - whole[-rows:, 0]).max() <= 1e-12
+        # the shorter sweep's last step is none of the longer one's
+        assert np.all(np.abs(counts[len(LEGS), i] - counted[len(LEGS), 0]) <= len(LEGS))
+    assert np.all(np.diff(counts[len(LEGS)]) >= 0)
+    assert np.all(measures[-rows + 2, :] == times)
+
+
+def test_a_motion_that_touches_an_event():
+    """A step that is not proved free of one goes on: the samples are those of the motion without the event."""
+    times = np.linspace(0.0, 12.0, 200)
+    free, _, _, _ = followed(times)
+    rows = free.shape[0] // len(LEGS)
+    top = free[-rows + 3 : -rows + 5, -1].max()
+    measures, counts, _, _ = followed(times, level=top * (1.0 + 1e-6))
+    assert counts[len(LEGS) + 1, -1] > 0
+    assert np.all(np.diff(counts[len(LEGS) + 1]) >= 0)
+    # not the sizes, which are those at the ends of steps
+    same = slice(-rows, -rows + 5)
+    assert np.abs(measures[same] - free[same]).max() <= 1e-9
+
+
+def test_passes_that_ended_stay_where_they_did():
+    """Behind an event every sample has the place and time of it; a sample before it has its own."""
+    times = np.linspace(0.0, 12.0, 200)
+    measures, counts, _, _ = followed(times, level=0.9)
+    rows = measures.shape[0] // len(LEGS)
+    for leg in range(len(LEGS)):
+        end = measures[leg * rows + 2, -1]
+        after = times >= end
+        assert 1.0 < end < 12.0
+        assert np.all(
+            measures[leg * rows : (leg + 1) * rows, -1] == measures[leg * rows : (leg + 1) * rows, after].T
+        )
+        assert np.all(counts[leg, after] == FIRST_EVENT)
+        assert np.all(counts[leg, ~after] == RUNS_ON)
+        assert abs(measures[leg * rows, -1]) == pytest.approx(0.9, rel=1e-12)
+        assert measures[leg * rows + 3 : leg * rows + 5, -1].max() == pytest.approx(0.9, rel=1e-12)
