@@ -157,7 +157,7 @@ def _contours(view: View, part: Side, along: Side, edges: list[Array]) -> Iterat
     from contourpy import contour_generator
 
     # the theory of a system does not say which of both edges its line is
-    if len(edges) == 2 and not np.array_equal(*edges, equal_nan=True):
+    if len(edges) == 2 and not np.array_equal(edges[0], edges[1], equal_nan=True):
         middle, squared = 0.5 * (edges[0] + edges[1]), 0.25 * (edges[1] - edges[0]) ** 2
         middle, squared = _continued(middle), _continued(squared)
         field = (_COLUMNS - middle[:, None]) ** 2 - squared[:, None]
