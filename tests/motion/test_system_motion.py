@@ -154,7 +154,11 @@ def test_it_ends_as_the_cell_of_a_sweep(rng):
             endings.add(int(cell.ending))
             assert int(motion.ending) == int(cell.ending)
             assert abs(motion.elapsed_time.values[-1] - float(cell.end_time)) <= float(cell.end_time_error)
+            # the file of both has four bytes for it
+            assert float(motion.end_time_error) == pytest.approx(float(cell.end_time_error), rel=1e-6)
             for name in ("angle", "speed"):
+                stated = float(cell[f"{name}_end_error"])
+                assert float(motion[f"{name}_error"].values[-1]) == pytest.approx(stated, rel=1e-6)
                 assert abs(motion[name].values[-1] - cell[f"{name}_end"]) <= cell[f"{name}_end_error"], name
             assert abs(motion.peak.values[-1] - cell.peak) <= cell.peak_error
     assert len(endings) == 2

@@ -48,7 +48,9 @@ def test_a_sample_is_what_a_shorter_sweep_finds():
     measures, counts, _, _ = followed(times, tolerance=1e-13)
     rows = measures.shape[0] // len(LEGS)
     for i, time in enumerate(times[1:], 1):
-        _, _, whole, counted = followed(np.array([0.0, time]), tolerance=1e-13)
+        short, _, whole, counted = followed(np.linspace(0.0, time, 5), tolerance=1e-13)
+        # also of a motion of one step
+        assert np.isfinite(short).all()
         assert np.abs(measures[-rows:, i] - whole[-rows:, 0]).max() <= 1e-12
         # the shorter sweep's last step is none of the longer one's
         assert np.all(np.abs(counts[len(LEGS), i] - counted[len(LEGS), 0]) <= len(LEGS))
