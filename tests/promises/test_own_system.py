@@ -15,6 +15,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import pytest
+import xarray as xr
 
 import sweep
 from sweep.checks.compare import compare
@@ -252,11 +253,19 @@ def test_a_killed_run_goes_on():
 
 
 def test_a_motion_of_a_system(command, made):
-    """`simulate` follows it, or says in a sentence whose motions it follows."""
+    """`simulate` follows it from the atlas alone, and from its file; in Python too: its end is the cell of a sweep."""
     shutil.copy(made, "a.nc")
-    status, _, messages = command("simulate --from a.nc hoop_rate=4.4 angle=1deg -o m.nc")
-    assert (status == 0) == Path("m.nc").exists()
-    assert status == 0 or (status, messages.count("\n")) == (2, 1), messages
+    words = "hoop_rate=4.4 angle=4deg duration=2s"
+    for number, given in enumerate(("--from a.nc", "mine.py")):
+        status, _, messages = command(f"simulate {given} {words} -o m{number}.nc")
+        assert status == 0, messages
+    cell = sweep.run("mine.py", hoop_rate=4.4, angle="4deg", duration="2s")
+    with xr.open_dataset("m1.nc") as motion:
+        assert float(motion.angle[-1]) == float(cell.angle_end)
+        assert float(motion.elapsed_time[-1]) == float(cell.end_time)
+    # the value of an axis, of a cell of the atlas, is rounded
+    with xr.open_dataset("m0.nc") as motion:
+        assert float(motion.angle[-1]) == pytest.approx(float(cell.angle_end), rel=1e-9)
 
 
 def test_the_explorer(command, made):
