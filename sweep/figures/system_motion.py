@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from sweep.checks.explain import Explanation
 from sweep.errors import plain_text
 from sweep.figures.drawing import sheet
 from sweep.figures.panels_in_time import (
@@ -22,8 +23,10 @@ from sweep.model.description import Model
 from sweep.model.system.cell_values import evaluated
 from sweep.model.system.definition import TIME as CLOCK
 from sweep.model.system.definition import Definition, Node, symbols
+from sweep.motion.request import MotionRequest
 from sweep.motion.sampling import closely_sampled, end_of, ending_of, kind_of, peaks_of
 from sweep.motion.tables import TIME, MotionKind
+from sweep.motion.trajectory import simulate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -91,6 +94,22 @@ def figure(dataset: "xr.Dataset") -> Figure:
         write_head(drawn, plain_text(motion.attrs.get("title", "")), _caption(motion, kind, names))
         thin_panels(panels)
     return drawn
+
+
+def figure_of_cell(explanation: Explanation) -> Figure:
+    """Draw the motion of an explained cell by `sweep.simulate`, with its verdict in the title.
+
+    Raises
+    ------
+    RequestError
+        If the cell has no motion.
+    """
+    spec = explanation.spec
+    verdict = spec.model.variables["stability"].flag(explanation.stored["stability"])
+    settings = {name: getattr(spec, name) for name in spec.model.settings}
+    title = f"{spec.title or 'The motion of one cell'}: {verdict} by {spec.criterion}"
+    words = {**explanation.start, **settings, "title": title, "model": spec.model}
+    return figure(simulate(MotionRequest.read(**words)))
 
 
 def _draw_state(axes: "Axes", motion: "xr.Dataset", kind: MotionKind, name: str, lowest: bool) -> None:

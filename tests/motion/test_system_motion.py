@@ -257,7 +257,8 @@ def test_the_command(command, tmp_path):
     assert "kapitza: not given, so as the system has it: angle=1deg\n" in told
     assert "peak 90 deg, fell at 1.23264 s" in told
     assert command("run mine.py hoop_rate=4:5:3 angle=1deg:3deg:3 -q -o a.nc")[0] == 0
-    _, told, _ = command("explain a.nc hoop_rate=4.5 angle=2deg")
+    status, told, _ = command("explain a.nc hoop_rate=4.5 angle=2deg --plot cell.svg")
+    assert (status, "unstable by not highest" in (tmp_path / "cell.svg").read_text()) == (0, True)
     line = next(each for each in told.splitlines() if each.startswith("motion "))
     assert line == "motion      eulerdisk simulate --from a.nc hoop_rate=4.5 angle=2deg -o path.nc"
     assert command(f"{line.split('eulerdisk ')[1]} --overwrite")[0] == 0

@@ -39,6 +39,7 @@ class SystemModel(Model):
     # a system has none: those of the examples are found by `sweep.request.spec_file`
     presets = Path(__file__).with_name("none")
     motion = "sweep.motion.system_path:motion_of_system"
+    trajectory = "sweep.figures.system_motion:figure_of_cell"
 
     def __init__(self, definition: Definition) -> None:
         self.definition, self.name, self.text = definition, definition.name, definition.text
