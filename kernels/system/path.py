@@ -128,14 +128,8 @@ def _follow_pass(leg, run, times, memory, measures, counts):
     return again
 
 
-def memory_of_thread(*_):
-    """Memory of the motion; `entry_point` binds what it needs."""
-    return (aligned(STEPPING + SIZE + STATES + EXTREMES),)
-
-
 @parallel(
     1,
-    memory_of_thread,
     starts="float64[:, ::1]",
     settings="float64[::1]",
     times="float64[::1]",
@@ -165,6 +159,7 @@ def entry_point(*given):
         follow, {}, numbers, lambda each, new: each.copied(copied(called, each, new)) if new else each, {}
     )
     size = layout.STEPPING + layout.SIZE + numbers["STATES"] + numbers["EXTREMES"]
+    # the lane, two scratches, and what is kept of the beginning of a step
     return found.copied(found.py_func, lambda *_: (aligned(size),))
 
 

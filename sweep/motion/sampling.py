@@ -8,8 +8,8 @@ import numpy as np
 
 from sweep.errors import RequestError
 from sweep.model import registry
-from sweep.motion.request import MotionRequest
-from sweep.motion.tables import LAWS, TIME, MotionKind, kind_of_model
+from sweep.motion.request import MotionRequest, motions_of
+from sweep.motion.tables import LAWS, TIME, MotionKind
 from sweep.request.words import AUTOMATIC
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def kind_of(dataset: "xr.Dataset") -> MotionKind:
         If it is of a system that cannot be read.
     """
     name = str(dataset.attrs.get("model", registry.DEFAULT))
-    return kind_of_model(registry.named(name)) if name in registry.names() else request_of(dataset).kind
+    return motions_of(name) if name in registry.names() else request_of(dataset).kind
 
 
 def ending_of(dataset: "xr.Dataset") -> str:
