@@ -11,6 +11,8 @@ from scipy.special import mathieu_a
 
 import sweep
 from sweep.engine.compute import compute
+from sweep.request.system_file import read_system
+from sweep.systems import System
 
 pytestmark = pytest.mark.compiled
 
@@ -235,3 +237,53 @@ def test_no_pendulum_turns_over_below_the_torque_of_melnikov():
         turned_over |= np.abs(state[0]) > np.pi
     assert torque[turned_over].min() == torque[turned.isel(drive=column).values].min()
     assert atlas.critical_lower_torque.values == pytest.approx(line.values)
+
+
+def test_the_saddles_of_henon_and_heiles():
+    """At (0, 1) and turned by 120 degrees; beside one a star leaves as cosh t, and swings across with the rate root 3.
+
+    The potential (x^2 + y^2)/2 + x^2 y - y^3/3 has second derivatives of 3 across and -1 along the way out there.
+    """
+    for turn in 2.0 * np.pi / 3.0 * np.arange(3):
+        x, y = -np.sin(turn), np.cos(turn)
+        assert (x * x + y * y) / 2.0 + x * x * y - y**3 / 3.0 == pytest.approx(1.0 / 6.0, rel=1e-14)
+        near = 1e-7
+        out = sweep.simulate("henon_heiles", x=x * (1.0 - near), y=y * (1.0 - near), u=0, v=0, duration=4)
+        along = 1.0 - (x * out.x.values + y * out.y.values)
+        # to first order in the distance, which grows to 30 times itself
+        assert along == pytest.approx(near * np.cosh(out.elapsed_time.values), rel=1e-5)
+        swing = sweep.simulate("henon_heiles", x=x + near * y, y=y - near * x, u=0, v=0, duration=4)
+        across = y * swing.x.values - x * swing.y.values
+        assert across == pytest.approx(
+            near * np.cos(np.sqrt(3.0) * swing.elapsed_time.values), abs=1e-5 * near
+        )
+
+
+def test_motions_of_thomas_are_chaotic_where_sprott_and_chlouverakis_say():
+    """From b = 0.208186 down: at 0.209 none of 32 motions over 2000 is sensitive, at 0.208 all are."""
+    words = dict.fromkeys("xyz", "uniform:-3:3") | {"samples": 32, "seed": 3, "duration": 2000}
+    for b, expected in ((0.209, 0), (0.208, 32)):
+        atlas = sweep.run("thomas", b=b, **words)
+        codes = dict(zip(atlas.ending.flag_meanings.split(), atlas.ending.flag_values, strict=True))
+        assert int((atlas.ending == codes["sensitive"]).sum()) == expected, b
+
+
+def test_the_driven_pendulum_doubles_its_period_where_taylor_says():
+    """1.0663 and 1.0793 at damping 1/2 and drive 2/3, from -90 degrees (Taylor, Classical Mechanics, table 12.1).
+
+    His drive has the rate 2 pi, his natural one is 1.5 times that, and his damping 2 beta half of it. The preset ends
+    where the pendulum turns over, as it does on its way there; so the system is written without that.
+    """
+    pendulum = System(
+        read_system("""
+@system(duration="200")
+def pendulum(angle=-1.5707963267948966, speed=0.0, *, damping=0.5, torque=1.0, drive=0.6666666666666666, t):
+    return speed, torque*cos(drive*t) - damping*speed - sin(angle)
+""")
+    )
+    turn = 3.0 * np.pi
+    for torque, expected in ((1.0655, 1), (1.067, 2), (1.0785, 2), (1.0803, 4)):
+        motion = sweep.simulate(pendulum, torque=torque, duration=1000 * turn, interval=turn)
+        speed = motion.speed.values
+        same = [n for n in (1, 2, 4) if abs(speed[-1] - speed[-1 - n]) < 1e-6]
+        assert same[0] == expected, torque
