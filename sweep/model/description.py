@@ -302,7 +302,7 @@ class Model(ABC):
     losses : str
         ``module:function`` that draws time and largest loss of atlases (``plot --losses``); empty if nothing is lost.
     motion : str
-        ``module:object``, the kind of its motions in time (``sweep.motion.tables.MotionKind``), or a function that makes
+        ``module:object``, the kind of its motions in time (a ``MotionKind``), or a function that makes
         it of the model; empty if ``simulate`` follows none.
     explored : bool
         Whether the explorer shows it.
