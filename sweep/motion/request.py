@@ -54,8 +54,8 @@ class MotionRequest:
         """Return the request of these words: text with units, or numbers in SI.
 
         Instead of a rate it may be given scaled, or as a speed, as in a sweep (docs/words.md). The words say of which
-        model it is: any of those of losses asks for the disk with losses; ``system`` is the text of a system, and ``model``
-        may be one, as in a sweep.
+        model it is: any of those of losses asks for the disk with losses; ``system`` is the text of a system, and
+        ``model`` may be one, as in a sweep.
 
         Raises
         ------
