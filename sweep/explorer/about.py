@@ -62,9 +62,9 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
         ``bases``, of which the first is shown; ``others``, the presets that have no map; ``parameters``,
         ``quantities``, ``criteria``, ``losses``, ``atlas``. The page's types.js says what each of them holds.
     """
-    bases = {} if given is None else {"": given}
+    bases, of_system = {} if given is None else {"": given}, is_system(given)
     # one module of kernels is either that of the disk or that of a system
-    if given is None or not is_system(given):
+    if not of_system:
         bases |= {name: preset(name) for name in base_names()}
     by_base = {name: _shown(spec, stored if name == "" else None) for name, spec in bases.items()}
     shown = {name: each for held in by_base.values() for name, each in held.items()}
@@ -73,14 +73,13 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
         name: row
         for spec in bases.values()
         for name, row in {**spec.model.parameters, **spec.model.settings}.items()
-        if name in spec.model.parameters or (name in _SLIDERS and not is_system(spec))
+        if name in spec.model.parameters or (name in _SLIDERS and not of_system)
     }
     return {
         "bases": [{**base_of(name, spec), "quantities": list(by_base[name])} for name, spec in bases.items()],
         "others": list(other_names()),
         "parameters": [
-            _input(row, _slider_of(row) if given is not None and is_system(given) else _SLIDERS.get(row.name))
-            for row in rows.values()
+            _input(row, _slider_of(row) if of_system else _SLIDERS.get(row.name)) for row in rows.values()
         ],
         "quantities": [
             {**described(each.quantity), "is_peak": name in peaks} for name, each in shown.items()
@@ -88,7 +87,7 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
         "criteria": [
             {"word": word, "description": description, "unit": unit, "low": low, "high": high}
             for word, (description, unit, low, high) in _CRITERIA.items()
-            if given is None or not is_system(given)
+            if not of_system
         ],
         "losses": list(LOSS_WORDS),
         "motions": motion_tables(),
@@ -158,8 +157,7 @@ def sides(spec: SweepSpec) -> dict[str, dict[str, Any]]:
     A spec with fewer axes has parameters of the model for the others.
     """
     model = spec.model
-    others = (name for name in (*model.controls(model.parameters), "tilt") if name not in spec.axes)
-    names = [*spec.axes, *others][:2]
+    names = list(dict.fromkeys((*spec.axes, *model.controls(model.parameters), *model.parameters)))[:2]
     y = model.upward(names)
     x = next(name for name in names if name != y)
     return {"x": _side(spec, x), "y": _side(spec, y)}

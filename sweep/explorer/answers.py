@@ -67,7 +67,7 @@ class Answers:
     @property
     def has_own_kernels(self) -> bool:
         """Whether the page computes with another module than that of the disk."""
-        return self.given is not None and is_system(self.given)
+        return is_system(self.given)
 
     @property
     def kernels(self) -> Answer:

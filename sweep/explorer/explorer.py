@@ -111,6 +111,12 @@ def _subject_of_spec(spec: SweepSpec) -> Subject:
             hint="Compute an atlas with eulerdisk run first, as in eulerdisk run toy -o toy.nc, and explore its file.",
             where="model",
         )
+    if len(spec.model.parameters) == 1:
+        raise RequestError(
+            f"The system {spec.model.name} has one state and no parameter, and a map shows a plane of two.",
+            hint="Give the system a parameter, or draw an atlas with eulerdisk plot.",
+            where="model",
+        )
     if spec.is_list:
         raise RequestError(
             "A list of starts is no plane, and a map shows a plane of two parameters.",

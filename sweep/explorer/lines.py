@@ -113,13 +113,17 @@ def theory(view: View) -> list[dict[str, Any]]:
     controls = model.controls([view.x.name, view.y.name])
     if not controls:
         return []
-    along = view.x if view.x.name == controls[0] else view.y
     labels = {
         "analytic": "analytic, no perturbation",
         "predicted": model.line_words.label.format(view.spec.criterion.label(model)),
     }
     names = labels if view.spec.criterion.predictable else ("analytic",)
-    parts = [(part, _edges(view, part, along)) for part in _of_one_sign(along)]
+    for control in controls:
+        along = view.x if view.x.name == control else view.y
+        parts = [(part, _edges(view, part, along)) for part in _of_one_sign(along)]
+        # the theory of a system may know one of its parameters alone
+        if any(edges for _, edges in parts):
+            break
     return [
         {
             "name": name,

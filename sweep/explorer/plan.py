@@ -114,7 +114,6 @@ def _cells(spec: SweepSpec, model: Model) -> dict[str, Any]:
     computed = {name: _RATES[str(getattr(spec, name))] for name in spec.computed}
     settings = [name for name in ("fall_tilt", "tolerance") if name in model.settings]
     lossy = model is LOSSY_MOTION.model
-    integrated = model.exact is None
     variables = model.cell_variables(spec) if model is spec.model else model.variables
     return {
         "model": model.name,
@@ -123,7 +122,7 @@ def _cells(spec: SweepSpec, model: Model) -> dict[str, Any]:
         "rates": [computed.get("precession_rate", 0), computed.get("roll_rate", 0)],
         "from_start": bool(spec.computed) and circling(spec),
         "settings": {name: getattr(spec, name, None) for name in settings},
-        "kernel_settings": model.kernel_settings(spec).tolist() if integrated else [],
+        "kernel_settings": model.kernel_settings(spec).tolist() if model.exact is None else [],
         "measures": list(model.measures),
         "counts": list(model.counts),
         "losses": [measure for _, measure in LOSSES.values()] if lossy else [],

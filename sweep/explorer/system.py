@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 from sweep.errors import RequestError
@@ -25,9 +26,9 @@ sys.stdout.buffer.write(wasm.module(entries, C_LIBRARY, sizes))
 """
 
 
-def is_system(spec: SweepSpec) -> bool:
-    """Return whether a spec asks for a user's system."""
-    return isinstance(spec.model, SystemModel)
+def is_system(spec: SweepSpec | None) -> bool:
+    """Return whether there is a spec, and it asks for a user's system."""
+    return spec is not None and isinstance(spec.model, SystemModel)
 
 
 def system_cells(model: SystemModel) -> dict[str, Any]:
@@ -73,7 +74,7 @@ def _plain(node: Node) -> Any:
 
 def kernels_of(spec: SweepSpec | None) -> bytes | None:
     """Return the module that computes the cells of a spec in a page; None for that of the disk, which is there."""
-    return system_module(spec.model.integrate) if spec is not None and is_system(spec) else None
+    return system_module(spec.model.integrate) if spec and is_system(spec) else None
 
 
 @lru_cache(maxsize=8)
@@ -91,8 +92,14 @@ def system_module(kernel: Kernel) -> bytes:
         If it cannot be made here.
     """
     notice(f"Compiling {kernel.told} for the page (some ten seconds) ...")
+    # Python looks for modules in its folder first: there are the packages, and no files of the user
+    packages = Path(__file__).parents[2]
     done = subprocess.run(
-        [sys.executable, "-c", _BUILD], input=kernel.function.encode(), capture_output=True, check=False
+        [sys.executable, "-c", _BUILD],
+        input=kernel.function.encode(),
+        cwd=packages,
+        capture_output=True,
+        check=False,
     )
     if done.returncode:
         *_, said = ["no reason was given", *done.stderr.decode(errors="replace").strip().splitlines()]

@@ -1,5 +1,6 @@
 """What one takes away: a command or Python that computes a window or a motion again, and the cells as a file."""
 
+import contextlib
 import shlex
 import tempfile
 from collections.abc import Callable, Mapping
@@ -50,8 +51,8 @@ def window_commands(view: View, fields: Mapping[str, Any]) -> dict[str, str]:
     ------
     RequestError
     """
-    base = view.base or _preset_of(view.spec.model)
-    words = _changes(base, window_spec(view, fields))
+    base, held = _base_of(view)
+    words = _changes(held, window_spec(view, fields))
     return {
         "command": shlex.join(["eulerdisk", "run", base, *_pairs(words), "-o", "window.nc"]),
         "python": f"import sweep\n\natlas = sweep.run({base!r}, {_arguments(words)})\natlas.eulerdisk.plot()\n",
@@ -112,10 +113,22 @@ def _axis(side: Side, count: int) -> Range | Values:
         return Values(tuple(np.unique(values).tolist()))
 
 
-def _changes(base: str, spec: SweepSpec) -> dict[str, Any]:
-    """Return the words that make a spec of a preset."""
-    held = SweepSpec.preset(base).words()
+def _changes(base: SweepSpec, spec: SweepSpec) -> dict[str, Any]:
+    """Return the words that make a spec of another one."""
+    held = base.words()
     return {name: _plain(value) for name, value in spec.words().items() if held.get(name) != value}
+
+
+def _base_of(view: View) -> tuple[str, SweepSpec]:
+    """Return what a command begins with, and the spec of that: a preset, or the file of a system, named after it."""
+    model = view.spec.model
+    if not model.text:
+        base = view.base or _preset_of(model)
+        return base, SweepSpec.preset(base)
+    with contextlib.suppress(RequestError):
+        if (preset := SweepSpec.preset(model.name)).model == model:
+            return model.name, preset
+    return f"{model.name}.py", SweepSpec(model=model)
 
 
 def _preset_of(model: Model) -> str:

@@ -1,9 +1,11 @@
 import html
+import json
 import math
 import queue
 import re
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,7 +17,9 @@ import sweep
 from sweep.errors import RequestError
 from sweep.explorer.explorer import Explorer, explore, subject_of_words
 from sweep.explorer.point import NO_CELL
+from sweep.explorer.system import system_module
 from sweep.figures.panels import panel
+from sweep.request.spec import SweepSpec
 
 SPEC = sweep.SweepSpec.preset("rolling", roll_rate="2:4:20", tilt="0.1deg:10deg:12:log")
 
@@ -343,3 +347,57 @@ def test_the_page_has_the_axes_of_a_figure():
             with explore(atlas) as explorer:
                 view = about(explorer.url)["bases"][0]["view"]
             assert (view["x"]["name"], view["y"]["name"]) == (drawn.x.quantity.name, drawn.y.quantity.name)
+
+
+#: Files of systems without any range: of five words, and of two states alone.
+SYSTEM_FILES = {
+    "five.py": "@system(duration=2)\ndef five(x=1.0, y=0.5, *, k=1.0, q=0.1, g=0.1):\n    return y, -k*x - q*y + g\n",
+    "two.py": "@system(duration=2)\ndef two(x=1.0, y=0.5):\n    return y, -x\n",
+}
+
+
+@pytest.mark.parametrize("given", ["kapitza", *SYSTEM_FILES])
+def test_every_question_about_a_system_is_answered(tmp_path, monkeypatch, command, given):
+    """Presets and files without ranges are shown in two parameters; a command makes the cells of a window."""
+    monkeypatch.chdir(tmp_path)
+    if given in SYSTEM_FILES:
+        text = f"from sweep.systems import system\n\n\n{SYSTEM_FILES[given]}"
+        (tmp_path / given).write_text(text, encoding="utf-8")
+    with explore(given) as explorer:
+        held = about(explorer.url)
+        (base,) = held["bases"]
+        view = base["view"]
+        assert (base["hasMotions"], base["cost"] > 0.0, held["criteria"]) == (False, True, [])
+        place = {"view": view, "x": view["x"]["centre"], "y": view["y"]["centre"]}
+        plans = post(explorer.url, "plan", view=view)
+        assert (plans["refused"], plans["motion"], "system" in plans["cells"]) == (None, None, True)
+        assert post(explorer.url, "point", **place) == {"stored": None}
+        assert "verdict" in post(explorer.url, "explain", **place)["text"]
+        size = {"view": view, "width": 3, "height": 2}
+        line = post(explorer.url, "command", **size)["command"]
+        cells = ask(explorer.url, "data", json.dumps({**size, "format": "csv"}).encode())
+        assert cells.status == 200
+        refused = ask(explorer.url, "command", json.dumps(place).encode())
+        assert (refused.status, b"has no motions in time here" in refused.body) == (400, True)
+    status, _, messages = command(line.removeprefix("eulerdisk "))
+    assert status == 0, messages
+    assert command("export window.nc --to csv")[0] == 0
+    assert (tmp_path / "window.csv").read_bytes() == cells.body
+
+
+def test_a_system_without_a_plane_is_refused(tmp_path):
+    """One state and no parameter are no plane."""
+    path = tmp_path / "one.py"
+    path.write_text(
+        "from sweep.systems import system\n\n\n@system(duration=2)\ndef one(x=1.0):\n    return -x\n"
+    )
+    with pytest.raises(RequestError, match="one state and no parameter"):
+        explore(str(path))
+
+
+def test_a_system_that_cannot_be_compiled_for_a_page_is_refused(monkeypatch):
+    """What went wrong is said in one sentence."""
+    monkeypatch.setattr("sweep.explorer.system._BUILD", "raise ValueError('no such target')")
+    kernel = replace(SweepSpec.preset("thomas").model.integrate, function="[]")
+    with pytest.raises(RequestError, match="could not be compiled for a page: ValueError: no such target"):
+        system_module(kernel)

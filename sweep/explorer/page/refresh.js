@@ -107,7 +107,11 @@ export class Refresh {
     const began = performance.now();
     try {
       const answer = await this.#source.window({ view, width, height, quantity, stored }, signal);
-      if (this.#costOf(view.base)) this.#costs.set(view.base, (performance.now() - began) / (width * height));
+      // stored cells cost nothing
+      const computed = answer.stored ? answer.stored.filter((each) => each === 0).length : width * height;
+      if (this.#costOf(view.base) && computed) {
+        this.#costs.set(view.base, (performance.now() - began) / computed);
+      }
       // the fine picture of the same view may have come first
       if (signal?.aborted) return;
       const isWhole = width === wanted.width || lane === "coarse" || !this.#cost(wanted);

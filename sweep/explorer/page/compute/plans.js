@@ -54,7 +54,11 @@ export function plansWith(about, plans, view) {
  * @returns {Plan}
  */
 function planWith(plan, numbers, given) {
-  if ("system" in plan) return { ...plan, held: { ...plan.held, ...numbers } };
+  if ("system" in plan) {
+    const other = Object.keys(numbers).find((name) => !plan.parameters.includes(name));
+    if (other) throw refused(`This page does not know ${other}=${numbers[other]}.`);
+    return { ...plan, held: { ...plan.held, ...numbers } };
+  }
   const rates = RATES.map((name, i) => (given.includes(name) ? GIVEN : plan.rates[i]));
   const held = { ...plan.held, ...numbers };
   const [precession, roll] = rates;
