@@ -150,7 +150,7 @@ def land(lane, run, lanes):
 
 
 @kernel
-def _at(row, h, scratch, lanes):
+def value_after(row, h, scratch, lanes):
     """Value of a series in the scratch."""
     first = scratch + row * COEFFICIENTS
     found = lanes[first + ORDER]
@@ -164,31 +164,31 @@ def _highest(row, h, scratch, lanes):
     """Time in a step at which a series is greatest: the best of some places, and what lies beside it."""
     best, at = -math.inf, 0.0
     for place in range(_PLACES + 1):
-        here = _at(row, place * h / _PLACES, scratch, lanes)
+        here = value_after(row, place * h / _PLACES, scratch, lanes)
         best, at = here if here > best else best, place * h / _PLACES if here > best else at
     low, high = max(0.0, at - h / _PLACES), min(h, at + h / _PLACES)
     for _ in range(50):
         one, other = low + (high - low) / 3.0, high - (high - low) / 3.0
-        rising = _at(row, one, scratch, lanes) < _at(row, other, scratch, lanes)
+        rising = value_after(row, one, scratch, lanes) < value_after(row, other, scratch, lanes)
         low, high = one if rising else low, high if rising else other
     middle = 0.5 * (low + high)
-    return middle if _at(row, middle, scratch, lanes) > best else at
+    return middle if value_after(row, middle, scratch, lanes) > best else at
 
 
 @kernel
 def _first_above(row, h, scratch, lanes):
     """Time in a step from which on a series is positive, by bisection to rounding; infinite if it nowhere is."""
-    if _at(row, 0.0, scratch, lanes) > 0.0:
+    if value_after(row, 0.0, scratch, lanes) > 0.0:
         return 0.0
     low, high = 0.0, h
     # not the other way round: what is not a number is not above
-    if not _at(row, h, scratch, lanes) > 0.0:
+    if not value_after(row, h, scratch, lanes) > 0.0:
         high = _highest(row, h, scratch, lanes)
-        if not _at(row, high, scratch, lanes) > 0.0:
+        if not value_after(row, high, scratch, lanes) > 0.0:
             return math.inf
     for _ in range(60):
         middle = 0.5 * (low + high)
-        if _at(row, middle, scratch, lanes) > 0.0:
+        if value_after(row, middle, scratch, lanes) > 0.0:
             high = middle
         else:
             low = middle
@@ -196,7 +196,7 @@ def _first_above(row, h, scratch, lanes):
 
 
 @kernel
-def _greatest(row, h, scratch, lanes):
+def greatest_until(row, h, scratch, lanes):
     at = scratch + row * COEFFICIENTS
     return greatest(
         h, lanes[at], lanes[at + 1], lanes[at + 2], lanes[at + 3], lanes[at + 4], lanes[at + 5], lanes[at + 6],
@@ -219,7 +219,7 @@ def _ends_wrong(lane, h, lanes):
     """Whether the rate at the end of the last step is not that of its series; the lane is moved there."""
     for i in range(STATES):
         lanes[SLOPE + i * LANES + lane] = _slope(i, h, SCRATCH, lanes)
-        lanes[Y + i * LANES + lane] = _at(i, h, SCRATCH, lanes)
+        lanes[Y + i * LANES + lane] = value_after(i, h, SCRATCH, lanes)
     lanes[TIME + lane] += h
     coefficients(lane, SCRATCH, lanes)
     room = JUMP * 2.0 ** lanes[LOG_TOLERANCE + lane] + LEAST_JUMP
@@ -245,11 +245,11 @@ def go_on(lane, place, run, memory):
             return False
     for i in range(STATES):
         memory[SLOPE + i * LANES + lane] = _slope(i, h, scratch, memory)
-        memory[Y + i * LANES + lane] = found = _at(i, h, scratch, memory)
+        memory[Y + i * LANES + lane] = found = value_after(i, h, scratch, memory)
         memory[SIZES + i * LANES + lane] = max(memory[SIZES + i * LANES + lane], abs(found))
     for i in range(EXTREMES):
         row = TOP + i * LANES + lane
-        memory[row] = max(memory[row], _greatest(STATES + i, h, scratch, memory))
+        memory[row] = max(memory[row], greatest_until(STATES + i, h, scratch, memory))
     memory[TIME + lane] += h
     memory[BEFORE + lane] = h
     memory[COUNT + lane] += 1.0
@@ -272,14 +272,14 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
     leg = int(lanes[LEG + lane])
     first = leg * (2 * STATES + 1 + EXTREMES)
     for i in range(STATES):
-        last = _at(i, after, SCRATCH, lanes)
+        last = value_after(i, after, SCRATCH, lanes)
         size = max(lanes[SIZES + i * LANES + lane], abs(last))
         measures[first + i, cell] = last if ending != UNRESOLVED else math.nan
         measures[first + STATES + 1 + EXTREMES + i, cell] = size if ending != UNRESOLVED else math.nan
     time = run.duration if ending == RUNS_ON else lanes[TIME + lane] + after
     measures[first + STATES, cell] = time if ending != UNRESOLVED else math.nan
     for i in range(EXTREMES):
-        top, last = lanes[TOP + i * LANES + lane], _greatest(STATES + i, after, SCRATCH, lanes)
+        top, last = lanes[TOP + i * LANES + lane], greatest_until(STATES + i, after, SCRATCH, lanes)
         found = last if last > top else top
         measures[first + STATES + 1 + i, cell] = found if ending != UNRESOLVED else math.nan
     if ending != UNRESOLVED and after > 0.0 and _ends_wrong(lane, after, lanes):

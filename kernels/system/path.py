@@ -72,11 +72,11 @@ def _sample(i, leg, time, d, memory, measures, counts):
     first = leg * (2 * STATES + 1 + EXTREMES)
     measures[first + STATES, i] = time
     for j in range(STATES):
-        found, before = system_lanes._at(j, d, SCRATCH, memory), memory[STEPPING + SIZE + j]
+        found, before = system_lanes.value_after(j, d, SCRATCH, memory), memory[STEPPING + SIZE + j]
         measures[first + j, i] = found
         measures[first + STATES + 1 + EXTREMES + j, i] = max(before, abs(found))
     for j in range(EXTREMES):
-        top = system_lanes._greatest(STATES + j, d, SCRATCH, memory)
+        top = system_lanes.greatest_until(STATES + j, d, SCRATCH, memory)
         measures[first + STATES + 1 + j, i] = max(memory[STEPPING + SIZE + STATES + j], top)
     counts[leg, i] = RUNS_ON
     _count(i, leg, int(memory[COUNT]), int(memory[UNPROVED]), counts)
