@@ -197,6 +197,7 @@ def _first_above(row, h, scratch, lanes):
 
 @kernel
 def greatest_until(row, h, scratch, lanes):
+    """Greatest value of a series in the scratch from its beginning until h."""
     at = scratch + row * COEFFICIENTS
     return greatest(
         h, lanes[at], lanes[at + 1], lanes[at + 2], lanes[at + 3], lanes[at + 4], lanes[at + 5], lanes[at + 6],
