@@ -10,6 +10,10 @@ import numpy as np
 import pytest
 
 import sweep
+from sweep.explorer.about import sides
+from sweep.explorer.plan import plan
+from sweep.explorer.view import View
+from sweep.request.spec import SweepSpec
 
 random = Random(3)
 
@@ -327,3 +331,19 @@ def test_sliders_have_their_values_where_they_stand(quiet):
     assert (low[:2], low[4], high[0], high[3:]) == ([None, 1e-3], 0.1, 1e-3, [0.1, None])
     assert [low[2], high[2]] == pytest.approx([0.01, 0.01], rel=0.02)
     assert found["places"] == [[0, 1, 240], [240, 0, 239]]
+
+
+def test_a_page_of_a_system_takes_numbers_of_its_words_alone(opened):
+    """A parameter takes another number; the duration, which the kernel was given, is refused and not passed over."""
+    spec = SweepSpec.preset("kapitza")
+    view = {"base": "", **sides(spec)}
+    held = plan(View.read({**view, "words": {}}, spec))
+    script = """async ([plans, view]) => {
+        const { plansWith } = await import("eulerdisk/compute/plans");
+        const about = { bases: [{ name: "", words: {} }] };
+        try { return plansWith(about, plans, view).cells.held; } catch (problem) { return problem.message; }
+    }"""
+    page = opened()
+    assert page.evaluate(script, [held, {**view, "words": {"length": 0.3}}])["length"] == 0.3
+    refused = page.evaluate(script, [held, {**view, "words": {"duration": 3.0}}])
+    assert refused == "This page does not know duration=3."
