@@ -25,7 +25,7 @@ from kernels.bodies.arrays import PARAMETERS, REDUCED
 from kernels.bodies.shapes import NAMES, RIM, arc_of, solid_moments, torus_moments
 from kernels.disk.arrays import ENDING
 from kernels.disk.endings import BOUNDED
-from sweep.model.bodies.exact import REDUCE
+from sweep.model.bodies.exact import kernel_of
 
 Array = npt.NDArray[np.float64]
 
@@ -49,6 +49,11 @@ def drawn(body: str, n: int, rng: np.random.Generator) -> Array:
     elif body == "ball":
         known["offset"], across = rng.uniform(-0.9, 0.9, n), rng.uniform(0.1, 0.6, n)
         axial = across * rng.uniform(0.3, 1.9, n)
+    elif body == "spheroid":
+        q, across = np.exp(rng.uniform(np.log(0.2), np.log(3.0), n)), rng.uniform(0.1, 0.6, n)
+        known["flattening"] = 1.0 - q
+        known["offset"] = 0.9 * q * rng.uniform(-1.0, 1.0, n) * (rng.random(n) < 0.7)
+        axial = across * rng.uniform(0.3, 1.9, n)
     else:
         known["thickness"] = 10.0 ** rng.uniform(-2.0, 0.0, n)
         share = 1.0 if body == "rounded" else rng.uniform(0.0, 1.0, n) * (rng.random(n) < 0.8)
@@ -69,7 +74,7 @@ def drawn(body: str, n: int, rng: np.random.Generator) -> Array:
 def reduced(given: Array, body: str) -> tuple[dict[str, Array], npt.NDArray[np.int32]]:
     """Return what the reduction says of starts, and how they end."""
     measures, counts = np.empty((len(REDUCED), given.shape[1])), np.empty((1, given.shape[1]), np.int32)
-    REDUCE.load()(given, float(NAMES.index(body)), FALL, 1, measures, counts)
+    kernel_of(body, "reduce").load()(given, float(NAMES.index(body)), FALL, 1, measures, counts)
     return dict(zip(REDUCED, measures, strict=True)), counts[ENDING]
 
 
@@ -111,10 +116,10 @@ def audit_space(count: int, rng: np.random.Generator) -> bool:
         for cell in np.flatnonzero(known):
             one = dict(zip(PARAMETERS, given[:, cell].tolist(), strict=True))
             unit, tilt = math.sqrt(one["radius"] / one["gravity"]), one["tilt"]
-            lengths = (one[name] for name in ("tube", "thickness", "fillet", "offset"))
-            core, shift, edge = arc_of(NAMES.index(body), *lengths)
+            lengths = (one[name] for name in ("tube", "thickness", "fillet", "offset", "flattening"))
+            core, shift, edge, square = arc_of(NAMES.index(body), *lengths)
             shift = -shift if body == NAMES[RIM] and tilt < 0.0 else shift
-            rolling = Body(core, shift, edge, one["axial_moment"], one["transverse_moment"])
+            rolling = Body(core, shift, edge, one["axial_moment"], one["transverse_moment"], square)
             o, s = (
                 unit * one["precession_rate"] * math.cos(tilt),
                 unit * (one["roll_rate"] + one["precession_rate"] * math.sin(tilt)),

@@ -2,6 +2,7 @@
 
 No tilt and no rates of it: the state is the axis n and the angular velocity, both in space. The body is what lies
 within `edge` of a ring of radius `core`, whose middle is at `-shift` along the axis; its lowest point is the contact.
+Where `square` is not 1 the ring's tube is an ellipse, sqrt(square) times as far along the axis as across it.
 Units are m = g = R = 1.
 """
 
@@ -32,12 +33,26 @@ class Body:
     edge: float
     axial: float
     transverse: float
+    square: float = 1.0
 
-    def contact(self, n):
-        """Return the contact point from the centre of mass, and the direction d of the diameter through it."""
-        sine = n[2]
-        d = (UP - sine * n) / math.sqrt(1.0 - sine * sine)
-        return -self.core * d - self.shift * n - self.edge * UP, d
+    def contact(self, n, n_rate):
+        """Return the contact point from the centre of mass, and its rate where the axis moves with `n_rate`.
+
+        The lowest point of an ellipsoid with the matrix M is -M UP/sqrt(UP M UP); here M = edge^2 (1 + (square - 1) n n).
+        """
+        sine, sine_rate, more = n[2], n_rate[2], self.square - 1.0
+        size = math.sqrt(1.0 + more * sine * sine)
+        size_rate = more * sine * sine_rate / size
+        low = UP + more * sine * n
+        r = -self.shift * n - self.edge * low / size
+        low_rate = more * (sine_rate * n + sine * n_rate)
+        r_rate = -self.shift * n_rate - self.edge * (low_rate - low * size_rate / size) / size
+        if self.core:
+            cosine = math.sqrt(1.0 - sine * sine)
+            d = (UP - sine * n) / cosine
+            d_rate = (-sine_rate * n - sine * n_rate + sine * sine_rate / cosine * d) / cosine
+            r, r_rate = r - self.core * d, r_rate - self.core * d_rate
+        return r, r_rate
 
     def inertia(self, n):
         """Return the tensor of inertia."""
@@ -46,12 +61,8 @@ class Body:
     def right_side(self, _, y):
         """Return the derivatives of axis and angular velocity."""
         n, turning = y[:3], y[3:]
-        r, d = self.contact(n)
         n_rate = cross(turning, n)
-        cosine = math.sqrt(1.0 - n[2] ** 2)
-        cosine_rate = -n[2] * n_rate[2] / cosine
-        d_rate = (-n_rate[2] * n - n[2] * n_rate - cosine_rate * d) / cosine
-        r_rate = -self.core * d_rate - self.shift * n_rate
+        r, r_rate = self.contact(n, n_rate)
         inertia = self.inertia(n)
         # the centre of mass moves with -turning x r; force = its acceleration + weight
         known = -cross(turning, inertia @ turning) + cross(r, UP - cross(turning, r_rate))
@@ -61,7 +72,7 @@ class Body:
     def energy(self, y):
         """Return the energy."""
         n, turning = y[:3], y[3:]
-        r, _ = self.contact(n)
+        r, _ = self.contact(n, np.zeros(3))
         velocity = cross(turning, r)
         return 0.5 * turning @ self.inertia(n) @ turning + 0.5 * velocity @ velocity - r[2]
 
@@ -87,7 +98,8 @@ class Body:
     def extremes(self, tilt, w, o, s, end=300.0):
         """Return the extreme tilts and the period of a motion with a rate w other than 0."""
         found = self.motion(tilt, w, o, s, end, most=3)
-        tilts = np.arcsin(found.y_events[0][:3, 2])
+        x, y, z = found.y_events[0][:3, :3].T
+        tilts = np.arctan2(z, np.hypot(x, y))
         return min(tilts[:2]), max(tilts[:2]), found.t_events[0][2] - found.t_events[0][0]
 
 
@@ -99,6 +111,19 @@ REFERENCE = {
     "hollow": (Body(0.7, 0.0, 0.3, 0.625, 0.3575), 0.1886831570, 1.4034772698, 4.9110760122),
     "edge": (Body(0.9, 0.0, 0.1, 0.47998914980, 0.24319566028), 0.1897916375, 1.3886958061, 4.6601473860),
     "ball": (Body(0.0, 0.2, 1.0, 0.42, 0.38), 0.1438704053, 1.0565609692, 17.2560929788),
+    "oblate": (Body(0.0, 0.0, 1.0, 0.4, 0.25, 0.25), 0.1885850821, 1.4309369510, 4.6787236735),
+    "prolate": (Body(0.0, 0.0, 1.0, 0.4, 0.65, 2.25), 0.1169029511, 0.3339814542, 6.7548336763),
+}
+
+#: Body of that table -> its word, and how its lengths follow from the body.
+LENGTHS = {
+    "disk": ("torus", lambda body: {"tube": 0.0}),
+    "torus": ("torus", lambda body: {"tube": body.edge}),
+    "hollow": ("torus", lambda body: {"tube": body.edge}),
+    "edge": ("rounded", lambda body: {"thickness": 2.0 * body.edge}),
+    "ball": ("ball", lambda body: {"offset": body.shift}),
+    "oblate": ("spheroid", lambda body: {"flattening": 0.5}),
+    "prolate": ("spheroid", lambda body: {"flattening": -0.5}),
 }
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from kernels.bodies.shapes import NAMES, solid_moments, torus_moments
 from kernels.disk.arrays import COUNTS, MEASURES
-from sweep.model.bodies.model import BODIES
+from sweep.model.bodies.model import integrator_of
 
 FALL_TILT = math.radians(88.0)
 TORUS = {"tube": 0.25, "axial_moment": 0.609375, "transverse_moment": 0.3203125}
@@ -18,19 +18,24 @@ def run(given, body, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance
     n = given.shape[1]
     measures, counts = np.full((len(MEASURES), n), -777.0), np.full((len(COUNTS), n), -777, np.int32)
     settings = np.array([duration, step, fall_tilt, tolerance, float(NAMES.index(body))])
-    BODIES.integrate.load()(np.ascontiguousarray(given), settings, measures, counts)
+    integrator_of(body).load()(np.ascontiguousarray(given), settings, measures, counts)
     return kernel_runner.Results.of(measures, counts)
 
 
 def drawn(body, rng):
-    """Return the lengths of a body by their words, its moments, and its arc."""
+    """Return the lengths of a body by their words, its moments, and its `kernels.bodies.shapes.Arc`."""
     if body == "torus":
         tube = rng.uniform(0.0, 0.9)
-        return {"tube": tube}, torus_moments(tube, rng.random() < 0.5), (1.0 - tube, 0.0, tube)
+        return {"tube": tube}, torus_moments(tube, rng.random() < 0.5), (1.0 - tube, 0.0, tube, 1.0)
     if body == "ball":
         offset, across = rng.uniform(-0.8, 0.8), rng.uniform(0.2, 0.6)
-        return {"offset": offset}, (across * rng.uniform(0.5, 1.5), across), (0.0, offset, 1.0)
+        return {"offset": offset}, (across * rng.uniform(0.5, 1.5), across), (0.0, offset, 1.0, 1.0)
+    if body == "spheroid":
+        q, across = rng.uniform(0.4, 2.0), rng.uniform(0.2, 0.6)
+        offset = 0.8 * q * rng.uniform(-1.0, 1.0) * (rng.random() < 0.7)
+        lengths = {"offset": offset, "flattening": 1.0 - q}
+        return lengths, (across * rng.uniform(0.5, 1.5), across), (0.0, offset, 1.0, q * q)
     thickness = rng.uniform(0.01, 1.0)
     fillet = 0.5 * thickness if body == "rounded" else rng.uniform(0.0, 0.5 * thickness)
     lengths = {"thickness": thickness} | ({"fillet": fillet} if body == "rim" else {})
-    return lengths, solid_moments(thickness, fillet), (1.0 - fillet, 0.5 * thickness - fillet, fillet)
+    return lengths, solid_moments(thickness, fillet), (1.0 - fillet, 0.5 * thickness - fillet, fillet, 1.0)

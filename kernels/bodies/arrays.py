@@ -3,15 +3,15 @@
 Measures and counts are those of the disk.
 """
 
-#: Start of a cell: tilt [rad], three rates [rad/s]; lengths over the outer radius [1]; moments of inertia about the
+#: Start of a cell: tilt [rad], three rates [rad/s]; lengths over the outer radius [1]; flattening [1]; moments of inertia about the
 #: centre of mass over m R^2 [1]; radius [m], gravity [m/s^2].
 PARAMETERS = (
-    "tilt", "tilt_rate", "precession_rate", "roll_rate", "tube", "thickness", "fillet", "offset", "axial_moment",
-    "transverse_moment", "radius", "gravity",
+    "tilt", "tilt_rate", "precession_rate", "roll_rate", "tube", "thickness", "fillet", "offset", "flattening",
+    "axial_moment", "transverse_moment", "radius", "gravity",
 )  # fmt: skip
 (
-    TILT, TILT_RATE, PRECESSION_RATE, ROLL_RATE, TUBE, THICKNESS, FILLET, OFFSET, AXIAL_MOMENT, TRANSVERSE_MOMENT,
-    RADIUS, GRAVITY,
+    TILT, TILT_RATE, PRECESSION_RATE, ROLL_RATE, TUBE, THICKNESS, FILLET, OFFSET, FLATTENING, AXIAL_MOMENT,
+    TRANSVERSE_MOMENT, RADIUS, GRAVITY,
 ) = range(len(PARAMETERS))  # fmt: skip
 
 #: Settings of an integration: those of the disk, and the number of the body (`kernels.bodies.shapes`).

@@ -4,10 +4,13 @@ import math
 
 import numpy as np
 
+from kernels.bodies import ellipse
 from kernels.bodies import pair as at
 from kernels.bodies.equations import energy_gained, per_inertia
+from kernels.bodies.pair import expand
 from kernels.bodies.shapes import Body
 from kernels.jit import kernel
+from kernels.lanes.binding import variant
 from kernels.native.entry import parallel
 
 #: Cells that a thread takes at a time; panels from one tilt to another at most.
@@ -22,7 +25,7 @@ def _carried(tilt, there, s, o, body, series):
     own = (
         body
         if heading > 0.0
-        else Body(body.core, -body.shift, body.edge, body.axial, body.transverse, body.ratio)
+        else Body(body.core, -body.shift, body.edge, body.square, body.axial, body.transverse, body.ratio)
     )
     series[at.SIN, 0], series[at.COS, 0] = heading * math.sin(tilt), math.cos(tilt)
     series[at.SPIN, 0], series[at.ALONG, 0], series[at.KINETIC, 0] = s, heading * o, 0.0
@@ -30,7 +33,7 @@ def _carried(tilt, there, s, o, body, series):
     for _ in range(_MOST_PANELS):
         if not left > 0.0:
             break
-        at.expand(series, own)
+        expand(series, own)
         length = min(at.length_of(series), left)
         at.go_on(series, length)
         left -= length
@@ -72,7 +75,7 @@ def carry(start, stop, tilts, bodies, rates, squares, series):
         The cells of one chunk.
     tilts : float64[3, n]
         From where and to where [rad], inside 90 degrees, and the scaled rate of the tilt.
-    bodies : float64[6, n]
+    bodies : float64[7, n]
         Rows as `kernels.bodies.shapes.Body`.
     rates : float64[2, n], written
         s and o in any one unit: at the first tilts, then at the second ones.
@@ -89,9 +92,14 @@ def carry(start, stop, tilts, bodies, rates, squares, series):
             bodies[3, cell],
             bodies[4, cell],
             bodies[5, cell],
+            bodies[6, cell],
         )
         tilt, there, w = tilts[0, cell], tilts[1, cell], tilts[2, cell]
         before = rates[0, cell], rates[1, cell]
         after = _carried(tilt, there, before[0], before[1], body, series)
         squares[cell] = _square(tilt, there, w, before, after, body)
         rates[0, cell], rates[1, cell] = after
+
+
+#: `carry` of bodies whose meridian is an arc of an ellipse.
+carry_ellipses = variant(carry, "ellipses", ellipse.FUNCTIONS)

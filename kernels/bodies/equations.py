@@ -1,8 +1,9 @@
-"""Equations of motion of a body of revolution whose meridian is an arc, in the variables of the thin disk.
+"""Equations of motion of a body of revolution, in the variables of the thin disk.
 
 State and scaling are those of `kernels.disk.equations`. The contact point is at -a d + b n from the centre of mass,
-with n the axis of the body and d its diameter through that point; a = core + edge C and b = -shift - edge S. The weight
-acts at the lever l = core S - shift C. With A and I the transverse and the axial moment of inertia,
+with n the axis of the body and d its diameter through that point; the weight acts at the lever l = a S + b C. The
+meridian is an arc of a circle here: a = core + edge C and b = -shift - edge S. Where it is an arc of an ellipse the
+functions of `kernels.bodies.ellipse` take the place of those of the same names here. With A and I the transverse and the axial moment of inertia,
 
     B = A + a^2 + b^2         inertia of a rotation of the tilt about the contact point,
     D = I A + I b^2 + A a^2   determinant of the inertia of the other two,
@@ -17,9 +18,27 @@ from kernels.jit import simd
 
 
 @simd
-def _levers(S, C, body):
+def levers(S, C, body):
     """(a, b, l) of the docstring of the module."""
     return body.core + body.edge * C, -(body.shift + body.edge * S), body.core * S - body.shift * C
+
+
+@simd
+def curvature_radius(S, C, body):
+    """Radius of curvature r of the meridian."""
+    return body.edge
+
+
+@simd
+def evolute(S, C, body):
+    """Distance a - r C of the centre of curvature from the axis."""
+    return body.core
+
+
+@simd
+def excess(S, C, body):
+    """Height of the centre of mass above the centre of curvature, h - r."""
+    return body.core * C + body.shift * S
 
 
 @simd
@@ -50,15 +69,16 @@ def slopes(state, w, body):
     Newton and Euler about the contact point, with the rolling constraints eliminated.
     """
     S, C, T, o, s = state
-    a, b, lever = _levers(S, C, body)
+    a, b, lever = levers(S, C, body)
     A, I = body.transverse, body.axial
     B, D = _inertia(a, b, body)
     # a division costs what carrying 1/B and 1/D costs, and saves two states; two divisions cost twice that
     inverse = 1.0 / (B * D)
     oT = o * T
-    twist = (body.core * o - (body.edge * S + body.ratio * b) * s) * (B * inverse)
+    r, inner = curvature_radius(S, C, body), evolute(S, C, body)
+    twist = (inner * o - (r * S + body.ratio * b) * s) * (B * inverse)
     torque = I * s - A * oT + (a - b * T) * (a * s + b * o)
-    acceleration = (lever * (1.0 + body.edge * w * w) + o * torque) * (D * inverse)
+    acceleration = (lever * (1.0 + r * w * w) + o * torque) * (D * inverse)
     return (C, S, 1.0 + T * T, oT - body.ratio * s - I * b * twist, A * a * twist), acceleration
 
 
@@ -123,7 +143,7 @@ def height(S, C, body):
 @simd
 def potential(S, C, o, s, body):
     """Energy over m g R of a state without its rate of the tilt."""
-    a, b, _ = _levers(S, C, body)
+    a, b, _ = levers(S, C, body)
     v = a * s + b * o
     return 0.5 * (body.transverse * o * o + body.axial * s * s + v * v) + height(S, C, body)
 
@@ -140,8 +160,8 @@ def energy_gained(state, start, body, axial):
     """Energy minus that of the start (S, C, w, o, s), over m g R, formed from differences."""
     S, C, _, w, o, s = state
     S0, C0, w0, o0, s0 = start
-    a, b, _ = _levers(S, C, body)
-    a0, b0, _ = _levers(S0, C0, body)
+    a, b, _ = levers(S, C, body)
+    a0, b0, _ = levers(S0, C0, body)
     rise, fall = S - S0, -(S - S0) * (S + S0) / (C + C0)
     longer, wider = body.edge * fall, -body.edge * rise
     B, _ = _inertia(a, b, body)
@@ -162,7 +182,7 @@ def energy_gained(state, start, body, axial):
 @simd
 def per_inertia(S, C, body):
     """One over the moment of inertia of a rotation of the tilt, in m R^2."""
-    a, b, _ = _levers(S, C, body)
+    a, b, _ = levers(S, C, body)
     return 1.0 / (body.transverse + a * a + b * b)
 
 
@@ -170,7 +190,7 @@ def per_inertia(S, C, body):
 def fastest_square(state, body):
     """Square of the fastest rate of a state: of its linearised motion, and of its own rates."""
     S, C, _, w, o, s = state
-    a, b, _ = _levers(S, C, body)
+    a, b, _ = levers(S, C, body)
     per = 1.0 / (body.transverse + a * a + b * b)
     return per * (1.0 + 2.0 * (body.axial + a * a) * s * s) + o * o + w * w
 
@@ -178,9 +198,10 @@ def fastest_square(state, body):
 @simd
 def slopes_along(S, C, s, o, body):
     """Derivatives of (S, C, s, o) with respect to y, where dtilt = C dy."""
-    a, b, _ = _levers(S, C, body)
+    a, b, _ = levers(S, C, body)
     _, D = _inertia(a, b, body)
-    twist = C * (body.core * o - (body.edge * S + body.ratio * b) * s) / D
+    r, inner = curvature_radius(S, C, body), evolute(S, C, body)
+    twist = C * (inner * o - (r * S + body.ratio * b) * s) / D
     spin = -body.transverse * a * twist
     return C * C, -S * C, spin, o * S - body.ratio * s * C - body.axial * b * twist
 
@@ -188,7 +209,7 @@ def slopes_along(S, C, s, o, body):
 @simd
 def fall_along(S, C, s, o, body):
     """Slope of the potential with respect to y, over m g R."""
-    a, b, lever = _levers(S, C, body)
+    a, b, lever = levers(S, C, body)
     return -(
         C * lever + o * (C * body.axial * s - body.transverse * o * S + (a * C - b * S) * (a * s + b * o))
     )
@@ -198,7 +219,7 @@ def fall_along(S, C, s, o, body):
 def pull_and_terms(state, body):
     """Magnitude of the slope of the potential, and the sum of the magnitudes of its terms."""
     S, C, T, _, o, s = state
-    a, b, lever = _levers(S, C, body)
+    a, b, lever = levers(S, C, body)
     A, I = body.transverse, body.axial
     oT, arm = o * T, a - b * T
     pull = abs(lever + o * (I * s - A * oT + arm * (a * s + b * o)))
@@ -220,12 +241,12 @@ def force(state, body):
     V' = -(l + o M) with M = I s - A o T + (a - b T) v, differentiated along the linear system; (a - b T)' = -b/C^2.
     """
     S, C, T, _, o, s = state
-    a, b, lever = _levers(S, C, body)
+    a, b, lever = levers(S, C, body)
     (_, _, _, o_slope, less), _ = slopes((S, C, T, o, s), 0.0, body)
     A, I, s_slope = body.transverse, body.axial, -less
     arm, v, square = a - b * T, a * s + b * o, 1.0 + T * T
-    v_slope = a * s_slope + b * o_slope - body.edge * (S * s + C * o)
+    v_slope = a * s_slope + b * o_slope - curvature_radius(S, C, body) * (S * s + C * o)
     torque = I * s - A * o * T + arm * v
     torque_slope = I * s_slope - A * (o_slope * T + o * square) - b * square * v + arm * v_slope
-    bend = body.core * C + body.shift * S
+    bend = excess(S, C, body)
     return abs(lever + o * torque), -(bend + o_slope * torque + o * torque_slope)

@@ -12,25 +12,46 @@ from kernels.jit import kernel
 TERMS = 20
 
 #: Rows of `series`: sine and cosine of the tilt, s, o, kinetic energy over m g R; and what they are made of: a, b, the
-#: lever of the weight, the height, B - A and D, b A/I + edge S, the twist P/D,
+#: lever of the weight, the height, B - A and D, b I/A + r S, the twist P/D,
 SIN, COS, SPIN, ALONG, KINETIC, LONG, WIDE, LEVER, HEIGHT, SQUARES, DETERMINANT, MIX, TWIST = range(13)
 #: products,
 _TWIST_COS, _SPEED, _ALONG_SIN, _SPIN_COS, _TORQUE = range(13, 18)
 #: the kinetic energy over t, where it vanishes at t = 0.
 KINETIC_PER_STRETCH = 18
-ROWS = 19
+#: the first row of those that only an ellipse has (`kernels.bodies.ellipse`).
+OF_ELLIPSE = 19
+ROWS = 25
 
 #: The longest panel, in y; a panel ends where what is left out is this share of its values.
 LONGEST, _LEFT_OUT = 0.25, 1e-18
 
 
 @kernel
-def _product(series, one, other, k):
+def product(series, one, other, k):
     """Term k of the product of two rows."""
     total = 0.0
     for i in range(k + 1):
         total += series[one, i] * series[other, k - i]
     return total
+
+
+@kernel
+def describe(series, body, k, first):
+    """Term k of the rows of the meridian; `first` is 1 for the term 0, else 0."""
+    S, C = series[SIN, k], series[COS, k]
+    series[LONG, k], series[WIDE, k] = (
+        body.core * first + body.edge * C,
+        -body.shift * first - body.edge * S,
+    )
+    series[LEVER, k] = body.core * S - body.shift * C
+    series[HEIGHT, k] = body.core * C + body.shift * S + body.edge * first
+    series[MIX, k] = body.edge * S + body.ratio * series[WIDE, k]
+
+
+@kernel
+def evolute_along(series, body, k):
+    """Term k of (a - r C) o."""
+    return body.core * series[ALONG, k]
 
 
 @kernel
@@ -50,41 +71,34 @@ def expand(series, body):
     axial, transverse = body.axial, body.transverse
     for k in range(TERMS):
         first = 1.0 if k == 0 else 0.0
-        S, C = series[SIN, k], series[COS, k]
-        series[LONG, k], series[WIDE, k] = (
-            body.core * first + body.edge * C,
-            -body.shift * first - body.edge * S,
-        )
-        series[LEVER, k] = body.core * S - body.shift * C
-        series[HEIGHT, k] = body.core * C + body.shift * S + body.edge * first
-        series[MIX, k] = body.edge * S + body.ratio * series[WIDE, k]
-        long, wide = _product(series, LONG, LONG, k), _product(series, WIDE, WIDE, k)
+        describe(series, body, k, first)
+        long, wide = product(series, LONG, LONG, k), product(series, WIDE, WIDE, k)
         series[SQUARES, k] = long + wide
         series[DETERMINANT, k] = axial * (transverse * first + wide) + transverse * long
-        twist = body.core * series[ALONG, k] - _product(series, MIX, SPIN, k)
+        twist = evolute_along(series, body, k) - product(series, MIX, SPIN, k)
         for i in range(1, k + 1):
             twist -= series[DETERMINANT, i] * series[TWIST, k - i]
         series[TWIST, k] = twist / series[DETERMINANT, 0]
-        series[_TWIST_COS, k] = _product(series, TWIST, COS, k)
-        series[_SPEED, k] = _product(series, LONG, SPIN, k) + _product(series, WIDE, ALONG, k)
-        series[_ALONG_SIN, k] = _product(series, ALONG, SIN, k)
-        series[_SPIN_COS, k] = _product(series, SPIN, COS, k)
+        series[_TWIST_COS, k] = product(series, TWIST, COS, k)
+        series[_SPEED, k] = product(series, LONG, SPIN, k) + product(series, WIDE, ALONG, k)
+        series[_ALONG_SIN, k] = product(series, ALONG, SIN, k)
+        series[_SPIN_COS, k] = product(series, SPIN, COS, k)
         series[_TORQUE, k] = (
             axial * series[_SPIN_COS, k]
             - transverse * series[_ALONG_SIN, k]
-            + _product(series, HEIGHT, _SPEED, k)
+            + product(series, HEIGHT, _SPEED, k)
         )
         if k + 1 == TERMS:
             break
         share = 1.0 / (k + 1)
         series[SIN, k + 1], series[COS, k + 1] = (
-            share * _product(series, COS, COS, k),
-            -share * _product(series, SIN, COS, k),
+            share * product(series, COS, COS, k),
+            -share * product(series, SIN, COS, k),
         )
-        series[SPIN, k + 1] = -share * transverse * _product(series, LONG, _TWIST_COS, k)
-        turned = axial * _product(series, WIDE, _TWIST_COS, k)
+        series[SPIN, k + 1] = -share * transverse * product(series, LONG, _TWIST_COS, k)
+        turned = axial * product(series, WIDE, _TWIST_COS, k)
         series[ALONG, k + 1] = share * (series[_ALONG_SIN, k] - body.ratio * series[_SPIN_COS, k] - turned)
-        pull = _product(series, LEVER, COS, k) + _product(series, ALONG, _TORQUE, k)
+        pull = product(series, LEVER, COS, k) + product(series, ALONG, _TORQUE, k)
         series[KINETIC, k + 1] = share * pull
 
 

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from kernels.bodies import arrays as row
-from kernels.bodies.equations import per_inertia
+from kernels.bodies import ellipse
+from kernels.bodies.equations import curvature_radius, levers, per_inertia
 from kernels.bodies.reduction import (
     GAUSS,
     OF_ALONG,
@@ -27,6 +28,7 @@ from kernels.bodies.reduction import (
 from kernels.bodies.stages import body_of
 from kernels.disk.endings import BOUNDED
 from kernels.jit import kernel
+from kernels.lanes.binding import variant
 from kernels.native.entry import parallel
 
 _CHUNK = 128
@@ -81,8 +83,8 @@ def _rates(chi, y_start, body, panels, sides):
     o = o if side == 0 else -o
     S, C, T = math.tanh(y_start + y), 1.0 / math.cosh(y_start + y), math.sinh(y_start + y)
     time = C * stretch * math.sqrt(0.5 / (kinetic * per_inertia(S, C, body)))
-    rolled = (body.core + body.edge * C) * (s - o * T) * time
-    return time, o / C * time, body.edge * C * stretch, rolled
+    a, _, _ = levers(S, C, body)
+    return time, o / C * time, curvature_radius(S, C, body) * C * stretch, a * (s - o * T) * time
 
 
 @kernel
@@ -324,3 +326,7 @@ def paths(
         measures[row.PATH_HEADING, cell], measures[row.PATH_DRIFT, cell] = turn, radius * drift
         measures[row.PATH_INNER, cell], measures[row.PATH_OUTER, cell] = radius * inner, radius * outer
         classes[cell] = shape
+
+
+#: `paths` of bodies whose meridian is an arc of an ellipse.
+paths_ellipses = variant(paths, "ellipses", ellipse.FUNCTIONS)

@@ -1,7 +1,7 @@
 """The reduction of a body to one degree of freedom: extreme tilts for all time and the period, without time stepping.
 
 The kinetic energy of the tilt is followed from the start to both sides, panel after panel (`kernels.bodies.pair`), to
-the turning point, where it vanishes first, or to the tilt at which motions end. The way to the side of negative tilts
+the turning point, where it vanishes first, or to the tilt at which motions end, or through a pole. The way to the side of negative tilts
 is that of the mirror image to the other, so that mirror images have the same bits.
 """
 
@@ -10,15 +10,18 @@ import math
 import numpy as np
 
 from kernels.bodies import arrays as row
+from kernels.bodies import ellipse
 from kernels.bodies import pair as at
 from kernels.bodies.equations import fall_along, force, is_steady, per_inertia, pull_and_terms
-from kernels.bodies.shapes import RIM, Body
+from kernels.bodies.pair import expand
+from kernels.bodies.shapes import FIRST_WITH_POLES, RIM, Body
 from kernels.bodies.stages import body_of, is_possible, side_of
 from kernels.disk.arrays import ENDING
 from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL, INVALID, STEADY, UNRESOLVED
 from kernels.disk.equations import scaled_state
 from kernels.disk.polynomial_roots import MOST_ROOTS, first_length, first_root, value_at
 from kernels.jit import kernel
+from kernels.lanes.binding import variant
 from kernels.native.entry import parallel
 
 #: Cells that a thread takes at a time.
@@ -26,6 +29,9 @@ _CHUNK = 128
 
 #: Panels to one side at most: fewer reach 89.99 degrees.
 _MOST_PANELS = 400
+
+#: The stretched tilt of a pole: from there on the cosine of the tilt is below 1e-17.
+_POLE = 40.0
 
 #: Rounding of the kinetic energy, over its terms and those of its slope times the way.
 _ROUNDING = 4.0 * 2.0**-52
@@ -117,7 +123,7 @@ def _follow(state, body, limit, series, found, panels, side):
     side[_PANELS] = side[_ERROR] = 0.0
     side[_LEAST] = math.inf
     for number in range(_MOST_PANELS):
-        at.expand(series, body)
+        expand(series, body)
         length = at.length_of(series)
         if number == 0:
             length = first_length(series, at.KINETIC, at_rest, length)
@@ -142,7 +148,8 @@ def _follow(state, body, limit, series, found, panels, side):
         if least < abs(side[_LEAST]):
             side[_LEAST] = -least
         if last:
-            side[_WAY] = limit
+            side[_WAY], side[_TILT] = limit, math.nan
+            side[_UNCERTAIN] = side[_ERROR] = _ROUNDING * (4.0 + side[_PANELS]) * side[_ERROR]
             return FELL
         begun += length
         at.go_on(series, length)
@@ -230,7 +237,7 @@ def _half_period(y_start, body, panels, sides, pieces):
 
 @kernel
 def _mirrored(body):
-    return Body(body.core, -body.shift, body.edge, body.axial, body.transverse, body.ratio)
+    return Body(body.core, -body.shift, body.edge, body.square, body.axial, body.transverse, body.ratio)
 
 
 @kernel
@@ -241,7 +248,9 @@ def stretched(tilt):
 
 @kernel
 def _limit(kind, edge, y, heading, fall_tilt):
-    """(tilt, ending, way in y) where a motion towards `heading` ends that does not turn."""
+    """(tilt, ending, way in y) where a motion towards `heading` ends that does not turn; at a pole it turns."""
+    if kind >= FIRST_WITH_POLES:
+        return heading * 0.5 * math.pi, BOUNDED, _POLE - heading * y
     if kind == RIM and edge * heading < 0.0:
         return 0.0, EDGE_CHANGE, abs(y)
     return heading * fall_tilt, FELL, stretched(fall_tilt) - heading * y
@@ -278,7 +287,9 @@ def _both_ways(state, tilt, edge, kind, fall_tilt, body, series, found, panels, 
             return UNRESOLVED, math.nan, math.nan, math.nan, math.inf, True
         if abs(sides[place, _LEAST]) < abs(separatrix):
             separatrix = sides[place, _LEAST]
-        if end == FELL:
+        if end == FELL and beyond == BOUNDED:
+            sides[place, _TILT] = sense * limit
+        elif end == FELL:
             return beyond, min(least, limit), max(greatest, limit), separatrix, error, True
         reached = sense * sides[place, _TILT]
         error = max(error, sides[place, _ERROR])
@@ -294,7 +305,7 @@ def reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides, 
     body = body_of(starts, cell, kind)
     if not is_possible(starts, cell, kind, body):
         return INVALID, nan, nan, nan, nan, nan
-    if abs(tilt) >= fall_tilt:
+    if abs(tilt) >= fall_tilt and kind < FIRST_WITH_POLES:
         return FELL, tilt, tilt, nan, nan, 0.0
     if kind == RIM and tilt == 0.0:
         return EDGE_CHANGE, tilt, tilt, nan, nan, 0.0
@@ -353,7 +364,7 @@ def reduce(
     kind : float
         Number of the body (`kernels.bodies.shapes`).
     fall_tilt : float
-        Magnitude of the tilt [rad] that counts as a fall.
+        Magnitude of the tilt [rad] that counts as a fall; of bodies with poles it is not read.
     timed : int
         0 to leave out the period.
     measures : float64[len(REDUCED), n], written
@@ -376,3 +387,7 @@ def reduce(
             measures[row.REDUCED_SEPARATRIX, cell],
             measures[row.REDUCED_ERROR, cell],
         ) = reduced(starts, cell, kind, fall_tilt, timed, series, found, panels, sides, pieces)
+
+
+#: `reduce` of bodies whose meridian is an arc of an ellipse.
+reduce_ellipses = variant(reduce, "ellipses", ellipse.FUNCTIONS)

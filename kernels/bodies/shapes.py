@@ -1,16 +1,21 @@
-"""The bodies: their meridian as an arc of a circle, and the moments of inertia that follow from their shape.
+"""The bodies: their meridian as an arc of a circle or an ellipse, and the moments of inertia that follow from their shape.
 
 The *core* of an arc is the distance of its centre from the axis of the body, its *shift* that along the axis from the
-centre of mass, its *edge* its radius; all over the outer radius. The centre of mass is then at the height
-core cos(tilt) + shift sin(tilt) + edge (the support function of the meridian).
+centre of mass, its *edge* its radius across the axis; all over the outer radius. Along the axis its radius is
+edge sqrt(square): the *square* is 1 for all but a spheroid. The centre of mass is then at the height
+core C + shift S + edge sqrt(C^2 + square S^2), with C and S the cosine and sine of the tilt (the support function of the
+meridian).
 """
 
 import math
 from typing import Any, NamedTuple
 
 #: Numbers of the bodies, in the order of `NAMES`.
-NAMES = ("torus", "rounded", "rim", "ball")
-TORUS, ROUNDED, RIM, BALL = range(len(NAMES))
+NAMES = ("torus", "rounded", "rim", "ball", "spheroid")
+TORUS, ROUNDED, RIM, BALL, SPHEROID = range(len(NAMES))
+
+#: Those from this number on roll on through their poles, where the axis is vertical; the others lie flat there.
+FIRST_WITH_POLES = BALL
 
 
 class Arc(NamedTuple):
@@ -19,6 +24,7 @@ class Arc(NamedTuple):
     core: Any
     shift: Any
     edge: Any
+    square: Any
 
 
 class Body(NamedTuple):
@@ -27,23 +33,26 @@ class Body(NamedTuple):
     core: Any
     shift: Any
     edge: Any
+    square: Any
     axial: Any
     transverse: Any
     ratio: Any
 
 
-def arc_of(body, tube, thickness, fillet, offset):
+def arc_of(body, tube, thickness, fillet, offset, flattening):
     """Return the `Arc` of a body; lengths over the outer radius, those that it does not have are not read.
 
     Plain Python, which kernels compile.
     """
     if body == TORUS:
-        return Arc(1.0 - tube, 0.0, tube)
+        return Arc(1.0 - tube, 0.0, tube, 1.0)
     if body == ROUNDED:
-        return Arc(1.0 - 0.5 * thickness, 0.0, 0.5 * thickness)
+        return Arc(1.0 - 0.5 * thickness, 0.0, 0.5 * thickness, 1.0)
     if body == RIM:
-        return Arc(1.0 - fillet, 0.5 * thickness - fillet, fillet)
-    return Arc(0.0, offset, 1.0)
+        return Arc(1.0 - fillet, 0.5 * thickness - fillet, fillet, 1.0)
+    if body == BALL:
+        return Arc(0.0, offset, 1.0, 1.0)
+    return Arc(0.0, offset, 1.0, (1.0 - flattening) * (1.0 - flattening))
 
 
 def torus_moments(tube, hollow):
@@ -84,3 +93,14 @@ def solid_moments(thickness, fillet):
     axial = 0.5 * (half + fourths) / volume
     along = (half**3 / 3.0 + half**2 * squares + 2.0 * half * first + second) / volume
     return axial, 0.5 * axial + along
+
+
+def spheroid_moments(flattening):
+    """Return axial and transverse moment over m R^2 of a homogeneous spheroid with its centre of mass in its centre.
+
+    Parameters
+    ----------
+    flattening : float or array
+        1 - q, with q the radius to a pole over that of the equator.
+    """
+    return 0.4 + 0.0 * flattening, 0.2 + 0.2 * (1.0 - flattening) ** 2

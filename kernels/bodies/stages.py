@@ -50,11 +50,12 @@ def body_of(starts, cell, kind):
         starts[row.THICKNESS, cell],
         starts[row.FILLET, cell],
         starts[row.OFFSET, cell],
+        starts[row.FLATTENING, cell],
     )
     axial, transverse = starts[row.AXIAL_MOMENT, cell], starts[row.TRANSVERSE_MOMENT, cell]
     # the mirror image of a body on its other edge
     shift = -arc.shift if kind == RIM and starts[row.TILT, cell] < 0.0 else arc.shift
-    return Body(arc.core, shift, arc.edge, axial, transverse, axial / transverse)
+    return Body(arc.core, shift, arc.edge, arc.square, axial, transverse, axial / transverse)
 
 
 @kernel
@@ -72,6 +73,7 @@ def is_possible(starts, cell, kind, body):
     heavy = 0.0 < body.axial <= 2.0 * body.transverse < math.inf
     fits = kind != RIM or starts[row.FILLET, cell] <= 0.5 * starts[row.THICKNESS, cell]
     convex = body.core >= 0.0 and body.edge >= 0.0 and 0.0 < body.core + body.edge < math.inf
+    convex = convex and 0.0 < body.square < math.inf
     inside = abs(starts[row.TILT, cell]) < 0.5 * math.pi
     squared = starts[row.RADIUS, cell] / starts[row.GRAVITY, cell]
     return finite and heavy and fits and convex and inside and 0.0 < squared < math.inf
@@ -125,7 +127,7 @@ def constants_of(lane, lanes):
     """The `Body` of a lane."""
     core, shift, edge = lanes[at.CORE + lane], lanes[at.SHIFT + lane], lanes[at.EDGE + lane]
     return Body(
-        core, shift, edge, lanes[at.ALPHA + lane], lanes[at.TRANSVERSE + lane], lanes[at.RATIO + lane]
+        core, shift, edge, 1.0, lanes[at.ALPHA + lane], lanes[at.TRANSVERSE + lane], lanes[at.RATIO + lane]
     )
 
 

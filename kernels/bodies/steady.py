@@ -7,7 +7,25 @@ import numpy as np
 
 
 def _levers(S, C, body):
-    return body.core + body.edge * C, -body.shift - body.edge * S, body.core * S - body.shift * C
+    """(a, b, lever) of `kernels.bodies.equations.meridian`."""
+    n = 1.0 / np.sqrt(1.0 - (1.0 - body.square) * S * S)
+    return (
+        body.core + body.edge * (n * C),
+        -body.shift - body.edge * (body.square * n) * S,
+        body.core * S - body.shift * C + body.edge * n * (1.0 - body.square) * S * C,
+    )
+
+
+def _curvature(S, C, body):
+    """(r, a - r C, h - r) of `kernels.bodies.equations.meridian`."""
+    root = np.sqrt(1.0 - (1.0 - body.square) * S * S)
+    n = 1.0 / root
+    curved = body.square * n * n
+    return (
+        body.edge * (curved * n),
+        body.core + body.edge * n * C * (1.0 - curved),
+        body.core * C + body.shift * S + body.edge * (root - curved * n),
+    )
 
 
 def steady_spin(tilt, o, body):
@@ -50,34 +68,38 @@ def stability_coefficient(tilt, o, s, body):
     """
     S, C = np.sin(tilt), np.cos(tilt)
     a, b, lever = _levers(S, C, body)
-    T, A, I, r = S / C, body.transverse, body.axial, body.edge
+    r, inner, bend = _curvature(S, C, body)
+    T, A, I = S / C, body.transverse, body.axial
     B, D = A + a * a + b * b, I * A + I * b * b + A * a * a
-    twist = (body.core * o - (r * S + body.ratio * b) * s) / D
+    twist = (inner * o - (r * S + body.ratio * b) * s) / D
     o_slope, s_slope = T * o - body.ratio * s - I * b * twist, -A * a * twist
     v, arm = a * s + b * o, a - b * T
     v_slope = a * s_slope + b * o_slope - r * (S * s + C * o)
     torque = I * s - A * T * o + arm * v
     torque_slope = I * s_slope - A * o / (C * C) - A * T * o_slope - b / (C * C) * v + arm * v_slope
-    return -(body.core * C + body.shift * S + o_slope * torque + o * torque_slope) / B
+    return -(bend + o_slope * torque + o * torque_slope) / B
 
 
 def critical_spin_square(body):
-    """Square of the spin above which upright rolling is stable, of a body in balance there: A (1-r)/[I (1+I)]."""
-    return body.transverse * (1.0 - body.edge) / (body.axial * (1.0 + body.axial))
+    """Square of the spin above which upright rolling is stable, of a body in balance there: A (1-r)/[I (1+I)].
+
+    r is the radius of curvature of the meridian there; where it is 1 or more the motion is stable at every spin.
+    """
+    return body.transverse * (1.0 - body.edge * body.square) / (body.axial * (1.0 + body.axial))
 
 
 def critical_precession_square(body):
     """Square of the precession rate above which upright spinning is stable: (1-r)/(1+A)."""
-    return (1.0 - body.edge) / (1.0 + body.transverse)
+    return (1.0 - body.edge * body.square) / (1.0 + body.transverse)
 
 
 def critical_pole_spin_square(body, side):
-    """Square of the spin above which a ball on its end stays there; 0 or less where it does at every spin.
+    """Square of the spin above which a ball or a spheroid on its end stays there; 0 or less where it does at every spin.
 
     Parameters
     ----------
     body : Body
-        A ball: the arc of radius 1 about a point of the axis.
+        Whose meridian has its centre on the axis.
     side : float or array
         Sign of the tilt: with 1 a positive shift is above the centre.
 
@@ -86,9 +108,10 @@ def critical_pole_spin_square(body, side):
     The linear motion of a body about the vertical that rolls: s^2 = 4 (A + h^2) (h - r)/(I + h r)^2, with h the height
     of the centre of mass and r the radius of curvature there. For r = 0 it is the sleeping top.
     """
-    high = body.edge + side * body.shift
-    square = (body.axial + high * body.edge) ** 2
-    return 4.0 * (body.transverse + high * high) * (high - body.edge) / square
+    q = np.sqrt(body.square)
+    high, r = body.edge * q + side * body.shift, body.edge / q
+    square = (body.axial + high * r) ** 2
+    return 4.0 * (body.transverse + high * high) * (high - r) / square
 
 
 def marginal_precession_rates(tilt, coefficient, body):

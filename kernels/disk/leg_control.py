@@ -41,6 +41,9 @@ _LARGEST_DIVISOR, _STEEPEST = 65536.0, 820.0
 #: Where it is in doubt whether a motion passes a maximum of its potential, no more steps are taken than this.
 _MOST_STEPS_IN_DOUBT = 1.0e5
 
+#: Whether the steps of a cell shrink near a tilt of 90 degrees, where its rates grow without bound.
+GRADED = True
+
 _MOST_REFINEMENTS = 6
 _SMALLEST_SHRINK = 1.0 / 8.0
 
@@ -239,8 +242,9 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
     out_of_steps = ending == HORIZON and lanes[at.END + lane] < time_left(lane, run, lanes)
     allowed, stated = _allowed(lane, run, lanes), lanes[at.ERROR_END + lane]
     if run.step > 0.0:
-        # a uniform step does not shrink near flat, where the rates change fastest
-        stated /= math.cos(lanes[at.TILT_END + lane])
+        if GRADED:
+            # a uniform step does not shrink near flat, where the rates change fastest
+            stated /= math.cos(lanes[at.TILT_END + lane])
         # and may be long: then the estimate alone does not say enough
         if allowed * stated > error * run.tolerance:
             error = allowed * stated / run.tolerance

@@ -8,6 +8,8 @@ A variant of a model has `flags`, which take the place of globals of the model's
 follows ``if FLAG:``. So each variant is an entry point of its own, which computes nothing that it does not need.
 """
 
+from typing import NamedTuple
+
 from kernels.lanes import interface, schedule
 
 _LAYOUT = ("STEPPING", "RETURNED", "STEPS", "SIZE")
@@ -33,6 +35,28 @@ def bind(model):
         schedule.integrate, replaced, model.flags or {}, lambda *given: _recompiled(model, *given), {}
     )
     return found.copied(found.py_func, copied(model.name, schedule.memory_of_thread, replaced))
+
+
+class _Named(NamedTuple):
+    name: str
+
+
+def variant(entry, name, flags):
+    """Return an entry point in whose functions globals are replaced; it belongs to no schedule.
+
+    Parameters
+    ----------
+    entry : kernels.native.entry.ParallelEntry
+    name : str
+        Unlike that of any other variant of the entry point.
+    flags : dict of str to anything
+        As of `kernels.lanes.interface.LaneModel`.
+
+    Returns
+    -------
+    kernels.native.entry.ParallelEntry
+    """
+    return rebound(entry, {}, flags, lambda *given: _recompiled(_Named(name), *given), {})
 
 
 def replacements(model):

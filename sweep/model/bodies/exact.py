@@ -17,9 +17,19 @@ from sweep.model.disk.tables import REDUCTION as OF_THE_DISK
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Quantity, table
 
-REDUCE = Kernel("kernels.bodies.reduction", "reduce", seconds=10.0)
+_CIRCLES = {
+    "reduce": Kernel("kernels.bodies.reduction", "reduce", seconds=10.0),
+    "paths": Kernel("kernels.bodies.path", "paths", seconds=12.0),
+}
+_ELLIPSES = {
+    name: replace(kernel, function=f"{kernel.function}_ellipses") for name, kernel in _CIRCLES.items()
+}
 
-PATHS = Kernel("kernels.bodies.path", "paths", seconds=12.0)
+
+def kernel_of(body: str, name: str) -> Kernel:
+    """Return the kernel `reduce` or `paths` of a body: the meridian of a spheroid alone is no arc of a circle."""
+    return (_ELLIPSES if body == "spheroid" else _CIRCLES)[name]
+
 
 #: What an atlas of the reduction holds besides.
 REDUCTION: Mapping[str, Quantity] = table(
@@ -39,7 +49,7 @@ def path_columns(spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
     """Return where the contact points of cells go (`kernels.bodies.path`): arrays, shape (n,)."""
     rows = np.stack([starts[name] for name in arrays.PARAMETERS])
     measures, classes = np.empty((len(arrays.PATH), rows.shape[1])), np.empty(rows.shape[1], np.int64)
-    PATHS.load()(rows, float(shapes.NAMES.index(spec.body)), float(spec.fall_tilt), measures, classes)
+    kernel_of(spec.body, "paths").load()(rows, float(shapes.NAMES.index(spec.body)), float(spec.fall_tilt), measures, classes)
     return {**dict(zip(arrays.PATH, measures, strict=True)), "path_class": classes}
 
 
@@ -80,7 +90,7 @@ class BodyReduction(ExactReduction):
         n = rows.shape[1]
         measures, counts = np.empty((len(arrays.REDUCED), n)), np.empty((1, n), np.int32)
         body = float(shapes.NAMES.index(spec.body))
-        REDUCE.load()(rows, body, float(spec.fall_tilt), int(not extremes_only), measures, counts)
+        kernel_of(spec.body, "reduce").load()(rows, body, float(spec.fall_tilt), int(not extremes_only), measures, counts)
         found = dict(zip(arrays.REDUCED, measures, strict=True)) | {"ending": counts[0]}
         return without_vague(found, spec, (MEASURES, COUNTS), ENDINGS)
 

@@ -10,7 +10,7 @@ import numpy as np
 from kernels.bodies import shapes
 from kernels.disk import arrays
 from sweep.model.bodies import tables, theory
-from sweep.model.bodies.exact import PATHS, REDUCE, REDUCTION, BodyReduction, path_columns
+from sweep.model.bodies.exact import REDUCTION, BodyReduction, kernel_of, path_columns
 from sweep.model.bodies.shape import check_shape, complete, with_body
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk import theory as of_disk
@@ -19,6 +19,14 @@ from sweep.model.disk.initial_conditions import check_steady_rates, circling
 from sweep.model.disk.model import DISK, untimed
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
+
+
+_THROUGH_POLES = Kernel("kernels.bodies.poles.integrate", "integrate", seconds=10.0)
+
+
+def integrator_of(body: str) -> Kernel:
+    """Return the kernel that integrates a body, by its name."""
+    return _THROUGH_POLES if shapes.NAMES.index(body) >= shapes.FIRST_WITH_POLES else Bodies.integrate
 
 
 class Bodies(Model):
@@ -100,10 +108,15 @@ class Bodies(Model):
         held = {**super().cell_variables(spec), **(tables.PATH_VARIABLES if spec.path == "yes" else {})}
         return untimed(held) if spec.method == "exact" else held
 
+    def integrator(self, spec: Request) -> Kernel:
+        """Return the kernel that integrates the body: balls and spheroids roll on through their poles."""
+        return integrator_of(spec.body)
+
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
         """Return the kernel of the method, and that of the path where it is asked for."""
-        path = (PATHS,) if spec.path == "yes" else ()
-        return (REDUCE if spec.method == "exact" else self.integrate, *path)
+        path = (kernel_of(spec.body, "paths"),) if spec.path == "yes" else ()
+        exact = spec.method == "exact"
+        return (kernel_of(spec.body, "reduce") if exact else self.integrator(spec), *path)
 
     def complete(self, spec: Request, starts: Starts) -> Starts:
         """Return starts with the moments of their bodies, and the rates that keep the tilt of each cell."""

@@ -147,14 +147,14 @@ def moments(body: str, filling: str, starts: Starts) -> tuple[Array, Array]:
 def body_of(spec: Request, starts: Starts) -> Body:
     """Return the constants of the bodies of starts: arrays, shape (n,) each."""
     number = shapes.NAMES.index(spec.body)
-    core, shift, edge = shapes.arc_of(
-        number, *(starts[name] for name in ("tube", "thickness", "fillet", "offset"))
+    core, shift, edge, square = shapes.arc_of(
+        number, *(starts[name] for name in ("tube", "thickness", "fillet", "offset", "flattening"))
     )
     if spec.body == "rim":
         shift = np.where(starts["tilt"] < 0.0, -shift, shift)
     axial, transverse = (starts[name] for name in ("axial_moment", "transverse_moment"))
     with np.errstate(divide="ignore", invalid="ignore"):
-        return Body(core, shift, edge, axial, transverse, axial / transverse)
+        return Body(core, shift, edge, square, axial, transverse, axial / transverse)
 
 
 def with_body(spec: Request, starts: Starts) -> dict[str, Array]:

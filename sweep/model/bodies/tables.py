@@ -35,6 +35,7 @@ NONE = "none"
 #: Body -> the lengths that it has, those that have to be given first.
 LENGTHS: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "torus": ("tube",), "rounded": ("thickness",), "rim": ("thickness", "fillet"), "ball": ("offset",),
+    "spheroid": ("flattening", "offset"),
 })  # fmt: skip
 assert tuple(LENGTHS) == shapes.NAMES
 
@@ -44,6 +45,7 @@ OPTIONAL = ("fillet", "offset")
 #: Body -> what it is called in a sentence.
 CALLED: Mapping[str, str] = MappingProxyType({
     "torus": "torus", "rounded": "disk with a semicircular edge", "rim": "disk with a rim", "ball": "ball",
+    "spheroid": "spheroid",
 })  # fmt: skip
 
 _MOMENTS = ("axial_moment", "transverse_moment")
@@ -92,8 +94,12 @@ PARAMETERS: Mapping[str, Input] = table(
             lambda thickness: (thickness >= 0.0) & (thickness <= 10.0)),
     _length("fillet", "r", "radius of the edges of a rim", "0 <= fillet <= 1",
             lambda fillet: (fillet >= 0.0) & (fillet <= 1.0)),
-    _length("offset", "e", "distance of the centre of mass of a ball from its centre", "-1 < offset < 1",
-            lambda offset: np.abs(offset) < 1.0),
+    _length("offset", "e", "distance of the centre of mass of a ball or a spheroid from its centre",
+            "-3 < offset < 3", lambda offset: np.abs(offset) < 3.0),
+    Input("flattening", "f", "1", "flattening of a spheroid: 1 minus the radius to a pole over that of the equator", GRID,
+          "negative: prolate", default=NONE, rule="-2 <= flattening <= 0.8",
+          allows=lambda flattening: (flattening >= -2.0) & (flattening <= 0.8), words=(NONE,),
+          meaning="the body is no spheroid", constants={NONE: 0.0}, added_later=True),
     _moment("axial_moment", "I", "moment of inertia about the axis of the body"),
     _moment("transverse_moment", "A", "moment of inertia about a line across the axis through the centre of mass"),
     replace(disk.PARAMETERS["radius"], long_name="outer radius of the body"),

@@ -30,11 +30,9 @@ def followed(body, tilt, w, o, s):
 
     def right_side(t, y):
         n, turning = y[:3], y[3:6]
-        arm, d = body.contact(n)
         n_rate, cosine = cross(turning, n), math.sqrt(1.0 - n[2] ** 2)
-        cosine_rate = -n[2] * n_rate[2] / cosine
-        d_rate = (-n_rate[2] * n - n[2] * n_rate - cosine_rate * d) / cosine
-        moved = -cross(turning, arm) - body.core * d_rate - body.shift * n_rate
+        arm, arm_rate = body.contact(n, n_rate)
+        moved = arm_rate - cross(turning, arm)
         heading = (n[0] * n_rate[1] - n[1] * n_rate[0]) / cosine**2
         return np.concatenate([body.right_side(t, y[:6]), [heading, moved[0], moved[1]]])
 
