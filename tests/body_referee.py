@@ -38,7 +38,7 @@ class Body:
     def contact(self, n, n_rate):
         """Return the contact point from the centre of mass, and its rate where the axis moves with `n_rate`.
 
-        The lowest point of an ellipsoid with the matrix M is -M UP/sqrt(UP M UP); here M = edge^2 (1 + (square - 1) n n).
+        The lowest point of an ellipsoid with the matrix M is -M UP/sqrt(UP M UP): M = edge^2 (1 + (square - 1) n n).
         """
         sine, sine_rate, more = n[2], n_rate[2], self.square - 1.0
         size = math.sqrt(1.0 + more * sine * sine)

@@ -1,1 +1,1 @@
-"""Bodies of revolution that roll without slipping and without losses, where their meridian is an arc of a circle."""
+"""Bodies of revolution that roll without slipping and without losses."""

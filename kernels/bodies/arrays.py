@@ -3,8 +3,8 @@
 Measures and counts are those of the disk.
 """
 
-#: Start of a cell: tilt [rad], three rates [rad/s]; lengths over the outer radius [1]; flattening [1]; moments of inertia about the
-#: centre of mass over m R^2 [1]; radius [m], gravity [m/s^2].
+#: Start of a cell: tilt [rad], three rates [rad/s]; lengths over the outer radius [1]; flattening [1]; moments of
+#: inertia about the centre of mass over m R^2 [1]; radius [m], gravity [m/s^2].
 PARAMETERS = (
     "tilt", "tilt_rate", "precession_rate", "roll_rate", "tube", "thickness", "fillet", "offset", "flattening",
     "axial_moment", "transverse_moment", "radius", "gravity",

@@ -6,7 +6,6 @@ becomes the ellipse of the support function edge/n: a = core + edge n C, b = -sh
 
 import math
 
-from kernels.bodies import equations, pair
 from kernels.bodies.equations import per_inertia
 from kernels.bodies.pair import (
     ALONG,
@@ -148,4 +147,3 @@ FUNCTIONS = {
         levers, curvature_radius, evolute, excess, height, energy_gained, pull_and_terms, describe, evolute_along,
     )
 }  # fmt: skip
-assert all(hasattr(equations, name) or hasattr(pair, name) for name in FUNCTIONS)

@@ -3,7 +3,8 @@
 State and scaling are those of `kernels.disk.equations`. The contact point is at -a d + b n from the centre of mass,
 with n the axis of the body and d its diameter through that point; the weight acts at the lever l = a S + b C. The
 meridian is an arc of a circle here: a = core + edge C and b = -shift - edge S. Where it is an arc of an ellipse the
-functions of `kernels.bodies.ellipse` take the place of those of the same names here. With A and I the transverse and the axial moment of inertia,
+functions of `kernels.bodies.ellipse` take the place of those of the same names here. With A and I the transverse and
+the axial moment of inertia,
 
     B = A + a^2 + b^2         inertia of a rotation of the tilt about the contact point,
     D = I A + I b^2 + A a^2   determinant of the inertia of the other two,

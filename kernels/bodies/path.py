@@ -304,7 +304,7 @@ def paths(
     starts, kind, fall_tilt
         As of `kernels.bodies.reduction.reduce`.
     measures : float64[len(PATH), n], written
-        NaN where a cell has no period, or one that is not known.
+        NaN where a cell has no period, one that is not known, or passes through a pole.
     classes : int64[n], written
         `UNKNOWN_PATH`, `ANNULAR_PATH` or `UNBOUNDED_PATH` of `kernels.bodies.arrays`.
     series ... nodes : arrays
@@ -315,11 +315,13 @@ def paths(
     Never raises. Source of the ring: Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201.
     """
     for cell in range(start, stop):
-        ending, _, _, period, _, _ = reduced(
+        ending, least, greatest, period, _, _ = reduced(
             starts, cell, kind, fall_tilt, 1, series, found, panels, sides, pieces
         )
+        # through a pole the heading jumps by half a turn: a nutation does not go back on itself
+        passes = max(-least, greatest) >= 0.5 * math.pi
         turn, drift, inner, outer, shape = math.nan, math.nan, math.nan, math.nan, row.UNKNOWN_PATH
-        if ending == BOUNDED and math.isfinite(period):
+        if ending == BOUNDED and math.isfinite(period) and not passes:
             y_start, body = stretched(starts[row.TILT, cell]), body_of(starts, cell, kind)
             turn, drift, inner, outer, shape = _path(y_start, body, panels, sides, waiting, cuts, nodes)
         radius = starts[row.RADIUS, cell]

@@ -1,8 +1,8 @@
 """The reduction of a body to one degree of freedom: extreme tilts for all time and the period, without time stepping.
 
 The kinetic energy of the tilt is followed from the start to both sides, panel after panel (`kernels.bodies.pair`), to
-the turning point, where it vanishes first, or to the tilt at which motions end, or through a pole. The way to the side of negative tilts
-is that of the mirror image to the other, so that mirror images have the same bits.
+the turning point, where it vanishes first, to the tilt at which motions end, or to a pole. The way to the side of
+negative tilts is that of the mirror image to the other, so that mirror images have the same bits.
 """
 
 import math

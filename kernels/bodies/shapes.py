@@ -1,10 +1,9 @@
-"""The bodies: their meridian as an arc of a circle or an ellipse, and the moments of inertia that follow from their shape.
+"""The bodies: their meridian as an arc of a circle or an ellipse, and the moments of inertia of their shape.
 
 The *core* of an arc is the distance of its centre from the axis of the body, its *shift* that along the axis from the
 centre of mass, its *edge* its radius across the axis; all over the outer radius. Along the axis its radius is
-edge sqrt(square): the *square* is 1 for all but a spheroid. The centre of mass is then at the height
-core C + shift S + edge sqrt(C^2 + square S^2), with C and S the cosine and sine of the tilt (the support function of the
-meridian).
+edge sqrt(square): the *square* is 1 for all but a spheroid. The centre of mass is then at the height core C + shift S +
+edge sqrt(C^2 + square S^2), with C and S the cosine and sine of the tilt (the support function of the meridian).
 """
 
 import math

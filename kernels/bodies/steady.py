@@ -7,7 +7,7 @@ import numpy as np
 
 
 def _levers(S, C, body):
-    """(a, b, lever) of `kernels.bodies.equations.meridian`."""
+    """(a, b, lever) of `kernels.bodies.ellipse.levers`."""
     n = 1.0 / np.sqrt(1.0 - (1.0 - body.square) * S * S)
     return (
         body.core + body.edge * (n * C),
@@ -17,7 +17,7 @@ def _levers(S, C, body):
 
 
 def _curvature(S, C, body):
-    """(r, a - r C, h - r) of `kernels.bodies.equations.meridian`."""
+    """(r, a - r C, h - r): the last three of `kernels.bodies.ellipse` that levers leave out."""
     root = np.sqrt(1.0 - (1.0 - body.square) * S * S)
     n = 1.0 / root
     curved = body.square * n * n
@@ -94,7 +94,7 @@ def critical_precession_square(body):
 
 
 def critical_pole_spin_square(body, side):
-    """Square of the spin above which a ball or a spheroid on its end stays there; 0 or less where it does at every spin.
+    """Square of the spin above which a ball or a spheroid stays on its end; 0 or less where it does at every spin.
 
     Parameters
     ----------

@@ -19,6 +19,7 @@ BODIES = {
     "rounded": {"body": "rounded", "thickness": 0.2},
     "rim": {"body": "rim", "thickness": 0.2, "fillet": 0.02},
     "ball": {"body": "ball", "offset": 0.2, "axial_moment": 0.42, "transverse_moment": 0.38},
+    "spheroid": {"body": "spheroid", "flattening": 0.3},
 }
 
 #: Scaled rates and tilts of random starts, in units of sqrt(gravity/radius) with both 1.

@@ -1,15 +1,15 @@
 """Equations of motion of a ball or a spheroid, regular through its poles.
 
 At a pole the tangent of the tilt and the precession rate are infinite; the motion is not. The state here is S, y, x, s,
-n, p, q: the sine of the tilt and its rate y = S' = C w, x = C o, s, n of the meridian (`kernels.bodies.ellipse`, with
-core 0 and edge 1), p = 1/B and q = 1/D; the other letters are those of `kernels.bodies.equations`. Every right-hand side
-is a polynomial, and how n, p and q differ from what they are of the tilt measures the error. The energy
-E says what the sum of squares w^2 + o^2 is, which at a pole is 0/0 of the state:
+n, p, q: the sine of the tilt and its rate y = S' = C w, x = C o, s, n = 1/sqrt(C^2 + square S^2) of the meridian
+(`kernels.bodies.ellipse`, with core 0 and edge 1), p = 1/B and q = 1/D; the other letters are those of
+`kernels.bodies.equations`. Every right-hand side is a polynomial, and how n, p and q differ from what they are of the
+tilt measures the error. The energy E says what the sum of squares w^2 + o^2 is, which at a pole is 0/0 of the state:
 
     B (w^2 + o^2) = 2 (E - h) - (I + a^2 + b^2) s^2 + (b s - n x)^2.
 
-Functions take the state as (S, C, n, y, x, s, p, q), with the tilt first and its rate fourth as of the disk; a turning point
-is where y = 0. A motion through a pole turns there: the tilt of the axis does not go beyond 90 degrees.
+Functions take the state as (S, C, n, y, x, s, p, q), with the tilt first and its rate fourth as of the disk; a turning
+point is where y = 0. A motion through a pole turns there: the tilt of the axis does not go beyond 90 degrees.
 """
 
 import math
@@ -33,7 +33,7 @@ class Rolling(NamedTuple):
 
 @simd
 def _shape(S, n, body):
-    """(rest, b, l/C, r, h) at a tilt, with rest = 1 - q^2."""
+    """(rest, b, l/C, r, h) at a tilt, with rest = 1 - square."""
     rest, leaning = 1.0 - body.square, n * S
     return (
         rest, -(body.square * leaning + body.shift), rest * leaning - body.shift, body.square * n * n * n,
@@ -178,13 +178,12 @@ def lost_energy(state, body):
 def fastest_square(state, body):
     """Square of the fastest rate of a state (S, C, T, w, o, s): of its linearised motion there, and of its own rates.
 
-    The shape changes over angles of the order of q, or of 1/q; steps of 1/q of the length were too long for a spheroid of
-    q = 1.4 once in 80,000.
+    The shape changes over angles of the order of the radius of a pole, or of one over it.
     """
     _, _, _, w, o, s = state
-    A, q = body.transverse, math.sqrt(body.square)
-    sharp = body.square if q > 1.0 else 1.0 / q
-    bent, high = abs(q - 1.0 / q) + abs(body.shift), q - abs(body.shift)
+    A, pole = body.transverse, math.sqrt(body.square)
+    sharp = body.square if pole > 1.0 else 1.0 / pole
+    bent, high = abs(pole - 1.0 / pole) + abs(body.shift), pole - abs(body.shift)
     upright = (1.0 + abs(1.0 - body.square) + 2.0 * (body.axial + 1.0) * s * s) / (1.0 + A)
     on_end = (bent + 2.0 * (body.axial + 1.0) * s * s) / (A + high * high)
     return sharp * ((upright if upright > on_end else on_end) + sharp * (o * o + w * w))

@@ -16,8 +16,8 @@ from kernels.disk.simd_stages import most_steps, start_of, time_left
 from kernels.disk.summit import _ELSEWHERE, _MARGIN, _slow_between, is_long
 from kernels.jit import kernel, simd
 
-#: Tilt [rad] up to which a maximum of the potential is sought on the way of a leg: the coarse steps of the search are in
-#: the stretched tilt, which is infinite at a pole.
+#: Tilt [rad] up to which a maximum of the potential is sought on the way of a leg: the coarse steps of the search are
+#: in the stretched tilt, which is infinite at a pole.
 _STEEPEST = 1.55
 
 
@@ -137,8 +137,8 @@ def allowed_error(lane, run, lanes):
     The errors of spheroids at random grow with how far they are from a ball.
     """
     w, o, s = lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane]
-    q = math.sqrt(lanes[at.SQUARE + lane])
-    divisor = (1.0 + w * w + (o * o + s * s) / 24.0) * max(q, 1.0 / q)
+    pole = math.sqrt(lanes[at.SQUARE + lane])
+    divisor = (1.0 + w * w + (o * o + s * s) / 24.0) * max(pole, 1.0 / pole)
     return _ACCEPTED_SHARE * run.tolerance / min(_LARGEST_DIVISOR, divisor)
 
 

@@ -1,1 +1,1 @@
-"""Bodies of revolution that roll without slipping and without losses: torus, rounded disk, disk with an edge, ball."""
+"""Bodies of revolution that roll without slipping and without losses: torus, rounded or thick disk, ball, spheroid."""

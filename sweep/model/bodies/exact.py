@@ -49,7 +49,9 @@ def path_columns(spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
     """Return where the contact points of cells go (`kernels.bodies.path`): arrays, shape (n,)."""
     rows = np.stack([starts[name] for name in arrays.PARAMETERS])
     measures, classes = np.empty((len(arrays.PATH), rows.shape[1])), np.empty(rows.shape[1], np.int64)
-    kernel_of(spec.body, "paths").load()(rows, float(shapes.NAMES.index(spec.body)), float(spec.fall_tilt), measures, classes)
+    kernel_of(spec.body, "paths").load()(
+        rows, float(shapes.NAMES.index(spec.body)), float(spec.fall_tilt), measures, classes
+    )
     return {**dict(zip(arrays.PATH, measures, strict=True)), "path_class": classes}
 
 
@@ -90,7 +92,9 @@ class BodyReduction(ExactReduction):
         n = rows.shape[1]
         measures, counts = np.empty((len(arrays.REDUCED), n)), np.empty((1, n), np.int32)
         body = float(shapes.NAMES.index(spec.body))
-        kernel_of(spec.body, "reduce").load()(rows, body, float(spec.fall_tilt), int(not extremes_only), measures, counts)
+        kernel_of(spec.body, "reduce").load()(
+            rows, body, float(spec.fall_tilt), int(not extremes_only), measures, counts
+        )
         found = dict(zip(arrays.REDUCED, measures, strict=True)) | {"ending": counts[0]}
         return without_vague(found, spec, (MEASURES, COUNTS), ENDINGS)
 

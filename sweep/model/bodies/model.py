@@ -11,7 +11,14 @@ from kernels.bodies import shapes
 from kernels.disk import arrays
 from sweep.model.bodies import tables, theory
 from sweep.model.bodies.exact import REDUCTION, BodyReduction, kernel_of, path_columns
-from sweep.model.bodies.shape import check_shape, complete, with_body
+from sweep.model.bodies.shape import (
+    check_shape,
+    complete,
+    has_poles,
+    off_centre,
+    stands_on_end,
+    with_body,
+)
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk import theory as of_disk
 from sweep.model.disk.exact import without_vague
@@ -20,13 +27,12 @@ from sweep.model.disk.model import DISK, untimed
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
 
-
 _THROUGH_POLES = Kernel("kernels.bodies.poles.integrate", "integrate", seconds=10.0)
 
 
 def integrator_of(body: str) -> Kernel:
     """Return the kernel that integrates a body, by its name."""
-    return _THROUGH_POLES if shapes.NAMES.index(body) >= shapes.FIRST_WITH_POLES else Bodies.integrate
+    return _THROUGH_POLES if has_poles(body) else Bodies.integrate
 
 
 class Bodies(Model):
@@ -64,7 +70,7 @@ class Bodies(Model):
     def headline(self, spec: Request) -> str:
         """Return what is looked at, which follows from the rates and the body."""
         if self._on_its_end(spec):
-            return "Spinning on its end, a ball: stability of the vertical axis"
+            return f"Spinning on its end, a {spec.body}: stability of the vertical axis"
         motion, _, looked_at = DISK.headline(spec).partition(": ")
         article = "an" if tables.CALLED[spec.body][0] in "aeiou" else "a"
         return f"{motion}, {article} {tables.CALLED[spec.body]}: {looked_at.replace('disk', 'body')}"
@@ -72,7 +78,8 @@ class Bodies(Model):
     def undisturbed(self, spec: Request, starts: Starts) -> Array:
         """Return the tilt [rad] of the motion that each start disturbs: its own if circling, else upright.
 
-        A ball that does not circle disturbs spinning on its end, with its axis vertical.
+        A ball that does not circle disturbs spinning on its end, with its axis vertical, and so does a spheroid that
+        has no balance upright, or whose axis is nearer to the vertical in all starts.
         """
         if self._on_its_end(spec):
             return np.copysign(np.full_like(starts["tilt"], math.pi / 2), starts["tilt"])
@@ -94,7 +101,7 @@ class Bodies(Model):
     def disturbed_motion(self, spec: Request) -> str:
         """Return what the starts disturb."""
         if self._on_its_end(spec):
-            return "a ball that spins on its end, about the vertical"
+            return f"a {spec.body} that spins on its end, about the vertical"
         called = tables.CALLED[spec.body]
         return f"a {called} that circles at this tilt" if circling(spec) else f"the upright {called}"
 
@@ -148,15 +155,19 @@ class Bodies(Model):
 
     def may_be_lost(self, spec: Request, measured: Columns, error: Array) -> Truths:
         """Return which cells come so near to fall_tilt that they could have fallen within the error."""
+        if has_poles(spec.body):
+            return np.zeros(error.shape, bool)
         return DISK.may_be_lost(spec, measured, error)
 
     def _on_its_end(self, spec: Request) -> bool:
-        """Whether the starts disturb a ball that spins on its end: it has no balance upright."""
-        return spec.body == "ball" and not circling(spec)
+        """Whether the starts disturb a body that spins on its end."""
+        if circling(spec) or not has_poles(spec.body):
+            return False
+        return spec.body == "ball" or off_centre(spec.offset) or stands_on_end(spec.tilt)
 
     def _has_theory(self, spec: Request) -> bool:
         """Whether the motion that starts disturb is a steady one: circling, or upright in balance."""
-        return circling(spec) or spec.body in theory.IN_BALANCE
+        return circling(spec) or (spec.body in theory.IN_BALANCE and not self._on_its_end(spec))
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
         """Return the analytic lines and those that the criterion predicts; see `sweep.model.disk.theory.lines`."""
@@ -165,6 +176,8 @@ class Bodies(Model):
         if not self._has_theory(spec):
             return {}
         found = of_disk.lines(spec, axis, starts, theory.FORMULAS)
+        # a prolate spheroid is stable at every rate
+        found = {edge: both for edge, both in found.items() if np.isfinite(both[0]).any()}
         if spec.criterion.limits_reach:
             return found
         return {edge: (critical, np.full_like(critical, np.nan)) for edge, (critical, _) in found.items()}
@@ -172,7 +185,7 @@ class Bodies(Model):
     def line_label(self, spec: Request, axis: str) -> str:
         """Return the formula of the squared critical rate, or of the curve k = 0."""
         if self._on_its_end(spec) and axis == "roll_rate":
-            return theory.critical_square(spec, axis)
+            return theory.critical_pole_square(spec)
         if not self._has_theory(spec):
             return ""
         return "k = 0" if circling(spec) else theory.critical_square(spec, axis)
@@ -195,6 +208,8 @@ class Bodies(Model):
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
         """Return what small oscillations about the steady motion say of a cell."""
+        if self._on_its_end(spec):
+            return (theory.pole_prediction(spec, start),)
         if not self._has_theory(spec):
             return (
                 f"linear      no prediction: upright, a {tables.CALLED[spec.body]} has no steady motion to disturb",

@@ -8,7 +8,7 @@ import numpy as np
 from kernels.bodies import arrays, shapes, steady
 from kernels.bodies.shapes import Body
 from sweep.errors import RequestError
-from sweep.model.bodies.tables import CALLED, LENGTHS, NONE, OF_THE_BODY, OPTIONAL, PARAMETERS
+from sweep.model.bodies.tables import CALLED, LENGTHS, NONE, OF_THE_BODY, OPTIONAL, PARAMETERS, SETTINGS
 from sweep.model.description import Request, Starts
 from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.tables import WOBBLE
@@ -16,6 +16,9 @@ from sweep.model.quantity import Array
 
 #: Thickest disk with a semicircular edge: two radii, a ball.
 _THICKEST_ROUNDED = 2.0
+
+#: Tilt [rad] beyond which a spheroid stands rather on its end than upright.
+_ON_END = 0.25 * np.pi
 
 
 def check_shape(values: Mapping[str, Any]) -> None:
@@ -41,8 +44,8 @@ def check_shape(values: Mapping[str, Any]) -> None:
         )
     if body == "rim":
         _check_rim(values)
-    if body == "ball":
-        _check_ball(values)
+    if has_poles(body):
+        _check_round(values, body)
     _check_moments(values)
 
 
@@ -99,14 +102,33 @@ def _check_rim(values: Mapping[str, Any]) -> None:
         )
 
 
-def _check_ball(values: Mapping[str, Any]) -> None:
+def _check_round(values: Mapping[str, Any], body: str) -> None:
     given = [name for name in ("axial_moment", "transverse_moment") if values[name] != OF_THE_BODY]
-    if values["offset"] not in (NONE, 0.0) and len(given) < 2:
+    offset = values["offset"]
+    if off_centre(offset) and len(given) < 2:
         _refuse(
-            f"The moments of a ball whose centre of mass is not its centre do not follow from its shape; got "
-            f"offset={values['offset']}.",
+            f"The moments of a {body} whose centre of mass is not its centre do not follow from its shape; got "
+            f"offset={offset}.",
             "Give axial_moment and transverse_moment, about the centre of mass and over mass times radius squared.",
             "offset",
+        )
+    pole = 1.0 if body == "ball" else 1.0 - _ends(values["flattening"])[1]
+    if max(-_ends(offset)[0], _ends(offset)[1]) >= pole:
+        _refuse(
+            f"The centre of mass of a {body} lies inside: -{pole:.6g} < offset < {pole:.6g}, where its poles are; got "
+            f"offset={offset}.",
+            "Give a smaller offset, over the outer radius.",
+            "offset",
+        )
+    if values["fall_tilt"] != SETTINGS["fall_tilt"].default:
+        got, default = (
+            SETTINGS["fall_tilt"].spell(float(each), 6)
+            for each in (values["fall_tilt"], SETTINGS["fall_tilt"].default)
+        )
+        _refuse(
+            f"A {body} does not fall: it rolls on through its poles, whatever fall_tilt says; got fall_tilt={got}.",
+            f"Leave fall_tilt out, or at its default, {default}.",
+            "fall_tilt",
         )
 
 
@@ -130,6 +152,22 @@ def _ends(value: Any) -> tuple[float, float]:
     return (0.0, 0.0) if value == NONE else (float(low), float(high))
 
 
+def has_poles(body: str) -> bool:
+    """Whether a body rolls on through its poles: a ball or a spheroid."""
+    return shapes.NAMES.index(body) >= shapes.FIRST_WITH_POLES
+
+
+def off_centre(offset: Any) -> bool:
+    """Whether a word for the offset puts the centre of mass off the centre."""
+    return _ends(offset) != (0.0, 0.0)
+
+
+def stands_on_end(tilt: Any) -> bool:
+    """Whether all starts have the axis nearer to the vertical than to the horizontal, to the same side."""
+    low, high = _ends(tilt)
+    return min(abs(low), abs(high)) > _ON_END and low * high > 0.0
+
+
 def moments(body: str, filling: str, starts: Starts) -> tuple[Array, Array]:
     """Return axial and transverse moment over m R^2 of homogeneous bodies with the lengths of starts."""
     if body == "torus":
@@ -137,6 +175,9 @@ def moments(body: str, filling: str, starts: Starts) -> tuple[Array, Array]:
         return axial, transverse
     if body == "ball":
         return np.full_like(starts["offset"], 0.4), np.full_like(starts["offset"], 0.4)
+    if body == "spheroid":
+        axial, transverse = shapes.spheroid_moments(starts["flattening"])
+        return axial, transverse
     thickness = starts["thickness"]
     axial, transverse = shapes.solid_moments(
         thickness, 0.5 * thickness if body == "rounded" else starts["fillet"]

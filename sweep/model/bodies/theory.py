@@ -4,6 +4,7 @@ Along any motion the two scaled rates s and o are linear combinations of two fix
 (`kernels.bodies.pair`), as for the disk, of which `sweep.model.disk.theory` tells the rest.
 """
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -19,28 +20,40 @@ from sweep.model.quantity import Array
 CARRY = Kernel("kernels.bodies.carry", "carry", seconds=4.0)
 CARRY_ELLIPSES = Kernel("kernels.bodies.carry", "carry_ellipses", seconds=4.0)
 
-#: Bodies that are in balance upright, with a tilt of 0.
-IN_BALANCE = ("torus", "rounded")
+#: Bodies that are in balance upright, with a tilt of 0; a spheroid is where its centre of mass is its centre.
+IN_BALANCE = ("torus", "rounded", "spheroid")
 
 
 def critical_square(spec: Request, rate: str) -> str:
     """Return the squared critical rate of the upright body, in mathtext."""
+    radius = "q^2" if spec.body == "spheroid" else "r"
+    if rate == "roll_rate":
+        return rf"A(1{{-}}{radius})/[I(1{{+}}I)]\;g/R"
+    return rf"(1{{-}}{radius})/(1{{+}}A)\;g/R"
+
+
+def critical_pole_square(spec: Request) -> str:
+    """Return the squared critical spin of the body on its end, in mathtext."""
     if spec.body == "ball":
         return r"4e(A{+}h^2)/(I{+}h)^2\;g/R"
-    if rate == "roll_rate":
-        return r"A(1{-}r)/[I(1{+}I)]\;g/R"
-    return r"(1{-}r)/(1{+}A)\;g/R"
+    return r"4(A{+}h^2)(h{-}1/q)/(I{+}h/q)^2\;g/R"
 
 
 def _unit(starts: Starts) -> Array:
     return np.asarray(np.sqrt(starts["radius"] / starts["gravity"]))
 
 
-def _critical(spec: Request, starts: Starts, axis: str) -> Array:
+def _square(spec: Request, starts: Starts, axis: str) -> Array:
+    """Square of the scaled critical rate; negative where the upright body is stable at every rate."""
     body = body_of(spec, starts)
     if axis == "roll_rate":
-        return np.asarray(np.sqrt(steady.critical_spin_square(body)) / _unit(starts))
-    return np.asarray(np.sqrt(steady.critical_precession_square(body)) / _unit(starts))
+        return np.asarray(steady.critical_spin_square(body))
+    return np.asarray(steady.critical_precession_square(body))
+
+
+def _critical(spec: Request, starts: Starts, axis: str) -> Array:
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.sqrt(_square(spec, starts, axis)) / _unit(starts))
 
 
 def _marginal(spec: Request, starts: Starts, coefficient: Array | float) -> tuple[Array, Array]:
@@ -78,17 +91,20 @@ def _released(spec: Request, start: Mapping[str, float], axis: str) -> float:
     Notes
     -----
     The release itself changes the steady motion: with r = (rate / critical rate)^2 the slope of the potential is
-    (r-1) t - c r t0, c = 1 rolling and (2+I-r0)/(1+A) spinning, where r0 is the radius of the edge.
+    (r-1) t - c r t0, c = 1 rolling and (2+I-r0)/(1+A) spinning, where r0 is the radius of curvature upright.
     """
     given = {name: np.array([value]) for name, value in start.items()}
     body = body_of(spec, given)
-    r = (start[axis] / float(_critical(spec, given, axis)[0])) ** 2
-    c = 1.0 if axis == "roll_rate" else float(((2.0 + body.axial - body.edge) / (1.0 + body.transverse))[0])
-    return (2.0 * c - 1.0) + 2.0 * c / (r - 1.0)
+    with np.errstate(divide="ignore"):
+        r = float(((start[axis] * _unit(given)) ** 2 / _square(spec, given, axis))[0])
+    r0 = body.edge * body.square
+    c = 1.0 if axis == "roll_rate" else float(((2.0 + body.axial - r0) / (1.0 + body.transverse))[0])
+    # a body that is stable at every rate swings back past its start
+    return max(1.0, (2.0 * c - 1.0) + 2.0 * c / (r - 1.0))
 
 
 def pole_lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
-    """Return the spin above which a ball on its end stays there; nothing is predicted for a criterion."""
+    """Return the spin above which a body on its end stays there; nothing is predicted for a criterion."""
     if axis != "roll_rate" or np.all(starts["precession_rate"] != 0.0):
         return {}
     along = spec.roll_rate.ends()
@@ -98,6 +114,19 @@ def pole_lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Arra
     known = (square > 0.0) & (starts["precession_rate"] == 0.0)
     critical = np.where(known, np.sqrt(np.abs(square)) / _unit(starts), np.nan)
     return {"upper": (critical, np.full_like(critical, np.nan))}
+
+
+def pole_prediction(spec: Request, start: Mapping[str, float]) -> str:
+    """Return what linear theory says of a cell whose body spins on its end."""
+    given = {name: np.array([value]) for name, value in start.items()}
+    square = float(steady.critical_pole_spin_square(body_of(spec, given), np.copysign(1.0, given["tilt"]))[0])
+    if square <= 0.0:
+        return "linear      stable on its end at every spin"
+    critical = math.sqrt(square) / float(_unit(given)[0])
+    spin = abs(start["roll_rate"] + start["precession_rate"] * math.sin(start["tilt"]))
+    verdict, beside = ("stable", "above") if spin > critical else ("unstable", "at or below")
+    held = f"its spin, {spin:.6g} rad/s, is {beside} the critical {critical:.6g} rad/s"
+    return f"linear      {verdict} on its end: {held}"
 
 
 FORMULAS = Formulas(_critical, _marginal, _turning, coefficient, _released)

@@ -119,7 +119,9 @@ def _follows(cells: ReducedCells, checks: Sequence[CellCheck]) -> Truths:
     follows: Truths = cells.verdict_follows & (
         np.isfinite(cells.stored["nutation_period"]) == cells.has_period
     )
-    follows &= (cells.derived["peak_tilt"] >= cells.spec.fall_tilt) == cells.ended("fell")
+    peak = cells.derived["peak_tilt"]
+    beyond = cells.spec.model.may_be_lost(cells.spec, cells.stored, np.zeros_like(peak))
+    follows &= beyond == cells.ended("fell")
     names = ("peak_tilt", "amplification", *computed_rates(cells.spec))
     for each in checks:
         if each.name in names and each.difference is not cells.nothing:

@@ -7,7 +7,7 @@ import kernel_runner
 import numpy as np
 import pytest
 import referee
-from body_referee import REFERENCE, Body, start_of, starts
+from body_referee import LENGTHS, REFERENCE, Body, start_of, starts
 from body_runner import FALL_TILT, TORUS, drawn, run
 
 from kernels.bodies import equations
@@ -19,13 +19,9 @@ from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL, HORIZON, INVALID, S
 
 def test_the_table_of_reference_values():
     """Extreme tilts and period, which another form of the equations gave to ten digits."""
-    words = {"torus": "torus", "hollow": "torus", "edge": "rounded", "ball": "ball"}
-    for name, word in words.items():
-        body, *expected = REFERENCE[name]
-        given, _ = start_of(
-            word, 0.2, 0.1, 0.5, 0.6, body.axial, body.transverse,
-            tube=body.edge, thickness=2.0 * body.edge, offset=body.shift,
-        )  # fmt: skip
+    for name, (body, *expected) in REFERENCE.items():
+        word, lengths = LENGTHS[name]
+        given, _ = start_of(word, 0.2, 0.1, 0.5, 0.6, body.axial, body.transverse, **lengths(body))
         found = run(given, word, tolerance=1e-10)
         assert found.ending[0] == BOUNDED, name
         for value, right in zip((found.least, found.greatest, found.period), expected, strict=True):
@@ -36,9 +32,9 @@ def test_random_motions_are_those_of_newton_and_euler():
     """Extreme tilts within twice their stated error, at all bodies and at rates over a decade."""
     rng = np.random.default_rng(20)
     checked = 0
-    for number in range(24):
+    for number in range(30):
         body = NAMES[number % len(NAMES)]
-        lengths, (axial, transverse), (core, shift, edge) = drawn(body, rng)
+        lengths, (axial, transverse), (core, shift, edge, square) = drawn(body, rng)
         tilt, rates = rng.uniform(-1.3, 1.3), rng.normal(size=3) * rng.choice([0.3, 1.0, 3.0])
         given, _ = start_of(body, tilt, *rates, axial, transverse, **lengths)
         found = run(given, body)
@@ -46,13 +42,15 @@ def test_random_motions_are_those_of_newton_and_euler():
             assert found.ending[0] in (FELL, EDGE_CHANGE, HORIZON)
             continue
         side = -1.0 if body == "rim" and tilt < 0.0 else 1.0
-        least, greatest, period = Body(core, side * shift, edge, axial, transverse).extremes(tilt, *rates)
+        least, greatest, period = Body(core, side * shift, edge, axial, transverse, square).extremes(
+            tilt, *rates
+        )
         allowed = 2.0 * found.tilt_error[0] + 1e-10
         assert abs(found.least[0] - least) < allowed, (body, number)
         assert abs(found.greatest[0] - greatest) < allowed, (body, number)
         assert found.period[0] == pytest.approx(period, rel=1e-7), (body, number)
         checked += 1
-    assert checked > 14
+    assert checked > 18
 
 
 def test_a_torus_without_a_tube_is_the_hoop_and_its_difference_is_linear():
@@ -113,30 +111,13 @@ def test_a_coin_comes_down_on_its_other_edge():
     assert over.ending.tolist() == [FELL, EDGE_CHANGE]
 
 
-def test_the_integrals_of_the_ball():
-    """Jellett's and Routh's integrals along a fine integration, to rounding."""
-    ball = Constants(0.0, 0.3, 1.0, 0.42, 0.38, 0.42 / 0.38)
-    state = (math.sin(0.3), math.cos(0.3), math.tan(0.3), 0.2, 0.7, 1.4)
-
-    def integrals(state):
-        S, C, _, _, o, s = state
-        jellett = ball.transverse * C * o + ball.axial * (S + 0.3) * s
-        squared = ball.axial * ball.transverse + ball.axial * (S + 0.3) ** 2 + ball.transverse * C * C
-        return jellett, s * math.sqrt(squared)
-
-    before = integrals(state)
-    for _ in range(4000):
-        state = equations.inlined_step(state, ball, 1e-3)
-    assert integrals(state) == pytest.approx(before, rel=1e-12)
-
-
 def test_what_follows_from_the_equations():
     """Acceleration, energy, and the force of the potential against Newton and Euler, at random states."""
     rng = np.random.default_rng(3)
     for number in range(12):
-        _, (axial, transverse), (core, shift, edge) = drawn(NAMES[number % 4], rng)
+        _, (axial, transverse), (core, shift, edge, _) = drawn(NAMES[number % 4], rng)
         tilt, w, o, s = rng.uniform(-1.2, 1.2), *rng.normal(size=3)
-        body = Constants(core, shift, edge, axial, transverse, axial / transverse)
+        body = Constants(core, shift, edge, 1.0, axial, transverse, axial / transverse)
         other = Body(core, shift, edge, axial, transverse)
         state = (math.sin(tilt), math.cos(tilt), math.tan(tilt), w, o, s)
         y = other.start(tilt, w, o, s)

@@ -4,21 +4,23 @@ import math
 
 import numpy as np
 import pytest
-from body_referee import REFERENCE, Body, start_of, starts
+from body_referee import LENGTHS, REFERENCE, Body, start_of, starts
 from body_runner import FALL_TILT, TORUS, drawn, run
 
-from kernels.bodies.arrays import REDUCED
+from kernels.bodies.arrays import PARAMETERS, REDUCED
 from kernels.bodies.shapes import NAMES
 from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL, INVALID, STEADY
-from sweep.model.bodies.exact import REDUCE
-from sweep.model.bodies.theory import CARRY
+from sweep.model.bodies.exact import kernel_of
+from sweep.model.bodies.theory import CARRY, CARRY_ELLIPSES
 
 
 def reduced(given, body, fall_tilt=FALL_TILT):
     """Return the measures of the reduction by their names, and the endings."""
     n = given.shape[1]
     measures, counts = np.full((len(REDUCED), n), -777.0), np.full((1, n), -777, np.int32)
-    REDUCE.load()(np.ascontiguousarray(given), float(NAMES.index(body)), fall_tilt, 1, measures, counts)
+    kernel_of(body, "reduce").load()(
+        np.ascontiguousarray(given), float(NAMES.index(body)), fall_tilt, 1, measures, counts
+    )
     return dict(zip(REDUCED, measures, strict=True)) | {"ending": counts[0]}
 
 
@@ -36,13 +38,9 @@ def many(body, n, seed):
 
 def test_the_table_of_reference_values():
     """Ten digits of another form of the equations, and more of Newton and Euler's."""
-    words = {"torus": "torus", "hollow": "torus", "edge": "rounded", "ball": "ball"}
-    for name, word in words.items():
-        body, *expected = REFERENCE[name]
-        given, _ = start_of(
-            word, 0.2, 0.1, 0.5, 0.6, body.axial, body.transverse,
-            tube=body.edge, thickness=2.0 * body.edge, offset=body.shift,
-        )  # fmt: skip
+    for name, (body, *expected) in REFERENCE.items():
+        word, lengths = LENGTHS[name]
+        given, _ = start_of(word, 0.2, 0.1, 0.5, 0.6, body.axial, body.transverse, **lengths(body))
         found = reduced(given, word)
         values = [float(found[each][0]) for each in ("tilt_min", "tilt_max", "nutation_period")]
         assert values == pytest.approx(expected, abs=6e-11), name
@@ -92,10 +90,11 @@ def test_periods_beside_a_separatrix():
 
 def test_mirror_images_have_the_same_bits():
     """The way to one side is that of the mirror image to the other."""
-    for body in ("torus", "rounded", "rim"):
+    for body in ("torus", "rounded", "rim", "spheroid"):
         given = many(body, 100, 9)
         mirrored = given.copy()
         mirrored[:3] *= -1.0
+        mirrored[PARAMETERS.index("offset")] *= -1.0
         there, back = reduced(given, body), reduced(mirrored, body)
         assert np.array_equal(there["ending"], back["ending"])
         assert np.array_equal(there["tilt_max"], -back["tilt_min"], equal_nan=True)
@@ -113,25 +112,32 @@ def test_starts_that_are_none_and_motions_that_rest():
 def test_the_linear_pair_is_that_of_whole_motions():
     """Carried to another tilt, the rates are those of Newton and Euler there; and back again, to rounding."""
     rng = np.random.default_rng(5)
-    for number in range(6):
-        _, (axial, transverse), (core, shift, edge) = drawn(NAMES[number % 4], rng)
+    for number in range(10):
+        name = NAMES[number % len(NAMES)]
+        carry = CARRY_ELLIPSES if name == "spheroid" else CARRY
+        _, (axial, transverse), (core, shift, edge, square) = drawn(name, rng)
         tilt, w, o, s = rng.uniform(0.1, 0.6), 0.5, *rng.normal(size=2)
-        found = Body(core, shift, edge, axial, transverse).motion(tilt, w, o, s, 0.4)
+        found = Body(core, shift, edge, axial, transverse, square).motion(tilt, w, o, s, 0.4)
         n, turning = found.y[:3, -1], found.y[3:, -1]
         there = math.asin(n[2])
         across = (np.array([0.0, 0.0, 1.0]) - n[2] * n) / math.cos(there)
         rates = np.array([[s], [o]])
-        body = np.array([[core], [shift], [edge], [axial], [transverse], [axial / transverse]])
+        body = np.array([[core], [shift], [edge], [square], [axial], [transverse], [axial / transverse]])
         squares = np.empty(1)
-        CARRY.load()(np.array([[tilt], [there], [w]]), body, rates, squares)
+        carry.load()(np.array([[tilt], [there], [w]]), body, rates, squares)
         assert rates[:, 0] == pytest.approx([turning @ n, turning @ across], rel=1e-11, abs=1e-11)
-        CARRY.load()(np.array([[there], [tilt], [w]]), body, rates, squares)
+        carry.load()(np.array([[there], [tilt], [w]]), body, rates, squares)
         assert rates[:, 0] == pytest.approx([s, o], rel=1e-13, abs=1e-13)
 
 
-def test_the_constants_of_the_torus():
-    """Its rates at a tilt of 0, to twelve digits of another integration."""
-    rates, squares = np.array([[0.6], [0.5]]), np.empty(1)
-    body = np.array([[0.75], [0.0], [0.25], [0.609375], [0.3203125], [0.609375 / 0.3203125]])
-    CARRY.load()(np.array([[0.2], [0.0], [0.1]]), body, rates, squares)
-    assert rates[:, 0] == pytest.approx([0.658404086457, 0.724714169927], abs=1e-12)
+def test_the_constants_of_a_torus_and_of_a_spheroid():
+    """Their rates at a tilt of 0, to twelve digits of another integration."""
+    torus = [0.75, 0.0, 0.25, 1.0, 0.609375, 0.3203125, 0.609375 / 0.3203125]
+    oblate = [0.0, 0.0, 1.0, 0.25, 0.4, 0.25, 1.6]
+    for carry, body, expected in (
+        (CARRY, torus, [0.658404086457, 0.724714169927]),
+        (CARRY_ELLIPSES, oblate, [0.664235549469, 0.688070153292]),
+    ):
+        rates, squares = np.array([[0.6], [0.5]]), np.empty(1)
+        carry.load()(np.array([[0.2], [0.0], [0.1]]), np.array([body]).T.copy(), rates, squares)
+        assert rates[:, 0] == pytest.approx(expected, abs=1e-12)

@@ -17,6 +17,7 @@ CRITICAL = {
     "torus": (0.4949332526, 0.7536891516),
     "hollow": (0.4963869458, 0.7180903671),
     "edge": (0.5550782230, 0.8508470785),
+    "oblate": (0.5786375624, 0.7745966692),
 }
 
 
@@ -47,7 +48,13 @@ def coefficient(body, tilt, o, s):
 def constants(body):
     """Return the `kernels.bodies.shapes.Body` of a referee's body."""
     return Constants(
-        body.core, body.shift, body.edge, body.axial, body.transverse, body.axial / body.transverse
+        body.core,
+        body.shift,
+        body.edge,
+        body.square,
+        body.axial,
+        body.transverse,
+        body.axial / body.transverse,
     )
 
 
@@ -74,10 +81,10 @@ def _upright(rate, body, along, spin):
 def test_circling_keeps_its_tilt_and_oscillates_as_told():
     """At random bodies, tilts and rates the motion of the referee has no acceleration of the tilt, and this k."""
     rng = np.random.default_rng(8)
-    for number in range(12):
-        _, (axial, transverse), (core, shift, edge) = drawn(NAMES[number % 4], rng)
+    for number in range(15):
+        _, (axial, transverse), (core, shift, edge, square) = drawn(NAMES[number % len(NAMES)], rng)
         body, tilt, o = (
-            Body(core, shift, edge, axial, transverse),
+            Body(core, shift, edge, axial, transverse, square),
             rng.uniform(0.1, 1.0),
             rng.uniform(0.3, 2.0),
         )
@@ -89,20 +96,25 @@ def test_circling_keeps_its_tilt_and_oscillates_as_told():
         assert second[2] == pytest.approx(0.0, abs=1e-12)
         found = steady.stability_coefficient(tilt, o, s, constants(body))
         assert found == pytest.approx(coefficient(body, tilt, o, s), rel=1e-8, abs=1e-8)
-    torus = constants(REFERENCE["torus"][0])
-    s = steady.steady_spin(0.3, 0.7, torus)
-    assert s == pytest.approx(-0.1211040952, abs=1e-10)
-    assert steady.stability_coefficient(0.3, 0.7, s, torus) == pytest.approx(0.1178428088, abs=1e-10)
+    for name, spin, k in (
+        ("torus", -0.1211040952, 0.1178428088),
+        ("oblate", -0.1461717820, 0.1109432113),
+    ):
+        body = constants(REFERENCE[name][0])
+        s = steady.steady_spin(0.3, 0.7, body)
+        assert s == pytest.approx(spin, abs=1e-10), name
+        assert steady.stability_coefficient(0.3, 0.7, s, body) == pytest.approx(k, abs=1e-10), name
 
 
 def test_marginal_rates_have_the_coefficient_asked_for():
     """And no other rate between them and far away has."""
     torus = constants(REFERENCE["torus"][0])
-    for asked in (0.0, 0.05):
-        for rate in steady.marginal_precession_rates(np.float64(0.25), asked, torus):
-            o = rate * math.cos(0.25)
-            s = steady.steady_spin(0.25, o, torus)
-            assert steady.stability_coefficient(0.25, o, s, torus) == pytest.approx(asked, abs=1e-12)
+    for body in (torus, constants(REFERENCE["oblate"][0])):
+        for asked in (0.0, 0.05):
+            for rate in steady.marginal_precession_rates(np.float64(0.25), asked, body):
+                o = rate * math.cos(0.25)
+                s = steady.steady_spin(0.25, o, body)
+                assert steady.stability_coefficient(0.25, o, s, body) == pytest.approx(asked, abs=1e-12)
     assert np.isnan(steady.marginal_precession_rates(np.float64(0.5), 0.0, torus)).all()
 
 
@@ -113,14 +125,27 @@ def test_the_wobble_has_its_centre_at_rest():
         o = math.sqrt(steady.wobble_square(tilt, constants(body))) * math.cos(tilt)
         s = steady.centred_spin(tilt, o, constants(body))
         y = body.start(tilt, 0.0, o, s)
-        assert np.abs(np.cross(y[3:], body.contact(y[:3])[0])).max() < 1e-14
+        assert np.abs(np.cross(y[3:], body.contact(y[:3], np.zeros(3))[0])).max() < 1e-14
         assert s == pytest.approx(steady.steady_spin(tilt, o, constants(body)), abs=1e-13)
 
 
-def test_spinning_on_the_end_of_a_ball():
+def test_a_prolate_spheroid_is_stable_upright_at_every_rate():
+    """The squares of its critical rates are negative, and without any rate the referee swings about upright."""
+    prolate = REFERENCE["prolate"][0]
+    assert steady.critical_spin_square(constants(prolate)) < 0.0
+    assert steady.critical_precession_square(constants(prolate)) < 0.0
+    for rate in (0.0, 0.7):
+        assert _upright(rate, prolate, 0.0, 1.0) > 0.0
+        assert _upright(rate, prolate, 1.0, 0.0) > 0.0
+
+
+def test_spinning_on_the_end_of_a_ball_and_of_a_spheroid():
     """Values found by bisection on another form of the equations; with the centre of mass below no spin is needed."""
+    tip = steady.critical_pole_spin_square(constants(REFERENCE["prolate"][0]), 1.0)
+    assert math.sqrt(tip) == pytest.approx(2.2208045364, abs=1e-10)
+    assert steady.critical_pole_spin_square(constants(REFERENCE["oblate"][0]), 1.0) < 0.0
     ball = constants(REFERENCE["ball"][0])
     assert math.sqrt(steady.critical_pole_spin_square(ball, 1.0)) == pytest.approx(0.7448445990, abs=1e-10)
     assert steady.critical_pole_spin_square(ball, -1.0) < 0.0
-    other = Constants(0.0, 0.6, 1.0, 0.2, 0.3, 2.0 / 3.0)
+    other = Constants(0.0, 0.6, 1.0, 1.0, 0.2, 0.3, 2.0 / 3.0)
     assert math.sqrt(steady.critical_pole_spin_square(other, 1.0)) == pytest.approx(1.4555131461, abs=1e-10)

@@ -44,13 +44,44 @@ def test_the_ball_falls_from_its_end_where_theory_says():
     for tilt in (88.0, 89.0):
         spec = sweep.SweepSpec(
             **words, tilt=f"{tilt}deg", scaled_roll_rate="0.6:0.9:7", criterion="departure:10deg",
-            fall_tilt="89.95deg", boundary="refined",
+            boundary="refined",
         )  # fmt: skip
         atlas = sweep.run(spec)
         unit = np.sqrt(spec.radius / spec.gravity)
         assert float(atlas.critical_roll_rate) * unit == pytest.approx(0.7448445990, abs=1e-9)
         apart.append(abs(float(atlas.boundary_roll_rate) * unit - 0.7448445990))
     assert apart[1] < apart[0] < 0.02
+
+
+def test_a_spheroid_upright_and_on_its_tip():
+    """Oblate ones have the boundary that is predicted, prolate ones none, and on its tip one stands at 2.2208045364."""
+    for words, axis in (
+        ({"roll_rate": "2:4:11", "tilt": "0.1deg"}, "roll_rate"),
+        (
+            {"precession_rate": "2:6:11", "tilt_rate": 0.001, "criterion": "amplification:10"},
+            "precession_rate",
+        ),
+    ):
+        spec = sweep.SweepSpec(body="spheroid", flattening="0.2,0.5", **words, boundary="refined")
+        atlas = sweep.run(spec)
+        measured, predicted = (atlas[f"{kind}_{axis}"].values for kind in ("boundary", "predicted"))
+        np.testing.assert_allclose(measured, predicted, rtol=1e-6)
+        assert sweep.findings(sweep.verify(atlas)).agreeing == atlas.ending.size
+    words = {"body": "spheroid", "flattening": -0.5}
+    rugby = sweep.run(sweep.SweepSpec(**words, roll_rate="0:4:5", tilt="1deg"))
+    assert (rugby.stability == 1).all()
+    assert np.isnan(rugby.critical_roll_rate)
+    assert "swings" not in explain(rugby, {"roll_rate": 0}).text
+    tip = sweep.SweepSpec(
+        **words, tilt="89.99deg", scaled_roll_rate="1:4:13", criterion="departure:0.5deg", boundary="refined"
+    )
+    atlas, unit = sweep.run(tip), np.sqrt(tip.radius / tip.gravity)
+    assert float(atlas.critical_roll_rate) * unit == pytest.approx(2.2208045364, abs=1e-9)
+    assert float(atlas.boundary_roll_rate) * unit == pytest.approx(2.2208045364, rel=2e-3)
+    assert (atlas.ending == 1).all()
+    assert sweep.findings(sweep.verify(atlas)).agreeing == atlas.ending.size
+    text = " ".join(explain(atlas, {"roll_rate": 2.0 / unit}).text.split())
+    assert "unstable on its end: its spin, 8.85889 rad/s, is at or below the critical 9.83694 rad/s" in text
 
 
 def test_every_cell_is_held_against_the_reduction(rings):

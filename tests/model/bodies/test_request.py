@@ -15,9 +15,11 @@ from sweep.request.spec import SweepSpec
 TORUS = {"body": "torus", "tube": 0.25}
 BALL = {"body": "ball", "offset": 0.2, "axial_moment": 0.42, "transverse_moment": 0.38}
 
+PROLATE = {"body": "spheroid", "flattening": -0.5}
+
 #: Words -> what the refusal says.
 REFUSED = {
-    "body=cube": "body is torus or rounded or rim or ball",
+    "body=cube": "body is torus or rounded or rim or ball or spheroid",
     "body=torus": "needs its tube",
     "tube=0.2": "A ball has no tube",
     "body=torus tube=1": "0 <= tube < 1",
@@ -35,7 +37,14 @@ REFUSED = {
     "body=rim thickness=0.1 fillet=0.06": "0 <= fillet <= thickness/2",
     "body=rim thickness=0.1:0.3:3 fillet=0.06": "0 <= fillet <= thickness/2",
     "body=ball offset=0.1": "do not follow from its shape",
-    "body=ball offset=1": "-1 < offset < 1",
+    "body=ball offset=1 axial_moment=0.4 transverse_moment=0.4": "lies inside: -1 < offset < 1",
+    "body=ball fall_tilt=89deg": "does not fall",
+    "body=ball flattening=0.2": "A ball has no flattening",
+    "body=spheroid": "needs its flattening",
+    "body=spheroid flattening=0.9": "-2 <= flattening <= 0.8",
+    "body=spheroid flattening=5mm": "takes no unit",
+    "body=spheroid flattening=0.4 offset=0.1": "moments of a spheroid whose centre of mass",
+    "body=spheroid flattening=0.2:0.4:3 offset=0.6 axial_moment=0.4 transverse_moment=0.4": "-0.6 < offset < 0.6",
     "body=ball offset=0.1 axial_moment=0.9 transverse_moment=0.4": "axial_moment <= 2 transverse_moment",
     "body=ball offset=0.1 axial_moment=-0.4 transverse_moment=0.4": "axial_moment > 0",
     "body=ball offset=0.1 axial_moment=solid transverse_moment=0.4": "what follows from the shape",
@@ -112,6 +121,8 @@ def test_moments_follow_from_the_body_or_are_given():
         ({"body": "rim", "thickness": 0.2, "fillet": 0.1}, axial, transverse),
         ({"body": "rim", "thickness": 0.6}, 0.5, 0.25 + 0.6**2 / 12.0),
         ({"body": "ball"}, 0.4, 0.4),
+        ({"body": "spheroid", "flattening": 0.5}, 0.4, 0.25),
+        ({"body": "spheroid", "flattening": -0.5}, 0.4, 0.65),
         (BALL, 0.42, 0.38),
         (TORUS | {"axial_moment": 0.5}, 0.5, 0.3203125),
     )
@@ -160,5 +171,11 @@ def test_what_starts_disturb():
         slow = math.sqrt((1.0 + starts["transverse_moment"][0]) * 0.5 / 9.81)
         away = abs(starts["tilt"][0] - tilt)
         assert spec.model.perturbation(spec, starts)[0] == pytest.approx(math.hypot(away, 0.1 * slow))
+    standing, lying = SweepSpec(**PROLATE, tilt="80deg,89deg"), SweepSpec(**PROLATE, tilt="10deg,89deg")
+    off_centre = SweepSpec(**BALL | PROLATE, tilt="1deg")
+    for spec, found in ((standing, True), (lying, False), (off_centre, True)):
+        assert ("on its end" in spec.headline) == found
+        tilts = spec.model.undisturbed(spec, whole(spec))
+        assert set(tilts.tolist()) == {math.pi / 2 if found else 0.0}
     assert "on its end" in SweepSpec(**BALL).headline
     assert "a torus" in SweepSpec(**TORUS).headline
