@@ -69,6 +69,12 @@ class Body:
         whole = inertia + (r @ r) * np.eye(3) - np.outer(r, r)
         return np.concatenate([n_rate, np.linalg.solve(whole, known)])
 
+    def force(self, y):
+        """Return the force of the plane on the body: the acceleration of its centre of mass, and its weight."""
+        rate = self.right_side(0.0, y)
+        r, r_rate = self.contact(y[:3], rate[:3])
+        return UP - cross(rate[3:], r) - cross(y[3:], r_rate)
+
     def energy(self, y):
         """Return the energy."""
         n, turning = y[:3], y[3:]

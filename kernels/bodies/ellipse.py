@@ -140,10 +140,17 @@ def evolute_along(series, body, k):
     return product(series, _INNER, ALONG, k)
 
 
+@kernel
+def radius_of(series, body, k, first):
+    """See `kernels.bodies.pair.radius_of`."""
+    return body.edge * body.square * product(series, _NORMAL_SQUARE, _NORMAL, k)
+
+
 #: Names of functions for a circle -> those for an ellipse.
 FUNCTIONS = {
     each.__name__: each
     for each in (
         levers, curvature_radius, evolute, excess, height, energy_gained, pull_and_terms, describe, evolute_along,
+        radius_of,
     )
 }  # fmt: skip

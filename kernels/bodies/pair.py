@@ -15,7 +15,7 @@ TERMS = 20
 #: lever of the weight, the height, B - A and D, b I/A + r S, the twist P/D,
 SIN, COS, SPIN, ALONG, KINETIC, LONG, WIDE, LEVER, HEIGHT, SQUARES, DETERMINANT, MIX, TWIST = range(13)
 #: products,
-_TWIST_COS, _SPEED, _ALONG_SIN, _SPIN_COS, _TORQUE = range(13, 18)
+_TWIST_COS, SPEED, _ALONG_SIN, _SPIN_COS, _TORQUE = range(13, 18)
 #: the kinetic energy over t, where it vanishes at t = 0.
 KINETIC_PER_STRETCH = 18
 #: the first row of those that only an ellipse has (`kernels.bodies.ellipse`).
@@ -55,6 +55,12 @@ def evolute_along(series, body, k):
 
 
 @kernel
+def radius_of(series, body, k, first):
+    """Term k of the radius of curvature r."""
+    return body.edge * first
+
+
+@kernel
 def expand(series, body):
     """Expand a motion about the beginning of a panel, from the terms of order 0 of its first five rows.
 
@@ -80,13 +86,13 @@ def expand(series, body):
             twist -= series[DETERMINANT, i] * series[TWIST, k - i]
         series[TWIST, k] = twist / series[DETERMINANT, 0]
         series[_TWIST_COS, k] = product(series, TWIST, COS, k)
-        series[_SPEED, k] = product(series, LONG, SPIN, k) + product(series, WIDE, ALONG, k)
+        series[SPEED, k] = product(series, LONG, SPIN, k) + product(series, WIDE, ALONG, k)
         series[_ALONG_SIN, k] = product(series, ALONG, SIN, k)
         series[_SPIN_COS, k] = product(series, SPIN, COS, k)
         series[_TORQUE, k] = (
             axial * series[_SPIN_COS, k]
             - transverse * series[_ALONG_SIN, k]
-            + product(series, HEIGHT, _SPEED, k)
+            + product(series, HEIGHT, SPEED, k)
         )
         if k + 1 == TERMS:
             break

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kernels.bodies import arrays, shapes
+from kernels.disk import motion_arrays
 from kernels.disk.arrays import COUNTS, MEASURES
 from sweep.model.bodies.tables import ENDINGS
 from sweep.model.description import Columns, Request, Starts
@@ -20,6 +21,7 @@ from sweep.model.quantity import Quantity, table
 _CIRCLES = {
     "reduce": Kernel("kernels.bodies.reduction", "reduce", seconds=10.0),
     "paths": Kernel("kernels.bodies.path", "paths", seconds=12.0),
+    "contact": Kernel("kernels.bodies.contact_extremes", "contact", seconds=14.0),
 }
 _ELLIPSES = {
     name: replace(kernel, function=f"{kernel.function}_ellipses") for name, kernel in _CIRCLES.items()
@@ -27,7 +29,7 @@ _ELLIPSES = {
 
 
 def kernel_of(body: str, name: str) -> Kernel:
-    """Return the kernel `reduce` or `paths` of a body: the meridian of a spheroid alone is no arc of a circle."""
+    """Return the kernel `reduce`, `paths` or `contact` of a body; the meridian of a spheroid is no arc of a circle."""
     return (_ELLIPSES if body == "spheroid" else _CIRCLES)[name]
 
 
@@ -53,6 +55,16 @@ def path_columns(spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
         rows, float(shapes.NAMES.index(spec.body)), float(spec.fall_tilt), measures, classes
     )
     return {**dict(zip(arrays.PATH, measures, strict=True)), "path_class": classes}
+
+
+def contact_columns(spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
+    """Return the extremes of the contact forces of cells (`kernels.bodies.contact_extremes`): arrays, shape (n,)."""
+    rows = np.stack([starts[name] for name in arrays.PARAMETERS])
+    extremes = np.empty((len(motion_arrays.CONTACT), rows.shape[1]))
+    states = np.empty(rows.shape[1], np.int64)
+    kind = float(shapes.NAMES.index(spec.body))
+    kernel_of(spec.body, "contact").load()(rows, kind, float(spec.fall_tilt), extremes, states)
+    return {**dict(zip(motion_arrays.CONTACT, extremes, strict=True)), "contact_state": states}
 
 
 class BodyReduction(ExactReduction):

@@ -10,7 +10,13 @@ import numpy as np
 from kernels.bodies import shapes
 from kernels.disk import arrays
 from sweep.model.bodies import tables, theory
-from sweep.model.bodies.exact import REDUCTION, BodyReduction, kernel_of, path_columns
+from sweep.model.bodies.exact import (
+    REDUCTION,
+    BodyReduction,
+    contact_columns,
+    kernel_of,
+    path_columns,
+)
 from sweep.model.bodies.shape import (
     check_shape,
     complete,
@@ -21,6 +27,7 @@ from sweep.model.bodies.shape import (
 )
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk import theory as of_disk
+from sweep.model.disk.contact import slipping
 from sweep.model.disk.exact import without_vague
 from sweep.model.disk.initial_conditions import check_steady_rates, circling
 from sweep.model.disk.model import DISK, untimed
@@ -64,7 +71,11 @@ class Bodies(Model):
     }
 
     exact: BodyReduction = BodyReduction()
-    additions = {"path=yes": tables.PATH_VARIABLES, "method=exact": REDUCTION}  # noqa: RUF012 - likewise
+    additions = {  # noqa: RUF012 - likewise
+        "path=yes": tables.PATH_VARIABLES,
+        "contact=yes": tables.CONTACT_VARIABLES,
+        "method=exact": REDUCTION,
+    }
     unknown_to = DISK.unknown_to
 
     def headline(self, spec: Request) -> str:
@@ -112,7 +123,11 @@ class Bodies(Model):
 
     def cell_variables(self, spec: Request) -> Mapping[str, Quantity]:
         """Return the variables of an atlas; those that need an integration in time say so where there is none."""
-        held = {**super().cell_variables(spec), **(tables.PATH_VARIABLES if spec.path == "yes" else {})}
+        held = {
+            **super().cell_variables(spec),
+            **(tables.PATH_VARIABLES if spec.path == "yes" else {}),
+            **(tables.CONTACT_VARIABLES if spec.contact == "yes" else {}),
+        }
         return untimed(held) if spec.method == "exact" else held
 
     def integrator(self, spec: Request) -> Kernel:
@@ -120,10 +135,10 @@ class Bodies(Model):
         return integrator_of(spec.body)
 
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
-        """Return the kernel of the method, and that of the path where it is asked for."""
-        path = (kernel_of(spec.body, "paths"),) if spec.path == "yes" else ()
-        exact = spec.method == "exact"
-        return (kernel_of(spec.body, "reduce") if exact else self.integrator(spec), *path)
+        """Return the kernel of the method, and those of the path and of the contact forces where they are asked for."""
+        asked = [name for name, word in (("paths", spec.path), ("contact", spec.contact)) if word == "yes"]
+        first = kernel_of(spec.body, "reduce") if spec.method == "exact" else self.integrator(spec)
+        return (first, *(kernel_of(spec.body, name) for name in asked))
 
     def complete(self, spec: Request, starts: Starts) -> Starts:
         """Return starts with the moments of their bodies, and the rates that keep the tilt of each cell."""
@@ -143,11 +158,19 @@ class Bodies(Model):
             BodyReduction.measures,
             without_vague,
             path_columns,
+            contact_columns,
         ]
 
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
-        """Return where the contact points go, where it is asked for."""
-        return path_columns(spec, starts) if spec.path == "yes" else {}
+        """Return where the contact points go and the extremes of the contact forces, where they are asked for."""
+        return {
+            **(path_columns(spec, starts) if spec.path == "yes" else {}),
+            **(contact_columns(spec, starts) if spec.contact == "yes" else {}),
+        }
+
+    def slipping(self, dataset: Any, friction: float) -> Any:
+        """Return which cells need more than a friction coefficient, or lift off."""
+        return slipping(dataset, friction)
 
     def derive(self, starts: Starts, measured: Columns) -> Columns:
         """Return the peak tilt."""

@@ -120,6 +120,7 @@ OPTIONS: Mapping[str, Word] = table(
     Word("body", "what rolls", "ball", shapes.NAMES,
          remark="disk, the thin one, is the model of a request without this word"),
     Word("path", "whether it is recorded where the contact point goes: yes or no", "no", ("no", "yes"), decides=False),
+    replace(disk.OPTIONS["contact"], added_later=True),
     Word("filling", "whether a torus is solid, or all its mass is in its surface", "solid", ("solid", "hollow")),
 )
 
@@ -141,6 +142,12 @@ VARIABLES: Mapping[str, Quantity] = table(
       for name, row in disk.VARIABLES.items() if name != "ending"),
 )
 # fmt: on
+
+#: What an atlas holds besides with ``contact=yes``.
+CONTACT_VARIABLES: Mapping[str, Quantity] = table(
+    *(replace(row, description=row.description.replace("the disk", "the body"))
+      for row in disk.CONTACT_VARIABLES.values()),
+)  # fmt: skip
 
 _GAINED = Tolerance(1e-8, 1e-8, "a quadrature over the tilt, settled to 1e-10")
 

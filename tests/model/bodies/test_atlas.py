@@ -108,6 +108,30 @@ def test_an_atlas_has_no_length_that_its_body_lacks(rings):
     assert rings.eulerdisk.spec.body == "torus"
 
 
+def test_contact_forces_are_recorded_on_request():
+    """As of the thin disk, which is a torus without a tube; verify computes them again; a slippery plane is told."""
+    words = {
+        "tilt": "5deg,40deg",
+        "roll_rate": "1,3",
+        "precession_rate": "0.5,3",
+        "tilt_rate": 0.3,
+        "contact": "yes",
+    }
+    disk = sweep.run(sweep.SweepSpec(**words, alpha=0.5))
+    thin = {"body": "torus", "tube": 0, "axial_moment": 0.5, "transverse_moment": 0.25}
+    for method in ("rk4", "exact"):
+        hoop = sweep.run(sweep.SweepSpec(**words, **thin, method=method))
+        for name in ("least_normal_force", "friction_needed", "contact_state"):
+            np.testing.assert_allclose(hoop[name], disk[name], rtol=1e-6)
+    assert {1, 2} <= set(disk.contact_state.values.ravel().tolist())
+    spheroids = sweep.run(sweep.SweepSpec(**words, body="spheroid", flattening="-0.5,0.5"))
+    assert sweep.findings(sweep.verify(spheroids)).agreeing == spheroids.ending.size
+    needed = spheroids.friction_needed.values
+    slips = spheroids.eulerdisk.spec.model.slipping(spheroids, 0.3)
+    assert np.array_equal(slips, needed > 0.3)
+    assert 0 < slips.sum() < needed.size
+
+
 def test_explain_says_what_a_body_does():
     """A coin that leans comes down on its other edge: it is open what then, and upright there is no theory."""
     coin = {"body": "rim", "thickness": 0.2, "tilt": "2deg,40deg", "roll_rate": "0:4:3"}
