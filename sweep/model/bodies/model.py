@@ -199,8 +199,9 @@ class Bodies(Model):
         if not self._has_theory(spec):
             return {}
         found = of_disk.lines(spec, axis, starts, theory.FORMULAS)
-        # a prolate spheroid is stable at every rate
-        found = {edge: both for edge, both in found.items() if np.isfinite(both[0]).any()}
+        if not circling(spec):
+            # upright, a prolate spheroid is stable at every rate
+            found = {edge: both for edge, both in found.items() if np.isfinite(both[0]).any()}
         if spec.criterion.limits_reach:
             return found
         return {edge: (critical, np.full_like(critical, np.nan)) for edge, (critical, _) in found.items()}
