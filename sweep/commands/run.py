@@ -216,7 +216,7 @@ def warmup() -> None:
     """Compile the kernels into the cache, for images and clusters, and say where it is.
 
     These are the kernels of every method, of contact forces, of the presets and of motions. Each other set of laws of
-    loss has its own, which is compiled by the first run with it.
+    loss has its own, and so have spheroids: they are compiled by the first run with them.
 
     EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them. A model that
     cannot be loaded is reported and left out. With EULERDISK_NOTICES=no nothing is said of what takes seconds.
