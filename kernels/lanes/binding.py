@@ -8,8 +8,6 @@ A variant of a model has `flags`, which take the place of globals of the model's
 follows ``if FLAG:``. So each variant is an entry point of its own, which computes nothing that it does not need.
 """
 
-from typing import NamedTuple
-
 from kernels.lanes import interface, schedule
 
 _LAYOUT = ("STEPPING", "RETURNED", "STEPS", "SIZE")
@@ -32,13 +30,9 @@ def bind(model):
     """
     replaced = replacements(model)
     found = rebound(
-        schedule.integrate, replaced, model.flags or {}, lambda *given: _recompiled(model, *given), {}
+        schedule.integrate, replaced, model.flags or {}, lambda *given: _recompiled(model.name, *given), {}
     )
     return found.copied(found.py_func, copied(model.name, schedule.memory_of_thread, replaced))
-
-
-class _Named(NamedTuple):
-    name: str
 
 
 def variant(entry, name, flags):
@@ -56,7 +50,7 @@ def variant(entry, name, flags):
     -------
     kernels.native.entry.ParallelEntry
     """
-    return rebound(entry, {}, flags, lambda *given: _recompiled(_Named(name), *given), {})
+    return rebound(entry, {}, flags, lambda *given: _recompiled(name, *given), {})
 
 
 def replacements(model):
@@ -120,5 +114,5 @@ def _is_kernel(value):
     )
 
 
-def _recompiled(model, kernel, different):
-    return kernel.copied(copied(model.name, kernel, different)) if different else kernel
+def _recompiled(name, kernel, different):
+    return kernel.copied(copied(name, kernel, different)) if different else kernel
