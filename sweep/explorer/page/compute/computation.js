@@ -3,7 +3,9 @@
 import { Problem } from "eulerdisk/notice";
 
 /** The scripts of a worker: the last one begins it. */
-const SCRIPTS = ["verdicts", "system_cells", "worker"].map((name) => `eulerdisk/compute/${name}`);
+const SCRIPTS = ["verdicts", "disk_cells", "system_cells", "worker"].map(
+  (name) => `eulerdisk/compute/${name}`,
+);
 
 /** Workers at most: each has a few MB of tables. */
 const MOST_WORKERS = 6;
@@ -12,7 +14,7 @@ const MOST_WORKERS = 6;
  * Cells of a piece of a window: some 10 ms, after which a worker looks what is wanted now; with periods they take longer,
  * and those of a system up to a millisecond each.
  */
-const PIECES = { plain: 32768, timed: 12288, system: 256 };
+const PIECES = { plain: 32768, timed: 24576, system: 256 };
 
 const HINT = "Open the page in a newer browser, one that has WebAssembly with vectors.";
 
@@ -162,7 +164,7 @@ function addressOf(names) {
  */
 export function pieces({ width, height, byColumns, kind, most, workers }) {
   const [along, across] = byColumns ? [height, width] : [width, height];
-  const cells = Math.min(PIECES[kind], Math.ceil((width * height) / workers));
+  const cells = Math.min(PIECES[kind], Math.ceil((width * height) / (2 * workers)));
   const step = Math.min(most, Math.max(1, Math.round(cells / along)));
   /** @type {[number, number]} */
   const all = [0, along];

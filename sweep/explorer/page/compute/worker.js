@@ -46,9 +46,11 @@ const VIEWS = { float64: Float64Array, int64: BigInt64Array, int32: Int32Array }
 
 const scope = /** @type {any} */ (self);
 // a page that is one file begins a worker with all scripts in one
-if (!scope.verdicts) scope.importScripts("./verdicts.js", "./system_cells.js");
+if (!scope.verdicts) scope.importScripts("./verdicts.js", "./disk_cells.js", "./system_cells.js");
 /** @type {(plan: Plan, judged: Columns, ending: Values, count: number) => Uint8Array} */
 const verdicts = scope.verdicts;
+/** @type {(plan: Plan, starts: Columns, measured: Columns, count: number, wanted?: string) => Columns} */
+const diskColumns = scope.diskColumns;
 /** @type {(plan: SystemPlan, starts: Columns, measured: Columns, count: number) => Columns} */
 const systemColumns = scope.systemColumns;
 
@@ -194,7 +196,7 @@ class Cells {
   }
 
   /**
-   * All columns of some cells, with their starts.
+   * All columns of some cells, with their starts: valid until the next call.
    * @param {Plan} plan
    * @param {Columns} given  the parameters that are not held, by name
    * @param {number} count
@@ -216,17 +218,18 @@ class Cells {
       else row.fill(plan.held[parameters[i]] ?? Infinity);
     });
     if (isOfSystem(plan)) {
+      const measured = this.#integrated(plan, block, count);
       const starts = this.#columns(block, parameters);
-      const found = systemColumns(plan, starts, this.#integrated(plan, block, count), count);
+      const found = systemColumns(plan, starts, measured, count);
       for (const name of plan.singles) found[name] &&= found[name].map(Math.fround);
       return { ...starts, ...found, stability: verdicts(plan, { ...starts, ...found }, found.ending, count) };
     }
     kernels.call("complete", ...plan.rates, block);
     const measured =
       plan.model === "disk"
-        ? this.#reduced(plan, block, alphas, count, timed)
+        ? this.#reduced(plan, block, alphas, given.alpha, count, timed)
         : this.#integrated(plan, block, count);
-    return completed(plan, this.#columns(block, parameters), measured, count, wanted);
+    return diskColumns(plan, this.#columns(block, parameters), measured, count, wanted);
   }
 
   /**
@@ -273,63 +276,70 @@ class Cells {
    * @param {Plan} plan
    * @param {Block} starts
    * @param {number[]} alphas
+   * @param {Values|undefined} varied  alpha of each cell, where it is not held
    * @param {number} count
    * @param {boolean} timed
    * @returns {Columns}
    */
-  #reduced(plan, starts, alphas, count, timed) {
+  #reduced(plan, starts, alphas, varied, count, timed) {
     const kernels = this.#kernels;
     const { values, panels, nodes, wide } = this.#tables;
     const measures = kernels.array("float64", MEASURES.length, count);
     const counts = kernels.array("int32", COUNTS.length, count);
     const which = kernels.array("int64", count);
-    const row = plan.parameters.indexOf("alpha");
     const places = new Map(alphas.map((each, i) => [each, BigInt(i)]));
-    const alpha = split(kernels.numbers(starts), plan.parameters.length, count)[row];
     const at = kernels.numbers(which);
-    if (alpha.every((/** @type {number} */ each) => each === alphas[0])) at.fill(0n);
-    else for (let i = 0; i < count; i += 1) at[i] = places.get(alpha[i]) ?? -1n;
+    if (varied) varied.forEach((each, i) => (at[i] = places.get(each) ?? -1n));
+    else at.fill(alphas.length ? 0n : -1n);
     const periods = timed ? kernels.placeOf("periods") : 0n;
     kernels.treat(
       "reduce", count, starts, plan.settings.fall_tilt, periods, values, which, panels, nodes, wide,
       measures, counts, ...this.#reducing,
     ); // prettier-ignore
-    const found = { ...this.#columns(measures, MEASURES), ...this.#columns(counts, COUNTS) };
-    const { tilt_min: least, tilt_max: greatest, nutation_period: period, tilt_error: error, ending } = found;
+    const reduced = () => ({ ...this.#columns(measures, MEASURES), ...this.#columns(counts, COUNTS) });
+    const {
+      tilt_min: least,
+      tilt_max: greatest,
+      nutation_period: period,
+      tilt_error: error,
+      ending,
+    } = reduced();
     for (let i = 0; i < count; i += 1) {
       if (!(error[i] > plan.settings.tolerance)) continue;
       least[i] = greatest[i] = period[i] = error[i] = NaN;
       ending[i] = plan.unresolved;
     }
-    return plan.contact && timed ? { ...found, ...this.#met(plan, starts, found, count) } : found;
+    if (!(plan.contact && timed)) return reduced();
+    const met = this.#met(plan, starts, [measures, counts], count);
+    return { ...reduced(), ...met };
   }
 
   /**
-   * Rows of an array by their names, as copies.
+   * Rows of an array by their names: valid until the next array is made.
    * @param {Block} block
    * @param {string[]} names
    * @returns {Columns}
    */
   #columns(block, names) {
     const rows = split(this.#kernels.numbers(block), names.length, block.shape[1]);
-    return Object.fromEntries(rows.map((row, i) => [names[i], row.slice()]));
+    return Object.fromEntries(rows.map((row, i) => [names[i], row]));
   }
 
   /**
    * Extremes of the contact forces.
    * @param {Plan} plan
    * @param {Block} starts
-   * @param {Columns} found
+   * @param {[Block, Block]} reduced  measures and counts
    * @param {number} count
    * @returns {Columns}
    */
-  #met(plan, starts, found, count) {
+  #met(plan, starts, [measures, counts], count) {
     const kernels = this.#kernels;
     const [extents, extremes] = [kernels.array("float64", 3, count), kernels.array("float64", 2, count)];
     const [endings, states] = [kernels.array("int64", count), kernels.array("int64", count)];
-    const held = [found.tilt_min, found.tilt_max, found.tilt_error];
-    split(kernels.numbers(extents), 3, count).forEach((row, i) => row.set(held[i]));
-    kernels.numbers(endings).set(BigInt64Array.from(found.ending, BigInt));
+    const { tilt_min: least, tilt_max: greatest, tilt_error: error } = this.#columns(measures, MEASURES);
+    split(kernels.numbers(extents), 3, count).forEach((row, i) => row.set([least, greatest, error][i]));
+    kernels.numbers(endings).set(BigInt64Array.from(this.#columns(counts, COUNTS).ending, BigInt));
     const { fall_tilt } = plan.settings;
     kernels.treat(
       "contact_extremes",
@@ -380,85 +390,6 @@ function split(numbers, rows, count) {
 }
 
 /**
- * Columns with those that follow: the start of a cell, how far it went, and the verdict.
- * @param {Plan} plan
- * @param {Columns} starts
- * @param {Columns} measured
- * @param {number} count
- * @param {string} [wanted]  the only column that is wanted beside the verdict
- * @returns {Columns}
- */
-function completed(plan, starts, measured, count, wanted) {
-  for (const name of plan.singles) measured[name] &&= measured[name].map(Math.fround);
-  const { tilt, tilt_rate, alpha, radius, gravity } = starts;
-  const { tilt_min: least, tilt_max: greatest, ending } = measured;
-  const [reach, scale, peak, amplification] = Array.from({ length: 4 }, () => new Float64Array(count));
-  for (let i = 0; i < count; i += 1) {
-    const steady = plan.from_start ? tilt[i] : 0;
-    reach[i] = Math.max(Math.abs(greatest[i] - steady), Math.abs(least[i] - steady));
-    peak[i] = Math.max(Math.abs(least[i]), Math.abs(greatest[i]));
-    const kick = tilt_rate[i] / Math.sqrt((2 * gravity[i]) / ((2 + alpha[i]) * radius[i]));
-    const size = length(tilt[i] - steady, kick);
-    // nothing is amplified where nothing is disturbed
-    scale[i] = size > 0 ? size : NaN;
-    amplification[i] = reach[i] / scale[i];
-  }
-  /** @type {Columns} */
-  const found = { ...starts, ...measured, peak_tilt: peak, amplification };
-  const judged = { ...found, "the reach": reach, "the scale": scale };
-  found.stability = verdicts(plan, judged, ending, count);
-  if (measured.wells && (wanted ?? "regime") === "regime") found.regime = regimes(plan, measured, count);
-  if (plan.losses.length) {
-    found.largest_loss = largest(
-      plan.losses.map((name) => measured[name]),
-      count,
-    );
-  }
-  return found;
-}
-
-/**
- * Length of a vector; the square of a small one is not lost.
- * @param {number} x
- * @param {number} y
- */
-function length(x, y) {
-  const [a, b] = [Math.abs(x), Math.abs(y)];
-  const size = a > b ? a : b;
-  return size > 0 && size < Infinity
-    ? size * Math.sqrt((a / size) * (a / size) + (b / size) * (b / size))
-    : a + b;
-}
-
-/**
- * Kinds of motions, as sweep/explorer/quantities.py has them.
- * @param {Plan} plan
- * @param {Columns} measured
- * @param {number} count
- */
-function regimes(plan, { ending, wells, tilt_min: least, tilt_max: greatest }, count) {
-  const found = new Uint8Array(count);
-  for (let i = 0; i < count; i += 1) {
-    const crosses = least[i] < 0 && greatest[i] > 0 ? 1 : 0;
-    found[i] = wells[i] > 0 && !plan.failed.includes(ending[i]) ? 2 * (wells[i] - 1) + crosses : 5;
-    if (plan.lost.includes(ending[i])) found[i] = 4;
-  }
-  return found;
-}
-
-/**
- * Which loss took most, counted from 1; 0 where nothing was lost.
- * @param {Values[]} losses
- * @param {number} count
- */
-function largest(losses, count) {
-  return Uint8Array.from({ length: count }, (_, i) => {
-    const lost = [0, ...losses.map((each) => each[i] || 0)];
-    return lost.indexOf(Math.max(...lost));
-  });
-}
-
-/**
  * Values of a side of a window in the middle of some of its pixels.
  * @param {{axis: Axis, count: number, from: number, to: number}} side
  */
@@ -483,7 +414,8 @@ function piece(cells, { plan, x, y, quantity, timed }) {
     rows.fill(up[row], row * across.length, (row + 1) * across.length);
   }
   const given = { [x.axis.name]: columns, [y.axis.name]: rows };
-  const { [quantity]: value, stability } = cells.columns(plan, given, count, timed, quantity);
+  const { [quantity]: found, stability } = cells.columns(plan, given, count, timed, quantity);
+  const value = found.slice();
   const most = value instanceof Uint8Array ? MOST_CODE : Number.MAX_VALUE;
   let [low, high, least] = [Infinity, -Infinity, Infinity];
   for (let i = 0; i < count; i += 1) {
@@ -525,7 +457,10 @@ const ANSWERS = {
     return {};
   },
   piece: (asked) => piece(cells, asked),
-  cells: ({ plan, given, count }) => cells.columns(plan, given, count, true),
+  cells: ({ plan, given, count }) => {
+    const found = cells.columns(plan, given, count, true);
+    return Object.fromEntries(Object.entries(found).map(([name, values]) => [name, values.slice()]));
+  },
   call: (asked) => {
     const { top } = kernels;
     const found = called(kernels, asked);

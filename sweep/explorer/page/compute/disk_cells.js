@@ -1,0 +1,137 @@
+/**
+ * What is known of cells of the disk, with and without losses, from what their kernels measure.
+ *
+ * A part of the worker's script (worker.js), which finds it under its name.
+ */
+
+/** @import { Plan } from "eulerdisk/types" */
+
+/** @typedef {Float64Array|Int32Array|Uint8Array} Values */
+/** @typedef {Record<string, Values>} Columns */
+
+// all scripts of a worker share their global names
+(() => {
+  /** @type {{verdicts: (plan: Plan, judged: Columns, ending: Values, count: number) => Uint8Array}} */
+  const { verdicts } = /** @type {any} */ (self);
+
+  /** What a criterion judges by, by the names that it has for them (sweep/request/criterion_kinds.py). */
+  const [REACH, SCALE] = ["the reach", "the scale"];
+
+  /**
+   * Columns with those that follow: the start of a cell, how far it went, and the verdict.
+   * @param {Plan} plan
+   * @param {Columns} starts
+   * @param {Columns} measured
+   * @param {number} count
+   * @param {string} [wanted]  the only column that is wanted beside the verdict
+   * @returns {Columns}
+   */
+  function diskColumns(plan, starts, measured, count, wanted) {
+    const needed = wanted && [wanted, ...plan.criterion.named];
+    const isNeeded = (/** @type {string[]} */ ...names) =>
+      !needed || names.some((name) => needed.includes(name));
+    for (const name of plan.singles) measured[name] &&= measured[name].map(Math.fround);
+    const found = { ...starts, ...measured };
+    if (isNeeded("peak_tilt")) found.peak_tilt = peaks(measured, count);
+    if (isNeeded(REACH, "amplification")) found[REACH] = reaches(plan, found, count);
+    if (isNeeded(SCALE, "amplification")) found[SCALE] = scales(plan, found, count);
+    if (isNeeded("amplification")) {
+      found.amplification = Float64Array.from(found[REACH], (each, i) => each / found[SCALE][i]);
+    }
+    found.stability = verdicts(plan, found, measured.ending, count);
+    if (measured.wells && isNeeded("regime")) found.regime = regimes(plan, measured, count);
+    if (plan.losses.length && isNeeded("largest_loss")) {
+      found.largest_loss = largest(
+        plan.losses.map((name) => measured[name]),
+        count,
+      );
+    }
+    return found;
+  }
+
+  /**
+   * The largest tilts to either side.
+   * @param {Columns} measured
+   * @param {number} count
+   */
+  function peaks({ tilt_min: least, tilt_max: greatest }, count) {
+    const found = new Float64Array(count);
+    for (let i = 0; i < count; i += 1) found[i] = Math.max(Math.abs(least[i]), Math.abs(greatest[i]));
+    return found;
+  }
+
+  /**
+   * How far the tilts went from the steady one.
+   * @param {Plan} plan
+   * @param {Columns} cells
+   * @param {number} count
+   */
+  function reaches(plan, { tilt, tilt_min: least, tilt_max: greatest }, count) {
+    const found = new Float64Array(count);
+    for (let i = 0; i < count; i += 1) {
+      const steady = plan.from_start ? tilt[i] : 0;
+      found[i] = Math.max(Math.abs(greatest[i] - steady), Math.abs(least[i] - steady));
+    }
+    return found;
+  }
+
+  /**
+   * Sizes of the disturbances: NaN where nothing is disturbed, for nothing is amplified there.
+   * @param {Plan} plan
+   * @param {Columns} cells
+   * @param {number} count
+   */
+  function scales(plan, { tilt, tilt_rate, alpha, radius, gravity }, count) {
+    const found = new Float64Array(count);
+    for (let i = 0; i < count; i += 1) {
+      const steady = plan.from_start ? tilt[i] : 0;
+      const kick = tilt_rate[i] / Math.sqrt((2 * gravity[i]) / ((2 + alpha[i]) * radius[i]));
+      const size = length(tilt[i] - steady, kick);
+      found[i] = size > 0 ? size : NaN;
+    }
+    return found;
+  }
+
+  /**
+   * Length of a vector; the square of a small one is not lost.
+   * @param {number} x
+   * @param {number} y
+   */
+  function length(x, y) {
+    const [a, b] = [Math.abs(x), Math.abs(y)];
+    const size = a > b ? a : b;
+    return size > 0 && size < Infinity
+      ? size * Math.sqrt((a / size) * (a / size) + (b / size) * (b / size))
+      : a + b;
+  }
+
+  /**
+   * Kinds of motions, as sweep/explorer/quantities.py has them.
+   * @param {Plan} plan
+   * @param {Columns} measured
+   * @param {number} count
+   */
+  function regimes(plan, { ending, wells, tilt_min: least, tilt_max: greatest }, count) {
+    const found = new Uint8Array(count);
+    for (let i = 0; i < count; i += 1) {
+      const crosses = least[i] < 0 && greatest[i] > 0 ? 1 : 0;
+      found[i] = wells[i] > 0 && !plan.failed.includes(ending[i]) ? 2 * (wells[i] - 1) + crosses : 5;
+      if (plan.lost.includes(ending[i])) found[i] = 4;
+    }
+    return found;
+  }
+
+  /**
+   * Which loss took most, counted from 1; 0 where nothing was lost.
+   * @param {Values[]} losses
+   * @param {number} count
+   */
+  function largest(losses, count) {
+    return Uint8Array.from({ length: count }, (_, i) => {
+      const lost = [0, ...losses.map((each) => each[i] || 0)];
+      return lost.indexOf(Math.max(...lost));
+    });
+  }
+
+  Object.assign(self, { diskColumns });
+})();
