@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from sweep.errors import RequestError
+from sweep.explorer.body import COST, NO_LENGTH, SLIDERS, is_body, is_of_body
 from sweep.explorer.losses import LOSS_WORDS, has_motions
+from sweep.explorer.own_module import has_own_module
 from sweep.explorer.plan import motion_tables
 from sweep.explorer.quantities import Shown, described, shown_of
 from sweep.explorer.stored import Stored
@@ -28,6 +30,7 @@ _SLIDERS: Mapping[str, tuple[float, float, str]] = {
     "radius": (0.005, 1.0, "log"),
     "gravity": (0.1, 30.0, "log"),
     "fall_tilt": (math.radians(10.0), math.radians(89.0), "linear"),
+    **SLIDERS,
 }
 
 #: What is allowed here is allowed everywhere: in SI, far out of every slider.
@@ -64,7 +67,7 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
     """
     bases, of_system = {} if given is None else {"": given}, is_system(given)
     # one module of kernels is either that of the disk or that of a system
-    if not of_system:
+    if not has_own_module(given):
         bases |= {name: preset(name) for name in base_names()}
     by_base = {name: _shown(spec, stored if name == "" else None) for name, spec in bases.items()}
     shown = {name: each for held in by_base.values() for name, each in held.items()}
@@ -73,7 +76,8 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
         name: row
         for spec in bases.values()
         for name, row in {**spec.model.parameters, **spec.model.settings}.items()
-        if name in spec.model.parameters or (name in _SLIDERS and not of_system)
+        if (name in spec.model.parameters or (name in _SLIDERS and not of_system))
+        and (not is_body(spec) or is_of_body(spec, name))
     }
     return {
         "bases": [{**base_of(name, spec), "quantities": list(by_base[name])} for name, spec in bases.items()],
@@ -135,7 +139,8 @@ def base_of(name: str, spec: SweepSpec) -> dict[str, Any]:
     """Return a base: its name, its words, and the view that shows all of it."""
     view = sides(spec)
     axes = [side["name"] for side in view.values()]
-    held = {each: getattr(spec, each) for each in spec.model.parameters if each not in axes}
+    shown = [each for each in spec.model.parameters if not is_body(spec) or is_of_body(spec, each)]
+    held = {each: getattr(spec, each) for each in shown if each not in axes}
     words = {
         each: middle(value) if isinstance(value, Range | Values) else value for each, value in held.items()
     }
@@ -147,7 +152,7 @@ def base_of(name: str, spec: SweepSpec) -> dict[str, Any]:
         "words": words,
         "view": {"base": name, "words": {}, **view},
         "hasMotions": has_motions(spec),
-        "cost": _SYSTEM_COST if is_system(spec) else 0.0,
+        "cost": _SYSTEM_COST if is_system(spec) else COST if is_body(spec) else 0.0,
     }
 
 
@@ -200,7 +205,8 @@ def _input(row: Input, slider: tuple[float, float, str] | None) -> dict[str, Any
         "most": most,
         "scale": scale,
         "control": row.control,
-        "words": list(row.words),
+        # a body has the lengths that are on its page
+        "words": [word for word in row.words if word != NO_LENGTH],
     }
 
 

@@ -11,10 +11,10 @@ import numpy.typing as npt
 
 from sweep.explorer.about import about
 from sweep.explorer.lines import lines
+from sweep.explorer.own_module import has_own_module, kernels_of
 from sweep.explorer.plan import plan
 from sweep.explorer.point import explanation, stored_point
 from sweep.explorer.stored import Stored
-from sweep.explorer.system import is_system, kernels_of
 from sweep.explorer.view import View
 from sweep.explorer.window import stored_window
 from sweep.request.spec import SweepSpec
@@ -67,7 +67,7 @@ class Answers:
     @property
     def has_own_kernels(self) -> bool:
         """Whether the page computes with another module than that of the disk."""
-        return is_system(self.given)
+        return has_own_module(self.given)
 
     @property
     def kernels(self) -> Answer:

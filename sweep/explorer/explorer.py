@@ -36,7 +36,7 @@ class Subject:
     def __init__(self, spec: SweepSpec | None = None, stored: Stored | None = None) -> None:
         if spec is not None and not spec.model.explored:
             raise RequestError(
-                "The explorer shows the thin disk and systems of your own; it cannot draw the model "
+                "The explorer shows disks and other bodies, and systems of your own; it cannot draw the model "
                 f"{spec.model.name}.",
                 hint="Draw an atlas with eulerdisk plot, or ask for one cell with eulerdisk explain.",
                 where="model",

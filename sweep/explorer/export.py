@@ -33,10 +33,10 @@ from sweep.errors import RequestError
 from sweep.explorer.about import about, base_of
 from sweep.explorer.explorer import Subject
 from sweep.explorer.lines import lines
+from sweep.explorer.own_module import kernels_of
 from sweep.explorer.pages import INDEX, KERNELS, PageFile, modules, page_files, with_imports
 from sweep.explorer.plan import plan
 from sweep.explorer.stored import Stored
-from sweep.explorer.system import kernels_of
 from sweep.explorer.view import View
 from sweep.files.paths import check_target
 from sweep.request.spec import SweepSpec

@@ -49,7 +49,7 @@ def shown_of(spec: SweepSpec) -> dict[str, Shown]:
     model = spec.model
     variables = model.cell_variables(spec)
     names = (
-        model.drawn or model.peak, model.peak, *model.shown, "peak_tilt", "stability",
+        model.drawn_of(spec), model.peak, *model.shown, "peak_tilt", "stability",
         "amplification", "separatrix", "nutation_period", "fall_time",
         "end_time", "largest_loss", "least_normal_force", "friction_needed",
     )  # fmt: skip

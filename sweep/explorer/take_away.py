@@ -18,7 +18,6 @@ from sweep.explorer.point import place
 from sweep.explorer.view import Side, View
 from sweep.explorer.waiting import KERNELS
 from sweep.explorer.window import MOST_PIXELS
-from sweep.model.description import Model
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_file import presets
@@ -123,7 +122,7 @@ def _base_of(view: View) -> tuple[str, SweepSpec]:
     """Return what a command begins with, and the spec of that: a preset, or the file of a system, named after it."""
     model = view.spec.model
     if not model.text:
-        base = view.base or _preset_of(model)
+        base = view.base or _preset_of(view.spec)
         return base, SweepSpec.preset(base)
     with contextlib.suppress(RequestError):
         if (preset := SweepSpec.preset(model.name)).model == model:
@@ -131,9 +130,14 @@ def _base_of(view: View) -> tuple[str, SweepSpec]:
     return f"{model.name}.py", SweepSpec(model=model)
 
 
-def _preset_of(model: Model) -> str:
-    known = presets(model)
-    return "rolling" if "rolling" in known else known[-1]
+def _preset_of(spec: SweepSpec) -> str:
+    """Return the preset of the model that needs the fewest changes; of the disk that which people know."""
+    known = presets(spec.model)
+    return (
+        "rolling"
+        if "rolling" in known
+        else min(known, key=lambda name: len(_changes(SweepSpec.preset(name), spec)))
+    )
 
 
 def _motion_words(view: View, fields: Mapping[str, Any]) -> dict[str, Any]:

@@ -84,7 +84,7 @@ def shade(
     RequestError
         If the atlas has no such variable of the cells.
     """
-    quantity = _quantity(dataset, spec, name or spec.model.drawn or spec.model.peak)
+    quantity = _quantity(dataset, spec, name or spec.model.drawn_of(spec))
     values = in_order(dataset[quantity.name], order)
     if quantity.flags is not None:
         numbers = np.asarray(values, np.float64)

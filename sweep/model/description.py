@@ -515,6 +515,10 @@ class Model(ABC):
         """Return which cells end otherwise if their extremes are off by `error`: the motion may be lost."""
         return np.zeros(error.shape, bool)
 
+    def drawn_of(self, spec: Request) -> str:
+        """Return the variable that maps of the cells of a spec show, unless another one is asked for."""
+        return self.drawn or self.peak
+
     def controls(self, axes: Iterable[str]) -> list[str]:
         """Return the axes along which a boundary of stability is sought."""
         return [name for name in axes if name in self.parameters and self.parameters[name].control]

@@ -5,7 +5,6 @@ import queue
 import re
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,8 +15,8 @@ from explorer_client import about, ask, post, refused
 import sweep
 from sweep.errors import RequestError
 from sweep.explorer.explorer import Explorer, explore, subject_of_words
+from sweep.explorer.own_module import kernels_of
 from sweep.explorer.point import NO_CELL
-from sweep.explorer.system import system_module
 from sweep.figures.panels import panel
 from sweep.request.spec import SweepSpec
 
@@ -385,6 +384,36 @@ def test_every_question_about_a_system_is_answered(tmp_path, monkeypatch, comman
     assert (tmp_path / "window.csv").read_bytes() == cells.body
 
 
+@pytest.mark.parametrize("given", ["torus", "egg", "true_edge"])
+def test_every_question_about_a_body_is_answered(tmp_path, monkeypatch, command, given):
+    """A page has the lengths of its body alone; a command makes the cells of a window."""
+    monkeypatch.chdir(tmp_path)
+    with explore(given) as explorer:
+        held = about(explorer.url)
+        (base,) = held["bases"]
+        view, spec = base["view"], SweepSpec.preset(given)
+        lengths = {"torus": {"tube"}, "ball": {"offset"}, "rim": {"thickness", "fillet"}}[spec.body]
+        rows = {row["name"]: row for row in held["parameters"]}
+        assert rows.keys() & {"tube", "thickness", "fillet", "offset", "flattening"} == lengths
+        assert ("fall_tilt" in rows) == (spec.body != "ball")
+        assert all("none" not in rows[name]["words"] for name in lengths)
+        place = {"view": view, "x": view["x"]["centre"], "y": view["y"]["centre"]}
+        plans = post(explorer.url, "plan", view=view)
+        assert (plans["refused"], plans["motion"], "body" in plans["cells"]) == (None, None, True)
+        assert post(explorer.url, "point", **place) == {"stored": None}
+        assert "verdict" in post(explorer.url, "explain", **place)["text"]
+        lines = {each["name"] for each in post(explorer.url, "lines", view=view)["lines"]}
+        assert "measured" in lines
+        size = {"view": view, "width": 3, "height": 2}
+        line = post(explorer.url, "command", **size)["command"]
+        cells = ask(explorer.url, "data", json.dumps({**size, "format": "csv"}).encode())
+        assert cells.status == 200
+    status, _, messages = command(line.removeprefix("eulerdisk "))
+    assert status == 0, messages
+    assert command("export window.nc --to csv")[0] == 0
+    assert (tmp_path / "window.csv").read_bytes() == cells.body
+
+
 def test_a_system_without_a_plane_is_refused(tmp_path):
     """One state and no parameter are no plane."""
     path = tmp_path / "one.py"
@@ -397,7 +426,6 @@ def test_a_system_without_a_plane_is_refused(tmp_path):
 
 def test_a_system_that_cannot_be_compiled_for_a_page_is_refused(monkeypatch):
     """What went wrong is said in one sentence."""
-    monkeypatch.setattr("sweep.explorer.system._BUILD", "raise ValueError('no such target')")
-    kernel = replace(SweepSpec.preset("thomas").model.integrate, function="[]")
+    monkeypatch.setattr("sweep.explorer.own_module._BUILD", "raise ValueError('no such target')")
     with pytest.raises(RequestError, match="could not be compiled for a page: ValueError: no such target"):
-        system_module(kernel)
+        kernels_of(SweepSpec.preset("thomas"))

@@ -104,13 +104,12 @@ export class Refresh {
     const most =
       lane === "coarse" ? this.#within(wanted, SOON, COARSE) : this.#within(wanted, PATIENCE, FINE);
     const [width, height] = pixels(wanted, count ?? most);
-    const began = performance.now();
     try {
       const answer = await this.#source.window({ view, width, height, quantity, stored }, signal);
       // stored cells cost nothing
       const computed = answer.stored ? answer.stored.filter((each) => each === 0).length : width * height;
-      if (this.#costOf(view.base) && computed) {
-        this.#costs.set(view.base, (performance.now() - began) / computed);
+      if (this.#costOf(view.base) && computed && answer.milliseconds !== undefined) {
+        this.#costs.set(view.base, answer.milliseconds / computed);
       }
       // the fine picture of the same view may have come first
       if (signal?.aborted) return;

@@ -115,7 +115,7 @@
  * 2 unstable. `stored`: 1 where the value is that of a stored cell, 0 where it was computed, 2 where there is neither;
  * missing if all were computed.
  * `end` says that a pixel is below 8 units in the last place, so that zoom ends here; `low`, `high` and `least`, the
- * smallest value above zero, are null without such values.
+ * smallest value above zero, are null without such values. `milliseconds` it took to compute, once the workers were there.
  * @typedef {object} WindowAnswer
  * @property {{low: number|null, high: number|null, least: number|null, end: boolean, note?: string}} head
  * @property {number} width
@@ -123,6 +123,7 @@
  * @property {Float32Array|Float64Array|Uint8Array} value
  * @property {Uint8Array} verdict
  * @property {Uint8Array|null} stored
+ * @property {number} [milliseconds]
  */
 
 /**
@@ -235,6 +236,11 @@
  * @property {number} of_times
  * @property {number} rounding
  * @property {number} grown
+ */
+
+/**
+ * How cells of a body of revolution are computed: see sweep/explorer/body.py.
+ * @typedef {Plan & {body: {number: number, hollow: number, follows: number[], on_end: boolean}}} BodyPlan
  */
 
 /**

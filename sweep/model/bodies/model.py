@@ -53,7 +53,7 @@ class Bodies(Model):
     endings, variables = tables.ENDINGS, tables.VARIABLES
     measures, counts = arrays.MEASURES, arrays.COUNTS
     coordinate, extremes, error_name, peak = DISK.coordinate, DISK.extremes, DISK.error_name, DISK.peak
-    lost_name, explored = "the body falls", False
+    lost_name = "the body falls"
     presets = Path(__file__).with_name("presets")
     integrate = Kernel("kernels.bodies.integrate", "integrate", seconds=8.0)
     words = Words(
@@ -108,6 +108,10 @@ class Bodies(Model):
         known = starts if "transverse_moment" in starts else with_body(spec, starts)
         slow = np.sqrt((1.0 + known["transverse_moment"]) * starts["radius"] / starts["gravity"])
         return np.hypot(starts["tilt"] - self.undisturbed(spec, starts), starts["tilt_rate"] * slow)
+
+    def drawn_of(self, spec: Request) -> str:
+        """Return what maps show: of a body on its end, whose largest tilt is that of its start, the amplification."""
+        return "amplification" if self._on_its_end(spec) else super().drawn_of(spec)
 
     def disturbed_motion(self, spec: Request) -> str:
         """Return what the starts disturb."""

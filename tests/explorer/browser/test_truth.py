@@ -230,6 +230,52 @@ def test_cells_of_a_system(served_with, browser, rng, count, name, tmp_path, mon
     page.close()
 
 
+#: Bodies by their words: moments that follow and that are given, steady rates, contact forces, both kinds of criteria,
+#: upright, circling and on an end.
+BODIES = {
+    "torus": ["body=torus", "tube=0.05:0.6:3", "roll_rate=1:4:3", "filling=hollow", "contact=yes"],
+    "rounded": ["body=rounded", "thickness=0.05:0.9:3", "tilt=5deg:40deg:3", "precession_rate=3", "roll_rate=steady",
+                "tilt_rate=0.3"],
+    "rim": ["true_edge"],
+    "ball": ["egg", "criterion=amplification:10"],
+    "spheroid": ["body=spheroid", "flattening=-0.6:0.6:3", "tilt=1deg:40deg:3", "tilt_rate=0.5", "roll_rate=2",
+                 "criterion=departure:40deg"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["rounded", *(pytest.param(each, marks=pytest.mark.slow_lane) for each in BODIES if each != "rounded")],
+)
+def test_cells_of_a_body(served_with, browser, rng, count, name):
+    """Cells of other bodies have the program's endings and verdicts, and numbers within 1e-10 of its.
+
+    The series of the reduction are summed otherwise, over some ten panels. Beside a separatrix rounding decides whether
+    there is a period, and how a cell ends.
+    """
+    words = BODIES[name]
+    given = SweepSpec.from_words(*((words[0], words[1:]) if "=" not in words[0] else ("rolling", words)))
+    view = View.read({**sides(given), "base": "", "words": {}}, given)
+    page = browser.new_page()
+    page.goto(served_with(*words).url)
+    axes, n = (view.x.name, view.y.name), count(1000, 20_000)
+    starts = {side.name: rng.uniform(*side.ends(), n) for side in (view.x, view.y)}
+    expected = compute(view.live, view.starts(*(starts[each] for each in axes)))
+    names = ["ending", "stability", "tilt_min", "tilt_max", "peak_tilt", "amplification", "nutation_period"]
+    more = ["contact_state", "least_normal_force", "friction_needed"] if "contact=yes" in words else []
+    found = columns_of_page(page, plan(view)["cells"], starts, [*names, *more])
+    for each in ("ending", "stability", *more[:1]):
+        assert np.mean(found[each] == expected[each]) > 0.999, each
+    assert len(set(expected["stability"])) > 1
+    same = found["ending"] == expected["ending"]
+    for each in (*names[2:], *more[1:]):
+        both = same & np.isfinite(found[each]) & np.isfinite(expected[each])
+        assert np.mean(both | np.isnan(expected[each])) > 0.999, each
+        off = np.abs(found[each] - expected[each])[both]
+        assert np.max(off / (1.0 + np.abs(expected[each][both]))) < 1e-9, each
+    page.close()
+
+
 @pytest.mark.parametrize("name", ["tilt_max", "stability"])
 def test_a_fault_is_seen(opened, name):
     """What the page computes by another plan is not what the program computes: the comparison can fail."""

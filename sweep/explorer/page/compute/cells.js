@@ -23,10 +23,12 @@ const SINGLE_DIGITS = 3;
  * @returns {Promise<WindowAnswer>}
  */
 export async function computedWindow(computation, plan, { view, width, height, quantity }, signal) {
+  await computation.ready;
+  const began = performance.now();
   const timed = plan.timed.includes(quantity) || plan.criterion.timed;
   const byColumns = view.x.name === "alpha";
   const most = byColumns || view.y.name === "alpha" ? MOST_ALPHAS : Infinity;
-  const kind = "system" in plan ? "system" : timed ? "timed" : "plain";
+  const kind = "system" in plan ? "system" : "body" in plan ? "body" : timed ? "timed" : "plain";
   const parts = pieces({ width, height, byColumns, kind, most, workers: computation.size });
   const side = (
     /** @type {"x"|"y"} */ which,
@@ -62,7 +64,8 @@ export async function computedWindow(computation, plan, { view, width, height, q
   const known = (/** @type {number} */ each) => (Number.isFinite(each) ? each : null);
   const end = view.x.half < leastHalf(view.x, width) || view.y.half < leastHalf(view.y, height);
   const head = { low: known(low), high: known(high), least: known(least), end, note: "" };
-  return { head, width, height, value, verdict, stored: null };
+  const milliseconds = performance.now() - began;
+  return { head, width, height, value, verdict, stored: null, milliseconds };
 }
 
 /**

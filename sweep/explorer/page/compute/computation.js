@@ -12,9 +12,9 @@ const MOST_WORKERS = 6;
 
 /**
  * Cells of a piece of a window: some 10 ms, after which a worker looks what is wanted now; with periods they take longer,
- * and those of a system up to a millisecond each.
+ * those of other bodies some 20 us each, and those of a system up to a millisecond.
  */
-const PIECES = { plain: 32768, timed: 24576, system: 256 };
+const PIECES = { plain: 32768, timed: 24576, body: 2048, system: 256 };
 
 const HINT = "Open the page in a newer browser, one that has WebAssembly with vectors.";
 
@@ -39,6 +39,8 @@ export class Computation {
     const count = Math.min(Math.max(navigator.hardwareConcurrency || 2, 1), MOST_WORKERS);
     const module = content.then((bytes) => WebAssembly.compile(bytes));
     this.#workers = Array.from({ length: count }, () => new Processor(module, () => this.#go()));
+    /** Until all have begun, or failed to. */
+    this.ready = Promise.allSettled(this.#workers.map((each) => each.begun));
   }
 
   /** How many answer at a time. */
@@ -88,7 +90,7 @@ class Processor {
   #free;
   /** @type {{resolve: (found: any) => void, reject: (problem: unknown) => void}|null} */
   #answered = null;
-  #begun;
+  begun;
 
   /**
    * @param {Promise<WebAssembly.Module>} module
@@ -104,19 +106,19 @@ class Processor {
       event.preventDefault();
       this.#answered?.reject(new Problem(`The page cannot compute here: ${event.message}.`, { hint: HINT }));
     };
-    this.#begun = module.then((compiled) => this.#send("begin", { module: compiled }));
+    this.begun = module.then((compiled) => this.#send("begin", { module: compiled }));
     const ready = () => {
       this.busy = false;
       free();
     };
-    this.#begun.then(ready, ready);
+    this.begun.then(ready, ready);
   }
 
   /** @param {Question} question */
   async answer({ what, asked, resolve, reject }) {
     this.busy = true;
     try {
-      await this.#begun;
+      await this.begun;
       resolve(await this.#send(what, asked));
     } catch (problem) {
       const { message } = /** @type {Error} */ (problem);

@@ -1,10 +1,10 @@
 /**
- * What is known of cells of the disk, with and without losses, from what their kernels measure.
+ * What is known of cells of the disk, with and without losses, and of other bodies, from what their kernels measure.
  *
  * A part of the worker's script (worker.js), which finds it under its name.
  */
 
-/** @import { Plan } from "eulerdisk/types" */
+/** @import { BodyPlan, Plan } from "eulerdisk/types" */
 
 /** @typedef {Float64Array|Int32Array|Uint8Array} Values */
 /** @typedef {Record<string, Values>} Columns */
@@ -61,6 +61,17 @@
   }
 
   /**
+   * The tilt of the motion that a start disturbs, by its own tilt.
+   * @param {Plan|BodyPlan} plan
+   * @returns {(tilt: number) => number}
+   */
+  function undisturbed(plan) {
+    if (plan.from_start) return (tilt) => tilt;
+    if ("body" in plan && plan.body.on_end) return (tilt) => (tilt < 0 ? -Math.PI : Math.PI) / 2;
+    return () => 0;
+  }
+
+  /**
    * How far the tilts went from the steady one.
    * @param {Plan} plan
    * @param {Columns} cells
@@ -68,8 +79,9 @@
    */
   function reaches(plan, { tilt, tilt_min: least, tilt_max: greatest }, count) {
     const found = new Float64Array(count);
+    const steadyOf = undisturbed(plan);
     for (let i = 0; i < count; i += 1) {
-      const steady = plan.from_start ? tilt[i] : 0;
+      const steady = steadyOf(tilt[i]);
       found[i] = Math.max(Math.abs(greatest[i] - steady), Math.abs(least[i] - steady));
     }
     return found;
@@ -81,12 +93,14 @@
    * @param {Columns} cells
    * @param {number} count
    */
-  function scales(plan, { tilt, tilt_rate, alpha, radius, gravity }, count) {
+  function scales(plan, { tilt, tilt_rate, alpha, transverse_moment, radius, gravity }, count) {
     const found = new Float64Array(count);
+    const steadyOf = undisturbed(plan);
     for (let i = 0; i < count; i += 1) {
-      const steady = plan.from_start ? tilt[i] : 0;
-      const kick = tilt_rate[i] / Math.sqrt((2 * gravity[i]) / ((2 + alpha[i]) * radius[i]));
-      const size = length(tilt[i] - steady, kick);
+      // twice one plus the transverse moment
+      const inertia = alpha ? 2 + alpha[i] : 2 + 2 * transverse_moment[i];
+      const kick = tilt_rate[i] / Math.sqrt((2 * gravity[i]) / (inertia * radius[i]));
+      const size = length(tilt[i] - steadyOf(tilt[i]), kick);
       found[i] = size > 0 ? size : NaN;
     }
     return found;

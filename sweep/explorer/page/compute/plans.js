@@ -3,12 +3,14 @@
 import { Problem } from "eulerdisk/notice";
 import { baseOf } from "eulerdisk/state";
 
-/** @import { About, Plan, Plans, View } from "eulerdisk/types" */
+/** @import { About, BodyPlan, Plan, Plans, View } from "eulerdisk/types" */
 
 /** What a rate is (kernels/page/starts.py). */
 const GIVEN = 0;
 const STEADY = 3;
 const WOBBLE = 4;
+
+const MOMENTS = ["axial_moment", "transverse_moment"];
 
 const RATES = ["precession_rate", "roll_rate"];
 
@@ -75,7 +77,19 @@ function planWith(plan, numbers, given) {
   }
   const isCircling = precession !== GIVEN || roll === STEADY;
   const fall_tilt = numbers.fall_tilt ?? plan.settings.fall_tilt;
-  return { ...plan, held, rates, from_start: isCircling, settings: { ...plan.settings, fall_tilt } };
+  const found = { ...plan, held, rates, from_start: isCircling, settings: { ...plan.settings, fall_tilt } };
+  return "body" in plan ? withMoments(/** @type {BodyPlan} */ (found), given) : found;
+}
+
+/**
+ * A body whose moments are given, of those that are.
+ * @param {BodyPlan} plan
+ * @param {string[]} given
+ * @returns {BodyPlan}
+ */
+function withMoments(plan, given) {
+  const follows = plan.body.follows.map((each, i) => (given.includes(MOMENTS[i]) ? GIVEN : each));
+  return { ...plan, body: { ...plan.body, follows } };
 }
 
 /**

@@ -5,7 +5,7 @@
  * the other (computation.js).
  */
 
-/** @import { Axis, Plan, SystemPlan } from "eulerdisk/types" */
+/** @import { Axis, BodyPlan, Plan, SystemPlan } from "eulerdisk/types" */
 
 /** Address at which the stack of a module begins and the memory for arrays does (kernels/native/wasm.py). */
 const STACK = 1 << 18;
@@ -24,6 +24,7 @@ const MOST_CODE = 254;
 /** Rows that the exact reduction writes (kernels/disk/exact/arrays.py). */
 const MEASURES = ["tilt_min", "tilt_max", "nutation_period", "separatrix", "tilt_error"];
 const COUNTS = ["ending", "wells"];
+const COUNTS_OF_BODY = ["ending"];
 
 const VIEWS = { float64: Float64Array, int64: BigInt64Array, int32: Int32Array };
 
@@ -61,6 +62,15 @@ const systemColumns = scope.systemColumns;
  */
 function isOfSystem(plan) {
   return "system" in plan;
+}
+
+/**
+ * Whether cells are those of another body than the thin disk.
+ * @param {Plan} plan
+ * @returns {plan is BodyPlan}
+ */
+function isOfBody(plan) {
+  return "body" in plan;
 }
 
 /** Entry points of a module, and the memory in which they find their arrays. */
@@ -190,8 +200,10 @@ class Cells {
   constructor(kernels) {
     this.#kernels = kernels;
     // a module of a system has but its own kernel
-    this.#reducing = "reduce" in kernels.note.entries ? kernels.memoryOf("reduce") : [];
-    this.#meeting = "reduce" in kernels.note.entries ? kernels.memoryOf("contact_extremes") : [];
+    const memoryOf = (/** @type {string} */ name) =>
+      name in kernels.note.entries ? kernels.memoryOf(name) : [];
+    this.#reducing = memoryOf("reduce");
+    this.#meeting = [...memoryOf("contact_extremes"), ...memoryOf("contact")];
     this.#base = kernels.top;
   }
 
@@ -224,9 +236,10 @@ class Cells {
       for (const name of plan.singles) found[name] &&= found[name].map(Math.fround);
       return { ...starts, ...found, stability: verdicts(plan, { ...starts, ...found }, found.ending, count) };
     }
-    kernels.call("complete", ...plan.rates, block);
+    const body = isOfBody(plan) ? [plan.body.number, plan.body.hollow, ...plan.body.follows] : [];
+    kernels.call("complete", ...body, ...plan.rates, block);
     const measured =
-      plan.model === "disk"
+      plan.model === "disk" || isOfBody(plan)
         ? this.#reduced(plan, block, alphas, given.alpha, count, timed)
         : this.#integrated(plan, block, count);
     return diskColumns(plan, this.#columns(block, parameters), measured, count, wanted);
@@ -273,6 +286,7 @@ class Cells {
   }
 
   /**
+   * Cells by the exact reduction; those that it knows less well than the tolerance are unresolved.
    * @param {Plan} plan
    * @param {Block} starts
    * @param {number[]} alphas
@@ -283,20 +297,15 @@ class Cells {
    */
   #reduced(plan, starts, alphas, varied, count, timed) {
     const kernels = this.#kernels;
-    const { values, panels, nodes, wide } = this.#tables;
+    const counted = isOfBody(plan) ? COUNTS_OF_BODY : COUNTS;
     const measures = kernels.array("float64", MEASURES.length, count);
-    const counts = kernels.array("int32", COUNTS.length, count);
-    const which = kernels.array("int64", count);
-    const places = new Map(alphas.map((each, i) => [each, BigInt(i)]));
-    const at = kernels.numbers(which);
-    if (varied) varied.forEach((each, i) => (at[i] = places.get(each) ?? -1n));
-    else at.fill(alphas.length ? 0n : -1n);
-    const periods = timed ? kernels.placeOf("periods") : 0n;
-    kernels.treat(
-      "reduce", count, starts, plan.settings.fall_tilt, periods, values, which, panels, nodes, wide,
-      measures, counts, ...this.#reducing,
-    ); // prettier-ignore
-    const reduced = () => ({ ...this.#columns(measures, MEASURES), ...this.#columns(counts, COUNTS) });
+    const counts = kernels.array("int32", counted.length, count);
+    const { fall_tilt, tolerance } = plan.settings;
+    if (isOfBody(plan)) {
+      const given = [starts, plan.body.number, fall_tilt, timed ? 1 : 0];
+      kernels.treat("reduce", count, ...given, measures, counts, ...this.#reducing);
+    } else this.#reduceDisks(starts, fall_tilt, alphas, varied, count, timed, [measures, counts]);
+    const reduced = () => ({ ...this.#columns(measures, MEASURES), ...this.#columns(counts, counted) });
     const {
       tilt_min: least,
       tilt_max: greatest,
@@ -305,13 +314,37 @@ class Cells {
       ending,
     } = reduced();
     for (let i = 0; i < count; i += 1) {
-      if (!(error[i] > plan.settings.tolerance)) continue;
+      if (!(error[i] > tolerance)) continue;
       least[i] = greatest[i] = period[i] = error[i] = NaN;
       ending[i] = plan.unresolved;
     }
     if (!(plan.contact && timed)) return reduced();
     const met = this.#met(plan, starts, [measures, counts], count);
     return { ...reduced(), ...met };
+  }
+
+  /**
+   * @param {Block} starts
+   * @param {number} fallTilt
+   * @param {number[]} alphas
+   * @param {Values|undefined} varied
+   * @param {number} count
+   * @param {boolean} timed
+   * @param {[Block, Block]} found  measures and counts, which are written
+   */
+  #reduceDisks(starts, fallTilt, alphas, varied, count, timed, found) {
+    const kernels = this.#kernels;
+    const { values, panels, nodes, wide } = this.#tables;
+    const which = kernels.array("int64", count);
+    const places = new Map(alphas.map((each, i) => [each, BigInt(i)]));
+    const at = kernels.numbers(which);
+    if (varied) varied.forEach((each, i) => (at[i] = places.get(each) ?? -1n));
+    else at.fill(alphas.length ? 0n : -1n);
+    const periods = timed ? kernels.placeOf("periods") : 0n;
+    kernels.treat(
+      "reduce", count, starts, fallTilt, periods, values, which, panels, nodes, wide,
+      ...found, ...this.#reducing,
+    ); // prettier-ignore
   }
 
   /**
@@ -335,23 +368,19 @@ class Cells {
    */
   #met(plan, starts, [measures, counts], count) {
     const kernels = this.#kernels;
-    const [extents, extremes] = [kernels.array("float64", 3, count), kernels.array("float64", 2, count)];
-    const [endings, states] = [kernels.array("int64", count), kernels.array("int64", count)];
-    const { tilt_min: least, tilt_max: greatest, tilt_error: error } = this.#columns(measures, MEASURES);
-    split(kernels.numbers(extents), 3, count).forEach((row, i) => row.set([least, greatest, error][i]));
-    kernels.numbers(endings).set(BigInt64Array.from(this.#columns(counts, COUNTS).ending, BigInt));
+    const extremes = kernels.array("float64", 2, count);
+    const states = kernels.array("int64", count);
     const { fall_tilt } = plan.settings;
-    kernels.treat(
-      "contact_extremes",
-      count,
-      starts,
-      extents,
-      endings,
-      fall_tilt,
-      extremes,
-      states,
-      ...this.#meeting,
-    );
+    const found = [extremes, states, ...this.#meeting];
+    if (isOfBody(plan)) kernels.treat("contact", count, starts, plan.body.number, fall_tilt, ...found);
+    else {
+      const extents = kernels.array("float64", 3, count);
+      const endings = kernels.array("int64", count);
+      const { tilt_min: least, tilt_max: greatest, tilt_error: error } = this.#columns(measures, MEASURES);
+      split(kernels.numbers(extents), 3, count).forEach((row, i) => row.set([least, greatest, error][i]));
+      kernels.numbers(endings).set(BigInt64Array.from(this.#columns(counts, COUNTS).ending, BigInt));
+      kernels.treat("contact_extremes", count, starts, extents, endings, fall_tilt, ...found);
+    }
     const contact_state = Int32Array.from(kernels.numbers(states), Number);
     return { ...this.#columns(extremes, ["least_normal_force", "friction_needed"]), contact_state };
   }

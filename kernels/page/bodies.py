@@ -1,0 +1,123 @@
+"""The entry points of the module of a page that computes a body of revolution."""
+
+import math
+
+from kernels.bodies import arrays as row
+from kernels.bodies import contact_extremes, reduction, shapes
+from kernels.bodies.ellipse import levers
+from kernels.bodies.shapes import BALL, ROUNDED, SPHEROID, TORUS
+from kernels.bodies.stages import body_of
+from kernels.jit import kernel
+from kernels.native.entry import entry
+from kernels.page.starts import GIVEN, WOBBLE
+
+#: Cells that are treated at a time: all that the page asks for.
+_CHUNK = 2**31 - 1
+
+_torus, _solid, _spheroid = (
+    kernel(each) for each in (shapes.torus_moments, shapes.solid_moments, shapes.spheroid_moments)
+)
+
+
+@kernel
+def _moments(kind, hollow, starts, i):
+    """Axial and transverse moment of a homogeneous body."""
+    if kind == TORUS:
+        return _torus(starts[row.TUBE, i], hollow != 0)
+    if kind == BALL:
+        return 0.4, 0.4
+    if kind == SPHEROID:
+        return _spheroid(starts[row.FLATTENING, i])
+    thickness = starts[row.THICKNESS, i]
+    return _solid(thickness, 0.5 * thickness if kind == ROUNDED else starts[row.FILLET, i])
+
+
+@kernel
+def _spin(o, S, C, body):
+    """As `kernels.bodies.steady.steady_spin`."""
+    a, b, lever = levers(S, C, body)
+    tall = (a * C - b * S) / C
+    return -(lever + o * o * (tall * b - body.transverse * S / C)) / (o * (body.axial + a * tall))
+
+
+@kernel
+def _wobble(S, C, body):
+    """Root of `kernels.bodies.steady.wobble_square`."""
+    a, b, lever = levers(S, C, body)
+    return math.sqrt(lever / (C * C * (body.transverse * S / C + body.axial * b / a)))
+
+
+@kernel
+def _centred(o, S, C, body):
+    """As `kernels.bodies.steady.centred_spin`."""
+    a, b, _ = levers(S, C, body)
+    return -b * o / a
+
+
+@entry(
+    kind="float64",
+    hollow="int64",
+    axial="int64",
+    transverse="int64",
+    precession="int64",
+    roll="int64",
+    starts="float64[:, ::1], written",
+)
+def complete(kind, hollow, axial, transverse, precession, roll, starts):
+    """Fill what follows from the bodies of cells: moments, and rates that keep the tilts constant.
+
+    Parameters
+    ----------
+    kind : float
+        Number of the body (`kernels.bodies.shapes`).
+    hollow : int
+        1 if all mass of a torus is in its surface, else 0.
+    axial, transverse : int
+        Whether the moment is GIVEN; else it is that of a homogeneous body.
+    precession, roll : int
+        GIVEN, STEADY (of the roll rate) or WOBBLE, as in `kernels.page.starts`.
+    starts : float64[len(PARAMETERS), n], written
+        Rows as in `kernels.bodies.arrays`. A rate that does not exist is not finite.
+    """
+    for i in range(starts.shape[1]):
+        if axial != GIVEN or transverse != GIVEN:
+            about, across = _moments(kind, hollow, starts, i)
+            starts[row.AXIAL_MOMENT, i] = starts[row.AXIAL_MOMENT, i] if axial == GIVEN else about
+            starts[row.TRANSVERSE_MOMENT, i] = (
+                starts[row.TRANSVERSE_MOMENT, i] if transverse == GIVEN else across
+            )
+        if precession == GIVEN and roll == GIVEN:
+            continue
+        body, tilt = body_of(starts, i, kind), starts[row.TILT, i]
+        S, C = math.sin(tilt), math.cos(tilt)
+        unit = math.sqrt(starts[row.RADIUS, i] / starts[row.GRAVITY, i])
+        if precession != GIVEN:
+            starts[row.PRECESSION_RATE, i] = _wobble(S, C, body) / unit
+        if roll != GIVEN:
+            turn = unit * starts[row.PRECESSION_RATE, i]
+            o = turn * C
+            spin = _centred(o, S, C, body) if roll == WOBBLE else _spin(o, S, C, body)
+            starts[row.ROLL_RATE, i] = (spin - turn * S) / unit
+
+
+def entries_and_sizes(body, contact):
+    """Return what `kernels.native.wasm.module` makes a module of: entry points, and the sizes that a page has to know.
+
+    Parameters
+    ----------
+    body : str
+        One of `kernels.bodies.shapes.NAMES`.
+    contact : bool
+        Whether contact forces are asked for.
+    """
+    is_ellipse = body == "spheroid"
+    entries = {
+        "complete": complete,
+        "reduce": reduction.reduce_ellipses if is_ellipse else reduction.reduce,
+    }
+    if contact:
+        entries["contact"] = contact_extremes.contact_ellipses if is_ellipse else contact_extremes.contact
+    shapes_of = {
+        name: [each.shape for each in made.memory()] for name, made in entries.items() if name != "complete"
+    }
+    return entries, {"memory": shapes_of, "chunk": _CHUNK}

@@ -1,0 +1,60 @@
+"""What the page has to know to compute the cells of a body of revolution."""
+
+from typing import Any
+
+import numpy as np
+
+from kernels.bodies import shapes
+from sweep.model.bodies.model import BODIES
+from sweep.model.bodies.shape import has_poles
+from sweep.model.bodies.tables import LENGTHS, OF_THE_BODY
+from sweep.model.bodies.tables import NONE as NO_LENGTH
+from sweep.request.spec import SweepSpec
+
+__all__ = ["NO_LENGTH"]
+
+#: Parameter -> the ends of its slider in SI, and how it is spread.
+SLIDERS = {
+    "tube": (0.0, 0.9, "linear"),
+    "thickness": (0.0, 2.0, "linear"),
+    "fillet": (0.0, 0.5, "linear"),
+    "offset": (-0.5, 0.5, "linear"),
+    "flattening": (-1.0, 0.8, "linear"),
+    "axial_moment": (0.05, 1.0, "linear"),
+    "transverse_moment": (0.05, 1.0, "linear"),
+}
+
+#: Milliseconds that a cell is taken to need until one has been computed.
+COST = 0.02
+
+
+def is_body(spec: SweepSpec | None) -> bool:
+    """Return whether there is a spec, and it asks for another body than the thin disk."""
+    return spec is not None and spec.model is BODIES
+
+
+def is_of_body(spec: SweepSpec, name: str) -> bool:
+    """Return whether a parameter or a setting is one of the body of a spec: others have no place on its page."""
+    if name == "fall_tilt":
+        return not has_poles(spec.body)
+    return not any(name in lengths for lengths in LENGTHS.values()) or name in LENGTHS[spec.body]
+
+
+def body_cells(spec: SweepSpec) -> dict[str, Any]:
+    """Return what the kernels of a body are called with (`kernels.page.bodies`), which JSON can hold.
+
+    Returns
+    -------
+    dict
+        ``number`` of the body; ``hollow`` and ``follows``, whether a torus is hollow, and the axial and the transverse
+        moment follow from the shape: 0 or 1; ``on_end``, whether the starts disturb a body on its end.
+    """
+    leaning = 0.25
+    steady = spec.model.undisturbed(spec, {"tilt": np.array([leaning])})
+    moments = (spec.axial_moment, spec.transverse_moment)
+    return {
+        "number": shapes.NAMES.index(spec.body),
+        "hollow": int(spec.filling == "hollow"),
+        "follows": [int(each == OF_THE_BODY) for each in moments],
+        "on_end": bool(steady[0] > leaning),
+    }

@@ -1,0 +1,65 @@
+"""The module of WebAssembly of a page that shows something else than the disk: made on the user's machine."""
+
+import subprocess
+import sys
+from functools import lru_cache
+from pathlib import Path
+
+from sweep.errors import RequestError
+from sweep.explorer.body import is_body
+from sweep.explorer.system import is_system
+from sweep.notices import notice
+from sweep.request.spec import SweepSpec
+
+#: Makes the module in a process of its own: there no kernel may have been compiled before (`kernels.native.wasm`).
+_BUILD = """
+import sys
+from kernels.native import wasm
+wasm.begin()
+from kernels.page.c_library import C_LIBRARY
+from kernels.page.{room} import entries_and_sizes
+entries, sizes = entries_and_sizes({arguments})
+sys.stdout.buffer.write(wasm.module(entries, C_LIBRARY, sizes))
+"""
+
+
+def has_own_module(spec: SweepSpec | None) -> bool:
+    """Return whether there is a spec, and its cells are not those of the module that is there, of the disk."""
+    return is_system(spec) or is_body(spec)
+
+
+def kernels_of(spec: SweepSpec | None) -> bytes | None:
+    """Return the module that computes the cells of a spec in a page; None for that of the disk, which is there.
+
+    It takes some ten seconds, once in a process.
+
+    Raises
+    ------
+    RequestError
+        If it cannot be made here.
+    """
+    if spec is None or not has_own_module(spec):
+        return None
+    if is_system(spec):
+        kernel = spec.model.integrate
+        return _made(kernel.told, _BUILD.format(room="system", arguments="sys.stdin.read()"), kernel.function)
+    arguments = f"{spec.body!r}, {spec.contact == 'yes'}"
+    return _made(f"the kernel of a {spec.body}", _BUILD.format(room="bodies", arguments=arguments), "")
+
+
+@lru_cache(maxsize=8)
+def _made(told: str, program: str, given: str) -> bytes:
+    """Return what a program writes that makes a module; raises as `kernels_of`."""
+    notice(f"Compiling {told} for the page (some ten seconds) ...")
+    # Python looks for modules in its folder first: there are the packages, and no files of the user
+    packages = Path(__file__).parents[2]
+    done = subprocess.run(
+        [sys.executable, "-c", program], input=given.encode(), cwd=packages, capture_output=True, check=False
+    )
+    if done.returncode:
+        *_, said = ["no reason was given", *done.stderr.decode(errors="replace").strip().splitlines()]
+        raise RequestError(
+            f"{told[0].upper()}{told[1:]} could not be compiled for a page: {said}.",
+            hint="Draw an atlas of it with eulerdisk plot instead.",
+        )
+    return done.stdout
