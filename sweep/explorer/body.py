@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from kernels.bodies import shapes
 from sweep.model.bodies.model import BODIES
 from sweep.model.bodies.shape import has_poles
 from sweep.model.bodies.tables import LENGTHS, OF_THE_BODY
@@ -53,7 +52,7 @@ def body_cells(spec: SweepSpec) -> dict[str, Any]:
     steady = spec.model.undisturbed(spec, {"tilt": np.array([leaning])})
     moments = (spec.axial_moment, spec.transverse_moment)
     return {
-        "number": shapes.NAMES.index(spec.body),
+        "number": list(LENGTHS).index(spec.body),
         "hollow": int(spec.filling == "hollow"),
         "follows": [int(each == OF_THE_BODY) for each in moments],
         "on_end": bool(steady[0] > leaning),
