@@ -1,4 +1,4 @@
-"""The files that keep compiled kernels: checked before they are loaded, and compiled again where they are damaged.
+"""The files that keep compiled kernels and modules of pages: checked before they are loaded, made again if not whole.
 
 Who can write such a file decides what runs here, as what is loaded is machine code: a file that others can write is not
 used. Numba's own cache has neither check: a damaged file of it ends the process.
@@ -46,31 +46,60 @@ class KernelCache:
 
     def machine_code(self, entry):
         """Return the `MachineCode` of a `kernels.native.entry.Entry`, kept or compiled."""
-        path, key = None, _key(entry)
+        made = []
+
+        def compiled():
+            made.append(entry.compiled())
+            (found,) = made
+            head = json.dumps([found.name, found.results, found.needed]).encode()
+            return head + b"\n" + found.code if found.is_lasting() else b""
+
+        payload = self.bytes_of(entry.__qualname__, _key(entry), compiled, _is_lasting)
+        return made[0] if made else _machine_code(payload)
+
+    def bytes_of(self, name, key, make, is_usable=bool):
+        """Return bytes, kept or made.
+
+        Parameters
+        ----------
+        name : str
+            That of the file begins with it.
+        key : str
+            What the bytes depend on beside the folder.
+        make : callable
+            Makes them; empty ones are not kept.
+        is_usable : callable, optional
+            Called with bytes that are kept: whether they can be used here.
+        """
+        path = None
         if self._folder is not None:
-            name, digest = re.sub(r"\W+", "_", entry.__qualname__), hashlib.sha256(key.encode()).hexdigest()
-            path = self._folder / f"{name}-{digest[:24]}{ENDING}"
-        found = _kept(path, key) if path else None
-        if found is None:
+            told, digest = re.sub(r"\W+", "_", name), hashlib.sha256(key.encode()).hexdigest()
+            path = self._folder / f"{told}-{digest[:24]}{ENDING}"
+        found = _kept(path, key) if path else b""
+        if not found or not is_usable(found):
             self._announce()
-            found = entry.compiled()
-            if path and found.is_lasting():
-                head = json.dumps([found.name, found.results, found.needed]).encode()
-                payload = head + b"\n" + found.code
-                self._publish(path, _checksum(key, payload) + payload)
+            found = make()
+            if path and found:
+                self._publish(path, _checksum(key, found) + found)
         return found
 
 
 def _kept(path, key):
-    """Return the machine code that a file keeps, None if there is none that is whole and can be loaded."""
+    """Return the bytes that a file keeps; empty if it is not whole."""
     content = _read_own(path)
     payload = content[_CHECKSUM_BYTES:]
-    if content[:_CHECKSUM_BYTES] != _checksum(key, payload):
-        return None
+    return payload if content[:_CHECKSUM_BYTES] == _checksum(key, payload) else b""
+
+
+def _machine_code(payload):
+    """Return the `MachineCode` that `KernelCache.machine_code` has kept."""
     head, _, code = payload.partition(b"\n")
     name, results, needed = json.loads(head)
-    found = MachineCode(name, tuple(results), tuple(needed), code)
-    return found if found.is_lasting() else None
+    return MachineCode(name, tuple(results), tuple(needed), code)
+
+
+def _is_lasting(payload):
+    return _machine_code(payload).is_lasting()
 
 
 def _key(entry):

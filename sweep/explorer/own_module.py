@@ -1,24 +1,26 @@
 """The module of WebAssembly of a page that shows something else than the disk: made on the user's machine."""
 
+import json
 import subprocess
 import sys
-from functools import lru_cache
 from pathlib import Path
 
 from sweep.errors import RequestError
 from sweep.explorer.body import is_body
 from sweep.explorer.system import is_system
+from sweep.model.kernel import kept_bytes
 from sweep.notices import notice
 from sweep.request.spec import SweepSpec
 
 #: Makes the module in a process of its own: there no kernel may have been compiled before (`kernels.native.wasm`).
 _BUILD = """
+import json
 import sys
 from kernels.native import wasm
 wasm.begin()
 from kernels.page.c_library import C_LIBRARY
 from kernels.page.{room} import entries_and_sizes
-entries, sizes = entries_and_sizes({arguments})
+entries, sizes = entries_and_sizes(*json.load(sys.stdin))
 sys.stdout.buffer.write(wasm.module(entries, C_LIBRARY, sizes))
 """
 
@@ -31,7 +33,7 @@ def has_own_module(spec: SweepSpec | None) -> bool:
 def kernels_of(spec: SweepSpec | None) -> bytes | None:
     """Return the module that computes the cells of a spec in a page; None for that of the disk, which is there.
 
-    It takes some ten seconds, once in a process.
+    It takes some ten seconds to make, and is kept on disk.
 
     Raises
     ------
@@ -41,13 +43,14 @@ def kernels_of(spec: SweepSpec | None) -> bytes | None:
     if spec is None or not has_own_module(spec):
         return None
     if is_system(spec):
-        kernel = spec.model.integrate
-        return _made(kernel.told, _BUILD.format(room="system", arguments="sys.stdin.read()"), kernel.function)
-    arguments = f"{spec.body!r}, {spec.contact == 'yes'}"
-    return _made(f"the kernel of a {spec.body}", _BUILD.format(room="bodies", arguments=arguments), "")
+        told, room, arguments = spec.model.integrate.told, "system", [spec.model.integrate.function]
+    else:
+        told, room, arguments = f"the kernel of a {spec.body}", "bodies", [spec.body, spec.contact == "yes"]
+    code = [f"kernels.page.{room}", "kernels.page.c_library", "kernels.native.wasm"]
+    given = json.dumps(arguments)
+    return kept_bytes(f"page_{room}", code, given, lambda: _made(told, _BUILD.format(room=room), given))
 
 
-@lru_cache(maxsize=8)
 def _made(told: str, program: str, given: str) -> bytes:
     """Return what a program writes that makes a module; raises as `kernels_of`."""
     notice(f"Compiling {told} for the page (some ten seconds) ...")

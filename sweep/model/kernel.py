@@ -81,6 +81,24 @@ def _loaded(kernel: Kernel) -> Callable[..., Any]:
     return found
 
 
+def kept_bytes(name: str, modules: Iterable[str], key: str, make: Callable[[], bytes]) -> bytes:
+    """Return bytes that are made of the code of modules: kept on disk beside compiled functions, or made.
+
+    Parameters
+    ----------
+    name : str
+        The file is named after it.
+    modules : iterable of str
+        The code that they are made of, as of `code_hash`.
+    key : str
+        What else decides them.
+    make : callable
+    """
+    cache = import_module(_CACHE).KernelCache(_usable_folder(cache_folder(modules)), _publish, lambda: None)
+    found: bytes = cache.bytes_of(name, key, make)
+    return found
+
+
 def _check_vectors() -> None:
     given = os.environ.get("EULERDISK_VECTOR_BITS", "")
     if given not in ("", "128", "256", "512"):

@@ -424,8 +424,22 @@ def test_a_system_without_a_plane_is_refused(tmp_path):
         explore(str(path))
 
 
-def test_a_system_that_cannot_be_compiled_for_a_page_is_refused(monkeypatch):
+def test_the_module_of_a_page_is_kept(tmp_path, monkeypatch):
+    """It is compiled once for all processes; a file that is not whole is made again."""
+    monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
+    made = []
+    monkeypatch.setattr("sweep.explorer.own_module._made", lambda *given: made.append(given) or b"a module")
+    torus, ball = SweepSpec.preset("torus"), SweepSpec.preset("egg")
+    assert kernels_of(torus) == kernels_of(torus.replace(tube=0.3)) == b"a module"
+    assert (kernels_of(ball), len(made)) == (b"a module", 2)
+    for path in tmp_path.glob("*/page_bodies*"):
+        path.write_bytes(path.read_bytes()[:-1] + b"!")
+    assert (kernels_of(torus), len(made)) == (b"a module", 3)
+
+
+def test_a_system_that_cannot_be_compiled_for_a_page_is_refused(tmp_path, monkeypatch):
     """What went wrong is said in one sentence."""
+    monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr("sweep.explorer.own_module._BUILD", "raise ValueError('no such target')")
     with pytest.raises(RequestError, match="could not be compiled for a page: ValueError: no such target"):
         kernels_of(SweepSpec.preset("thomas"))
