@@ -46,6 +46,10 @@ def drawn(body: str, n: int, rng: np.random.Generator) -> Array:
         hollow = rng.random(n) < 0.5
         both = [torus_moments(known["tube"], each) for each in (False, True)]
         axial, across = (np.where(hollow, second, first) for first, second in zip(*both, strict=True))
+    elif body == "arc":
+        known["fillet"], known["offset"] = rng.uniform(0.0, 1.0, n), rng.uniform(-0.5, 0.5, n)
+        across = rng.uniform(0.1, 0.6, n)
+        axial = across * rng.uniform(0.3, 1.9, n)
     elif body == "ball":
         known["offset"], across = rng.uniform(-0.9, 0.9, n), rng.uniform(0.1, 0.6, n)
         axial = across * rng.uniform(0.3, 1.9, n)

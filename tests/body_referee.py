@@ -48,7 +48,8 @@ class Body:
         low_rate = more * (sine_rate * n + sine * n_rate)
         r_rate = -self.shift * n_rate - self.edge * (low_rate - low * size_rate / size) / size
         if self.core:
-            cosine = math.sqrt(1.0 - sine * sine)
+            # no number beyond flat, where a step may be tried
+            cosine = np.sqrt(1.0 - sine * sine)
             d = (UP - sine * n) / cosine
             d_rate = (-sine_rate * n - sine * n_rate + sine * sine_rate / cosine * d) / cosine
             r, r_rate = r - self.core * d, r_rate - self.core * d_rate

@@ -30,6 +30,13 @@ def drawn(body, rng):
     if body == "ball":
         offset, across = rng.uniform(-0.8, 0.8), rng.uniform(0.2, 0.6)
         return {"offset": offset}, (across * rng.uniform(0.5, 1.5), across), (0.0, offset, 1.0, 1.0)
+    if body == "arc":
+        fillet, offset, across = rng.uniform(0.0, 1.0), rng.uniform(-0.5, 0.5), rng.uniform(0.2, 0.6)
+        return (
+            {"fillet": fillet, "offset": offset},
+            (across * rng.uniform(0.5, 1.5), across),
+            (1.0 - fillet, offset, fillet, 1.0),
+        )
     if body == "spheroid":
         q, across = rng.uniform(0.4, 2.0), rng.uniform(0.2, 0.6)
         offset = 0.8 * q * rng.uniform(-1.0, 1.0) * (rng.random() < 0.7)

@@ -10,8 +10,8 @@ import math
 from typing import Any, NamedTuple
 
 #: Numbers of the bodies, in the order of `NAMES`.
-NAMES = ("torus", "rounded", "rim", "ball", "spheroid")
-TORUS, ROUNDED, RIM, BALL, SPHEROID = range(len(NAMES))
+NAMES = ("torus", "rounded", "rim", "arc", "ball", "spheroid")
+TORUS, ROUNDED, RIM, ARC, BALL, SPHEROID = range(len(NAMES))
 
 #: Those from this number on roll on through their poles, where the axis is vertical; the others lie flat there.
 FIRST_WITH_POLES = BALL
@@ -49,6 +49,8 @@ def arc_of(body, tube, thickness, fillet, offset, flattening):
         return Arc(1.0 - 0.5 * thickness, 0.0, 0.5 * thickness, 1.0)
     if body == RIM:
         return Arc(1.0 - fillet, 0.5 * thickness - fillet, fillet, 1.0)
+    if body == ARC:
+        return Arc(1.0 - fillet, offset, fillet, 1.0)
     if body == BALL:
         return Arc(0.0, offset, 1.0, 1.0)
     return Arc(0.0, offset, 1.0, (1.0 - flattening) * (1.0 - flattening))

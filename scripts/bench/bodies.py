@@ -18,6 +18,7 @@ BODIES = {
     "torus": {"body": "torus", "tube": 0.25},
     "rounded": {"body": "rounded", "thickness": 0.2},
     "rim": {"body": "rim", "thickness": 0.2, "fillet": 0.02},
+    "arc": {"body": "arc", "fillet": 0.3, "offset": -0.1, "axial_moment": 0.4, "transverse_moment": 0.3},
     "ball": {"body": "ball", "offset": 0.2, "axial_moment": 0.42, "transverse_moment": 0.38},
     "spheroid": {"body": "spheroid", "flattening": 0.3},
 }

@@ -194,7 +194,9 @@ class Bodies(Model):
 
     def _has_theory(self, spec: Request) -> bool:
         """Whether the motion that starts disturb is a steady one: circling, or upright in balance."""
-        return circling(spec) or (spec.body in theory.IN_BALANCE and not self._on_its_end(spec))
+        if circling(spec):
+            return True
+        return spec.body in theory.IN_BALANCE and not self._on_its_end(spec) and not off_centre(spec.offset)
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
         """Return the analytic lines and those that the criterion predicts; see `sweep.model.disk.theory.lines`."""

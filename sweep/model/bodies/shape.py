@@ -44,6 +44,8 @@ def check_shape(values: Mapping[str, Any]) -> None:
         )
     if body == "rim":
         _check_rim(values)
+    if body == "arc":
+        _check_arc(values)
     if has_poles(body):
         _check_round(values, body)
     _check_moments(values)
@@ -99,6 +101,16 @@ def _check_rim(values: Mapping[str, Any]) -> None:
             f"thickness={thickness}.",
             "Give a smaller fillet, or body=rounded, whose edge is a semicircle.",
             "fillet",
+        )
+
+
+def _check_arc(values: Mapping[str, Any]) -> None:
+    if OF_THE_BODY in (values["axial_moment"], values["transverse_moment"]):
+        _refuse(
+            "An arc says what a body rolls on, not what it is: its moments do not follow from it; got body=arc without "
+            "both of them.",
+            "Give axial_moment and transverse_moment, about the centre of mass and over mass times radius squared.",
+            "axial_moment",
         )
 
 

@@ -34,8 +34,8 @@ NONE = "none"
 
 #: Body -> the lengths that it has, those that have to be given first.
 LENGTHS: Mapping[str, tuple[str, ...]] = MappingProxyType({
-    "torus": ("tube",), "rounded": ("thickness",), "rim": ("thickness", "fillet"), "ball": ("offset",),
-    "spheroid": ("flattening", "offset"),
+    "torus": ("tube",), "rounded": ("thickness",), "rim": ("thickness", "fillet"), "arc": ("fillet", "offset"),
+    "ball": ("offset",), "spheroid": ("flattening", "offset"),
 })  # fmt: skip
 assert tuple(LENGTHS) == shapes.NAMES
 
@@ -44,8 +44,8 @@ OPTIONAL = ("fillet", "offset")
 
 #: Body -> what it is called in a sentence.
 CALLED: Mapping[str, str] = MappingProxyType({
-    "torus": "torus", "rounded": "disk with a semicircular edge", "rim": "disk with a rim", "ball": "ball",
-    "spheroid": "spheroid",
+    "torus": "torus", "rounded": "disk with a semicircular edge", "rim": "disk with a rim",
+    "arc": "body with an arc for its edge", "ball": "ball", "spheroid": "spheroid",
 })  # fmt: skip
 
 _MOMENTS = ("axial_moment", "transverse_moment")
@@ -92,9 +92,10 @@ PARAMETERS: Mapping[str, Input] = table(
             lambda tube: (tube >= 0.0) & (tube < 1.0)),
     _length("thickness", "d", "thickness of a disk", "0 <= thickness <= 10",
             lambda thickness: (thickness >= 0.0) & (thickness <= 10.0)),
-    _length("fillet", "r", "radius of the edges of a rim", "0 <= fillet <= 1",
+    _length("fillet", "r", "radius of the edges of a rim or an arc", "0 <= fillet <= 1",
             lambda fillet: (fillet >= 0.0) & (fillet <= 1.0)),
-    _length("offset", "e", "distance of the centre of mass of a ball or a spheroid from its centre",
+    _length("offset", "e",
+            "distance along the axis of the centre of mass from the centre of an arc, a ball or a spheroid",
             "-3 < offset < 3", lambda offset: np.abs(offset) < 3.0),
     Input("flattening", "f", "1", "flattening of a spheroid, 1 minus the radius to a pole over that of the equator",
           GRID, "negative: prolate", default=NONE, rule="-2 <= flattening <= 0.8",

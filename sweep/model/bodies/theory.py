@@ -20,8 +20,8 @@ from sweep.model.quantity import Array
 CARRY = Kernel("kernels.bodies.carry", "carry", seconds=4.0)
 CARRY_ELLIPSES = Kernel("kernels.bodies.carry", "carry_ellipses", seconds=4.0)
 
-#: Bodies that are in balance upright, with a tilt of 0; a spheroid is where its centre of mass is its centre.
-IN_BALANCE = ("torus", "rounded", "spheroid")
+#: Bodies that are in balance upright, with a tilt of 0; an arc and a spheroid if their centre is the centre of mass.
+IN_BALANCE = ("torus", "rounded", "arc", "spheroid")
 
 
 def critical_square(spec: Request, rate: str) -> str:

@@ -76,8 +76,10 @@ def test_random_motions():
             tilt, rates[1] = 1.5, 0.02
         extremes, states = forces_of(start_of(name, tilt, *rates, axial, transverse, **lengths)[0], name)
         body = Body(core, -shift if name == "rim" and tilt < 0.0 else shift, edge, axial, transverse, square)
-        if body.motion(tilt, *rates, 300.0, accuracy=1e-6, most=3).status != 1 or name == "rim":
-            continue
+        # one that falls flat has no end that it could be followed to
+        with np.errstate(all="ignore"):
+            if body.motion(tilt, *rates, 300.0, accuracy=1e-6, most=3).status != 1 or name == "rim":
+                continue
         normal, friction = followed(body, tilt, *rates)
         assert extremes[0, 0] == pytest.approx(normal, rel=1e-6, abs=1e-6), number
         assert states[0] == (PRESSES if normal > 0.0 else LIFTS_OFF)

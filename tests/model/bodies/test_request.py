@@ -19,7 +19,7 @@ PROLATE = {"body": "spheroid", "flattening": -0.5}
 
 #: Words -> what the refusal says.
 REFUSED = {
-    "body=cube": "body is torus or rounded or rim or ball or spheroid",
+    "body=cube": "body is torus or rounded or rim or arc or ball or spheroid",
     "body=torus": "needs its tube",
     "tube=0.2": "A ball has no tube",
     "body=torus tube=1": "0 <= tube < 1",
@@ -36,6 +36,9 @@ REFUSED = {
     "body=rim thickness=0": "thicker than 0",
     "body=rim thickness=0.1 fillet=0.06": "0 <= fillet <= thickness/2",
     "body=rim thickness=0.1:0.3:3 fillet=0.06": "0 <= fillet <= thickness/2",
+    "body=arc fillet=0.2 offset=0.1": "its moments do not follow from it",
+    "body=arc fillet=1.2 axial_moment=0.4 transverse_moment=0.3": "0 <= fillet <= 1",
+    "body=arc thickness=0.2 axial_moment=0.4 transverse_moment=0.3": "has no thickness; it has fillet and offset",
     "body=ball offset=0.1": "do not follow from its shape",
     "body=ball offset=1 axial_moment=0.4 transverse_moment=0.4": "lies inside: -1 < offset < 1",
     "body=ball fall_tilt=89deg": "does not fall",
