@@ -24,8 +24,8 @@ REDUCED = ("tilt_min", "tilt_max", "nutation_period", "separatrix", "tilt_error"
 REDUCED_MIN, REDUCED_MAX, REDUCED_PERIOD, REDUCED_SEPARATRIX, REDUCED_ERROR = range(len(REDUCED))
 
 #: Where a body goes: angle [rad] that the heading gains over a nutation; distance [m] between the contact points at two
-#: smallest tilts after one another; least and greatest distance [m] of the contact point from the centre of the ring.
-#: And what is known.
-PATH = ("heading_per_nutation", "path_drift", "ring_inner", "ring_outer")
-PATH_HEADING, PATH_DRIFT, PATH_INNER, PATH_OUTER = range(len(PATH))
+#: smallest tilts after one another; least and greatest distance [m] of the contact point from the centre of the ring;
+#: where that centre is [m], from the contact point of the start, whose heading is 0. And what is known.
+PATH = ("heading_per_nutation", "path_drift", "ring_inner", "ring_outer", "ring_x", "ring_y")
+PATH_HEADING, PATH_DRIFT, PATH_INNER, PATH_OUTER, PATH_X, PATH_Y = range(len(PATH))
 UNKNOWN_PATH, ANNULAR_PATH, UNBOUNDED_PATH = range(3)

@@ -15,6 +15,7 @@ from kernels.bodies import arrays as row
 from kernels.bodies import ellipse
 from kernels.bodies.equations import curvature_radius, levers, per_inertia
 from kernels.bodies.reduction import (
+    _WAY,
     GAUSS,
     OF_ALONG,
     OF_KINETIC,
@@ -226,8 +227,30 @@ def _extremes(pieces, count, centre_x, centre_y, y_start, body, panels, sides, n
 
 
 @kernel
-def _path(y_start, body, panels, sides, waiting, pieces, nodes):
-    """(heading gained, drift, inner and outer radius, class) over a nutation; lengths over R.
+def _seen_from_start(centre_x, centre_y, way, y_start, body, panels, sides, pieces, count, nodes):
+    """Where a centre is from the contact point of the start, in the directions that its heading has.
+
+    `way` is the sign of its rate of the tilt. On the way back to the smallest tilt heading and contact point are the
+    mirror images of those on the way from there.
+    """
+    half = 0.5 * (sides[0, _WAY] + sides[1, _WAY])
+    chi = math.asin(max(-1.0, min(1.0, (sides[1, _WAY] - half) / half)))
+    number = 0
+    while number < count - 1 and chi > pieces[number, _HIGH]:
+        number += 1
+    piece = pieces[number]
+    end = piece[_HIGH]
+    piece[_HIGH] = chi
+    heading, x, y = _pass(piece, y_start, body, panels, sides, nodes)
+    piece[_HIGH] = end
+    heading, y = (-heading, -y) if way < 0.0 else (heading, y)
+    x, y, cosine, sine = centre_x - x, centre_y - y, math.cos(heading), math.sin(heading)
+    return cosine * x + sine * y, cosine * y - sine * x
+
+
+@kernel
+def _path(way, y_start, body, panels, sides, waiting, pieces, nodes):
+    """(heading gained, drift, inner and outer radius, centre, class) over a nutation; lengths over R.
 
     Notes
     -----
@@ -237,7 +260,7 @@ def _path(y_start, body, panels, sides, waiting, pieces, nodes):
     """
     count, heading, x, y = _cut(y_start, body, panels, sides, waiting, pieces, nodes)
     if count == 0:
-        return math.nan, math.nan, math.nan, math.nan, row.UNKNOWN_PATH
+        return math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, row.UNKNOWN_PATH
     turn = 2.0 * heading
     cosine, sine = math.cos(turn), math.sin(turn)
     far_x, far_y = x - (cosine * x + sine * y), y - (sine * x - cosine * y)
@@ -245,12 +268,13 @@ def _path(y_start, body, panels, sides, waiting, pieces, nodes):
     # |1 - exp(i turn)|
     apart = 2.0 * abs(math.sin(heading))
     if apart < _RESONANT * (1.0 + abs(turn)):
-        return turn, drift, math.nan, math.nan, row.UNBOUNDED_PATH
+        return turn, drift, math.nan, math.nan, math.nan, math.nan, row.UNBOUNDED_PATH
     # Z (1 - exp(-i turn)) over |1 - exp(i turn)|^2
     real, imaginary = (1.0 - cosine) / (apart * apart), sine / (apart * apart)
     centre_x, centre_y = far_x * real - far_y * imaginary, far_x * imaginary + far_y * real
     least, greatest = _extremes(pieces, count, centre_x, centre_y, y_start, body, panels, sides, nodes)
-    return turn, drift, math.sqrt(least), math.sqrt(greatest), row.ANNULAR_PATH
+    x, y = _seen_from_start(centre_x, centre_y, way, y_start, body, panels, sides, pieces, count, nodes)
+    return turn, drift, math.sqrt(least), math.sqrt(greatest), x, y, row.ANNULAR_PATH
 
 
 def _memory_of_thread(*arguments):
@@ -321,12 +345,17 @@ def paths(
         # through a pole the heading jumps by half a turn: a nutation does not go back on itself
         passes = max(-least, greatest) >= 0.5 * math.pi
         turn, drift, inner, outer, shape = math.nan, math.nan, math.nan, math.nan, row.UNKNOWN_PATH
+        x, y = math.nan, math.nan
         if ending == BOUNDED and math.isfinite(period) and not passes:
             y_start, body = stretched(starts[row.TILT, cell]), body_of(starts, cell, kind)
-            turn, drift, inner, outer, shape = _path(y_start, body, panels, sides, waiting, cuts, nodes)
+            way = starts[row.TILT_RATE, cell]
+            turn, drift, inner, outer, x, y, shape = _path(
+                way, y_start, body, panels, sides, waiting, cuts, nodes
+            )
         radius = starts[row.RADIUS, cell]
         measures[row.PATH_HEADING, cell], measures[row.PATH_DRIFT, cell] = turn, radius * drift
         measures[row.PATH_INNER, cell], measures[row.PATH_OUTER, cell] = radius * inner, radius * outer
+        measures[row.PATH_X, cell], measures[row.PATH_Y, cell] = radius * x, radius * y
         classes[cell] = shape
 
 

@@ -186,6 +186,17 @@ PATH_VARIABLES: Mapping[str, Quantity] = table(
         _GAINED,
         f"{_NO_NUTATION}, or path_class is unbounded",
     ),
+    *(
+        Quantity(
+            f"ring_{axis}",
+            f"{axis}_c",
+            "m",
+            f"where the centre of the ring is: its {axis}, from the contact point of the start, as motions have it",
+            _GAINED,
+            f"{_NO_NUTATION}, or path_class is unbounded",
+        )
+        for axis in "xy"
+    ),
     Quantity(
         "path_class",
         "",

@@ -59,7 +59,7 @@ def followed(body, tilt, w, o, s):
 
 
 def ring(heading, moved, begin, times, motion):
-    """Return the least and the greatest distance of the contact point from the centre of the ring."""
+    """Return the least and the greatest distance of the contact point from the centre of the ring, and the centre."""
     centre = complex(*begin[7:]) + moved / (1.0 - np.exp(1j * heading))
 
     def distance(t):
@@ -73,7 +73,7 @@ def ring(heading, moved, begin, times, motion):
         bounds = (t - step, t + step)
         near = minimize_scalar(_signed, args=(distance, sign), bounds=bounds, method="bounded", options=CLOSE)
         best.append(sign * near.fun)
-    return best
+    return [*best, centre.real, centre.imag]
 
 
 def path_of(given, body):
@@ -86,11 +86,13 @@ def path_of(given, body):
 
 
 def test_the_ring_of_a_nutation():
-    """Heading, chord and both radii of tori, of the thin disk, of a rounded disk, of a ball and of a spheroid."""
+    """Heading, chord, radii and centre of tori, of the thin disk, of a rounded disk, of a ball and of a spheroid."""
     cases = (
         ("torus", (0.2, 0.1, 0.5, 0.6)),
         ("disk", (0.2, 0.1, 0.5, 0.6)),
         ("edge", (-0.4, 0.3, -1.1, 0.9)),
+        ("edge", (-0.4, -0.3, -1.1, 0.9)),
+        ("torus", (0.3, -0.2, 1.5, -0.6)),
         ("ball", (0.2, 0.1, 0.5, 0.6)),
         ("oblate", (0.2, 0.1, 0.5, 0.6)),
     )
