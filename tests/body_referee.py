@@ -102,6 +102,30 @@ class Body:
             atol=1e-2 * accuracy, events=turns, **more,
         )  # fmt: skip
 
+    def path(self, tilt, w, o, s, times):
+        """Return what becomes of a start at given times, one row each: a mapping of names to arrays, in space.
+
+        ``axis``, ``painted``, a direction of the body that points to the plane at the start, ``centre`` of mass over
+        the contact point of the start, ``contact`` point, ``turning`` and ``force``, shape (n, 3) each.
+        """
+        first = self.start(tilt, w, o, s)
+        begin, _ = self.contact(first[:3], np.zeros(3))
+        painted = np.array([-math.sin(tilt), 0.0, -math.cos(tilt)])
+
+        def slope(t, y):
+            r, _ = self.contact(y[:3], np.zeros(3))
+            return np.concatenate([self.right_side(t, y[:6]), -cross(y[3:6], r), cross(y[3:6], y[9:])])
+
+        found = solve_ivp(
+            slope, (0.0, times[-1]), np.concatenate([first, -begin, painted]), method="DOP853", t_eval=times,
+            rtol=1e-13, atol=1e-14,
+        ).y.T  # fmt: skip
+        from_centre = np.array([self.contact(n, np.zeros(3))[0] for n in found[:, :3]])
+        return {
+            "axis": found[:, :3], "turning": found[:, 3:6], "centre": found[:, 6:9], "painted": found[:, 9:],
+            "contact": found[:, 6:9] + from_centre, "force": np.array([self.force(y[:6]) for y in found]),
+        }  # fmt: skip
+
     def extremes(self, tilt, w, o, s, end=300.0):
         """Return the extreme tilts and the period of a motion with a rate w other than 0."""
         found = self.motion(tilt, w, o, s, end, most=3)

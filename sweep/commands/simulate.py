@@ -146,11 +146,12 @@ def _say_impossible(dataset: "xr.Dataset") -> None:
     from sweep.motion.contact import rolling_limit
     from sweep.motion.sampling import kind_of
 
-    if not kind_of(dataset).largest_tilt:
+    kind = kind_of(dataset)
+    if not kind.largest_tilt:
         return
     limit = rolling_limit(dataset)
     if limit.time < math.inf:
-        say(f"rolling becomes impossible: the disk {limit.words(0.0, float(dataset['friction']))}")
+        say(f"rolling becomes impossible: the {kind.called} {limit.words(0.0, float(dataset['friction']))}")
 
 
 def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":

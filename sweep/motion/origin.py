@@ -11,6 +11,7 @@ from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
 from sweep.model.disk.tables import WOBBLE
 from sweep.motion.request import MotionRequest, check_names, known_names, motions_of, request_class
+from sweep.request.body import of_one_body
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_file import find_spec_file, place, read_file
 from sweep.request.substitutes import changed, check_once, parameter_of
@@ -59,7 +60,7 @@ def request_of_preset(spec: str | Path, words: Mapping[str, Any]) -> MotionReque
         names = [*sweep.fixed, *sweep.model.settings]
         held = {name: getattr(sweep, name) for name in names}
         return MotionRequest.read(**{**held, **words, "model": sweep.model})
-    held = read_file(path)
+    held, words = of_one_body(read_file(path), words)
     merged = changed(held, words, sweep.model)
     kind = request_class(merged).kind
     open_axes = {
@@ -170,7 +171,9 @@ def request_of_cell(
         )
     # a cell without losses may be followed with losses
     model = {"model": spec.model} if spec.model.text else {}
+    start, changes = of_one_body(start, changes)
     kind = request_class({**start, **changes, **model}).kind
+    start = {name: value for name, value in start.items() if name in kind.names}
     settings = {
         name: getattr(spec, name)
         for name in (*spec.model.settings, *spec.model.options)

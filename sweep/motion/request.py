@@ -21,7 +21,9 @@ from sweep.model.bodies.model import BODIES
 from sweep.model.description import Model
 from sweep.model.disk.model import DISK
 from sweep.model.quantity import Array, Input, Word
+from sweep.motion.body_tables import BODY_MOTION
 from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION, MotionKind, kind_of_model
+from sweep.request.body import without_thin_body
 from sweep.request.substitutes import resolved
 from sweep.request.suggestions import unknown_word
 from sweep.request.system_model import with_system
@@ -64,7 +66,9 @@ class MotionRequest:
         """
         made = request_class(words)
         kind = made.kind
-        words = {name: raw for name, raw in words.items() if name not in ("model", "system")}
+        words = {
+            name: raw for name, raw in without_thin_body(words).items() if name not in ("model", "system")
+        }
         check_names(words, kind)
         _check_kind(words, kind)
         given: dict[str, Any] = {row.name: row.default for row in kind.rows}
@@ -128,17 +132,16 @@ class LossyTrajectorySpec(_fields(LOSSY_MOTION), MotionRequest):  # type: ignore
 
 
 #: Words of a sweep only, for suggestions.
-_NAMES = tuple(dict.fromkeys((*DISK_MOTION.names, *LOSSY_MOTION.names)))
-_ELSEWHERE = {name: "it is a word of eulerdisk run" for name in names(DISK) if name not in _NAMES} | {
-    "model": "a system stands in front, as in eulerdisk simulate mine.py; else simulate follows the disk",
-    **dict.fromkeys(
-        BODIES.chosen_by, "eulerdisk simulate follows the thin disk alone, and eulerdisk run other bodies"
-    ),
+_NAMES = tuple(dict.fromkeys((*DISK_MOTION.names, *LOSSY_MOTION.names, *BODY_MOTION.names)))
+_ELSEWHERE = {
+    name: "it is a word of eulerdisk run" for name in (*names(DISK), *names(BODIES)) if name not in _NAMES
+} | {
+    "model": "a system stands in front, as in eulerdisk simulate mine.py; else simulate follows the disk, or its body"
 }
 
 
 def request_class(words: Mapping[str, Any]) -> type[MotionRequest]:
-    """Return the kind of request that words make: a model or a system among them says it, or a word of losses.
+    """Return the kind of request that words make: a model, a system or a body among them says it, or a word of losses.
 
     Raises
     ------
@@ -147,6 +150,8 @@ def request_class(words: Mapping[str, Any]) -> type[MotionRequest]:
     """
     if "model" in words or "system" in words:
         return _class_of(motions_of(with_system(words)["model"]).model)
+    if not {*BODIES.chosen_by}.isdisjoint(without_thin_body(words)):
+        return _class_of(BODIES)
     return TrajectorySpec if {*LOSSY_MOTION.model.chosen_by}.isdisjoint(words) else LossyTrajectorySpec
 
 
@@ -191,12 +196,12 @@ def split_motion_words(words: Sequence[str]) -> dict[str, str]:
 
 
 def known_names() -> tuple[str, ...]:
-    """Return all words of a request for a motion of a disk, with or without losses."""
+    """Return all words of a request for a motion of a disk, with or without losses, or of another body."""
     return _NAMES
 
 
 def check_names(words: Iterable[str], kind: MotionKind) -> None:
-    """Refuse a name that is no word of a request for one motion of a kind; a disk may be one with or without losses.
+    """Refuse a name that is no word of a request for one motion of a kind; what rolls may become another body.
 
     Raises
     ------
@@ -211,15 +216,21 @@ def check_names(words: Iterable[str], kind: MotionKind) -> None:
 
 
 def _check_kind(words: Iterable[str], kind: MotionKind) -> None:
-    """Refuse a word of the other kind of motion: only the tilt at which a disk has fallen has two names."""
+    """Refuse a word of another kind of motion: only the tilt at which a disk has fallen has two names."""
     for name in words:
-        if name not in kind.names:
-            which = "with losses is flat at" if kind is LOSSY_MOTION else "without losses has fallen at"
-            raise RequestError(
-                f"{name} is no word of this motion: the disk {which} {kind.largest_tilt}.",
-                hint=f"Write {kind.largest_tilt} instead of {name}, or leave it out.",
-                where=name,
+        if name in kind.names:
+            continue
+        if kind is BODY_MOTION:
+            lossless = dict.fromkeys(
+                LOSSY_MOTION.model.chosen_by, "only the thin disk has losses, one without body"
             )
+            unknown_word(name, kind.names, kind.model, lossless)
+        which = "with losses is flat at" if kind is LOSSY_MOTION else "without losses has fallen at"
+        raise RequestError(
+            f"{name} is no word of this motion: the disk {which} {kind.largest_tilt}.",
+            hint=f"Write {kind.largest_tilt} instead of {name}, or leave it out.",
+            where=name,
+        )
 
 
 def _read_word(kind: MotionKind, name: str, raw: object) -> float | str:
@@ -235,9 +246,9 @@ def _read_word(kind: MotionKind, name: str, raw: object) -> float | str:
 def _check_start(spec: MotionRequest, words: Mapping[str, Any]) -> None:
     """Refuse a disk that has fallen already, and a start that its model does not take; `words` are as given."""
     name = spec.kind.largest_tilt
-    if name and abs(spec.tilt) >= getattr(spec, name):
+    if name and not spec.kind.rolls_on(spec) and abs(spec.tilt) >= getattr(spec, name):
         raise RequestError(
-            f"This disk has fallen before it starts: |tilt| must be below {name}; got "
+            f"This {spec.kind.called} has fallen before it starts: |tilt| must be below {name}; got "
             f"{_given(spec, words, 'tilt', name)}.",
             hint=f"Start with a smaller tilt, or give a larger {name}.",
             where="tilt",

@@ -3,10 +3,11 @@
 A model names its kind of motions in `Model.motion`; `kind_of_model` is the one door to it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib import import_module
+from typing import Any
 
 from kernels.disk.endings import FELL, HORIZON
 from kernels.lossy_disk import endings as code
@@ -77,6 +78,10 @@ class MotionKind:
         Bytes that a sample takes, in memory or in the file.
     time : Quantity
         The only dimension.
+    called : str
+        What moves, in sentences.
+    rolls_on : callable
+        Called with a request: whether nothing ends its motion at a tilt.
     """
 
     model: Model
@@ -99,6 +104,8 @@ class MotionKind:
     keywords: str = "rolling disk, Euler's disk, nonholonomic dynamics, trajectory, contact forces"
     sample_size: int = 180
     time: Quantity = TIME
+    called: str = "disk"
+    rolls_on: Callable[[Any], bool] = lambda request: False
 
     @property
     def rows(self) -> tuple[Input | Word, ...]:
@@ -108,7 +115,7 @@ class MotionKind:
     @property
     def names(self) -> tuple[str, ...]:
         """All words of a request."""
-        return (*self.inputs, *self.words, *self.model.substitutes)
+        return tuple(dict.fromkeys((*self.inputs, *self.words, *self.model.substitutes)))
 
 
 @lru_cache(maxsize=64)

@@ -241,7 +241,7 @@ REFUSED = {
     "mine.py --from a.nc": ["starts from a preset or from a cell"],
     "--from a.nc hoop_rate=4.5": ["A value is needed for each of hoop_rate, angle"],
     "--from a.nc hoop_rate=4.5 angle=1deg shake=3": ["shake is no word"],
-    "torus tilt=1deg": ["of the model disk or lossy_disk, or of a system; got the model bodies"],
+    "torus tilt=1deg": ["preset torus has many values of tube and of roll_rate"],
 }  # fmt: skip
 
 

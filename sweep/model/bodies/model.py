@@ -55,6 +55,7 @@ class Bodies(Model):
     coordinate, extremes, error_name, peak = DISK.coordinate, DISK.extremes, DISK.error_name, DISK.peak
     lost_name = "the body falls"
     presets = Path(__file__).with_name("presets")
+    motion = "sweep.motion.body_tables:BODY_MOTION"
     integrate = Kernel("kernels.bodies.integrate", "integrate", seconds=8.0)
     words = Words(
         summary="Stability atlas of a body of revolution that rolls without slipping on a horizontal plane: for every "

@@ -1,0 +1,146 @@
+"""One motion of a body sampled in time, against a rigid body in space and the thin disk."""
+
+import math
+
+import numpy as np
+import pytest
+from body_motion import COMPARED, apart, referee_of
+from body_referee import Body, start_of, starts
+from body_runner import drawn
+
+from kernels.bodies import motion_arrays as at
+from kernels.bodies.shapes import FIRST_WITH_POLES, NAMES
+from kernels.disk import motion_arrays as of_disk
+from kernels.disk.endings import EDGE_CHANGE, FELL, HORIZON
+from sweep.model.kernel import Kernel
+from sweep.motion.body_path import KERNELS
+
+pytestmark = pytest.mark.compiled
+
+
+def follow(given, number, times, step=0.0, relative_step=0.005, fall_tilt=1.5):
+    """Return the ending, the times of the samples and the samples by their names."""
+    samples = np.full((len(at.SAMPLES), times.size), np.nan)
+    settings = np.array([step, relative_step, fall_tilt, float(number)])
+    ending, filled, last, _ = KERNELS[number >= FIRST_WITH_POLES].load()(given, settings, times, samples)
+    return (
+        ending,
+        np.append(times[: filled - 1], last),
+        dict(zip(at.SAMPLES, samples[:, :filled], strict=True)),
+    )
+
+
+def test_random_motions_are_those_of_a_body_in_space():
+    """Axis, roll, rates, path, centre and forces within 1e-9 of size 1, of all bodies, at rates over a decade."""
+    rng = np.random.default_rng(24)
+    ended = []
+    for number in range(15):
+        word = NAMES[number % len(NAMES)]
+        lengths, moments, arc = drawn(word, rng)
+        tilt, rates = rng.uniform(-1.2, 1.2), rng.normal(size=3) * rng.choice([0.3, 0.6, 1.5])
+        given, kind = start_of(word, tilt, *rates, *moments, **lengths)
+        ending, times, found = follow(given, kind, np.linspace(0.0, 5.0, 26))
+        ended.append(ending)
+        off = apart(found, referee_of(word, arc, moments, tilt), tilt, rates, times)
+        size = 1.0 + np.linalg.norm(
+            [found["friction_across"], found["friction_along"], found["normal_force"]], axis=0
+        )
+        for name in COMPARED:
+            assert (off[name] <= 1e-9 * size).all(), (word, number, name)
+        assert np.abs(found["energy_drift"]).max() < 1e-10
+        assert (
+            np.abs(
+                found["vertical_momentum"] - found["vertical_momentum"][0] - found["momentum_gained"]
+            ).max()
+            < 1e-10
+        )
+    assert {HORIZON, EDGE_CHANGE} <= {*ended}
+
+
+def test_motions_that_pass_a_pole_are_those_of_a_body_in_space():
+    """Balls and spheroids that come within 1e-9 to 0.1 rad of a pole, on the way: regular in space, to 1e-9."""
+    for passed in (1e-9, 1e-6, 1e-3, 0.1, -1e-4):
+        for word, lengths, body in (
+            ("ball", {"offset": 0.3}, Body(0.0, 0.3, 1.0, 0.42, 0.38)),
+            ("spheroid", {"flattening": 0.4, "offset": -0.2}, Body(0.0, -0.2, 1.0, 0.4, 0.3, 0.36)),
+            ("spheroid", {"flattening": -0.6, "offset": 0.1}, Body(0.0, 0.1, 1.0, 0.35, 0.6, 2.56)),
+        ):
+            tilt, rates = 0.4, (3.0, passed, 0.5 * passed)
+            given, kind = start_of(word, tilt, *rates, body.axial, body.transverse, **lengths)
+            _, times, found = follow(given, kind, np.linspace(0.0, 5.0, 40))
+            assert np.abs(found["heading"]).max() > 2.0
+            for name, off in apart(found, body, tilt, rates, times).items():
+                assert off.max() < 1e-9, (word, passed, name)
+
+
+def test_a_ball_rolls_end_over_end():
+    """Straight on at v t, each pole once in a turn, where the heading jumps by half a turn: all in closed form."""
+    rate, times = 2.0, np.linspace(0.0, 10.0, 41)
+    given = starts(tilt=0.3, tilt_rate=rate, axial_moment=0.4, transverse_moment=0.4)
+    _, _, found = follow(given, NAMES.index("ball"), times)
+    turned = 0.3 + rate * times
+    np.testing.assert_allclose(found["tilt"], np.arcsin(np.sin(turned)), atol=1e-9)
+    np.testing.assert_allclose(found["contact_x"], rate * times, atol=1e-9)
+    np.testing.assert_allclose(found["contact_y"], 0.0, atol=1e-9)
+    np.testing.assert_allclose(found["centre_z"], 1.0, atol=1e-12)
+    np.testing.assert_allclose(found["normal_force"], 1.0, atol=1e-9)
+    over = np.floor(turned / math.pi + 0.5)
+    np.testing.assert_allclose(np.cos(found["heading"]), np.cos(math.pi * over), atol=1e-9)
+    assert np.abs(found["heading"][-1]) > 3.0
+
+
+def test_a_torus_without_a_tube_is_the_thin_disk():
+    """State, path and forces of the thin disk's own kernels, to 1e-10."""
+    state, times = (0.5, 0.3, 1.2, -2.0), np.linspace(0.0, 8.0, 41)
+    disk = np.array([*state, 0.5, 1.0, 1.0])
+    load = {name: Kernel("kernels.disk.trajectory", name).load() for name in ("trajectory", "derived")}
+    samples, more = np.empty((len(of_disk.SAMPLES), times.size)), np.empty((len(of_disk.DERIVED), times.size))
+    load["trajectory"](disk, np.array([0.0, 0.005, 1.5]), times, samples)
+    load["derived"](disk, np.ascontiguousarray(samples[:4]), more)
+    given = starts(
+        tilt=state[0], tilt_rate=state[1], precession_rate=state[2], roll_rate=state[3], axial_moment=0.5,
+        transverse_moment=0.25,
+    )  # fmt: skip
+    _, _, found = follow(given, NAMES.index("torus"), times)
+    for name, row in zip(of_disk.SAMPLES, samples, strict=True):
+        np.testing.assert_allclose(found[name], row, atol=1e-10, err_msg=name)
+    for name, row in zip(of_disk.DERIVED, more, strict=True):
+        if name not in ("friction_needed", "energy_drift"):
+            np.testing.assert_allclose(found[name], row, atol=1e-10, err_msg=name)
+
+
+@pytest.mark.parametrize("word", ["torus", "spheroid"])
+def test_every_quantity_is_of_fourth_order(word):
+    """Half the step, a sixteenth of the error: path and angles are as good as the state, beside a pole too."""
+    body = {
+        "torus": Body(0.75, 0.0, 0.25, 0.609375, 0.3203125),
+        "spheroid": Body(0.0, 0.0, 1.0, 0.4, 0.25, 0.25),
+    }[word]
+    lengths = {"tube": 0.25} if word == "torus" else {"flattening": 0.5}
+    tilt, rates = (0.4, (0.5, 1.0, -0.7)) if word == "torus" else (1.2, (2.0, 0.3, 0.2))
+    given, kind = start_of(word, tilt, *rates, body.axial, body.transverse, **lengths)
+    times = np.linspace(0.0, 2.0, 11)
+    coarse, fine = (
+        apart(follow(given, kind, times, step=step)[2], body, tilt, rates, times) for step in (0.01, 0.005)
+    )
+    for name in COMPARED:
+        assert 14.0 < coarse[name].max() / fine[name].max() < 18.0, name
+
+
+def test_where_a_motion_ends():
+    """At fall_tilt; and of a coin that comes down on its other edge at a tilt of 0, on either side."""
+    given = starts(tilt=0.5, tube=0.25, axial_moment=0.609375, transverse_moment=0.3203125)
+    ending, times, found = follow(given, NAMES.index("torus"), np.linspace(0.0, 9.0, 10))
+    assert ending == FELL
+    assert found["tilt"][-1] == pytest.approx(1.5, abs=1e-12)
+    assert times[-1] < 9.0
+    ends = []
+    for tilt in (0.05, -0.05):
+        lean = starts(tilt=tilt, thickness=0.2, axial_moment=0.5, transverse_moment=0.25)
+        ending, times, found = follow(lean, NAMES.index("rim"), np.linspace(0.0, 9.0, 10))
+        assert ending == EDGE_CHANGE
+        assert found["tilt"][-1] == pytest.approx(0.0, abs=1e-12)
+        # both edges are on the plane: the centre is a radius above it
+        assert found["centre_z"][-1] == pytest.approx(1.0, abs=1e-12)
+        ends.append(times[-1])
+    assert ends[0] == pytest.approx(ends[1], rel=1e-13)

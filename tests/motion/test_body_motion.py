@@ -1,0 +1,164 @@
+"""Motions of bodies of revolution: errors that hold, ends as of a sweep, presets and cells, and what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+from body_motion import apart, referee_of
+from body_runner import drawn
+
+import sweep
+from kernels.bodies.shapes import NAMES
+from sweep.model.bodies.tables import VARIABLES
+from sweep.motion.sampling import ending_of
+
+pytestmark = pytest.mark.compiled
+
+#: What is compared with the referee -> its stated error.
+STATED = {
+    "axis": "orientation_error", "painted": "orientation_error", "turning": "rate_error", "centre": "path_error",
+    "contact": "path_error", "force": "force_error",
+}  # fmt: skip
+
+
+def followed(word, tilt, rates, lengths, moments, **words):
+    """Simulate a start of a body with scaled rates, of a radius and a gravity of 1."""
+    precession = rates[1] / math.cos(tilt)
+    return sweep.simulate(
+        body=word, tilt=tilt, tilt_rate=rates[0], precession_rate=precession,
+        roll_rate=rates[2] - precession * math.sin(tilt), axial_moment=moments[0], transverse_moment=moments[1],
+        radius=1.0, gravity=1.0, **lengths, **words,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("step", ["auto", 0.05])
+def test_a_motion_is_within_its_stated_errors(step):
+    """Of all bodies at random, with the step of the engine and with one that is far too long."""
+    rng = np.random.default_rng(31)
+    largest = 0.0
+    for number in range(10):
+        word = NAMES[number % len(NAMES)]
+        lengths, moments, arc = drawn(word, rng)
+        tilt, rates = rng.uniform(-1.1, 1.1), rng.normal(size=3) * rng.choice([0.3, 1.0])
+        motion = followed(word, tilt, rates, lengths, moments, duration=4.0, interval=0.25, step=step)
+        of = {name: motion[name].values for name in motion.data_vars}
+        times = motion["elapsed_time"].values
+        off = apart(of, referee_of(word, arc, moments, tilt), tilt, rates, times)
+        for name, error in STATED.items():
+            stated = of[error]
+            largest = max(largest, float(stated.max()))
+            # the referee is known to 1e-11 at most
+            assert (off[name] <= stated + 3e-12 * (1.0 + times)).all(), (word, number, name)
+    assert largest < 1e-8 if step == "auto" else largest > 1e-6
+
+
+def test_a_torus_without_a_tube_is_the_thin_disk():
+    """The same file to 1e-10, with the energy, the forces and what friction makes of them."""
+    start = {
+        "tilt": "25deg",
+        "tilt_rate": 0.4,
+        "precession_rate": 1.5,
+        "roll_rate": -6.0,
+        "duration": "3s",
+        "mass": 2.0,
+    }
+    disk = sweep.simulate(**start)
+    body = sweep.simulate(**start, body="torus", tube=0.0, axial_moment=0.5, transverse_moment=0.25)
+    for name in disk.data_vars:
+        if name not in ("ending", "fall_time", "energy_drift"):
+            np.testing.assert_allclose(body[name], disk[name], rtol=1e-10, atol=1e-10, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("words", "variable"),
+    [
+        ({"body": "torus", "tube": 0.2, "tilt": "40deg", "precession_rate": 1.5}, "fall time"),
+        (
+            {"body": "rounded", "thickness": 0.3, "tilt": "30deg", "roll_rate": 2.0, "precession_rate": 2.0},
+            "tilt_max",
+        ),
+        ({"body": "rim", "thickness": 0.2, "fillet": 0.02, "tilt": "4deg"}, "edge change"),
+        (
+            {"body": "spheroid", "flattening": 0.4, "tilt": "20deg", "roll_rate": 2.0, "tilt_rate": 2.0},
+            "tilt_max",
+        ),
+    ],
+)
+def test_a_motion_ends_as_the_cell_of_a_sweep(words, variable):
+    """The ending of the cell, its time of fall, and its extremes, to its stated error."""
+    atlas = sweep.run(sweep.SweepSpec(**words, duration="20s"))
+    motion = sweep.simulate(**words, duration="20s", interval=0.001)
+    assert ending_of(motion) == (
+        "horizon" if variable == "tilt_max" else variable.replace("fall time", "fell")
+    )
+    ending = VARIABLES["ending"].flag(float(atlas["ending"]))
+    if variable == "fall time":
+        assert ending == "fell"
+        assert float(motion["end_time"]) == pytest.approx(float(atlas["fall_time"]), rel=1e-8)
+        assert float(motion["tilt"][-1]) == pytest.approx(math.radians(85.0), abs=1e-9)
+    elif variable == "edge change":
+        assert ending == "edge change"
+        assert float(motion["tilt"][-1]) == pytest.approx(0.0, abs=1e-9)
+    else:
+        assert ending == "bounded"
+        # between samples the tilt is at most half an interval from its extreme
+        assert float(motion["tilt"].max()) == pytest.approx(float(atlas["tilt_max"]), abs=1e-5)
+
+
+def test_a_motion_through_the_poles_is_sampled_for_a_film():
+    """Where the heading jumps the body turns evenly: samples are 0.2 rad of its turn apart, not of the heading."""
+    motion = sweep.simulate(body="ball", tilt="20deg", tilt_rate=40.0, roll_rate=1e-3, duration="2s")
+    times = motion["elapsed_time"].values
+    assert np.abs(np.diff(motion["heading"])).max() > 1.0
+    assert 2001 > times.size > 400
+    assert float(motion["orientation_error"].max()) < 1e-9
+    assert float(np.abs(motion["tilt"]).max()) < 0.5 * math.pi
+    # straight on at tilt_rate times the radius
+    assert float(motion["contact_x"][-1]) == pytest.approx(40.0 * 0.5 * 2.0, rel=1e-6)
+
+
+def test_a_preset_and_a_cell_of_an_atlas():
+    """A preset of a body; a cell of an atlas, with other words; and the thin disk of an atlas as another body."""
+    wobble = sweep.simulate("true_edge", tilt="70deg", duration="1s")
+    assert np.ptp(wobble["tilt"].values) < 1e-9
+    assert (
+        float(
+            np.hypot(
+                wobble["centre_x"] - wobble["centre_x"][0], wobble["centre_y"] - wobble["centre_y"][0]
+            ).max()
+        )
+        < 1e-9
+    )
+    words = {"tube": "0.2,0.3", "roll_rate": "2,3", "tilt": "5deg", "tilt_rate": 0.3}
+    atlas = sweep.run(sweep.SweepSpec(body="torus", **words))
+    motion = atlas.eulerdisk.simulate(tube=0.3, roll_rate=3)
+    cell = atlas.sel(tube=0.3, roll_rate=3)
+    assert float(motion["tube"]) == 0.3
+    assert float(motion["elapsed_time"][-1]) == pytest.approx(3.0 * float(cell["nutation_period"]), rel=1e-12)
+    assert float(motion["tilt"][-1]) == pytest.approx(math.radians(5.0), abs=1e-8)
+    larger = atlas.eulerdisk.simulate(tube=0.3, roll_rate=3, radius="10cm", duration="1s")
+    assert (float(larger["radius"]), float(larger["elapsed_time"][-1])) == (0.1, 1.0)
+    rolling = sweep.run(sweep.SweepSpec.preset("rolling", roll_rate="2,3", tilt="5deg", alpha=0.5))
+    other = rolling.eulerdisk.simulate(roll_rate=3, body="rounded", thickness="5mm", duration="1s")
+    assert float(other["thickness"]) == 0.005 / float(other["radius"])
+    thin = atlas.eulerdisk.simulate(tube=0.3, roll_rate=3, body="disk", duration="1s")
+    assert float(thin["alpha"]) == 0.5
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ({"body": "torus"}, "A torus needs its tube"),
+        ({"body": "torus", "tube": 0.2, "alpha": 1}, "alpha is for the thin disk"),
+        ({"body": "torus", "tube": 0.2, "contour_friction": "1mm"}, "only the thin disk has losses"),
+        ({"body": "torus", "tube": 0.2, "tilt": "86deg"}, "This body has fallen before it starts"),
+        ({"body": "torus", "tube": 0.2, "path": "yes"}, "path is no word of this request"),
+        ({"body": "rim", "thickness": 0.2}, "a disk with a rim stands on both of its edges"),
+        ({"body": "ball", "tilt": "90deg"}, "tilt"),
+        ({"body": "torus", "tube": 0.2, "precession_rate": "steady-fast", "roll_rate": 2}, "precession_rate"),
+    ],
+)
+def test_what_is_refused(words, told):
+    """In a sentence, as by a sweep."""
+    with pytest.raises(sweep.RequestError, match=told):
+        sweep.simulate(**words)
