@@ -3,6 +3,8 @@
 Plain arithmetic on scalars and NumPy arrays. Everything is scaled (`kernels.bodies.equations`); a body is its `Body`.
 """
 
+from typing import Any, NamedTuple
+
 import numpy as np
 
 
@@ -59,12 +61,37 @@ def centred_spin(tilt, o, body):
     return -b * o / a
 
 
+class Nearby(NamedTuple):
+    """A motion to first order in the distance of its tilt from one state: scaled, each with its slope in the tilt.
+
+    Attributes
+    ----------
+    coefficient, acceleration : float or array
+        k and what else accelerates the tilt in d'' = acceleration - k d, of a state without a rate of the tilt.
+    turning, ahead : (float or array, float or array)
+        Rate of the heading, and speed of the contact point along the track.
+    curvature : float or array
+        Radius of curvature of the meridian: times the rate of the tilt, the speed of that point across the track.
+    """
+
+    coefficient: Any
+    acceleration: Any
+    turning: tuple[Any, Any]
+    ahead: tuple[Any, Any]
+    curvature: Any
+
+
 def stability_coefficient(tilt, o, s, body):
-    """Coefficient k of small oscillations d'' + k d = 0 about a steady motion: stable where k > 0.
+    """Coefficient k of small oscillations d'' + k d = 0 about a steady motion: stable where k > 0."""
+    return nearby(tilt, o, s, body).coefficient
+
+
+def nearby(tilt, o, s, body):
+    """Return the motion `Nearby` a state.
 
     Notes
     -----
-    The second derivative of the potential -(l + o M)' over the inertia B, along the linear system of o and s.
+    k is the second derivative of the potential -(l + o M)' over the inertia B, along the linear system of o and s.
     """
     S, C = np.sin(tilt), np.cos(tilt)
     a, b, lever = _levers(S, C, body)
@@ -77,7 +104,11 @@ def stability_coefficient(tilt, o, s, body):
     v_slope = a * s_slope + b * o_slope - r * (S * s + C * o)
     torque = I * s - A * T * o + arm * v
     torque_slope = I * s_slope - A * o / (C * C) - A * T * o_slope - b / (C * C) * v + arm * v_slope
-    return -(bend + o_slope * torque + o * torque_slope) / B
+    rolling, rolling_slope = s - o * T, s_slope - o_slope * T - o / (C * C)
+    return Nearby(
+        -(bend + o_slope * torque + o * torque_slope) / B, (lever + o * torque) / B,
+        (o / C, (o_slope + o * T) / C), (a * rolling, a * rolling_slope - r * S * rolling), r,
+    )  # fmt: skip
 
 
 def critical_spin_square(body):

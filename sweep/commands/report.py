@@ -14,8 +14,9 @@ from sweep.atlas.cf_metadata import edge_names
 from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.report_units import ReportedAs, reported_as, words_of_command
 from sweep.errors import counted, plain_text
+from sweep.model.bodies.tables import CALLED
 from sweep.model.quantity import ERROR_GAUGE, Input, Quantity
-from sweep.motion.sampling import end_of, kind_of, losses_of, peaks_of
+from sweep.motion.sampling import end_of, is_of_body, kind_of, losses_of, peaks_of, request_of
 from sweep.motion.tables import TIME
 from sweep.request.spec import SweepSpec
 
@@ -312,6 +313,8 @@ def describe_motion(path: Path) -> str:
         # a loss that is not there, and a friction coefficient without a limit, say nothing
         given = {name: value for name, value in values.items() if value != 0.0 and np.isfinite(value)}
         disk = [f"{name} {kind.inputs[name].spell(value, 6)}" for name, value in given.items()]
+        if is_of_body(file):
+            disk.insert(0, CALLED[request_of(file).body])
         times, ending, lost = file[TIME.name].values, end_of(file), losses_of(file)
         peaks = [f"{name:<11} {value}" for name, value in peaks_of(file)]
     ending = f", {ending}" if ending else ""
@@ -321,7 +324,7 @@ def describe_motion(path: Path) -> str:
         "",
         made["title"],
         f"start       {', '.join(start)}",
-        *([f"{'disk  ' if kind.largest_tilt else 'system'}      {', '.join(disk)}"] if disk else []),
+        *([f"{kind.called:<11} {', '.join(disk)}"] if disk else []),
         f"time        {counted(times.size, 'sample')} from {times[0]:g} to {kind.time.spell(times[-1], 6)}{ending}",
         *peaks,
         *losses,

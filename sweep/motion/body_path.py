@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from kernels.bodies import motion_arrays as at
 from kernels.bodies import shapes
-from kernels.disk.arrays import PRECESSION_RATE, ROLL_RATE, TILT, TILT_RATE
+from kernels.disk.arrays import PRECESSION_RATE, ROLL_RATE, STATE, TILT, TILT_RATE
 from kernels.disk.endings import HORIZON, UNRESOLVED
 from sweep.errors import NoMotionError
 from sweep.model.bodies.shape import has_poles
@@ -85,6 +85,8 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
         again, refined = _integrated(spec, start, closer)
         if again.ending == found.ending:
             found, errors = again, refined
+    # the rates of the kernel have gone to scaled ones and back
+    found.samples[: len(STATE), 0] = start[: len(STATE)]
     values = _variables(spec, found.samples) | _in_si(spec, errors)
     values["ending"] = np.array(found.ending, np.int8)
     values["end_time"] = np.array(np.nan if found.ending == HORIZON else found.times[-1])

@@ -108,8 +108,8 @@ BODY_MOTION = MotionKind(
     endings={"fell": "fell", "edge change": "came down on its other edge"},
     headline="Motion of a body of revolution",
     summary="One motion of a body of revolution that rolls without slipping on a horizontal plane: tilt and rates, "
-    "path of contact point and centre of mass, energy, vertical angular momentum with its balance law, and contact forces, "
-    "with stated errors.",
+    "path of contact point and centre of mass, energy, vertical angular momentum with its balance law, and contact "
+    "forces, with stated errors.",
     path="sweep.motion.body_path",
     kernels="kernels.bodies.poles.trajectory",
     figure="sweep.figures.disk.motion_plots:figure",

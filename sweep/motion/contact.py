@@ -12,6 +12,7 @@ from kernels.disk.endings import BOUNDED, FELL, HORIZON
 from kernels.disk.motion_arrays import CONTACT
 from sweep.errors import RequestError
 from sweep.model.quantity import Array, Truths
+from sweep.motion.origin import words_of_start
 from sweep.motion.request import MotionRequest, TrajectorySpec
 from sweep.motion.sampling import closely_sampled, kind_of, request_of
 from sweep.motion.tables import LIFTS, TIME
@@ -93,9 +94,8 @@ def _duration(spec: SweepSpec, stored: Mapping[str, float]) -> float:
 def _request(
     spec: SweepSpec, start: Mapping[str, float], time: float, samples: int = _SAMPLES
 ) -> MotionRequest:
-    return TrajectorySpec.read(
-        **{**start, "duration": time, "interval": time / samples, "fall_tilt": spec.fall_tilt}
-    )
+    words = {"duration": time, "interval": time / samples, "fall_tilt": spec.fall_tilt}
+    return TrajectorySpec.read(**words_of_start(spec, start) | words)
 
 
 def _turned(motion: "xr.Dataset") -> bool:

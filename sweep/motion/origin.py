@@ -153,15 +153,13 @@ def request_of_cell(
     """
     spec = spec_of(atlas)
     number = int(np.ravel_multi_index(tuple(place.values()), spec.shape)) if place else 0
-    start: dict[str, Any] = {
-        name: float(values[0]) for name, values in starts_of(spec, Span(number, number + 1)).items()
-    }
-    # a friction coefficient without a limit is no number that a request can say
-    start |= {name: getattr(spec, name) for name in spec.constants}
+    start = words_of_start(
+        spec, {name: float(values[0]) for name, values in starts_of(spec, Span(number, number + 1)).items()}
+    )
     none = [
         name
         for name, value in start.items()
-        if name not in {*changes, *spec.constants} and not np.isfinite(value)
+        if not isinstance(value, str) and name not in changes and not np.isfinite(value)
     ]
     if none:
         raise RequestError(
@@ -174,11 +172,7 @@ def request_of_cell(
     start, changes = of_one_body(start, changes)
     kind = request_class({**start, **changes, **model}).kind
     start = {name: value for name, value in start.items() if name in kind.names}
-    settings = {
-        name: getattr(spec, name)
-        for name in (*spec.model.settings, *spec.model.options)
-        if name in kind.names
-    }
+    settings = {name: getattr(spec, name) for name in spec.model.settings if name in kind.names}
     # another start or another disk has another period, and a motion with losses is followed to its end
     same = spec.model.parameters.keys().isdisjoint(changes) and not kind.stops
     shown = _PERIODS * _period(atlas, place) if same else np.nan
@@ -187,6 +181,14 @@ def request_of_cell(
             shown if np.isfinite(shown) else float(kind.inputs["duration"].default), spec.duration
         )
     return MotionRequest.read(**{**start, **settings, **changes, **model})
+
+
+def words_of_start(spec: SweepSpec, start: Mapping[str, float]) -> dict[str, Any]:
+    """Return the words of a motion that say what moves and how it starts, of a cell with all parameters in SI."""
+    # a friction coefficient without a limit, or a length that a body does not have, is no number that one can say
+    said = {name: getattr(spec, name) for name in (*spec.constants, *spec.model.options)}
+    kind = motions_of(spec.model)
+    return {name: value for name, value in {**start, **said}.items() if name in kind.names}
 
 
 def _period(atlas: "xr.Dataset", place: Mapping[str, int]) -> float:

@@ -42,6 +42,11 @@ def kind_of(dataset: "xr.Dataset") -> MotionKind:
     return motions_of(name) if name in registry.names() else request_of(dataset).kind
 
 
+def is_of_body(dataset: "xr.Dataset") -> bool:
+    """Return whether a motion is one of a body of revolution that has a shape."""
+    return kind_of(dataset).model.name == "bodies"
+
+
 def ending_of(dataset: "xr.Dataset") -> str:
     """Return the name of the ending of a motion."""
     return kind_of(dataset).variables["ending"].flag(float(dataset["ending"].values))

@@ -64,6 +64,7 @@ def motion_of_system(model: SystemModel) -> MotionKind:
         # what the passes find, and what follows from it
         sample_size=16 * len(model.measures),
         time=time,
+        called="system",
     )
 
 

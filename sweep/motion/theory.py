@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kernels.bodies.shapes import Body
+from kernels.bodies.steady import nearby
 from kernels.disk import arrays
 from kernels.disk.steady import stability_coefficient
 from sweep.model.quantity import Array
@@ -72,6 +74,35 @@ def linear_motion(start: Array, times: Array) -> LinearMotion:
     x = _integral(-radius * roll * np.sin(heading), times)
     y = _integral(radius * roll * np.cos(heading), times)
     return LinearMotion(k, tilt + away, x, y)
+
+
+def linear_motion_of_body(start: Mapping[str, float], body: Body, times: Array) -> LinearMotion:
+    """Return the motion of a body of revolution by linear theory; see `linear_motion`.
+
+    Parameters
+    ----------
+    start : mapping of str to float
+        Tilt [rad] and rates [rad/s], radius [m] and gravity [m/s^2].
+    body : kernels.bodies.shapes.Body
+    times : float64 array, shape (n,)
+
+    Notes
+    -----
+    Rates are linear in the distance of the tilt from that of the start (`kernels.bodies.steady.nearby`).
+    """
+    radius, unit = start["radius"], math.sqrt(start["radius"] / start["gravity"])
+    sin, cos = math.sin(start["tilt"]), math.cos(start["tilt"])
+    o, s = unit * start["precession_rate"] * cos, unit * (start["roll_rate"] + start["precession_rate"] * sin)
+    near = nearby(start["tilt"], o, s, body)
+    k, acceleration = float(near.coefficient) / unit**2, float(near.acceleration) / unit**2
+    away = _driven(k, acceleration, start["tilt_rate"], times)
+    (turn, turn_slope), (ahead, ahead_slope) = near.turning, near.ahead
+    heading = _integral((turn + turn_slope * away) / unit, times)
+    speed = radius / unit * (ahead + ahead_slope * away)
+    across = radius * float(near.curvature) * np.gradient(away, times)
+    x = _integral(across * np.cos(heading) - speed * np.sin(heading), times)
+    y = _integral(across * np.sin(heading) + speed * np.cos(heading), times)
+    return LinearMotion(k, start["tilt"] + away, x, y)
 
 
 def _driven(k: float, acceleration: float, rate: float, times: Array) -> Array:

@@ -158,13 +158,13 @@ def test_an_mp4_has_even_sides(simulate, ffmpeg, monkeypatch, tmp_path):
 
 def test_an_interrupted_film_leaves_nothing(simulate, tmp_path, monkeypatch):
     """Ctrl-C while the frames are drawn: exit status 130, and an empty folder."""
-    draw = animation.draw_disk
+    draw = animation.draw_floor
 
     def interrupt(*given, **look):
         os.kill(os.getpid(), signal.SIGINT)
         draw(*given, **look)
 
-    monkeypatch.setattr(animation, "draw_disk", interrupt)
+    monkeypatch.setattr(animation, "draw_floor", interrupt)
     status, words = simulate(f"{WORDS} -o path.nc --animate disk.gif")
     assert status == 130
     assert "nothing is left behind" in words

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from sweep.errors import plain_text
+from sweep.figures.disk.body_3d import shades
 from sweep.figures.disk.captions import caption, nice_length, spell_length
 from sweep.figures.disk.disk_3d import (
     FACE_STRENGTH,
@@ -24,9 +25,8 @@ from sweep.figures.disk.disk_3d import (
     SHADOW_STRENGTH,
     TRACE,
     Camera,
-    Pose,
+    Placed,
     dots_per_inch,
-    draw_disk,
     draw_floor,
     draw_trail,
     frame_picture,
@@ -40,7 +40,7 @@ from sweep.figures.texts import fitted, wrapped
 from sweep.files.publish import published
 from sweep.model.quantity import Array
 from sweep.motion.contact import RollingLimit, rolling_limit
-from sweep.motion.sampling import closely_sampled
+from sweep.motion.sampling import closely_sampled, is_of_body, kind_of
 from sweep.motion.tables import TIME
 
 if TYPE_CHECKING:
@@ -124,7 +124,8 @@ def save(
         if options.ending == "mp4":
             write_mp4(frames, options.size, times.fps, unfinished)
         else:
-            write_gif(frames, times.moments.size, times.fps, unfinished)
+            more = shades() if is_of_body(motion) else None
+            write_gif(frames, times.moments.size, times.fps, unfinished, more)
     return times
 
 
@@ -166,7 +167,7 @@ def _sheet(size: tuple[int, int]) -> Figure:
 
 
 def _draw_frame(
-    axes: Any, pose: Pose, camera: Camera, reach: float, spacing: float, trail: tuple[Array, Array, Array]
+    axes: Any, pose: Placed, camera: Camera, reach: float, spacing: float, trail: tuple[Array, Array, Array]
 ) -> None:
     """Draw the disk on a floor of squares, with the trail of its contact point: x, y [m] and strength."""
     far = _FLOOR * reach
@@ -175,10 +176,10 @@ def _draw_frame(
     x, y, strength = trail
     near = np.hypot(x - camera.target[0], y - camera.target[1]) < far
     draw_trail(axes, camera, np.where(near, x, np.nan), np.where(near, y, np.nan), strength)
-    draw_disk(axes, camera, pose)
+    pose.draw(axes, camera)
 
 
-def _trail(dataset: "xr.Dataset", moment: float, pose: Pose, age: float) -> tuple[Array, Array, Array]:
+def _trail(dataset: "xr.Dataset", moment: float, pose: Placed, age: float) -> tuple[Array, Array, Array]:
     """Return x, y [m] and strength, from 0 to 1, of the path of the contact point up to a moment [s].
 
     Its last point is that of the disk at `pose`; it fades in a time `age` [s] of the motion.
@@ -192,7 +193,9 @@ def _trail(dataset: "xr.Dataset", moment: float, pose: Pose, age: float) -> tupl
     return x, y, np.clip(1.0 - (moment - np.append(times[first:last], moment)) / age, 0.0, 1.0)
 
 
-def write_gif(frames: Iterator[Array], count: int, fps: int, unfinished: Path) -> None:
+def write_gif(
+    frames: Iterator[Array], count: int, fps: int, unfinished: Path, more: Array | None = None
+) -> None:
     """Write frames as a gif that begins again.
 
     Parameters
@@ -204,11 +207,16 @@ def write_gif(frames: Iterator[Array], count: int, fps: int, unfinished: Path) -
         Frames per second.
     unfinished : Path
         An empty file.
+    more : array, shape (n, 3), optional
+        Colours, red, green and blue from 0 to 1, that are drawn beside `colours`.
     """
     from PIL import Image
 
     palette = Image.new("P", (1, 1))
-    palette.putpalette(colours().ravel().tolist())
+    found = colours()
+    if more is not None:
+        found = np.unique(np.concatenate([found, np.round(255.0 * more).astype(np.uint8)]), axis=0)
+    palette.putpalette(found.ravel().tolist())
     # the same colours for all frames, and no dither: half the size, a twentieth of the time, and nothing flickers
     pictures = (
         Image.fromarray(frame[..., :3]).quantize(palette=palette, dither=Image.Dither.NONE)
@@ -296,6 +304,7 @@ class FilmWords:
 
     def __init__(self, drawn: Figure, dataset: "xr.Dataset", times: Timing, limit: RollingLimit) -> None:
         self._drawn, self._limit, self._start = drawn, limit, float(dataset[TIME.name][0])
+        self._called = kind_of(dataset).called
         self._width, self._height = drawn.get_size_inches()
         self._letter = min(max(_WORDS[0], _WORDS[1] * self._width / _WIDE), _WORDS[1])
         self._speed = "real time" if times.speed == 1.0 else f"{times.speed:g} \u00d7 real time"
@@ -365,7 +374,7 @@ class FilmWords:
     def _impossible_text(self, moment: float) -> str:
         limit, text = self._limit, ""
         if limit.lifts_off is not None and moment >= limit.lifts_off:
-            text = f"Impossible: the disk would have lifted off {limit.when(limit.lifts_off, self._start)}"
+            text = f"Impossible: the {self._called} would have lifted off {limit.when(limit.lifts_off, self._start)}"
         elif limit.slips is not None and moment >= limit.slips:
-            text = f"Impossible: the disk would have slipped {limit.when(limit.slips, self._start)}"
+            text = f"Impossible: the {self._called} would have slipped {limit.when(limit.slips, self._start)}"
         return wrapped(text, self._letter, self._across(), "normal", _MOST_LINES)

@@ -1,11 +1,13 @@
 """Words on figures and films of motions: what is shown, in one line, and lengths in a unit that suits them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from sweep.figures.texts import number
+from sweep.model.bodies.tables import CALLED, LENGTHS
 from sweep.model.disk.tables import PARAMETERS
+from sweep.motion.sampling import is_of_body, kind_of, request_of
 from sweep.motion.tables import TIME
 
 if TYPE_CHECKING:
@@ -44,18 +46,23 @@ def caption(dataset: "xr.Dataset") -> str:
     dataset : xarray.Dataset
         A motion, or a stretch of it in time; that one starts with its first sample.
     """
-    fixed = {name: float(dataset[name]) for name in ("alpha", "radius", "gravity")}
-    first = {name: float(dataset[name][0]) for name in ("tilt", *_RATES)}
-    return _line(fixed | first, float(dataset[TIME.name][0]))
+    kind = kind_of(dataset)
+    start = {name: float(dataset[name].values.flat[0]) for name in kind.model.parameters}
+    body = request_of(dataset).body if is_of_body(dataset) else ""
+    return _line(start, float(dataset[TIME.name][0]), body)
 
 
-def caption_of_start(start: Mapping[str, float]) -> str:
-    """Return the caption of a motion from its start, a value for every parameter of the disk in SI."""
-    return _line(start, 0.0)
+def caption_of_start(start: Mapping[str, float], body: str = "") -> str:
+    """Return the caption of a motion from its start, a value for every parameter in SI; `body` is no thin disk."""
+    return _line(start, 0.0, body)
 
 
-def _line(start: Mapping[str, float], time: float) -> str:
-    disk = [f"R = {spell_length(start['radius'])}", f"\u03b1 = {number(start['alpha'])}"]
+def _line(start: Mapping[str, float], time: float, body: str) -> str:
+    disk = [f"R = {spell_length(start['radius'])}"]
+    if body:
+        disk = [CALLED[body], *disk, *_shape(start, body)]
+    else:
+        disk.append(f"\u03b1 = {number(start['alpha'])}")
     if start["gravity"] != PARAMETERS["gravity"].default:
         disk.append(f"g = {number(start['gravity'])} m/s\u00b2")
     tilt = PARAMETERS["tilt"]
@@ -68,3 +75,12 @@ def _line(start: Mapping[str, float], time: float) -> str:
     state += [f"{name.replace('_', ' ')} {number(start[name])} rad/s" for name in moving] or ["at rest"]
     when = "start" if time == 0.0 else f"from {number(time)} {TIME.units} on"
     return f"{', '.join(disk)}; {when}: {', '.join(state)}"
+
+
+def _shape(start: Mapping[str, float], body: str) -> Iterator[str]:
+    """Yield the lengths of a body that are not 0, and its flattening."""
+    for name in LENGTHS[body]:
+        if name == "flattening":
+            yield f"{name} {number(start[name])}"
+        elif start[name] != 0.0 or name == LENGTHS[body][0]:
+            yield f"{name} {spell_length(start[name] * start['radius'])}"

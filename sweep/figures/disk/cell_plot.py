@@ -16,7 +16,9 @@ from sweep.figures.disk.motion_plots import STAYS
 from sweep.figures.drawing import sheet
 from sweep.figures.panels_in_time import write_head
 from sweep.model.disk.model import DISK
+from sweep.motion.origin import words_of_start
 from sweep.motion.request import TrajectorySpec
+from sweep.motion.sampling import kind_of
 from sweep.motion.trajectory import simulate
 
 if TYPE_CHECKING:
@@ -53,9 +55,9 @@ def figure(explanation: Explanation) -> Figure:
         verdict = DISK.variables["stability"].flag(explanation.stored["stability"])
         left.set_title(textwrap.fill(f"{verdict} by {explanation.spec.criterion}", _TITLE))
         right.set_title("path of the point of contact")
-        write_head(
-            drawn, explanation.spec.title or "The motion of one cell", caption_of_start(explanation.start)
-        )
+        spec = explanation.spec
+        caption = caption_of_start(explanation.start, spec.body if "body" in spec.model.options else "")
+        write_head(drawn, spec.title or "The motion of one cell", caption)
         # the layout needs the ticks that follow from it: without this, wide ones push the labels off the sheet
         drawn.draw_without_rendering()
     return drawn
@@ -70,8 +72,8 @@ def _motion(explanation: Explanation) -> "xr.Dataset":
             hint="Leave --plot out, or name another cell.",
         )
     time = _shown_time(explanation)
-    words = {**start, "duration": time, "interval": time / _SAMPLES, "fall_tilt": spec.fall_tilt}
-    return simulate(TrajectorySpec.read(**words))
+    words = {"duration": time, "interval": time / _SAMPLES, "fall_tilt": spec.fall_tilt}
+    return simulate(TrajectorySpec.read(**words_of_start(spec, start) | words))
 
 
 def _shown_time(explanation: Explanation) -> float:
@@ -89,7 +91,9 @@ def _draw_tilt(axes: Axes, motion: "xr.Dataset", explanation: Explanation) -> No
     degrees = DISK.parameters["tilt"].plot_scale
     steady, limit = departure(explanation.spec, explanation.start)
     time = motion["elapsed_time"].values
-    axes.plot(time, motion["tilt"].values * degrees, color=_MOTION, label="tilt of the disk")
+    axes.plot(
+        time, motion["tilt"].values * degrees, color=_MOTION, label=f"tilt of the {kind_of(motion).called}"
+    )
     extremes = [explanation.stored[name] * degrees for name in ("tilt_min", "tilt_max")]
     for i, extreme in enumerate(each for each in extremes if math.isfinite(each)):
         label = "extremes in the atlas" if i == 0 else None

@@ -7,7 +7,7 @@ nothing on the floor hides the disk: the floor is drawn first.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from matplotlib.collections import LineCollection
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 FACES = ("#f4c95d", "#5a86b8")
 
 #: The faces where the disk could not be where it is drawn.
-_GREY = ("#d9d5cd", "#a5a9ae")
+GREY = ("#d9d5cd", "#a5a9ae")
 
 #: Edge of the disk, its painted radius and the path of the contact point, squares of the floor, and shadow.
 INK, TRACE, FLOOR, SHADOW = "#222222", "#c8380a", "0.86", "0.3"
@@ -97,6 +97,10 @@ class Pose:
         # relative to the centre, the lowest point of a disk that rolls forwards moves backwards
         direction = np.cos(self.roll_angle) * down - np.sin(self.roll_angle) * along
         return np.array([centre, centre + self.radius * direction])
+
+    def draw(self, axes: "Axes", camera: "Camera", strength: float = 1.0, *, believed: bool = True) -> None:
+        """Draw the disk in this position; see `draw_disk`."""
+        draw_disk(axes, camera, self, strength, believed=believed)
 
     def faces(self, eye: Array) -> bool:
         """Return whether the face on the side of cross(down, along) is visible from a point `eye`."""
@@ -183,7 +187,7 @@ def draw_disk(
     # over the trace, and over disks that are farther away
     nearer = 2.5 + 0.5 / (1.0 + float(np.linalg.norm(camera.eye - rim.mean(axis=0))) / pose.radius)
     outline = camera.project(rim)
-    faces = FACES if believed else _GREY
+    faces = FACES if believed else GREY
     face = faces[0] if pose.faces(camera.eye) else faces[1]
     axes.fill(
         *outline.T, facecolor=face, alpha=FACE_STRENGTH - 0.67 * (1.0 - strength), linewidth=0, zorder=nearer
@@ -198,6 +202,31 @@ def draw_disk(
         path_effects=[withStroke(linewidth=3.0, foreground="white")],
         zorder=nearer,
     )
+
+
+class Placed(Protocol):
+    """A body in one position, as a picture needs it: see `Pose`, and `sweep.figures.disk.body_3d.BodyPose`."""
+
+    @property
+    def x(self) -> float:
+        """Of the contact point [m]."""
+
+    @property
+    def y(self) -> float:
+        """Of the contact point [m]."""
+
+    @property
+    def radius(self) -> float:
+        """Outer radius [m]."""
+
+    def centre(self) -> Array:
+        """Return the centre of mass [m], shape (3,)."""
+
+    def rim(self) -> Array:
+        """Return points that show how far it reaches [m], shape (n, 3)."""
+
+    def draw(self, axes: "Axes", camera: Camera, strength: float = 1.0, *, believed: bool = True) -> None:
+        """Draw it; see `draw_disk`."""
 
 
 def frame_picture(axes: "Axes", low: Array, high: Array) -> None:
@@ -248,7 +277,7 @@ def goes_far(dataset: "xr.Dataset") -> bool:
 
 def view(
     dataset: "xr.Dataset",
-    poses: Sequence[Pose],
+    poses: Sequence[Placed],
     size: tuple[int, int],
     camera: str | None,
     room: tuple[float, float] = _ROOM,
@@ -259,7 +288,7 @@ def view(
     ----------
     dataset : xarray.Dataset
         The motion, whose start says from which side it is seen.
-    poses : sequence of Pose
+    poses : sequence of Placed
         The disk in every frame.
     size : (int, int)
         Width and height of the picture [dots].
@@ -292,7 +321,7 @@ def dots_per_inch(size: tuple[int, int]) -> float:
     return max(_LEAST_DOTS, _DOTS_PER_INCH * min(size[0] / _WIDTH, size[1] / _HEIGHT))
 
 
-def _following(poses: Sequence[Pose], azimuth: float) -> tuple[list[Camera], float]:
+def _following(poses: Sequence[Placed], azimuth: float) -> tuple[list[Camera], float]:
     """Return cameras that go along with the centre of the disk, at one height, and the radius of what they look at."""
     radius = poses[0].radius
     reach = _AROUND * radius

@@ -11,7 +11,7 @@ import numpy as np
 
 from sweep.errors import RequestError, as_path, counted, shown
 from sweep.model.quantity import Array
-from sweep.motion.sampling import end_of, kind_of
+from sweep.motion.sampling import end_of, kind_of, request_of
 from sweep.motion.tables import TIME
 from sweep.request.suggestions import suggestion
 
@@ -271,8 +271,13 @@ def timing(dataset: "xr.Dataset", options: FilmOptions) -> Timing:
 def _turning(dataset: "xr.Dataset") -> Array:
     """Return how fast the disk turns [rad/s] at moments evenly spaced in time, shape (n,)."""
     tilt, precession, roll = (dataset[name].values for name in ("tilt", "precession_rate", "roll_rate"))
-    rates = np.maximum(np.abs(precession), np.abs(roll + precession * np.sin(tilt)))
-    if not kind_of(dataset).stops:
+    own = np.abs(roll + precession * np.sin(tilt))
+    kind = kind_of(dataset)
+    if kind.rolls_on(request_of(dataset)):
+        # beside a pole it turns about the vertical with both, and the heading alone says nothing
+        return np.asarray(np.hypot(own, np.hypot(dataset["tilt_rate"].values, precession * np.cos(tilt))))
+    rates = np.maximum(np.abs(precession), own)
+    if not kind.stops:
         return np.asarray(rates)
     times = dataset[TIME.name].values
     return np.asarray(np.interp(np.linspace(times[0], times[-1], times.size), times, rates))

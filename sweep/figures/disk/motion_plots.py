@@ -4,19 +4,20 @@ Where rolling without slipping is impossible (`sweep.motion.contact`) the figure
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from sweep.errors import plain_text
+from sweep.figures.disk.body_3d import poses_of_body
 from sweep.figures.disk.captions import caption, length_unit, nice_length, spell_length
 from sweep.figures.disk.disk_3d import (
     Camera,
+    Placed,
     Pose,
     azimuth_at_start,
-    draw_disk,
     draw_floor,
     draw_trace,
     frame_picture,
@@ -32,12 +33,12 @@ from sweep.figures.panels_in_time import (
     write_head,
 )
 from sweep.figures.texts import number
-from sweep.model.disk.tables import PARAMETERS
+from sweep.model.bodies.shape import body_of
 from sweep.model.quantity import Array
 from sweep.motion.contact import RollingLimit, rolling_limit
-from sweep.motion.sampling import closely_sampled
+from sweep.motion.sampling import closely_sampled, is_of_body, kind_of, request_of
 from sweep.motion.tables import TIME, TRAJECTORY
-from sweep.motion.theory import LinearMotion, linear_motion
+from sweep.motion.theory import LinearMotion, linear_motion, linear_motion_of_body
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -211,12 +212,12 @@ def draw_picture(axes: "Axes", dataset: "xr.Dataset", moments: Array | None = No
     At given moments [s], increasing; by default at some that are evenly spaced in time and do not cover each other.
     """
     x, y, times = (dataset[name].values for name in ("contact_x", "contact_y", TIME.name))
-    radius = float(dataset["radius"])
     limit = rolling_limit(dataset).time
     if moments is None:
         poses = _snapshots(dataset)
     else:
         poses = list(zip(moments.tolist(), poses_at(dataset, moments), strict=True))
+    radius = poses[0][1].radius
     (cx, cy), reach = _middle(x, y)
     centre = np.array([cx, cy, 0.4 * radius])
     camera = Camera.on(centre, reach + radius, azimuth_at_start(dataset))
@@ -226,7 +227,7 @@ def draw_picture(axes: "Axes", dataset: "xr.Dataset", moments: Array | None = No
     draw_trace(axes, camera, x[rolls], y[rolls])
     draw_trace(axes, camera, x[~rolls], y[~rolls], **_BEYOND)
     for i, (moment, pose) in enumerate(poses):
-        draw_disk(axes, camera, pose, 0.35 + 0.65 * (i + 1) / len(poses), believed=moment <= limit)
+        pose.draw(axes, camera, 0.35 + 0.65 * (i + 1) / len(poses), believed=moment <= limit)
     ground = np.stack([x, y, np.zeros_like(x)], axis=-1)
     seen = camera.project(np.concatenate([ground, *(pose.rim() for _, pose in poses)]))
     margin = 0.04 * (seen.max(axis=0) - seen.min(axis=0)).max()
@@ -237,8 +238,10 @@ def draw_picture(axes: "Axes", dataset: "xr.Dataset", moments: Array | None = No
     )  # fmt: skip
 
 
-def poses_at(dataset: "xr.Dataset", moments: Array) -> list[Pose]:
-    """Return the positions of the disk at given times [s], shape (n,)."""
+def poses_at(dataset: "xr.Dataset", moments: Array) -> Sequence[Placed]:
+    """Return the positions of the disk, or of the body, at given times [s], shape (n,)."""
+    if is_of_body(dataset):
+        return poses_of_body(dataset, moments)
     times, radius = dataset[TIME.name].values, float(dataset["radius"])
     names = ("tilt", "heading", "roll_angle", "contact_x", "contact_y")
     columns = [np.interp(moments, times, dataset[name].values) for name in names]
@@ -255,8 +258,11 @@ def _middle(x: Array, y: Array) -> tuple[tuple[float, float], float]:
 def _linear(dataset: "xr.Dataset") -> tuple[LinearMotion, Array]:
     """Return the motion of linear theory while its tilt is near that of the motion (`_SEEN`), and its times."""
     times = np.linspace(0.0, float(dataset[TIME.name][-1]), _FINE)
-    start = [dataset[name].values.flat[0] for name in PARAMETERS]
-    linear = linear_motion(np.array(start), times)
+    start = {name: dataset[name].values.flat[0] for name in kind_of(dataset).model.parameters}
+    if is_of_body(dataset):
+        linear = linear_motion_of_body(start, body_of(request_of(dataset), start), times)
+    else:
+        linear = linear_motion(np.array([*start.values()]), times)
     far = np.abs(linear.tilt) > _SEEN * np.abs(dataset["tilt"].values).max()
     upto = int(np.argmax(far)) if far.any() else _FINE
     shown = LinearMotion(linear.coefficient, linear.tilt[:upto], linear.x[:upto], linear.y[:upto])
@@ -268,20 +274,26 @@ def _circle(dataset: "xr.Dataset") -> str:
     precession_rate, roll_rate = (float(dataset[name][0]) for name in ("precession_rate", "roll_rate"))
     if precession_rate * roll_rate == 0.0 or np.ptp(dataset["tilt"].values) > 1e-6:
         return ""
+    if is_of_body(dataset):
+        # the contact point is not at the outer radius
+        x, y = dataset["contact_x"].values, dataset["contact_y"].values
+        way = float(np.hypot(np.diff(x), np.diff(y)).sum())
+        turned = abs(float(dataset["heading"][-1] - dataset["heading"][0]))
+        return f", radius {TRAJECTORY['contact_x'].spell(float(f'{way / turned:.3g}'))}"
     radius = float(f"{abs(float(dataset['radius']) * roll_rate / precession_rate):.5g}")
     return rf", $R|\dot\phi_0/\dot\psi_0| = ${TRAJECTORY['contact_x'].spell(radius)}"
 
 
-def _snapshots(dataset: "xr.Dataset") -> list[tuple[float, Pose]]:
+def _snapshots(dataset: "xr.Dataset") -> list[tuple[float, Placed]]:
     """Return moments [s] and positions of the disk that do not cover each other, in their order, with the last."""
     times = dataset[TIME.name].values
     moments = np.linspace(times[0], times[-1], _MOMENTS)
     every = list(zip(moments.tolist(), poses_at(dataset, moments), strict=True))
     path = np.array([(pose.x, pose.y) for _, pose in every])
-    radius = float(dataset["radius"])
+    radius = every[0][1].radius
     # the centre of a disk that falls in its place moves by less than the disk covers
     apart = (_FALLING if np.ptp(path, axis=0).max() <= _NEAR * radius else _APART) * radius
-    kept: list[tuple[float, Pose]] = []
+    kept: list[tuple[float, Placed]] = []
     for moment, pose in reversed(every):
         if all(np.linalg.norm(pose.centre() - each.centre()) >= apart for _, each in kept):
             kept.append((moment, pose))

@@ -56,6 +56,8 @@ class Bodies(Model):
     lost_name = "the body falls"
     presets = Path(__file__).with_name("presets")
     motion = "sweep.motion.body_tables:BODY_MOTION"
+    trajectory = DISK.trajectory
+    in_time = DISK.in_time
     integrate = Kernel("kernels.bodies.integrate", "integrate", seconds=8.0)
     words = Words(
         summary="Stability atlas of a body of revolution that rolls without slipping on a horizontal plane: for every "
