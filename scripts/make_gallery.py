@@ -134,6 +134,16 @@ ENTRIES = (
         "ends where only a plane that pulls would keep the coin from lifting off. How to film: [films](films.md).",
     ),
     Entry(
+        ("ring.gif",),
+        (
+            "python -m sweep simulate body=torus tube=0.2 tilt=20deg roll_rate=3 duration=5.2s 'title=A ring rolls' "
+            "-o {folder}/motion.nc --animate {folder}/ring.gif --size 340x240 --fps 15 --overwrite",
+        ),
+        "A film of another body",
+        "A ring leans, rolls and nutates; its sides have two colours, and one meridian is painted. The film plays in "
+        "real time. See [other bodies](bodies.md).",
+    ),
+    Entry(
         ("stopping.png",),
         (
             "python -m sweep simulate toy tilt=80deg \"title=Euler's disk stops\" -o {folder}/motion.nc "

@@ -31,7 +31,7 @@ _DARKEST, _BAND = 0.62, 0.9
 _LIGHT = (-0.5, 0.9)
 
 #: How much nearer lines are than the facets beside them, over the radius: so all of a line is seen, and no hidden one.
-_OUTLINE_NEARER, _CASING_NEARER, _PAINT_NEARER = 0.1, 0.11, 0.2
+_OUTLINE_NEARER, _CASING_NEARER, _PAINT_NEARER = 0.16, 0.17, 0.26
 
 #: Shades of each colour in a gif, which has 256 colours at most.
 _SHADES = 14
@@ -97,6 +97,8 @@ class BodyPose:
             distance = np.linalg.norm(lines.mean(axis=1) - camera.eye, axis=-1)
             away = np.concatenate([away, distance - offset * self.scale])
         order = np.argsort(-away, kind="stable")
+        # dots that two facets share would be lighter than either
+        smooth = np.arange(len(pieces)) >= len(facets)
         pale = 0.75 * (1.0 - strength)
         colours[:, :3] += pale * (1.0 - colours[:, :3])
         edges[:, :3] += pale * (1.0 - edges[:, :3])
@@ -104,7 +106,7 @@ class BodyPose:
             PolyCollection(
                 [pieces[i] for i in order],
                 facecolors=colours[order], edgecolors=edges[order], linewidths=widths[order],
-                joinstyle="round", capstyle="round", closed=False, zorder=nearer,
+                antialiaseds=smooth[order], joinstyle="round", capstyle="round", closed=False, zorder=nearer,
             ),
             autolim=False,
         )  # fmt: skip
@@ -153,16 +155,14 @@ def _lines(pose: BodyPose, camera: Camera) -> list[tuple[Array, str, float, floa
         ring = np.stack([vertices[point, :-1], vertices[point, 1:]], axis=1)
         beside = seen[point - 1] | seen[min(point, len(seen) - 1)]
         found.append((ring[beside], INK, 0.8, _OUTLINE_NEARER))
-    if solid.tube is None:
-        points = vertices.reshape(-1, 3)
-        hull = ConvexHull(camera.project(points)).vertices
-        outline = points[np.append(hull, hull[0])]
-        found.append((np.stack([outline[:-1], outline[1:]], axis=1), INK, 1.0, _OUTLINE_NEARER + 3.0 * above))
-    else:
-        eye = (camera.eye - pose.middle) @ pose.frame / pose.scale
-        for line in solid.contours(eye):
-            contour = pose.placed(line)
-            found.append((np.stack([contour[:-1], contour[1:]], axis=1), INK, 1.0, _OUTLINE_NEARER))
+    for line in solid.contours((camera.eye - pose.middle) @ pose.frame / pose.scale):
+        contour = pose.placed(line)
+        found.append((np.stack([contour[:-1], contour[1:]], axis=1), INK, 1.0, _OUTLINE_NEARER))
+    # the outer line of a ring is that of its convex hull too
+    points = vertices.reshape(-1, 3)
+    hull = ConvexHull(camera.project(points)).vertices
+    outline = points[np.append(hull, hull[0])]
+    found.append((np.stack([outline[:-1], outline[1:]], axis=1), INK, 1.0, 6.0 * solid.reach))
     return found
 
 

@@ -15,6 +15,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.patheffects import withStroke
 
 from sweep.model.quantity import Array
+from sweep.motion.sampling import kind_of, request_of
 from sweep.motion.tables import TIME
 
 if TYPE_CHECKING:
@@ -270,6 +271,9 @@ def goes_far(dataset: "xr.Dataset") -> bool:
     radius = float(dataset["radius"])
     times = dataset[TIME.name].values
     roll_rate, precession_rate = (abs(float(dataset[name][0])) for name in ("roll_rate", "precession_rate"))
+    if kind_of(dataset).rolls_on(request_of(dataset)):
+        # end over end a ball rolls too
+        roll_rate = math.hypot(roll_rate, float(dataset["tilt_rate"][0]))
     way = radius * roll_rate * float(times[-1] - times[0])
     # the circle has the radius R |roll rate / precession rate|
     return way > _WHOLE * radius and 2.0 * roll_rate > _WHOLE * precession_rate

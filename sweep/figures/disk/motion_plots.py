@@ -76,6 +76,9 @@ _BEYOND: dict[str, Any] = {"color": "0.55", "linewidth": 1.0, "linestyle": (0, (
 
 _FINE = 4000
 
+#: Tilt [rad] beyond which a ball or a spheroid stands rather on its end.
+_ON_END = 0.25 * math.pi
+
 
 def figure(dataset: "xr.Dataset") -> Figure:
     """Draw one motion: the disk in perspective, tilt, path and contact in time.
@@ -124,7 +127,8 @@ def draw_tilt(axes: "Axes", dataset: "xr.Dataset") -> None:
     scale = TRAJECTORY["tilt"].plot_scale
     linear, times = _linear(dataset)
     axes.plot(dataset[TIME.name].values, dataset["tilt"].values * scale, label="motion", **MOTION)
-    axes.plot(times, linear.tilt * scale, label=f"linear theory, {_frequency(linear)}", **_THEORY)
+    if times.size:
+        axes.plot(times, linear.tilt * scale, label=f"linear theory, {_frequency(linear)}", **_THEORY)
     _shade(axes, dataset)
     label_times(axes, dataset, TRAJECTORY["tilt"].plot_label)
 
@@ -135,13 +139,14 @@ def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
     radius = float(dataset["radius"])
     # like disks have like units, however far they go
     unit, factor = length_unit(radius)
-    linear, _ = _linear(dataset)
+    linear, known = _linear(dataset)
     rolls = dataset[TIME.name].values <= rolling_limit(dataset).time
     axes.plot(factor * x[rolls], factor * y[rolls], label="contact point", **MOTION)
     if not rolls.all():
         axes.plot(factor * x[~rolls], factor * y[~rolls], label="where it could not roll", **_BEYOND)
     axes.plot(factor * x[0], factor * y[0], "o", color="black", markersize=3.5)
-    axes.plot(factor * linear.x, factor * linear.y, label=f"linear theory{_circle(dataset)}", **_THEORY)
+    if known.size:
+        axes.plot(factor * linear.x, factor * linear.y, label=f"linear theory{_circle(dataset)}", **_THEORY)
     (cx, cy), reach = _middle(x, y)
     spread = np.array([np.ptp(x), np.ptp(y)])
     stays = spread.max() <= STAYS * radius
@@ -256,7 +261,10 @@ def _middle(x: Array, y: Array) -> tuple[tuple[float, float], float]:
 
 
 def _linear(dataset: "xr.Dataset") -> tuple[LinearMotion, Array]:
-    """Return the motion of linear theory while its tilt is near that of the motion (`_SEEN`), and its times."""
+    """Return the motion of linear theory while its tilt is near that of the motion (`_SEEN`), and its times.
+
+    None of a body that spins on its end: there its tilt is no small angle.
+    """
     times = np.linspace(0.0, float(dataset[TIME.name][-1]), _FINE)
     start = {name: dataset[name].values.flat[0] for name in kind_of(dataset).model.parameters}
     if is_of_body(dataset):
@@ -265,6 +273,8 @@ def _linear(dataset: "xr.Dataset") -> tuple[LinearMotion, Array]:
         linear = linear_motion(np.array([*start.values()]), times)
     far = np.abs(linear.tilt) > _SEEN * np.abs(dataset["tilt"].values).max()
     upto = int(np.argmax(far)) if far.any() else _FINE
+    if abs(start["tilt"]) > _ON_END and kind_of(dataset).rolls_on(request_of(dataset)):
+        upto = 0
     shown = LinearMotion(linear.coefficient, linear.tilt[:upto], linear.x[:upto], linear.y[:upto])
     return shown, times[:upto]
 
