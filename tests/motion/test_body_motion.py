@@ -162,3 +162,22 @@ def test_what_is_refused(words, told):
     """In a sentence, as by a sweep."""
     with pytest.raises(sweep.RequestError, match=told):
         sweep.simulate(**words)
+
+
+def test_the_command(command, tmp_path):
+    """`simulate`, `info` and `explain` say which body it is, `explain` follows its cell and its contact forces."""
+    status, _, told = command("simulate body=rim thickness=0.2 tilt=4deg -o coin.nc --plot coin.png")
+    assert (status, "came down on its other edge at 0.4747" in told) == (0, True)
+    assert (tmp_path / "coin.png").stat().st_size > 10_000
+    _, told, _ = command("info coin.nc")
+    assert "start       tilt 4 deg, tilt_rate 0 rad s-1" in told
+    assert "body        disk with a rim, thickness 0.2, axial_moment 0.5" in told
+    assert command("run torus tube=0.2,0.3 scaled_roll_rate=0.45,0.6 contact=yes -q -o a.nc")[0] == 0
+    status, told, _ = command("explain a.nc tube=0.3 scaled_roll_rate=0.6 --plot cell.svg")
+    assert (status, "torus, R = 0.5 m, tube 0.15 m" in (tmp_path / "cell.svg").read_text()) == (0, True)
+    assert "start       body torus, tilt 0.1 deg" in told
+    assert "in time     the motion followed in time: nothing contradicts it" in told
+    line = next(each for each in told.splitlines() if each.startswith("motion "))
+    assert command(line.split("eulerdisk ")[1])[0] == 0
+    status, _, told = command("simulate body=torus tube=0.2 tilt=86deg -o new.nc")
+    assert (status, "This body has fallen" in told, (tmp_path / "new.nc").exists()) == (2, True, False)

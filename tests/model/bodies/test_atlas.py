@@ -147,13 +147,6 @@ def test_explain_says_what_a_body_does():
     assert sweep.findings(sweep.verify(atlas)).agreeing == atlas.ending.size
 
 
-def test_what_is_lacking_is_said():
-    """One motion in time knows the disk alone."""
-    with pytest.raises(RequestError) as caught:
-        sweep.simulate(body="torus", tube=0.2)
-    assert "simulate follows the thin disk alone" in caught.value.hint
-
-
 def test_where_it_goes_is_recorded_on_request():
     """It adds variables and changes no cell; verify computes them again; the thin disk is a torus without a tube."""
     words = {"body": "torus", "tube": "0,0.3", "axial_moment": 0.5, "transverse_moment": 0.25}
