@@ -36,6 +36,9 @@ _BETTER = 0.5
 #: enough, but with one that is far too long up to 2.2 of it was found. And rounding that both have in common.
 _SAFETY, _ROUNDING = 4.0, 1e-12
 
+#: Rounding of the start: beside a pole its spin is the small difference of two rates.
+_OF_RATES = 2.0**-50
+
 #: As in `sweep.motion.disk_path`: the angle [rad] between two samples, their largest number, how much later a motion
 #: may be found to end.
 _TURN, _MOST_SAMPLES, _LATER = 0.2, 200_000, 1.1
@@ -178,8 +181,10 @@ def _apart(spec: MotionRequest, one: _Found, other: _Found) -> dict[str, Array]:
         "rate_error": unit * turned(TILT_RATE, PRECESSION_RATE, ROLL_RATE),
         "force_error": moved(at.NORMAL, at.ACROSS, at.ALONG),
     }
+    start = unit * max(abs(float(second[row, 0])) for row in (PRECESSION_RATE, ROLL_RATE))
+    rounding = _ROUNDING + _OF_RATES * start * (1.0 + other.times / unit)
     # differences cross zero where the motions meet: what has been apart is not known better afterwards
-    return {name: _SAFETY * np.maximum.accumulate(each) + _ROUNDING for name, each in found.items()}
+    return {name: _SAFETY * np.maximum.accumulate(each) + rounding for name, each in found.items()}
 
 
 def _in_si(spec: MotionRequest, errors: dict[str, Array]) -> dict[str, npt.NDArray[Any]]:
