@@ -262,7 +262,7 @@ def _motion(dataset: "xr.Dataset") -> Iterator[Row]:
     kind, times = kind_of(dataset), dataset["elapsed_time"].values
     yield "motion", _text(dataset.attrs.get("title", ""))
     if kind.largest_tilt:
-        yield "disk", caption(dataset)
+        yield kind.called, caption(dataset)
     samples = (
         f"{counted(times.size, 'sample')} from {times[0]:g} to {times[-1]:g} {kind.time.shown_units}".rstrip()
     )

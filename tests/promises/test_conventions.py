@@ -70,6 +70,8 @@ def judged(tmp_path_factory):
     sweep.run_to_file(SPECS["circling"].replace(method="exact"), folder / "exact.nc")
     sweep.run_to_file(SPECS["circling"].replace(contact="yes"), folder / "contact.nc")
     sweep.save(sweep.simulate(tilt=0.1, tilt_rate=0.1), folder / "motion.nc")
+    ring = sweep.simulate(body="torus", tube=0.2, tilt=0.1, tilt_rate=0.1, duration="1s")
+    sweep.save(ring, folder / "ring.nc")
     sweep.run_to_file(SPECS["cell"], folder / "spoiled.nc")
     with netCDF4.Dataset(folder / "spoiled.nc", "a") as file:
         file.delncattr("title")
@@ -78,7 +80,7 @@ def judged(tmp_path_factory):
     words = [CHECKER, "-t", "cf:1.11", "-t", "acdd:1.3", "-f", "json_new", "-o", folder / "report.json"]
     subprocess.run([*words, *folder.glob("*.nc")], capture_output=True, check=False)
     report = json.loads((folder / "report.json").read_text())
-    assert len(report) == 19
+    assert len(report) == 20
     return {Path(name).name: lists for name, lists in report.items()}
 
 
