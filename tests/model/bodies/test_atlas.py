@@ -5,7 +5,6 @@ import pytest
 
 import sweep
 from sweep.checks.explain import explain
-from sweep.errors import RequestError
 
 RINGS = {"body": "torus", "tube": "0.05,0.3", "roll_rate": "2:3:11", "tilt": "0.1deg,0.4deg"}
 
