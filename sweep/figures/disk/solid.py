@@ -52,10 +52,13 @@ class Solid:
             points[[0, -1], 0] = 0.0
             return cls(points, _sides(points, -shift))
         quarter = np.linspace(0.5, 0.0, _ALONG // 2 + 1) * math.pi
-        # of a rim, on either edge
-        upper = _circle(core, abs(shift), edge, quarter if edge > 0.0 else quarter[:1])
+        # of a rim, on either edge; an arc goes on to the other side
+        upper = _circle(
+            core, 0.0 if body == "arc" else abs(shift), edge, quarter if edge > 0.0 else quarter[:1]
+        )
         face = [[0.0, upper[0, 1]]]
         points = np.concatenate([face, upper, upper[::-1] * [1.0, -1.0], np.multiply(face, [1.0, -1.0])])
+        points[:, 1] -= shift if body == "arc" else 0.0
         shown = np.full(len(points) - 1, EDGE)
         shown[0], shown[-1] = BACK, FRONT
         return cls(points, shown, (1, len(points) - 2))

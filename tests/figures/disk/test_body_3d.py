@@ -13,6 +13,7 @@ from sweep.figures.disk.captions import caption
 from sweep.figures.disk.disk_3d import Camera, Pose
 from sweep.figures.disk.film_options import FilmOptions, timing
 from sweep.figures.disk.solid import FRONT, Solid
+from sweep.model.bodies.tables import CALLED
 
 pytestmark = pytest.mark.compiled
 
@@ -21,6 +22,8 @@ MOTIONS = {
     "torus": {"tube": 0.25, "tilt": "30deg", "roll_rate": 4.0},
     "rounded": {"thickness": 0.3, "tilt": "-20deg", "roll_rate": 4.0, "precession_rate": 1.0},
     "rim": {"thickness": 0.3, "fillet": 0.05, "tilt": "-30deg", "roll_rate": 4.0, "precession_rate": -3.0},
+    "arc": {"fillet": 0.4, "offset": -0.2, "axial_moment": 0.42, "transverse_moment": 0.38, "tilt": "20deg",
+            "roll_rate": 4.0, "precession_rate": 1.0},
     "ball": {"offset": 0.3, "axial_moment": 0.42, "transverse_moment": 0.38, "tilt": "50deg", "tilt_rate": 6.0,
              "precession_rate": 0.2},
     "spheroid": {"flattening": -0.5, "offset": 0.2, "axial_moment": 0.4, "transverse_moment": 0.6, "tilt": "10deg",
@@ -124,8 +127,7 @@ def test_every_body_can_be_drawn(motions, tmp_path):
         film = tmp_path / f"{body}.gif"
         motion.eulerdisk.animate(film, fps=1, size="240x200")
         assert film.stat().st_size > 5_000, body
-        called = {"rim": "disk with a rim", "rounded": "disk with a semicircular edge"}.get(body, body)
-        assert caption(motion).startswith(f"{called}, R = 0.5 m")
+        assert caption(motion).startswith(f"{CALLED[body]}, R = 0.5 m")
     assert (tmp_path / "first.png").read_bytes() == (tmp_path / "second.png").read_bytes()
 
 
