@@ -9,7 +9,7 @@ along, its error would grow with each pass near flat. The laws are those of the 
 import math
 from typing import NamedTuple
 
-from kernels.jit import kernel
+from kernels.jit import kernel, simd
 from kernels.lossy_disk.equations import roll_rate, turning_rate
 from kernels.lossy_disk.loss_laws import (
     Load,
@@ -70,6 +70,34 @@ def spin_state(state, inertia):
     # the inverse of `contact_state` for any error of the steps in S^2 + C^2 = 1: motions go to and fro often
     square = S * S + C * C
     return S, C, 1.0 / C, w, C * (v - f * S) / square, inertia.i_roll * (f * C * C + v * S) / square
+
+
+# What follows is what friction asks of the equations. Other bodies have other functions under these names
+# (`kernels.lossy_bodies.integrate`).
+
+
+@simd
+def per_inertia(S, C, inertia):
+    """One over the moment of inertia of a rotation of the tilt about the contact point, in m R^2."""
+    return inertia.i_tilt
+
+
+@simd
+def lever(S, C, inertia):
+    """Lever of the weight about the contact point, over R: how fast the height falls with the tilt."""
+    return S
+
+
+@simd
+def losses_here(S, C, inertia, losses):
+    """Coefficients of the laws as forces on the rates f, v and (w, C f), where the contact is."""
+    return losses
+
+
+@kernel
+def turning_inertia(S, C, inertia):
+    """Moment of inertia about the vertical through the contact point, in m R^2."""
+    return inertia.i_roll * S * S + inertia.i_spin * C * C
 
 
 @kernel

@@ -15,6 +15,7 @@ from kernels.lossy_disk.contact_motion import (
     contact_step,
     entered,
     horizontal_rate,
+    per_inertia,
     time_scale,
 )
 
@@ -32,9 +33,9 @@ _MOST_TRIALS, _SHARP = 20, 1.0e-13
 
 
 @kernel
-def stiffness(C, G_ff, losses, inertia):
+def stiffness(S, C, G_ff, losses, inertia):
     """Magnitude of the horizontal turning rate over the time in which rolling friction turns its direction."""
-    return losses.rolling * (inertia.i_tilt + C * C * G_ff)
+    return losses.rolling * (per_inertia(S, C, inertia) + C * C * G_ff)
 
 
 @kernel
@@ -45,7 +46,7 @@ def creeps(state, senses, inertia, losses):
         # one that falls straight has nothing across
         return False
     G_ff, _, _ = compliance(S, C, inertia)
-    fast = _FAST * stiffness(C, G_ff, losses, inertia)
+    fast = _FAST * stiffness(S, C, G_ff, losses, inertia)
     if w * w + C * C * f * f > (fast * time_scale(state, inertia)) ** 2:
         return False
     size, _, change = horizontal_rate(state, senses, inertia, losses)
@@ -81,7 +82,7 @@ def _balanced(place, angle, swing, senses, inertia, losses):
     G_ff, _, _ = compliance(S, C, inertia)
     _, turning, _, _ = _accelerations(place, angle, senses, inertia, losses)
     across = turning - max(size, _LEAST) * swing
-    change = across / stiffness(C, G_ff, losses, inertia)
+    change = across / stiffness(S, C, G_ff, losses, inertia)
     for _ in range(_MOST_TRIALS):
         if abs(change) <= _SHARP * abs(angle):
             break

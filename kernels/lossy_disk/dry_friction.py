@@ -9,7 +9,15 @@ with the help of contour friction along f).
 import math
 
 from kernels.jit import kernel
-from kernels.lossy_disk.contact_motion import Senses, compliance, contact_rates, pull_at_rest
+from kernels.lossy_disk.contact_motion import (
+    Senses,
+    compliance,
+    contact_rates,
+    lever,
+    losses_here,
+    per_inertia,
+    pull_at_rest,
+)
 
 #: A breaking away disk is carried over its first instant of this scaled length (over 1 + |v|) with the acceleration
 #: that it breaks away with: at rest rolling friction has no direction. The square of it is lost.
@@ -31,7 +39,7 @@ def sign(x):
 
 
 @kernel
-def _beginning_roll(state, inertia):
+def beginning_roll(state, inertia):
     """Sign with which a roll rate begins that no force sets going: it comes with the tilting, as f' = -w v C (...)."""
     S, C, w, _, v = state
     tilting = w if w != 0.0 else pull_at_rest(S, C, v, inertia)
@@ -39,15 +47,23 @@ def _beginning_roll(state, inertia):
 
 
 @kernel
+def _tilting(state, inertia):
+    """Sign of the tilt rate, where it vanishes that with which the disk tilts."""
+    S, C, w, _, v = state
+    return sign(w) if w != 0.0 else sign(pull_at_rest(S, C, v, inertia))
+
+
+@kernel
 def _roll_held_or_let_go(state, turn, strength, inertia, losses):
     """Return state and senses of a motion whose roll rate has just vanished while its tilt rate has not."""
     S, C, w, _, v = state
-    still, held = (S, C, w, 0.0, v), Senses(0.0, turn, sign(w) if w != 0.0 else sign(S))
+    still, held = (S, C, w, 0.0, v), Senses(0.0, turn, _tilting(state, inertia))
     _, _, forces = contact_rates(still, held, inertia, losses)
     needed = forces.roll
-    if 0.0 < losses.contour and abs(needed) <= strength * losses.contour * forces.normal:
+    most = losses_here(S, C, inertia, losses).contour
+    if 0.0 < most and abs(needed) <= strength * most * forces.normal:
         return still, held
-    sense = -sign(needed) if needed != 0.0 else _beginning_roll(still, inertia)
+    sense = -sign(needed) if needed != 0.0 else beginning_roll(still, inertia)
     return state, Senses(sense, turn, 0.0)
 
 
@@ -84,11 +100,11 @@ def is_held(S, C, turning, pivoted, inertia, losses):
         return False
     G_ff, G_fv, _ = compliance(S, C, inertia)
     left = C * math.sqrt((losses.rolling - pull) * (losses.rolling + pull))
-    return abs(G_fv * pivoted) <= G_ff * (losses.contour + left)
+    return abs(G_fv * pivoted) <= G_ff * (losses_here(S, C, inertia, losses).contour + left)
 
 
 @kernel
-def _balance(angle, pull, push, disk, inertia, losses):
+def _balance(angle, pull, push, disk, losses):
     """How far the acceleration of a disk that breaks away at an angle is from having that direction.
 
     Parameters
@@ -97,19 +113,19 @@ def _balance(angle, pull, push, disk, inertia, losses):
         Direction of (w, C f), from 0 (tilting alone) to a right angle.
     pull, push : float
         What tilts the disk, and |F_v G_fv| of pivoting friction per normal force; none negative.
-    disk : tuple of 3 floats
-        Sine of the tilt towards which it is pulled, C, G_ff.
+    disk : tuple of 4 floats
+        Lever of the weight towards the tilt to which it is pulled, one over the inertia of the tilt, C, G_ff.
 
     Returns
     -------
     (excess, w', f', normal)
         The excess is positive where the angle is too large.
     """
-    lean, C, G_ff = disk
+    lean, per, C, G_ff = disk
     across, along = math.cos(angle), math.sin(angle)
-    lever = inertia.i_tilt * lean
-    normal = (1.0 - lever * pull) / (1.0 - lever * losses.rolling * across)
-    tilting = inertia.i_tilt * (pull - losses.rolling * normal * across)
+    tipped = per * lean
+    normal = (1.0 - tipped * pull) / (1.0 - tipped * losses.rolling * across)
+    tilting = per * (pull - losses.rolling * normal * across)
     rolling = normal * (push - G_ff * (losses.rolling * C * along + losses.contour))
     return along * tilting - across * C * rolling, tilting, rolling, normal
 
@@ -137,14 +153,16 @@ def breaking_away(S, C, turning, turn, inertia, losses):
     """
     pull, (G_ff, G_fv, _) = pull_at_rest(S, C, turning, inertia), compliance(S, C, inertia)
     tilt_sense, push = math.copysign(1.0, pull), -G_fv * losses.pivoting * turn
-    size, along, disk = abs(pull), sign(push), (S * tilt_sense, C, G_ff)
+    size, along = abs(pull), sign(push)
+    disk = lever(S, C, inertia) * tilt_sense, per_inertia(S, C, inertia), C, G_ff
+    here = losses_here(S, C, inertia, losses)
     least, most = 0.0, 0.5 * math.pi
-    _, tilting, rolling, normal = _balance(0.0, size, abs(push), disk, inertia, losses)
+    _, tilting, rolling, normal = _balance(0.0, size, abs(push), disk, here)
     if rolling <= 0.0:
         return tilt_sense * tilting, 0.0, normal
     for _ in range(_HALVINGS):
         angle = 0.5 * (least + most)
-        excess, tilting, rolling, normal = _balance(angle, size, abs(push), disk, inertia, losses)
+        excess, tilting, rolling, normal = _balance(angle, size, abs(push), disk, here)
         if excess < 0.0:
             least = angle
         else:
@@ -170,7 +188,7 @@ def _set_going(state, turn, inertia, losses):
         S + angle * C, C - angle * S, h * tilting, h * rolling,
         v + h * (turning if turn != 0.0 else 0.0),
     )  # fmt: skip
-    sense = sign(rolling) if rolling != 0.0 else _beginning_roll(there, inertia)
+    sense = sign(rolling) if rolling != 0.0 else beginning_roll(there, inertia)
     return there, Senses(sense, turn, 0.0), h
 
 
@@ -212,7 +230,7 @@ def decided(state, senses, vanished, strength, inertia, losses):
     state = S, C, w, f, v
     if no_roll and no_turn and turn == 0.0:
         held = 0.0 if losses.contour > 0.0 else senses.roll
-        return (S, C, w, 0.0, v), Senses(held, turn, sign(w) if w != 0.0 else sign(S)), 0.0
+        return (S, C, w, 0.0, v), Senses(held, turn, _tilting(state, inertia)), 0.0
     if no_roll:
         state, senses = _roll_held_or_let_go(state, turn, strength, inertia, losses)
     elif no_turn:

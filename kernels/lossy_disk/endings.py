@@ -9,3 +9,6 @@ SLIP = 5
 UNDISTURBED = 6
 UNRESOLVED = 7
 INVALID = 8
+
+#: Of other bodies alone.
+EDGE_CHANGE = 9

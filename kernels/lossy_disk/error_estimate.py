@@ -82,6 +82,12 @@ def wobbles(ending, swing, least, greatest):
 
 
 @kernel
+def rate_near_flat(C, alpha):
+    """Precession rate of a steady wobble of a disk that is nearly flat; C is the cosine of its tilt."""
+    return math.sqrt(2.0 / (alpha * C))
+
+
+@kernel
 def stated_errors(ending, motion, alpha, peak, imbalance, tolerance):
     """Errors of a motion that is not late.
 
@@ -112,7 +118,7 @@ def stated_errors(ending, motion, alpha, peak, imbalance, tolerance):
     if ending != FLAT:
         tilt_error += _SHARE_OF_TIME * tolerance * time * abs(speed)
     # a disk near flat turns about as fast as a steady wobble there, whether or not friction has slowed it down since
-    fastest = abs(roll_rate) + abs(turning_rate) + math.sqrt(2.0 / (alpha * math.cos(peak)))
+    fastest = abs(roll_rate) + abs(turning_rate) + rate_near_flat(math.cos(peak), alpha)
     off = _SHARE_OF_WAY * tolerance * (abs(turned) + path + time + fastest)
     return Errors(tilt_error, 0.0 if ending == HORIZON else late, off, off)
 

@@ -11,15 +11,15 @@ from typing import NamedTuple
 
 from kernels.jit import kernel
 from kernels.lossy_disk.contact import contact_forces
-from kernels.lossy_disk.contact_motion import contact_rates, horizontal_rate
+from kernels.lossy_disk.contact_motion import contact_rates, horizontal_rate, losses_here
 from kernels.lossy_disk.creeping import next_state
 from kernels.lossy_disk.dry_friction import HOLDS_ON
-from kernels.lossy_disk.loss_laws import Losses
+from kernels.lossy_disk.loss_laws import EDGED, Losses
 from kernels.lossy_disk.rk4 import Inertia
 
 #: Events, in the order of `_margins`: the tilt rate changes its sign; roll rate or turning rate vanishes; what holds
 #: one of them lets go; the tilt rate vanishes while the roll rate is held; the disk is flat; it lifts off; it slips;
-#: the criterion is broken. Without a margin: all rates that rolling friction opposes have vanished; all rates have; a
+#: a body with two edges stands on both; the criterion is broken. Without a margin: all rates that rolling friction opposes have vanished; all rates have; a
 #: number is not finite.
 (
     TURNS,
@@ -31,9 +31,10 @@ from kernels.lossy_disk.rk4 import Inertia
     FLATTENS,
     LIFTS,
     SLIPS,
+    EDGES,
     BREACHES,
-) = range(10)
-CONTACT_RESTS, RESTS, FAILS, NO_EVENT = 10, 11, 12, -1
+) = range(11)
+CONTACT_RESTS, RESTS, FAILS, NO_EVENT = 11, 12, 13, -1
 
 #: Scaled horizontal turning rate below which, while it falls, it counts as vanished.
 _REST = 1.0e-13
@@ -88,7 +89,8 @@ def _margins(state, senses, heading, case, reach):
     across, along, forces = contact_forces(state, senses, case.inertia, losses)
     rolls, lets_roll, turns, lets_turn, tilts = none, none, none, none, none
     if senses.roll == 0.0:
-        lets_roll = HOLDS_ON * losses.contour * forces.normal - abs(forces.roll)
+        most = losses_here(S, C, case.inertia, losses).contour
+        lets_roll = HOLDS_ON * most * forces.normal - abs(forces.roll)
         tilts = senses.tilt * w if losses.rolling > 0.0 else none
     else:
         rolls = senses.roll * f
@@ -104,15 +106,16 @@ def _margins(state, senses, heading, case, reach):
         breaches = reach - abs(math.atan2(S, C) - case.reference)
     return (
         heading * w if heading != 0.0 else none,
-        rolls, turns, lets_roll, lets_turn, tilts, C - case.cos_flat, forces.normal, slips, breaches,
+        rolls, turns, lets_roll, lets_turn, tilts, C - case.cos_flat, forces.normal, slips,
+        case.inertia.side * S if EDGED and case.inertia.side != 0.0 else none, breaches,
     )  # fmt: skip
 
 
 @kernel
 def beyond(state, senses, case, reach):
-    """Return an ending or breach that the state itself is beyond: FLATTENS, LIFTS, SLIPS, BREACHES, or NO_EVENT."""
+    """Return an ending or breach that the state itself is beyond: FLATTENS, LIFTS, SLIPS, EDGES, BREACHES, or NO_EVENT."""
     margins = _margins(state, senses, 0.0, case, reach)
-    for event in (FLATTENS, LIFTS, SLIPS, BREACHES):
+    for event in (FLATTENS, LIFTS, SLIPS, EDGES, BREACHES):
         if margins[event] <= 0.0:
             return event
     return NO_EVENT

@@ -17,16 +17,19 @@ from kernels.lossy_disk.contact_motion import (
     contact_state,
     entered,
     horizontal_rate,
+    losses_here,
     moved,
     spin_state,
     time_scale,
+    turning_inertia,
 )
 from kernels.lossy_disk.creeping import creeps, next_state, stiffness
 from kernels.lossy_disk.dry_friction import LETS_GO, SEIZES, decided
-from kernels.lossy_disk.endings import FLAT, HORIZON, LIFT_OFF, REST, SLIP, UNRESOLVED
+from kernels.lossy_disk.endings import EDGE_CHANGE, FLAT, HORIZON, LIFT_OFF, REST, SLIP, UNRESOLVED
 from kernels.lossy_disk.events import (
     BREACHES,
     CONTACT_RESTS,
+    EDGES,
     FAILS,
     FLATTENS,
     LIFTS,
@@ -123,7 +126,8 @@ def step_length(state, senses, case):
     inertia, losses = case.inertia, case.losses
     h = case.relative_step * time_scale(state, inertia)
     # a roll rate relaxes fast near flat, where little inertia opposes it
-    viscous, (G_ff, _, _) = viscosity(f, (S, C, S / C), losses), compliance(S, C, inertia)
+    here, (G_ff, _, _) = losses_here(S, C, inertia, losses), compliance(S, C, inertia)
+    viscous = viscosity(f, (S, C, S / C), here)
     if viscous * G_ff * h > _SHARE_OF_RELAXING * case.relative_step:
         h = _SHARE_OF_RELAXING * case.relative_step / (viscous * G_ff)
     if losses.rolling > 0.0 and senses.roll != 0.0 and not creeps(state, senses, inertia, losses):
@@ -132,7 +136,7 @@ def step_length(state, senses, case):
         if change * h > share * size:
             h = share * size / change
         # across its direction a slow motion is stiff; one that falls straight has nothing across
-        stiff = stiffness(C, G_ff, losses, inertia)
+        stiff = stiffness(S, C, G_ff, losses, inertia)
         if stiff * h > size and not (f == 0.0 and v == 0.0):
             h = size / stiff
     return min(h, case.longest)
@@ -195,7 +199,7 @@ def _turned(motion, case, until):
     """Return a disk that friction holds but for its turning about the vertical, at a later time, and the event."""
     S, C, _, _, v = motion.state
     turn, arm = motion.senses.turn, case.losses.pivoting
-    I_v = case.inertia.i_roll * S * S + case.inertia.i_spin * C * C
+    I_v = turning_inertia(S, C, case.inertia)
     h, event, later = until - motion.time, NO_EVENT, v
     if v == 0.0 or turn == 0.0:
         return motion, RESTS
@@ -214,7 +218,7 @@ def _turned(motion, case, until):
 
 
 @kernel
-def _energy(state, inertia):
+def energy_of(state, inertia):
     """Energy (of m g R) of a state."""
     S, C, _, w, o, p = spin_state(state, inertia)
     return energy(S, C, w, o, inertia.i_inverse * p, 2.0 * inertia.i_spin)
@@ -246,7 +250,7 @@ def leap(motion, case, until, reach):
     state, gain, length, event = step_to_event(motion.state, motion.senses, case, reach, h)
     time = until if length == left else motion.time + length
     after = Motion(state, motion.senses, time, entered(motion.ledger, 1.0, gain))
-    won = _energy(state, case.inertia) - _energy(motion.state, case.inertia)
+    won = energy_of(state, case.inertia) - energy_of(motion.state, case.inertia)
     # so written, a NaN fails too; with rates beyond all measure the next steps would be too short to end, behind flat
     # they would go back in time
     possible = won <= _MOST_WON and (state[1] > 0.0 or event == FLATTENS)
@@ -297,6 +301,8 @@ def ending_of(event):
         return SLIP
     if event == RESTS:
         return REST
+    if event == EDGES:
+        return EDGE_CHANGE
     if event == FAILS:
         return UNRESOLVED
     return MOVING

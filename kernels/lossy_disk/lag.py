@@ -10,8 +10,9 @@ it turns and rolls then too.
 import math
 from typing import NamedTuple
 
-from kernels.disk.equations import force, inertia
-from kernels.disk.rk4 import step
+from kernels.disk.equations import force
+from kernels.disk.equations import inertia as without_losses
+from kernels.disk.rk4 import step as free_step
 from kernels.jit import kernel
 
 #: A nutation, from wherever it is looked at, lies between three turning points. Steps after which it is long enough.
@@ -55,7 +56,7 @@ class Change(NamedTuple):
 
 
 @kernel
-def _unforced(state, constants):
+def state_without_losses(state, constants):
     """Return S, C, T, w, o, s of a state that holds K and p: the state of the disk without losses."""
     S, C, _, w, o, p = state
     return S, C, S / C, w, o, constants[3] * p
@@ -63,7 +64,7 @@ def _unforced(state, constants):
 
 @kernel
 def _rates(state):
-    """Return the precession rate and the magnitude of the roll rate of a state of `_unforced`."""
+    """Return the precession rate and the magnitude of the roll rate of a state of `state_without_losses`."""
     _, C, T, _, o, s = state
     return o / C, abs(s - o * T)
 
@@ -77,7 +78,7 @@ def _sum(total, more, share):
 
 
 @kernel
-def _length(state, constants, relative_step):
+def length_of_step(state, constants, relative_step):
     """Return the length of a step of the disk without losses, in scaled time."""
     _, C, _, w, o, s = state
     fastest = C * C * constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w
@@ -85,11 +86,17 @@ def _length(state, constants, relative_step):
 
 
 @kernel
+def pull_and_stiffness(state, constants):
+    """Return the acceleration of the tilt and the second derivative of the potential."""
+    pull, stiffness = force(state, constants)
+    return constants[0] * pull, stiffness
+
+
+@kernel
 def _passing(state, constants, h):
     """Return w^2 + w'^2, and for a step near a maximum its length over that: time, heading and path."""
     w = state[3]
-    pull, stiffness = force(state, constants)
-    acceleration = constants[0] * pull
+    acceleration, stiffness = pull_and_stiffness(state, constants)
     square = w * w + acceleration * acceleration
     if stiffness >= 0.0:
         return square, _NOTHING
@@ -106,11 +113,11 @@ def _begun(start, constants, time, relative_step, fastest, flat):
     """
     present, total, gone, steps, before = start, _NOTHING, 0.0, 0, 0.0
     while gone < time and steps < _MOST_STEPS and present[1] > flat:
-        h = min(_length(present, constants, relative_step), time - gone)
+        h = min(length_of_step(present, constants, relative_step), time - gone)
         square, slow = _passing(present, constants, h)
         before = max(before, square)
         total = _sum(total, slow, before / fastest)
-        present = step(present, constants, h)
+        present = free_step(present, constants, h)
         gone, steps = gone + h, steps + 1
     return total
 
@@ -146,15 +153,15 @@ def lag(state, alpha, time, imbalance, relative_step, flat):
     off. Following it back takes steps of its own size or shorter: with longer
     ones it passes faster than it did.
     """
-    constants = inertia(alpha)
-    present = _unforced(state, constants)
+    constants = without_losses(alpha)
+    present = state_without_losses(state, constants)
     slowness, latest, fastest = _NOTHING, _NOTHING, 0.0
     gone, since, turns, steps = 0.0, 0.0, 0, 0
     while turns < _TURNS and gone < time and steps < _MOST_STEPS:
-        w, h = present[3], min(_length(present, constants, relative_step), time - gone)
+        w, h = present[3], min(length_of_step(present, constants, relative_step), time - gone)
         square, slow = _passing(present, constants, h)
         fastest, latest = max(fastest, square), _sum(latest, slow, 1.0)
-        present = step(present, constants, -h)
+        present = free_step(present, constants, -h)
         gone, since, steps = gone + h, since + h, steps + 1
         if not present[1] > flat:
             slowness = _sum(slowness, latest, 1.0)
@@ -204,16 +211,16 @@ def drift_off_path(state, alpha, late, relative_step, flat):
     At a turning point the rate of the tilt says nothing of it: a little later the disk turns fast. So near flat, where
     it precesses fast, do heading and path.
     """
-    constants = inertia(alpha)
-    begun = _unforced(state, constants)
+    constants = without_losses(alpha)
+    begun = state_without_losses(state, constants)
     tilt, most = math.asin(begun[0]), Change(0.0, 0.0, 0.0)
     for sense in (-1.0, 1.0):
         present, gone, steps = begun, 0.0, 0
         heading, path = 0.0, 0.0
         turning, rolling = _rates(begun)
         while gone < late and steps < _MOST_STEPS:
-            h = min(_length(present, constants, relative_step), late - gone)
-            present = step(present, constants, sense * h)
+            h = min(length_of_step(present, constants, relative_step), late - gone)
+            present = free_step(present, constants, sense * h)
             before, slower = turning, rolling
             turning, rolling = _rates(present)
             heading += 0.5 * h * (before + turning)

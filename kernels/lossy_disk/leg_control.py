@@ -305,9 +305,15 @@ def _first_state(lane, lanes):
 
 
 @kernel
+def constants_of(lane, lanes):
+    """Return what the errors need of the body of a lane."""
+    return lanes[at.ALPHA + lane]
+
+
+@kernel
 def _errors(motion, ending, least, greatest, lane, run, lanes):
     """Return the `Errors` of a motion that has ended, with these extreme tilts."""
-    imbalance, alpha = lanes[at.IMBALANCE + lane], lanes[at.ALPHA + lane]
+    imbalance, alpha = lanes[at.IMBALANCE + lane], constants_of(lane, lanes)
     errors = stated_errors(ending, motion, alpha, max(abs(least), abs(greatest)), imbalance, run.tolerance)
     _, _, speed, _, _ = motion.state
     swing = nutation(_first_state(lane, lanes), alpha)

@@ -20,6 +20,9 @@ from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT
 #: and a friction coefficient. What follows one motion knows all laws.
 DRY, VISCOUS, ROLLING, PIVOTING, FILM, LAYER, SLIPPING = 7 * (True,)
 
+#: Whether what rolls has two edges, of which it rolls on one until its tilt is 0.
+EDGED = False
+
 #: A force that is not there: to add it is left out by the compiler, but x + 0.0 is computed, as x may be -0.0.
 NOTHING = -0.0
 

@@ -12,9 +12,10 @@ from kernels.disk.equations import energy, scaled
 from kernels.jit import simd
 from kernels.lossy_disk import layout as at
 from kernels.lossy_disk.equations import roll_rate, turning_rate
-from kernels.lossy_disk.lane_step import lane_step
+from kernels.lossy_disk.lane_step import lane_step as sliding_step
 from kernels.lossy_disk.loss_laws import (
     DRY,
+    EDGED,
     FILM,
     LAYER,
     PIVOTING,
@@ -127,7 +128,7 @@ def begin(lane, lanes):
     """Let the next leg be the first one."""
     S, C, w = lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane]
     o, p = lanes[at.O_RATE_0 + lane], lanes[at.P_0 + lane]
-    i_inverse = lanes[at.I_INVERSE + lane]
+    i_inverse = inertia_of(lane, lanes).i_inverse
     low, high = lanes[at.LOW_0 + lane], lanes[at.HIGH_0 + lane]
     state = S, C, 1.0 / C, w, o, p
     lanes[at.LEG_S + lane], lanes[at.LEG_C + lane], lanes[at.LEG_T + lane] = S, C, S / C
@@ -277,6 +278,15 @@ def goes_on_turning(state, change, forces, sense, i_inverse, arm, length):
 
 
 @simd
+def stays_on_edge(state, inertia, length):
+    """Whether a body with two edges is on the one that it rolls on."""
+    if not EDGED:
+        return True
+    S, C, _, w, _, _ = state
+    return least_between(inertia.side * S, inertia.side * (C * w), length) >= 0.0
+
+
+@simd
 def grips(state, change, normal, inertia, friction):
     """Whether the contact is sure not to slip: the horizontal force is well within `friction` times the normal force.
 
@@ -304,6 +314,7 @@ def slides_on(state, change, forces, sense, inertia, losses, friction, length):
     going &= forces.normal > SURE_CONTACT
     going &= goes_on_rolling(state, forces.f, losses.rolling)
     going &= goes_on_turning(state, change, forces, sense[1], i_inverse, losses.pivoting, length)
+    going &= stays_on_edge(state, inertia, length)
     return going & grips(state, change, forces.normal, inertia, friction)
 
 
@@ -401,7 +412,7 @@ def advance(lane, run, lanes):
     taken = half if going else 0.0
     weight = ENDS_OF_BOOLE * ((half + last) if going else 0.0)
     # to choose behind the step costs less than to let the step wait for what is known of events
-    stepped, last_stage = lane_step(state, forces, sense, of_disk, losses, half)
+    stepped, last_stage = sliding_step(state, forces, sense, of_disk, losses, half)
     store_state(lane, lanes, chosen(going, stepped, state))
     store_ledger(lane, lanes, ledger, weight, rates)
     lanes[at.TIME + lane], lanes[at.TAKEN + lane] = t + (2.0 * STEPS_OF_A_CALL) * taken, taken
@@ -436,7 +447,7 @@ def further_step(lane, weight, run, lanes):
     change, forces = changes_near(state, sense, of_disk, losses, before)
     speed = abs(state[3])
     here = state[0], state[1], speed, of_disk.i_tilt * change[3], _NEAREST * taken
-    stepped, last_stage = lane_step(state, forces, sense, of_disk, losses, taken)
+    stepped, last_stage = sliding_step(state, forces, sense, of_disk, losses, taken)
     # one that rests may rest where a step leads nowhere
     store_state(lane, lanes, chosen(taken > 0.0, stepped, state))
     store_ledger(lane, lanes, ledger, weight * taken, entries(state, sense, forces))

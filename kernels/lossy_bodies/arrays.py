@@ -1,0 +1,24 @@
+"""What stands in the arrays that Python hands to the kernels of bodies with losses; as `kernels.lossy_disk.arrays`.
+
+Measures and counts are those of the disk with losses.
+"""
+
+from kernels.bodies import arrays as bodies
+from kernels.lossy_disk import arrays as disk
+
+#: Start of a cell: that of a body without losses; what the disk with losses has besides: mass, coefficients, friction.
+PARAMETERS = bodies.PARAMETERS + disk.PARAMETERS[disk.MASS :]
+(
+    MASS,
+    ROLLING_FRICTION,
+    PIVOTING_FRICTION,
+    CONTOUR_FRICTION,
+    CONTOUR_DAMPING,
+    AIR_VISCOSITY,
+    AIR_DENSITY,
+    FRICTION,
+) = range(len(bodies.PARAMETERS), len(PARAMETERS))
+
+#: Settings of an integration: those of the disk with losses, and the number of the body (`kernels.bodies.shapes`).
+SETTINGS = (*disk.SETTINGS, "body")
+BODY = SETTINGS.index("body")

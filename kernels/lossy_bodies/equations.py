@@ -1,0 +1,346 @@
+"""Equations of motion of a body of revolution on which losses act, in the forms of `kernels.lossy_disk`.
+
+Geometry and inertia are those of `kernels.bodies.equations`, with its letters: a, b, l, r, A, I, B, D. Losses are
+generalised forces F_f and F_v on the rates that they oppose, as of the disk: the roll rate f = s - o T, the turning
+rate about the vertical v = o C + s S, and the tilt rate w. About the contact point a force on f and v changes
+
+    s' by [(A + b^2) M - a b M_d]/D,  o' by [(I + a^2) M_d - a b M]/D,  with M = F_f + S F_v, M_d = C F_v - T F_f,
+
+and a torque on the tilt w' by one over B of it. The normal force over m g is 1 + (r - h) w^2 - l w', with the height h
+of the centre of mass. Contour friction acts where the contact point runs along its circle on the body, whose radius is
+a: its lever arm is a times that of the disk, and the way of the contact along that circle is its path.
+"""
+
+import math
+from typing import NamedTuple
+
+from kernels.bodies.equations import (
+    curvature_radius,
+    evolute,
+    excess,
+    force,
+    height,
+    levers,
+    per_inertia,
+    whole_energy,
+)
+from kernels.jit import kernel, simd
+from kernels.lossy_disk.contact import all_held
+from kernels.lossy_disk.contact_motion import Forces, spin_state
+from kernels.lossy_disk.loss_laws import (
+    Load,
+    Losses,
+    drag,
+    dry_force,
+    horizontal_rate,
+    normal_force,
+    rolling_friction,
+    rub_force,
+)
+
+
+class Rolling(NamedTuple):
+    """The constants of a body.
+
+    Attributes
+    ----------
+    core, shift, edge, square, axial, transverse, ratio : float
+        As of `kernels.bodies.shapes.Body`.
+    inverse_spin : float
+        One over the transverse moment.
+    side : float
+        Sign of the tilts on the edge that it rolls on; 0 if it has no other edge.
+    i_tilt, i_roll, i_inverse : float
+        1: where the disk has a torque on the tilt and p = i_roll s, a body has the acceleration and s.
+    """
+
+    core: float
+    shift: float
+    edge: float
+    square: float
+    axial: float
+    transverse: float
+    ratio: float
+    inverse_spin: float
+    side: float
+    i_tilt: float
+    i_roll: float
+    i_inverse: float
+
+
+class Place(NamedTuple):
+    """What follows from the tilt alone.
+
+    Attributes
+    ----------
+    a, b, lever, radius, inner : float
+        a, b, l, r and a - r C of `kernels.bodies.equations`.
+    per : float
+        1/B.
+    s_roll, o_roll, s_turn, o_turn : float
+        What a force on f, and one on v, adds to s' and o'.
+    per_determinant : float
+        1/D.
+    """
+
+    a: float
+    b: float
+    lever: float
+    radius: float
+    inner: float
+    per: float
+    s_roll: float
+    o_roll: float
+    s_turn: float
+    o_turn: float
+    per_determinant: float
+
+
+@simd
+def place_at(S, C, T, body):
+    """Return the `Place` of a tilt."""
+    a, b, lever = levers(S, C, body)
+    A, I, aa, bb, ab = body.transverse, body.axial, a * a, b * b, a * b
+    B, D = A + aa + bb, I * (A + bb) + A * aa
+    inverse = 1.0 / (B * D)
+    per_D = B * inverse
+    of_s, of_o = (A + bb) * per_D, (I + aa) * per_D
+    both = ab * per_D
+    return Place(
+        a, b, lever, curvature_radius(S, C, body), evolute(S, C, body), D * inverse,
+        of_s + both * T, -(of_o * T + both), of_s * S - both * C, of_o * C - both * S, per_D,
+    )  # fmt: skip
+
+
+@simd
+def losses_at(a, losses):
+    """Coefficients of the laws where the contact point is at the distance a from the axis of the body."""
+    return Losses(
+        a * losses.contour, a * a * losses.damping, losses.rolling, losses.pivoting, losses.film, losses.layer
+    )
+
+
+@simd
+def losses_here(S, C, body, losses):
+    """See `kernels.lossy_disk.contact_motion.losses_here`."""
+    a, _, _ = levers(S, C, body)
+    return losses_at(a, losses)
+
+
+@simd
+def lever(S, C, body):
+    """See `kernels.lossy_disk.contact_motion.lever`."""
+    _, _, arm = levers(S, C, body)
+    return arm
+
+
+@kernel
+def turning_inertia(S, C, body):
+    """See `kernels.lossy_disk.contact_motion.turning_inertia`."""
+    _, _, arm = levers(S, C, body)
+    return body.transverse * C * C + body.axial * S * S + arm * arm
+
+
+@kernel
+def compliance(S, C, body):
+    """See `kernels.lossy_disk.contact_motion.compliance`."""
+    T = S / C
+    here = place_at(S, C, T, body)
+    return (
+        here.s_roll - T * here.o_roll,
+        S * here.s_roll + C * here.o_roll,
+        S * here.s_turn + C * here.o_turn,
+    )
+
+
+@kernel
+def pull_at_rest(S, C, turning, body):
+    """See `kernels.lossy_disk.contact_motion.pull_at_rest`: l + v^2 [(I - A) S C + h l]."""
+    _, _, arm = levers(S, C, body)
+    return arm + turning * turning * ((body.axial - body.transverse) * S * C + height(S, C, body) * arm)
+
+
+@simd
+def _free_torque(state, here, body):
+    """What tilts a body without losses, over m g R: of a state (S, C, w, o, s) and o T."""
+    S, C, w, o, s, oT, T = state
+    speed = here.a * s + here.b * o
+    gyroscopic = body.axial * s - body.transverse * oT + (here.a - here.b * T) * speed
+    return here.lever * (1.0 + here.radius * w * w) + o * gyroscopic
+
+
+@simd
+def _twist(w, o, s, S, here, body):
+    """W P/D, with P = (a - r C) o - (r S + b I/A) s: what couples s and o to the tilt."""
+    return w * (here.inner * o - (here.radius * S + body.ratio * here.b) * s) * here.per_determinant
+
+
+@simd
+def _load_of(S, C, w, here, body):
+    return Load(1.0 - w * w * excess(S, C, body), here.lever, here.per)
+
+
+@kernel
+def contact_rates(state, senses, body, losses):
+    """See `kernels.lossy_disk.contact_motion.contact_rates`.
+
+    Notes
+    -----
+    The equations for o and s in f and v. What holds a rate is what leaves its derivative zero.
+    """
+    S, C, w, f, v = state
+    T, heading = S / C, v - f * S
+    o, s = C * heading, f * C * C + v * S
+    here, laws = place_at(S, C, T, body), losses_here(S, C, body, losses)
+    free = _free_torque((S, C, w, o, s, S * heading, T), here, body)
+    pace, opposed = (senses.tilt * w, senses.tilt) if senses.roll == 0.0 else (1.0, w)
+    load = _load_of(S, C, w, here, body)
+    turning = horizontal_rate((C, opposed, f))
+    torque, _, rolled, slid, _ = rolling_friction((C, opposed, f), turning, free, load, laws.rolling, 1.0)
+    normal, (blown, _) = normal_force(load, torque), drag(f, (S, C, T), laws)
+    rubbed = dry_force(f, senses.roll, load, torque, laws)
+    roll = -(rub_force(f, rubbed, laws) + blown + slid)
+    turn = -laws.pivoting * normal * senses.turn
+    free_roll, free_turn = _free_rates((S, C, T, w, o, s, f), here, body)
+    G_ff, G_fv, G_vv = compliance(S, C, body)
+    if senses.roll == 0.0:
+        roll = -(free_roll + G_fv * turn) / G_ff
+    elif senses.turn == 0.0:
+        turn = -(free_turn + G_fv * roll) / G_vv
+    rolling = free_roll + G_ff * roll + G_fv * turn if senses.roll != 0.0 else 0.0
+    turning = free_turn + G_fv * roll + G_vv * turn if senses.turn != 0.0 else 0.0
+    changes = C * w, -(S * w), here.per * torque, rolling, turning
+    ledger = (
+        heading, here.a * (senses.roll * f), pace * rolled, laws.pivoting * normal * (senses.turn * v),
+        rubbed * f, laws.damping * f * f, blown * f,
+    )  # fmt: skip
+    return changes, ledger, Forces(normal, roll, turn)
+
+
+@simd
+def _free_rates(state, here, body):
+    """F' and v' of a body without losses."""
+    S, C, T, w, o, s, f = state
+    A, I, twist = body.transverse, body.axial, _twist(w, o, s, S, here, body)
+    oT = o * T
+    roll = twist * (I * here.b * T - A * here.a) - w * (o + (2.0 - body.ratio) * oT * T - body.ratio * f * T)
+    turn = w * C * s * (1.0 - body.ratio) - twist * (I * here.b * C + A * here.a * S)
+    return roll, turn
+
+
+@kernel
+def beginning_roll(state, body):
+    """See `kernels.lossy_disk.dry_friction.beginning_roll`: f' over w where f = 0."""
+    S, C, w, _, v = state
+    tilting, T = w if w != 0.0 else pull_at_rest(S, C, v, body), S / C
+    roll, _ = _free_rates((S, C, T, tilting, C * v, S * v, 0.0), place_at(S, C, T, body), body)
+    return -1.0 if roll < 0.0 else 1.0
+
+
+@kernel
+def time_scale(state, body):
+    """See `kernels.lossy_disk.contact_motion.time_scale`."""
+    S, C, w, f, v = state
+    s, o = f * C * C + v * S, C * (v - f * S)
+    return C / math.sqrt(C * C * own_rate_squared(S, C, s, body) + o * o + w * w)
+
+
+@simd
+def own_rate_squared(S, C, s, body):
+    """Square of the rate of the linearised motion, but for that of the precession."""
+    a, _, _ = levers(S, C, body)
+    return per_inertia(S, C, body) * (1.0 + 2.0 * (body.axial + a * a) * s * s)
+
+
+@kernel
+def contact_forces(state, senses, body, losses):
+    """See `kernels.lossy_disk.contact.contact_forces`.
+
+    Notes
+    -----
+    The centre of mass moves with the velocity (h w, a s + b o) across and along, in the frame that turns with the
+    heading: Newton's law for it holds with every law of friction.
+    """
+    S, C, w, f, v = state
+    T, heading = S / C, v - f * S
+    o, s = C * heading, f * C * C + v * S
+    here = place_at(S, C, T, body)
+    tilting, forces = _acceleration_and_forces(state, senses, body, losses)
+    twist = _twist(w, o, s, S, here, body)
+    ds = here.s_roll * forces.roll + here.s_turn * forces.turn - body.transverse * here.a * twist
+    do = here.o_roll * forces.roll + here.o_turn * forces.turn - body.axial * here.b * twist
+    do += w * (o * T - body.ratio * s)
+    return *_pushes((S, C, w, o, s), (tilting, do, ds), heading, here, body), forces
+
+
+@simd
+def _pushes(state, changes, heading, here, body):
+    """Horizontal forces across and along the track, over m g."""
+    S, C, w, o, s = state
+    tilting, do, ds = changes
+    across = height(S, C, body) * tilting - here.lever * (w * w) - heading * (here.a * s + here.b * o)
+    along = here.a * ds + here.b * do + w * (heading * height(S, C, body) - here.radius * (S * s + C * o))
+    return across, along
+
+
+@kernel
+def _acceleration_and_forces(state, senses, body, losses):
+    if all_held(senses):
+        S, C, _, _, _ = state
+        pivoted = -losses.pivoting * senses.turn
+        G_ff, G_fv, _ = compliance(S, C, body)
+        return 0.0, Forces(1.0, -G_fv * pivoted / G_ff, pivoted)
+    (_, _, tilting, _, _), _, forces = contact_rates(state, senses, body, losses)
+    return tilting, forces
+
+
+@kernel
+def energy_of(state, body):
+    """Energy (of m g R) of a state (S, C, w, f, v)."""
+    return whole_energy(spin_state(state, body), body, body.axial)
+
+
+# What the errors of a motion ask: see `kernels.lossy_disk.error_estimate` and `lag`.
+
+
+@simd
+def constants_without_losses(body):
+    """The constants of the equations without losses: those of the body."""
+    return body
+
+
+@kernel
+def state_without_losses(state, body):
+    """Return S, C, T, w, o, s of a state with K."""
+    S, C, _, w, o, s = state
+    return S, C, S / C, w, o, s
+
+
+@kernel
+def length_of_step(state, body, relative_step):
+    """Length of a step of a body without losses, in scaled time."""
+    S, C, _, w, o, s = state
+    return relative_step * C / math.sqrt(C * C * own_rate_squared(S, C, s, body) + o * o + w * w)
+
+
+@kernel
+def pull_and_stiffness(state, body):
+    """Acceleration of the tilt, and what the potential's second derivative is."""
+    pull, stiffness = force(state, body)
+    return per_inertia(state[0], state[1], body) * pull, stiffness
+
+
+@kernel
+def nutation(state, body):
+    """See `kernels.lossy_disk.error_estimate.nutation`."""
+    _, C, _, w, _, _ = state
+    inner = state_without_losses(state, body)
+    acceleration, _ = pull_and_stiffness(inner, body)
+    scale = length_of_step(inner, body, 1.0)
+    return math.hypot(w, acceleration * scale) * scale / C
+
+
+@kernel
+def rate_near_flat(C, body):
+    """See `kernels.lossy_disk.error_estimate.rate_near_flat`."""
+    return math.sqrt((body.core + body.edge * C) / (body.transverse * C))

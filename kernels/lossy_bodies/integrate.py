@@ -1,0 +1,58 @@
+"""The compiled entry points of bodies with losses: many cells, each integrated with RK4 until its ending is known.
+
+As `kernels.lossy_disk.integrate`, whose names of variants are those here, with the rows of
+`kernels.lossy_bodies.arrays`. Legs, steps, events, dry friction, ledger and errors are those of the disk: copies of its
+functions in which the names of `DIFFERENT` mean the functions of a body.
+"""
+
+from kernels.bodies.equations import inlined_step, per_inertia
+from kernels.lanes.binding import bind
+from kernels.lossy_bodies import equations, lane_step, layout, stages
+from kernels.lossy_disk import integrate as disk
+
+#: Names of the modules of the disk -> what stands for them here.
+DIFFERENT = {
+    "at": layout,
+    "EDGED": True,
+    "per_inertia": per_inertia,
+    "free_step": inlined_step,
+    "without_losses": equations.constants_without_losses,
+    "inertia_of": stages.inertia_of,
+    "constants_of": stages.inertia_of,
+    "_excess": stages.energy_won,
+    "sliding_step": lane_step.lane_step,
+    **{
+        name: getattr(equations, name)
+        for name in (
+            "beginning_roll", "compliance", "contact_forces", "contact_rates", "energy_of",
+            "length_of_step", "lever", "losses_here", "nutation", "pull_and_stiffness", "pull_at_rest",
+            "rate_near_flat", "state_without_losses", "time_scale", "turning_inertia",
+        )
+    },
+    **{
+        name: getattr(lane_step, name)
+        for name in ("changes", "changes_near", "entries", "fastest_rate", "grips")
+    },
+}  # fmt: skip
+
+#: The functions of a body with all losses for the machinery of `kernels.lanes`.
+LANE_MODEL = disk.LANE_MODEL._replace(
+    name="lossy_bodies",
+    layout=layout,
+    prepared_settings=stages.prepared_settings,
+    read_start=stages.read_start,
+    fill_idle=stages.fill_idle,
+    prepare=stages.prepare,
+    flags=DIFFERENT,
+)
+
+
+def __getattr__(name):
+    """Make a variant when it is first asked for."""
+    if name not in disk.VARIANTS:
+        # an AttributeError, as for any module
+        return getattr(None, name)
+    flags = DIFFERENT | disk.VARIANTS[name]
+    model = LANE_MODEL._replace(name=name.replace("integrate", "lossy_bodies"), flags=flags)
+    made = globals()[name] = bind(model)
+    return made
