@@ -19,8 +19,8 @@ from kernels.lossy_disk.rk4 import Inertia
 
 #: Events, in the order of `_margins`: the tilt rate changes its sign; roll rate or turning rate vanishes; what holds
 #: one of them lets go; the tilt rate vanishes while the roll rate is held; the disk is flat; it lifts off; it slips;
-#: a body with two edges stands on both; the criterion is broken. Without a margin: all rates that rolling friction opposes have vanished; all rates have; a
-#: number is not finite.
+#: a body with two edges stands on both; the criterion is broken. Without a margin: all rates that rolling friction
+#: opposes have vanished; all rates have; a number is not finite.
 (
     TURNS,
     ROLL_VANISHES,
@@ -113,7 +113,7 @@ def _margins(state, senses, heading, case, reach):
 
 @kernel
 def beyond(state, senses, case, reach):
-    """Return an ending or breach that the state itself is beyond: FLATTENS, LIFTS, SLIPS, EDGES, BREACHES, or NO_EVENT."""
+    """Return an ending or breach that the state itself is beyond, from FLATTENS to BREACHES, or NO_EVENT."""
     margins = _margins(state, senses, 0.0, case, reach)
     for event in (FLATTENS, LIFTS, SLIPS, EDGES, BREACHES):
         if margins[event] <= 0.0:

@@ -20,7 +20,11 @@ _OWN: Mapping[str, tuple[str, str]] = MappingProxyType({
     DEFAULT: ("sweep.model.disk.model", "DISK"),
     "lossy_disk": ("sweep.model.lossy_disk.model", "LOSSY_DISK"),
     "bodies": ("sweep.model.bodies.model", "BODIES"),
+    "lossy_bodies": ("sweep.model.lossy_bodies.model", "LOSSY_BODIES"),
 })  # fmt: skip
+
+#: Two models, and that of a request which has words of both.
+_OF_BOTH = {"lossy_disk", "bodies"}, "lossy_bodies"
 
 
 def names() -> tuple[str, ...]:
@@ -53,14 +57,19 @@ def every() -> Iterator[Model]:
     return map(named, names())
 
 
-def chosen(strange: Iterable[str]) -> Model | None:
-    """Return the model that one of some words chooses (`sweep.model.description.Model.chosen_by`); None if none does.
+def chosen(strange: Iterable[str], beside: str = DEFAULT) -> Model | None:
+    """Return the model that some words choose (`sweep.model.description.Model.chosen_by`); None if none does.
 
     Parameters
     ----------
     strange : iterable of str
         The words of a request that its model does not know.
+    beside : str
+        The name of its model.
     """
     words = {*strange}
-    found = (model for model in every() if not words.isdisjoint(model.chosen_by))
-    return next(found, None) if words else None
+    found = [model for model in every() if not words.isdisjoint(model.chosen_by)] if words else []
+    two, both = _OF_BOTH
+    if found and two <= {beside, *(model.name for model in found)}:
+        return named(both)
+    return found[0] if found else None

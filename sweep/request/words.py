@@ -83,7 +83,7 @@ def model_for(named: object, given: Iterable[str], otherwise: Model | None = Non
         return registry.named(str(named))
     model = otherwise or registry.named(registry.DEFAULT)
     known = known_words(model)
-    return registry.chosen(name for name in given if name not in known) or model
+    return registry.chosen((name for name in given if name not in known), model.name) or model
 
 
 def split_words(

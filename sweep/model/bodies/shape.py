@@ -21,20 +21,22 @@ _THICKEST_ROUNDED = 2.0
 _ON_END = 0.25 * np.pi
 
 
-def check_shape(values: Mapping[str, Any]) -> None:
+def check_shape(values: Mapping[str, Any], optional: tuple[str, ...] = OPTIONAL) -> None:
     """Refuse lengths and moments that are not those of one body.
 
     Parameters
     ----------
     values : mapping of str to value
         Of every word of a request.
+    optional : tuple of str
+        Lengths that may be left out: then they are 0.
 
     Raises
     ------
     RequestError
     """
     body = str(values["body"])
-    _check_lengths(values, body)
+    _check_lengths(values, body, optional)
     if body == "rounded" and _ends(values["thickness"])[1] > _THICKEST_ROUNDED:
         _refuse(
             f"A disk with a semicircular edge is at most two radii thick, then it is a ball; got "
@@ -55,9 +57,9 @@ def _refuse(message: str, hint: str, where: str) -> None:
     raise RequestError(message, hint=hint, where=where)
 
 
-def _check_lengths(values: Mapping[str, Any], body: str) -> None:
+def _check_lengths(values: Mapping[str, Any], body: str, optional: tuple[str, ...]) -> None:
     for name in dict.fromkeys(each for lengths in LENGTHS.values() for each in lengths):
-        if name in LENGTHS[body] and name not in OPTIONAL and values[name] == NONE:
+        if name in LENGTHS[body] and name not in optional and values[name] == NONE:
             _refuse(
                 f"A {CALLED[body]} needs its {name}, over the outer radius or with a unit of length; got body={body} "
                 "without it.",

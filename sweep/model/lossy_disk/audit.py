@@ -4,7 +4,8 @@ There is no exact reduction of a motion with losses. In every cell the ledger, t
 from one another; a sample of cells is integrated with half the step, and some of these by another integrator.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -15,8 +16,8 @@ from sweep.errors import counted
 from sweep.model.cells import ROUNDING, AuditedCells
 from sweep.model.description import Audit, CellCheck, Columns, Request, Starts
 from sweep.model.lossy_disk import tables
-from sweep.model.lossy_disk.sample import AGAIN, COMPARED, OTHER, Sample
-from sweep.model.quantity import DECISION, PROMISED, Array, Quantity, Tolerance, Truths, table
+from sweep.model.lossy_disk.sample import AGAIN, COMPARED, OTHER, Sample, smooth_motion
+from sweep.model.quantity import DECISION, OPEN, PROMISED, Array, Quantity, Tolerance, Truths, table
 
 NOT_COMPUTED, CONSISTENT, AGREES, UNRESOLVED, INVALID, CONTRADICTORY, DIFFERS, OTHER_DIFFERS = range(8)
 
@@ -67,6 +68,43 @@ _EXACTLY = ("end_time", "tilt_min", "tilt_max")
 _GRAZING = 0.01
 
 
+@dataclass(frozen=True)
+class Mechanics:
+    """What the audit has to know of what rolls.
+
+    Attributes
+    ----------
+    energy : callable
+        Energy over m g R of starts, shape (n,).
+    height : callable
+        Height of the centre of mass over R, of starts at other tilts [rad], shape (n,).
+    smooth : callable
+        `sweep.model.lossy_disk.sample.smooth_motion`, or that of another body.
+    """
+
+    energy: Callable[[Request, Starts], Array]
+    height: Callable[[Request, Starts, Array], Array]
+    smooth: Callable[[Request, Mapping[str, float]], Mapping[str, float]]
+
+
+def _energy_of_disk(spec: Request, starts: Starts) -> Array:
+    unit = np.sqrt(starts["radius"] / starts["gravity"])
+    sin, cos = np.sin(starts["tilt"]), np.cos(starts["tilt"])
+    w, turn = starts["tilt_rate"] * unit, starts["precession_rate"] * unit
+    s, o = starts["roll_rate"] * unit + turn * sin, turn * cos
+    kinetic = (
+        (1.0 + 0.5 * starts["alpha"]) * w**2 + (1.0 + starts["alpha"]) * s**2 + 0.5 * starts["alpha"] * o**2
+    )
+    return np.asarray(0.5 * kinetic + cos)
+
+
+def _height_of_disk(spec: Request, starts: Starts, tilt: Array) -> Array:
+    return np.asarray(np.cos(tilt))
+
+
+THIN_DISK = Mechanics(_energy_of_disk, _height_of_disk, smooth_motion)
+
+
 class SampledAudit:
     """See `sweep.model.description.Reference`; one for each audit.
 
@@ -76,12 +114,13 @@ class SampledAudit:
         Number of cells of the atlas.
     seed : int, optional
         Which cells are drawn.
+    mechanics : Mechanics
     """
 
     audit = AUDIT
 
-    def __init__(self, size: int, seed: int | None = None) -> None:
-        self._sample = Sample(size, seed)
+    def __init__(self, size: int, seed: int | None = None, mechanics: Mechanics = THIN_DISK) -> None:
+        self._sample, self._mechanics = Sample(size, seed, mechanics.smooth), mechanics
 
     @property
     def sampled(self) -> str:
@@ -113,7 +152,7 @@ class SampledAudit:
         self, spec: Request, starts: Starts, stored: Columns, truth: Columns
     ) -> tuple[dict[str, npt.NDArray[Any]], list[CellCheck]]:
         """Hold cells against themselves and against their second computation."""
-        cells = _SampledCells(spec, starts, stored, truth)
+        cells = _SampledCells(spec, starts, stored, truth, self._mechanics)
         checks = [
             *_decisions(cells), *_of_the_ending(cells), *_ledger(cells), *cells.following(), *_second(cells),
         ]  # fmt: skip
@@ -133,14 +172,16 @@ class SampledAudit:
 class _SampledCells(AuditedCells):
     """Cells of an atlas with losses, some of them with their second computation, arrays of shape (n,)."""
 
-    def __init__(self, spec: Request, starts: Starts, stored: Columns, truth: Columns) -> None:
+    def __init__(
+        self, spec: Request, starts: Starts, stored: Columns, truth: Columns, mechanics: Mechanics
+    ) -> None:
         super().__init__(spec, starts, stored)
-        self.truth = truth
+        self.truth, self.mechanics = truth, mechanics
 
     @cached_property
     def moved(self) -> Truths:
         """Which cells have numbers."""
-        return self.ended("flat", "rest", "horizon", "lift_off", "slip")
+        return self.ended("flat", "rest", "horizon", *_leaving(self.spec))
 
     @cached_property
     def drawn(self) -> Truths:
@@ -150,19 +191,11 @@ class _SampledCells(AuditedCells):
     @cached_property
     def left(self) -> Array:
         """Energy at the start less all losses, less the potential energy at the ending, over m g R."""
-        starts, stored = self.starts, self.stored
-        unit = np.sqrt(starts["radius"] / starts["gravity"])
-        sin, cos = np.sin(starts["tilt"]), np.cos(starts["tilt"])
-        w, turn = starts["tilt_rate"] * unit, starts["precession_rate"] * unit
-        s, o = starts["roll_rate"] * unit + turn * sin, turn * cos
+        spec, starts, stored = self.spec, self.starts, self.stored
         with np.errstate(invalid="ignore", over="ignore"):
-            kinetic = (
-                (1.0 + 0.5 * starts["alpha"]) * w**2
-                + (1.0 + starts["alpha"]) * s**2
-                + 0.5 * starts["alpha"] * o**2
-            )
             lost = np.sum([stored[name] for name in _LOSSES], axis=0)
-            return np.asarray(0.5 * kinetic + cos - lost - np.cos(stored["end_tilt"]))
+            height = self.mechanics.height(spec, starts, stored["end_tilt"])
+            return np.asarray(self.mechanics.energy(spec, starts) - lost - height)
 
     @cached_property
     def slack(self) -> Array:
@@ -175,9 +208,15 @@ class _SampledCells(AuditedCells):
 _AGAIN = "a second computation"
 
 
+def _leaving(spec: Request) -> tuple[str, ...]:
+    """Return the endings of motions that leave the model."""
+    return tuple(each.name for each in spec.model.endings if each.role == OPEN)
+
+
 def _decisions(cells: _SampledCells) -> Iterator[CellCheck]:
     """Yield the checks of ending and verdict."""
-    known = tables.ENDINGS.among(cells.stored["ending"], *tables.ENDINGS.flags.values())
+    endings = cells.spec.model.endings
+    known = endings.among(cells.stored["ending"], *endings.flags.values())
     yield cells.decided("ending", "the codes that there are", known)
     yield cells.decided("stability", "the criterion, on the stored values", cells.verdict_follows)
 
@@ -241,8 +280,8 @@ def _second(cells: _SampledCells) -> Iterator[CellCheck]:
     Where the motion leaves the model, a force only just reaches its limit once in a while: with another step it may be
     found a swing later. So a few such cells may be further off.
     """
-    again, left = cells.truth[f"{AGAIN}ending"], cells.ended("lift_off", "slip")
-    left |= np.isin(again, [tables.ENDINGS.code(name) for name in ("lift_off", "slip")])
+    again, leaving = cells.truth[f"{AGAIN}ending"], _leaving(cells.spec)
+    left = cells.ended(*leaving) | cells.spec.model.endings.among(again, *leaving)
     for prefix, words in ((AGAIN, f"{_AGAIN} with half the step"), (OTHER, f"{_AGAIN} by DOP853")):
         there = cells.moved & np.isfinite(cells.truth[f"{prefix}end_time"])
         for judged, share, which in (

@@ -103,12 +103,27 @@ def _check_no_mass(values: Mapping[str, Any], law: str) -> None:
         )
 
 
+def with_constants(spec: Request, starts: Starts) -> dict[str, Array]:
+    """Return starts with the numbers of words that stand for one: of no mass, and of a friction without a limit."""
+    parameters = spec.model.parameters
+    named = {name: parameters[name].constants.get(getattr(spec, name)) for name in ("mass", "friction")}
+    size = starts["tilt"].shape
+    return {**starts, **{name: np.full(size, value) for name, value in named.items() if value is not None}}
+
+
 _MODULE = "kernels.lossy_disk.integrate"
 
 
 @lru_cache
 def integrator(
-    *, contour: bool, damping: bool, rolling: bool, pivoting: bool, air: str, slips: bool
+    *,
+    contour: bool,
+    damping: bool,
+    rolling: bool,
+    pivoting: bool,
+    air: str,
+    slips: bool,
+    module: str = _MODULE,
 ) -> Kernel:
     """Return the kernel with some laws and no others, as `kernels.lossy_disk.integrate.variant` names it.
 
@@ -120,12 +135,14 @@ def integrator(
         The law of the air.
     slips : bool
         Whether the friction that rolling needs is held against a friction coefficient.
+    module : str
+        Where the kernels of what rolls are.
     """
     # the kernels themselves, which would say the name, are not imported before they are used
     rubbing = ("" if contour else "_viscous") if damping else ("_dry" if contour else "_bare")
     drag = "" if air == NO_AIR else f"_{air}"
     laws = (rubbing, "_rolling" * rolling, "_pivoting" * pivoting, drag, "_slipping" * slips)
-    return Kernel(_MODULE, "integrate" + "".join(laws), seconds=8.0)
+    return Kernel(module, "integrate" + "".join(laws), seconds=8.0)
 
 
 #: Kinds of a criterion whose first breach the kernels look for -> their numbers (`kernels.lossy_disk.arrays`).
@@ -139,7 +156,7 @@ class LossyDisk(Model):
     parameters, settings, options = tables.PARAMETERS, tables.SETTINGS, tables.OPTIONS
     substitutes = tables.SUBSTITUTES
     devices = ("cpu",)
-    chosen_by = (*tables.LOSS_PARAMETERS, "air_law")
+    chosen_by: tuple[str, ...] = (*tables.LOSS_PARAMETERS, "air_law")
     endings, variables = tables.ENDINGS, tables.VARIABLES
     measures, counts = arrays.MEASURES, arrays.COUNTS
     coordinate, extremes, error_name, peak = "tilt", ("tilt_min", "tilt_max"), "tilt_error", "end_time"
@@ -209,12 +226,7 @@ class LossyDisk(Model):
 
     def complete(self, spec: Request, starts: Starts) -> Starts:
         """Return starts with the rates that cells compute, and the numbers of words that stand for one."""
-        named = {
-            name: self.parameters[name].constants.get(getattr(spec, name)) for name in ("mass", "friction")
-        }
-        size = starts["tilt"].shape
-        constants = {name: np.full(size, value) for name, value in named.items() if value is not None}
-        return complete(spec, {**starts, **constants})
+        return complete(spec, with_constants(spec, starts))
 
     def reference(self, size: int, seed: int | None = None) -> Reference:
         """Return the check of every cell against itself, and of a sample against a second computation."""
@@ -229,6 +241,7 @@ class LossyDisk(Model):
             pivoting=tables.some(spec.pivoting_friction),
             air=spec.air_law,
             slips=spec.friction != tables.UNLIMITED,
+            module=self.integrate.module,
         )
 
     def kernel_settings(self, spec: Request) -> Array:
@@ -244,7 +257,13 @@ class LossyDisk(Model):
 
     def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
         """Return what completes starts and states settings."""
-        return [LossyDisk.complete, LossyDisk.kernel_settings, "kernels.disk.steady", complete]
+        return [
+            LossyDisk.complete,
+            LossyDisk.kernel_settings,
+            "kernels.disk.steady",
+            complete,
+            with_constants,
+        ]
 
     def derive(self, starts: Starts, measured: Columns) -> Columns:
         """Return the peak tilt, and which loss took most."""

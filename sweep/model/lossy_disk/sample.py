@@ -33,7 +33,7 @@ MEASURES = (
 
 
 def smooth_motion(spec: Request, start: Mapping[str, float]) -> dict[str, float]:
-    """Return `MEASURES` of a motion that ends flat or with the duration.
+    """Return `MEASURES` of a motion of the disk that ends flat or with the duration.
 
     Parameters
     ----------
@@ -46,6 +46,23 @@ def smooth_motion(spec: Request, start: Mapping[str, float]) -> dict[str, float]
     Scaled: theta'' = [S + o ((1+alpha) s - alpha o T / 2) + M_t] / (1 + alpha/2), o' = w (o T - 2 s) + 2 M_b / alpha,
     s' = (M_n - w o) / (1+alpha), torques over m g R about the tilt axis, the diameter through the contact, the axis.
     """
+    unit = math.sqrt(start["radius"] / start["gravity"])
+    return followed(spec, start, _equations(spec, start, unit))
+
+
+def followed(
+    spec: Request, start: Mapping[str, float], motion: Callable[[float, Any], list[float]]
+) -> dict[str, float]:
+    """Return `MEASURES` of a motion that ends flat or with the duration.
+
+    Parameters
+    ----------
+    spec : Request
+    start : mapping of str to float
+        Every parameter [SI].
+    motion : callable
+        Derivatives in scaled time of (tilt, w, o, s, energy lost to each law, heading, path), all scaled.
+    """
     from scipy.integrate import solve_ivp
 
     unit = math.sqrt(start["radius"] / start["gravity"])
@@ -54,7 +71,6 @@ def smooth_motion(spec: Request, start: Mapping[str, float]) -> dict[str, float]
         [start[name] * unit for name in ("tilt_rate", "precession_rate", "roll_rate")],
     )
     first = [tilt, rates[0], rates[1] * math.cos(tilt), rates[2] + rates[1] * math.sin(tilt)]
-    motion = _equations(spec, start, unit)
 
     def flat(_: float, y: Array) -> float:
         return abs(float(y[0])) - float(spec.flat_tilt)
@@ -156,8 +172,10 @@ class Sample:
     ----------
     size : int
         Number of cells of the atlas.
-    seed : int, optional
-        Which cells are drawn; a fresh one if not given.
+    seed : int or None
+        Which cells are drawn; fresh ones if None.
+    smooth : callable
+        `smooth_motion` of the model.
 
     Attributes
     ----------
@@ -168,7 +186,13 @@ class Sample:
         Cells so far that were integrated by SciPy.
     """
 
-    def __init__(self, size: int, seed: int | None = None) -> None:
+    def __init__(
+        self,
+        size: int,
+        seed: int | None,
+        smooth: Callable[[Request, Mapping[str, float]], Mapping[str, float]],
+    ) -> None:
+        self._smooth = smooth
         self.seed = secrets.randbelow(10**9) if seed is None else seed
         rng = np.random.default_rng(self.seed)
         # of many cells the few that are drawn twice do not matter
@@ -193,13 +217,12 @@ class Sample:
         self, spec: Request, starts: Starts, again: Columns, places: npt.NDArray[np.intp], found: Columns
     ) -> None:
         """Write what another integrator says of the first short motions in which friction neither held nor turned."""
-        ends = np.isin(again["ending"], [tables.ENDINGS.code(name) for name in ("flat", "horizon")])
+        ends = spec.model.endings.among(again["ending"], "flat", "horizon")
         smooth = ends & (again["switches"] == 0) & (again["steps"] <= _MOST_STEPS)
         smooth &= np.abs(starts["tilt"]) < spec.flat_tilt
         for k in np.flatnonzero(smooth)[: _FEW - self.others]:
-            for name, value in smooth_motion(
-                spec, {name: float(each[k]) for name, each in starts.items()}
-            ).items():
+            start = {name: float(each[k]) for name, each in starts.items()}
+            for name, value in self._smooth(spec, start).items():
                 found[OTHER + name][places[k]] = value
             self.others += 1
 

@@ -1,0 +1,1 @@
+"""The model of bodies of revolution that roll without slipping, with losses."""

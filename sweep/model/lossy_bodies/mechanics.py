@@ -1,0 +1,120 @@
+"""Energy and motion of bodies with losses by other means than the kernels: for the audit of an atlas.
+
+What DOP853 integrates shares nothing with the kernels but the laws: tilt and rates with their sines and cosines,
+torques about the contact point, signs of dry friction taken anew at every step.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from sweep.model.bodies.shape import body_of, with_body
+from sweep.model.description import Request, Starts
+from sweep.model.lossy_disk.audit import Mechanics
+from sweep.model.lossy_disk.sample import followed
+from sweep.model.lossy_disk.tables import BILDSTEN, MOFFATT
+from sweep.model.quantity import Array
+
+
+def _height(spec: Request, starts: Starts, tilt: Array) -> Array:
+    """Return the height of the centre of mass over R at tilts of bodies, shape (n,)."""
+    body = body_of(spec, with_body(spec, starts))
+    return np.asarray(body.core * np.cos(tilt) + body.shift * np.sin(tilt) + body.edge)
+
+
+def _energy(spec: Request, starts: Starts) -> Array:
+    """Return the energy over m g R of starts, shape (n,)."""
+    body = body_of(spec, with_body(spec, starts))
+    unit, tilt = np.sqrt(starts["radius"] / starts["gravity"]), starts["tilt"]
+    w, turn = starts["tilt_rate"] * unit, starts["precession_rate"] * unit
+    s, o = starts["roll_rate"] * unit + turn * np.sin(tilt), turn * np.cos(tilt)
+    a, b = body.core + body.edge * np.cos(tilt), -body.shift - body.edge * np.sin(tilt)
+    turning = (body.transverse + a**2 + b**2) * w**2 + body.transverse * o**2 + body.axial * s**2
+    return np.asarray(0.5 * (turning + (a * s + b * o) ** 2) + _height(spec, starts, tilt))
+
+
+def _smooth_motion(spec: Request, start: Mapping[str, float]) -> dict[str, float]:
+    """Return the measures of a motion that ends flat or with the duration; see `sweep.model.lossy_disk.sample`."""
+    return followed(spec, start, _equations(spec, start))
+
+
+def _equations(spec: Request, start: Mapping[str, float]) -> Callable[[float, Any], list[float]]:
+    """Return the right-hand side for (tilt, w, o, s, loss of each law, heading, path), all scaled.
+
+    Notes
+    -----
+    With the force F along the track that rolling needs without losses, and torques M about the contact point along the
+    tilt axis, the diameter through the contact, and the axis of the body:
+    B w' = l (1 + r w^2) + o [I s - A T o + (a - b T)(a s + b o)] + M_t, o' = w (T o - I s/A) - b F/A
+    + [(I + a^2) M_d - a b M_n]/D, s' = -a F/I + [(A + b^2) M_n - a b M_d]/D.
+    """
+    given = {name: np.array([value]) for name, value in start.items()}
+    core, shift, edge, _, axial, transverse, _ = (float(np.ravel(each)[0]) for each in body_of(spec, given))
+    radius, mass, unit = start["radius"], start["mass"], math.sqrt(start["radius"] / start["gravity"])
+    rolling, pivoting, contour = (
+        start[name] / radius for name in ("rolling_friction", "pivoting_friction", "contour_friction")
+    )
+    damping = start["contour_damping"] * unit / (mass * radius**2)
+    film, layer = 0.0, 0.0
+    if spec.air_law == MOFFATT:
+        film = 0.25 * math.pi * start["air_viscosity"] * radius * unit / mass * core**3
+    if spec.air_law == BILDSTEN:
+        layer = (
+            math.sqrt(0.5 * start["air_viscosity"] * start["air_density"] * unit) * radius**2 / mass * core**4
+        )
+
+    def right(_: float, y: Any) -> list[float]:
+        tilt, w, o, s = (float(each) for each in y[:4])
+        sin, cos = math.sin(tilt), math.cos(tilt)
+        tan, a, b = sin / cos, core + edge * cos, -shift - edge * sin
+        lever, height = a * sin + b * cos, a * cos - b * sin
+        tilting, determinant = (
+            transverse + a * a + b * b,
+            axial * transverse + axial * b * b + transverse * a * a,
+        )
+        run, turning = s - o * tan, o * cos + s * sin
+        across = cos * run
+        horizontal = math.hypot(w, across) or 1.0
+        pull = (
+            lever * (1.0 + edge * w * w)
+            + o * (axial * s - transverse * tan * o + (a - b * tan) * (a * s + b * o))
+        ) / tilting
+        # the normal force depends on the acceleration of the tilt, which rolling friction depends on
+        share = rolling * w / (horizontal * tilting)
+        normal = (1.0 + (edge - height) * w * w - lever * pull) / (1.0 - lever * share)
+        drag = (film / cos + layer * math.sqrt(abs(run))) * run
+        rub = contour * a * normal
+        q = -rub * math.copysign(1.0, run) - damping * a * a * run - drag
+        h = -rolling * normal * across / horizontal
+        v = -pivoting * normal * math.copysign(1.0, turning)
+        about, spun = -q * tan - h * sin + v * cos, q + h * cos + v * sin
+        along = (
+            axial
+            * transverse
+            / determinant
+            * w
+            * ((a - edge * cos) * o - (edge * sin + axial / transverse * b) * s)
+        )
+        return [
+            w,
+            pull - share * normal,
+            w * (tan * o - axial / transverse * s)
+            - b / transverse * along
+            + ((axial + a * a) * about - a * b * spun) / determinant,
+            -a / axial * along + ((transverse + b * b) * spun - a * b * about) / determinant,
+            rolling * normal * horizontal,
+            pivoting * normal * abs(turning),
+            rub * abs(run),
+            damping * (a * run) ** 2,
+            drag * run,
+            o / cos,
+            a * abs(run),
+        ]
+
+    return right
+
+
+#: What `sweep.model.lossy_disk.audit` asks of bodies.
+MECHANICS = Mechanics(_energy, _height, _smooth_motion)

@@ -1,0 +1,169 @@
+"""What a body of revolution with losses is: the disk with losses, but for its body."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kernels.bodies import shapes
+from sweep.errors import RequestError
+from sweep.model.bodies.model import BODIES
+from sweep.model.bodies.shape import check_shape, complete, has_poles
+from sweep.model.bodies.tables import CALLED
+from sweep.model.description import LineWords, Reference, Request, Starts, Words
+from sweep.model.disk.initial_conditions import check_steady_rates
+from sweep.model.lossy_bodies import tables, theory
+from sweep.model.lossy_bodies.mechanics import MECHANICS
+from sweep.model.lossy_disk.audit import SampledAudit
+from sweep.model.lossy_disk.model import LOSSY_DISK, LossyDisk, check_losses, integrator, with_constants
+from sweep.model.lossy_disk.tables import LOSSES, NO_AIR, some
+from sweep.model.quantity import Array
+
+
+def check_body(values: Mapping[str, Any]) -> None:
+    """Refuse bodies for which no losses are derived.
+
+    Parameters
+    ----------
+    values : mapping of str to value
+        Of every word of a request.
+
+    Raises
+    ------
+    RequestError
+    """
+    body, law = str(values["body"]), str(values["air_law"])
+    if has_poles(body):
+        raise RequestError(
+            f"There are no losses of a {CALLED[body]} yet: it rolls on through its poles, where the tilt and the rates "
+            f"that friction opposes are singular in the variables of this model; got body={body}.",
+            hint=f"Leave the losses out, or say body={' or body='.join(tables.LOSSY)}.",
+            where="body",
+        )
+    if law != NO_AIR and body not in tables.FACED:
+        raise RequestError(
+            f"The laws of the air are those of a film and a layer under a flat face, and a {CALLED[body]} has none; "
+            f"got body={body} air_law={law}.",
+            hint=f"Say air_law={NO_AIR}, or body={' or body='.join(tables.FACED)}.",
+            where="air_law",
+        )
+    for faced, name, whole in (("rounded", "thickness", 2.0), ("rim", "fillet", 1.0)):
+        if body == faced and _largest(values[name]) >= whole:
+            raise RequestError(
+                f"A {CALLED[body]} with {name}={values[name]} has no face left to lie on: with losses {name} < "
+                f"{whole:g}, in radii.",
+                hint=f"Give a smaller {name}.",
+                where=name,
+            )
+
+
+def _largest(value: Any) -> float:
+    """Return the largest value of a word for a length; 0 if the body has none."""
+    if isinstance(value, str):
+        return 0.0
+    return float(value.ends()[1] if hasattr(value, "ends") else value)
+
+
+class LossyBodies(LossyDisk):
+    """A body of revolution that rolls without slipping, against friction of its contact and drag of the air."""
+
+    name = "lossy_bodies"
+    parameters, settings, options = tables.PARAMETERS, tables.SETTINGS, tables.OPTIONS
+    substitutes = tables.SUBSTITUTES
+    # words of losses beside those of a body do: `sweep.model.registry.chosen`
+    chosen_by: tuple[str, ...] = ()
+    does_without = ("alpha", "fall_tilt")
+    endings, variables = tables.ENDINGS, tables.VARIABLES
+    lost_name, explored = "the body falls flat", False
+    presets = Path(__file__).with_name("presets")
+    integrate = integrator(
+        contour=True, damping=False, rolling=False, pivoting=False, air=NO_AIR, slips=False,
+        module="kernels.lossy_bodies.integrate",
+    )  # fmt: skip
+    trajectory, motion = "", ""
+    words = Words(
+        summary="Stability atlas of a body of revolution that rolls without slipping on a horizontal plane and loses "
+        "energy by friction of its contact and drag of the air: for every start of a grid how long it stays aloft, "
+        "what each loss takes and the extreme tilts of the motion, {}, and the verdict of a criterion.",
+        keywords="rolling body of revolution, torus, Euler's disk, dissipation, dry friction, air drag, "
+        "parameter sweep",
+        references=f"equations: docs/bodies.md of this program; {LOSSY_DISK.words.references.partition('; ')[2]}",
+    )
+    line_words = LineWords(
+        critical="analytic critical {} of the body without losses, the limit of a vanishing perturbation",
+        limit="without losses, in the limit of no perturbation",
+    )
+    synonyms = BODIES.synonyms
+    ambiguous = {  # noqa: RUF012 - the base class declares it a Mapping
+        **BODIES.ambiguous,
+        "fall_tilt": LOSSY_DISK.ambiguous["fall_tilt"].replace("the disk", "the body"),
+    }
+
+    def headline(self, spec: Request) -> str:
+        """Return what is looked at, and which losses there are."""
+        told = [name.replace("_", " ") for name, (given, _) in LOSSES.items() if some(getattr(spec, given))]
+        motion, _, looked_at = BODIES.headline(spec).partition(": ")
+        if spec.criterion.kind == "aloft":
+            looked_at = "how long the body stays aloft"
+        losses = f"with {', '.join(told)}" if told else "without any loss"
+        return f"{motion} {losses}: {looked_at}"
+
+    def perturbation(self, spec: Request, starts: Starts) -> Array:
+        """Return the size of the perturbation in each start, as of the body without losses."""
+        return BODIES.perturbation(spec, starts)
+
+    def disturbed_motion(self, spec: Request) -> str:
+        """Return what the starts disturb."""
+        return BODIES.disturbed_motion(spec)
+
+    def check(self, values: Mapping[str, Any]) -> None:
+        """Refuse rates that do not follow from the others, what no body is, and a law without what it needs."""
+        check_body(values)
+        check_steady_rates(values)
+        check_shape(values, tables.OPTIONAL)
+        check_losses(values)
+
+    def complete(self, spec: Request, starts: Starts) -> Starts:
+        """Return starts with the moments of their bodies, and the rates that keep the tilt of each cell."""
+        return complete(spec, with_constants(spec, starts))
+
+    def reference(self, size: int, seed: int | None = None) -> Reference:
+        """Return the check of every cell against itself, and of a sample against a second computation."""
+        return SampledAudit(size, seed, MECHANICS)
+
+    def kernel_settings(self, spec: Request) -> Array:
+        """Return the settings, what the criterion limits, the law of the air, and the number of the body."""
+        return np.append(super().kernel_settings(spec), float(shapes.NAMES.index(spec.body)))
+
+    def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
+        """Return what completes starts and states settings."""
+        own = ["kernels.bodies.steady", "kernels.bodies.shapes", complete.__module__]
+        return [
+            *own,
+            LossyBodies.complete,
+            LossyBodies.kernel_settings,
+            LossyDisk.kernel_settings,
+            with_constants,
+        ]
+
+    def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
+        """Return the critical rate without losses."""
+        return theory.lines(spec, axis, starts)
+
+    def line_label(self, spec: Request, axis: str) -> str:
+        """Return the formula of the squared critical rate without losses."""
+        return BODIES.line_label(spec, axis)
+
+    def lost_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
+        """Return when the body fell flat."""
+        return super().lost_in_words(spec, stored).replace("a disk", "a body")
+
+    def linear_prediction(
+        self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
+    ) -> Iterable[str]:
+        """Return how long losses take to bring a wobble to flat."""
+        return theory.predictions(spec, start, stored)
+
+
+LOSSY_BODIES = LossyBodies()

@@ -1,0 +1,79 @@
+"""The tables of bodies with losses: those of bodies, with the losses and the measures of the disk with losses."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from kernels.lossy_bodies import arrays
+from kernels.lossy_disk import endings as code
+from sweep.model.bodies import tables as bodies
+from sweep.model.lossy_disk import tables as disk
+from sweep.model.quantity import OPEN, Ending, Endings, Input, Quantity, Word, table
+
+#: Bodies that have losses, the default first; those that have a flat face, under which air is.
+LOSSY, FACED = ("torus", "rounded", "rim"), ("rounded", "rim")
+
+#: Lengths that may be left out: then they are 0. A torus without a tube is a hoop.
+OPTIONAL = (*bodies.OPTIONAL, "tube")
+
+
+def _in_words(text: str) -> str:
+    return text.replace("the disk", "the body").replace("a disk that lies", "a body that lies")
+
+
+def _of_bodies(row: Quantity, **changes: object) -> Quantity:
+    words = {"long_name": _in_words(row.long_name), "description": _in_words(row.description)}
+    return replace(row, **(words | changes))  # type: ignore[arg-type]
+
+
+_OF_LOSSES: Mapping[str, Input] = table(
+    *(
+        replace(row, long_name=_in_words(row.long_name), description=_in_words(row.description))
+        for name, row in disk.PARAMETERS.items()
+        if name in arrays.PARAMETERS and name not in bodies.PARAMETERS
+    )
+)
+
+PARAMETERS: Mapping[str, Input] = table(*bodies.PARAMETERS.values(), *_OF_LOSSES.values())
+
+SUBSTITUTES = bodies.SUBSTITUTES
+
+SETTINGS: Mapping[str, Input] = table(
+    *(replace(row, long_name=_in_words(row.long_name)) for row in disk.SETTINGS.values())
+)
+
+OPTIONS: Mapping[str, Word] = table(
+    replace(
+        bodies.OPTIONS["body"],
+        default=LOSSY[0],
+        remark="disk, the thin one, is the model of a request without this word",
+    ),
+    bodies.OPTIONS["filling"],
+    *disk.OPTIONS.values(),
+)
+
+ENDINGS = Endings(
+    *(replace(each, meaning=_in_words(each.meaning), reason=_in_words(each.reason)) for each in disk.ENDINGS),
+    Ending(
+        code.EDGE_CHANGE,
+        "edge_change",
+        "the tilt reached 0: a disk with a rim stands on both of its edges",
+        OPEN,
+        "the tilt reached 0, where the disk comes down on its other edge with a blow that this model leaves out",
+    ),
+    lost_time="end_time",
+)
+
+_CHANGED: Mapping[str, Mapping[str, object]] = {
+    "path_length": {
+        "long_name": "way of the contact point along its circle on the body",
+        "description": "its way across that, by which a rounded edge rolls to and fro, is not counted; "
+        + disk.VARIABLES["path_length"].description,
+    },
+    "amplification": {"description": bodies.VARIABLES["amplification"].description},
+}
+
+VARIABLES: Mapping[str, Quantity] = table(
+    ENDINGS.quantity,
+    *(_of_bodies(row, **_CHANGED.get(name, {})) for name, row in disk.VARIABLES.items() if name != "ending"),
+)
+assert tuple(PARAMETERS) == arrays.PARAMETERS
