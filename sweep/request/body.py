@@ -4,10 +4,19 @@ from collections.abc import Mapping
 from typing import Any
 
 from sweep.model import registry
+from sweep.model.description import Model
 from sweep.request.words import names
 
 #: The body that is no body of revolution, but the disk.
 THIN = "disk"
+
+#: Models of other bodies -> those of the thin disk.
+_THIN_MODELS = {"bodies": registry.DEFAULT, "lossy_bodies": "lossy_disk"}
+
+
+def thin_model(model: Model) -> Model:
+    """Return the model of the thin disk that stands beside a model."""
+    return registry.named(_THIN_MODELS.get(model.name, registry.DEFAULT))
 
 
 def without_thin_body(words: Mapping[str, Any]) -> dict[str, Any]:
@@ -20,7 +29,6 @@ def of_one_body(held: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[di
     thin, kept = without_thin_body(changes), without_thin_body(held)
     if len(thin) == len(changes):
         return kept, thin
-    another = registry.named("bodies")
-    gone = {*names(another)} - {*names(registry.named(registry.DEFAULT))}
-    gone |= {"model"} if held.get("model") == another.name else set()
+    gone = {*names(registry.named("bodies"))} - {*names(registry.named(registry.DEFAULT))}
+    gone |= {"model"} if held.get("model") in _THIN_MODELS else set()
     return {name: raw for name, raw in kept.items() if name not in gone}, thin

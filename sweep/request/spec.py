@@ -21,7 +21,7 @@ from sweep.errors import RequestError, as_path, shown
 from sweep.model import registry
 from sweep.model.description import Model
 from sweep.model.quantity import Input, Quantity, Word
-from sweep.request.body import of_one_body, without_thin_body
+from sweep.request.body import of_one_body, thin_model, without_thin_body
 from sweep.request.criterion import Criterion
 from sweep.request.sources import Distribution, Range, Values
 from sweep.request.spec_file import SWEEP_TABLES, find_spec_file, place, read_file
@@ -357,7 +357,7 @@ class SweepSpec:
             If the result is not a request.
         """
         held, changes = of_one_body(self.words(), with_table(with_system(changes)))
-        other = self.model if len(held) == len(self.words()) else None
+        other = self.model if len(held) == len(self.words()) else thin_model(self.model)
         model = model_for(changes.get("model"), given_in(changes), other)
         given = {parameter_of(name, model) for name in changes}
         kept = {

@@ -6,6 +6,7 @@ from sweep.errors import RequestError
 from sweep.model import registry
 from sweep.model.bodies.model import BODIES
 from sweep.model.disk.model import DISK
+from sweep.model.lossy_bodies.model import LOSSY_BODIES
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.request.spec import SweepSpec
 
@@ -14,14 +15,17 @@ def test_the_disk_is_the_default():
     """It is the model of a request that names none; the one with losses stands beside it."""
     assert registry.named("disk") is DISK
     assert SweepSpec().model is DISK
-    assert registry.names() == ("disk", "lossy_disk", "bodies")
-    assert list(registry.every()) == [DISK, LOSSY_DISK, BODIES]
+    assert registry.names() == ("disk", "lossy_disk", "bodies", "lossy_bodies")
+    assert list(registry.every()) == [DISK, LOSSY_DISK, BODIES, LOSSY_BODIES]
 
 
 def test_a_word_chooses_a_model():
     """One of its words is enough; a request without any has the default, and what no model knows chooses none."""
     assert registry.chosen(["rolling_friction", "spin"]) is LOSSY_DISK
     assert registry.chosen(["tube"]) is BODIES
+    assert registry.chosen(["tube", "rolling_friction"]) is LOSSY_BODIES
+    assert registry.chosen(["rolling_friction"], "bodies") is LOSSY_BODIES
+    assert registry.chosen(["tube"], "lossy_disk") is LOSSY_BODIES
     assert registry.chosen(["spin"]) is None
     assert registry.chosen([]) is None
 
@@ -31,7 +35,9 @@ def test_an_unknown_model_is_refused(name, tmp_path, monkeypatch):
     """The message has the models that there are; a module of that name is not looked for."""
     (tmp_path / "sphere.py").write_text("raise SystemExit('imported')")
     monkeypatch.syspath_prepend(str(tmp_path))
-    with pytest.raises(RequestError, match="disk, lossy_disk, bodies, and systems of your own") as caught:
+    with pytest.raises(
+        RequestError, match="disk, lossy_disk, bodies, lossy_bodies, and systems of your own"
+    ) as caught:
         SweepSpec(model=name)
     assert caught.value.where == "model"
     assert "mine.py" in caught.value.hint

@@ -47,11 +47,13 @@ def _equations(spec: Request, start: Mapping[str, float]) -> Callable[[float, An
     -----
     With the force F along the track that rolling needs without losses, and torques M about the contact point along the
     tilt axis, the diameter through the contact, and the axis of the body:
-    B w' = l (1 + r w^2) + o [I s - A T o + (a - b T)(a s + b o)] + M_t, o' = w (T o - I s/A) - b F/A
-    + [(I + a^2) M_d - a b M_n]/D, s' = -a F/I + [(A + b^2) M_n - a b M_d]/D.
+    B w' = l (1 + r w^2) + o [I s - A T o + (a - b T)(a s + b o)] + M_t,
+    o' = w (T o - I s/A) - b F/A + [(I + a^2) M_d - a b M_n]/D, s' = -a F/I + [(A + b^2) M_n - a b M_d]/D.
     """
     given = {name: np.array([value]) for name, value in start.items()}
-    core, shift, edge, _, axial, transverse, _ = (float(np.ravel(each)[0]) for each in body_of(spec, given))
+    core, shift, edge, _, axial, transverse, ratio = (
+        float(np.ravel(each)[0]) for each in body_of(spec, given)
+    )
     radius, mass, unit = start["radius"], start["mass"], math.sqrt(start["radius"] / start["gravity"])
     rolling, pivoting, contour = (
         start[name] / radius for name in ("rolling_friction", "pivoting_friction", "contour_friction")
@@ -70,17 +72,12 @@ def _equations(spec: Request, start: Mapping[str, float]) -> Callable[[float, An
         sin, cos = math.sin(tilt), math.cos(tilt)
         tan, a, b = sin / cos, core + edge * cos, -shift - edge * sin
         lever, height = a * sin + b * cos, a * cos - b * sin
-        tilting, determinant = (
-            transverse + a * a + b * b,
-            axial * transverse + axial * b * b + transverse * a * a,
-        )
+        tilting, determinant = transverse + a * a + b * b, axial * (transverse + b * b) + transverse * a * a
         run, turning = s - o * tan, o * cos + s * sin
         across = cos * run
         horizontal = math.hypot(w, across) or 1.0
-        pull = (
-            lever * (1.0 + edge * w * w)
-            + o * (axial * s - transverse * tan * o + (a - b * tan) * (a * s + b * o))
-        ) / tilting
+        gyroscopic = axial * s - transverse * tan * o + (a - b * tan) * (a * s + b * o)
+        pull = (lever * (1.0 + edge * w * w) + o * gyroscopic) / tilting
         # the normal force depends on the acceleration of the tilt, which rolling friction depends on
         share = rolling * w / (horizontal * tilting)
         normal = (1.0 + (edge - height) * w * w - lever * pull) / (1.0 - lever * share)
@@ -90,20 +87,14 @@ def _equations(spec: Request, start: Mapping[str, float]) -> Callable[[float, An
         h = -rolling * normal * across / horizontal
         v = -pivoting * normal * math.copysign(1.0, turning)
         about, spun = -q * tan - h * sin + v * cos, q + h * cos + v * sin
-        along = (
-            axial
-            * transverse
-            / determinant
-            * w
-            * ((a - edge * cos) * o - (edge * sin + axial / transverse * b) * s)
-        )
+        along = axial * transverse * w / determinant * (core * o - (edge * sin + ratio * b) * s)
+        more_o = ((axial + a * a) * about - a * b * spun) / determinant
+        more_s = ((transverse + b * b) * spun - a * b * about) / determinant
         return [
             w,
             pull - share * normal,
-            w * (tan * o - axial / transverse * s)
-            - b / transverse * along
-            + ((axial + a * a) * about - a * b * spun) / determinant,
-            -a / axial * along + ((transverse + b * b) * spun - a * b * about) / determinant,
+            w * (tan * o - ratio * s) - b / transverse * along + more_o,
+            -a / axial * along + more_s,
             rolling * normal * horizontal,
             pivoting * normal * abs(turning),
             rub * abs(run),

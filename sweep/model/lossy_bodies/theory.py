@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from kernels.bodies.shapes import Body
 from sweep.model.bodies import theory
 from sweep.model.bodies.shape import body_of, with_body
 from sweep.model.description import Request, Starts
@@ -15,9 +16,9 @@ from sweep.model.lossy_disk.tables import BILDSTEN, MOFFATT
 from sweep.model.lossy_disk.theory import unsteadied
 from sweep.model.quantity import Array
 
-#: Nodes of an integral over the logarithm of an inclination; beyond this inclination [rad] its closed forms are off by
+#: Nodes of an integral over the logarithm of an inclination; beyond this inclination [rad] leading order is off by
 #: more than a few per cent.
-_NODES, _STEEP = 400, math.radians(30.0)
+_NODES, _STEEP = 2000, math.radians(30.0)
 
 _OTHER = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}
 
@@ -41,29 +42,65 @@ def wobble_time(spec: Request, start: Mapping[str, float]) -> float:
 
     Notes
     -----
-    At the inclination e the centre of mass rests, the square of the roll rate is c/(A e), and the energy above flat
-    e [3c/2 + I r^2/(2 A c)]: c and r are core and edge of the body, A and I its transverse and axial moment.
+    Losses act on the roll rate f alone, with a torque Q: q = integral of Q dt over the inclination e follows from the
+    equation for o, and the time is that of q/Q (`_drift`). For a thin disk q f is the slope of the energy, 3/2.
     """
     given = with_body(spec, {name: np.array([value]) for name, value in start.items()})
-    core, _, edge, _, axial, transverse, _ = (float(np.ravel(each)[0]) for each in body_of(spec, given))
+    body = Body(*(float(np.ravel(each)[0]) for each in body_of(spec, given)))
     high, low = (math.pi / 2 - abs(tilt) for tilt in (start["tilt"], float(spec.flat_tilt)))
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
-    middle, half = 0.5 * math.log(high * low), 0.5 * math.log(high / low)
-    inclination = np.exp(middle + half * nodes)
+    inclination = np.geomspace(high, low, _NODES)
+    o, taken = _drift(body, inclination)
+    torque = _torque(spec, start, inclination, o / inclination, body.core)
+    if torque.min() <= 0.0:
+        return math.inf
+    unit = math.sqrt(start["radius"] / start["gravity"])
+    return unit * float(np.trapezoid(taken * inclination / torque, -np.log(inclination)))
+
+
+def _drift(body: Body, inclination: Array) -> tuple[Array, Array]:
+    """Return o and q of a wobble that begins with its centre at rest, at falling inclinations.
+
+    Notes
+    -----
+    Near flat a and b are constants, and a steady wobble with y = s/o has o^2 = L a e/A, L = A/(A + b^2 + a b y); its
+    centre rests where y = -b/a. Per unit of q the losses change o by -(I + a^2)/(e D) and s by a b/(e D), and o grows
+    like 1/e besides. So unless b = 0 the centre does not stay at rest: with k = a b/(I + a^2),
+    dy/d ln e = -(y + 3 k)/2 / [1 - (y + k) L a b/(2 A)], and q = D (o + e do/de)/(I + a^2).
+    """
+    a, b, A, I = body.core, -(body.shift + body.edge), body.transverse, body.axial  # noqa: N806, E741
+    k, whole = a * b / (I + a * a), (I * A + I * b * b + A * a * a) / (I + a * a)
+
+    def share(y: float) -> float:
+        return A / (A + b * b + a * b * y)
+
+    def slope(y: float) -> float:
+        return -0.5 * (y + 3.0 * k) / (1.0 - 0.5 * (y + k) * share(y) * a * b / A)
+
+    y, o, taken = -b / a, np.empty(inclination.size), np.empty(inclination.size)
+    h = math.log(inclination[1] / inclination[0])
+    for n, e in enumerate(inclination):
+        o[n] = math.sqrt(share(y) * a * e / A)
+        taken[n] = whole * o[n] * (1.5 - 0.5 * share(y) * a * b / A * slope(y))
+        first = slope(y)
+        second = slope(y + 0.5 * h * first)
+        third = slope(y + 0.5 * h * second)
+        y += h / 6.0 * (first + 2.0 * (second + third) + slope(y + h * third))
+    return o, taken
+
+
+def _torque(spec: Request, start: Mapping[str, float], inclination: Array, roll: Array, core: float) -> Array:
+    """Return what all laws take from the roll rate of a wobble near flat, over m g R."""
     radius, gravity, mass = (start[name] for name in ("radius", "gravity", "mass"))
-    unit, roll = math.sqrt(radius / gravity), np.sqrt(core / (transverse * inclination))
-    power = (start["contour_friction"] * core + start["rolling_friction"] * inclination) / radius * roll
-    power = power + start["contour_damping"] * unit / (mass * radius**2) * (core * roll) ** 2
+    unit = math.sqrt(radius / gravity)
+    found = (start["contour_friction"] * core + start["rolling_friction"] * inclination) / radius
+    found = found + start["contour_damping"] * unit / (mass * radius**2) * core**2 * roll
     if spec.air_law == MOFFATT:
         film = 0.25 * math.pi * start["air_viscosity"] * radius * unit / mass
-        power = power + film * core**3 * roll**2 / inclination
+        found = found + film * core**3 * roll / inclination
     if spec.air_law == BILDSTEN:
         layer = math.sqrt(0.5 * start["air_viscosity"] * start["air_density"] * unit) * radius**2 / mass
-        power = power + layer * core**4 * roll**2.5
-    if power.min() <= 0.0:
-        return math.inf
-    slope = 1.5 * core + 0.5 * axial * edge**2 / (transverse * core)
-    return unit * slope * float(np.sum(inclination / power * weights) * half)
+        found = found + layer * core**4 * roll**1.5
+    return np.asarray(found)
 
 
 def predictions(spec: Request, start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:

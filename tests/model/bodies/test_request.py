@@ -51,7 +51,6 @@ REFUSED = {
     "body=ball offset=0.1 axial_moment=0.9 transverse_moment=0.4": "axial_moment <= 2 transverse_moment",
     "body=ball offset=0.1 axial_moment=-0.4 transverse_moment=0.4": "axial_moment > 0",
     "body=ball offset=0.1 axial_moment=solid transverse_moment=0.4": "what follows from the shape",
-    "body=torus tube=0.2 rolling_friction=10um": "word of the model bodies",
     "body=torus tube=0.2 precession_rate=wobble": "roll_rate=wobble",
     "body=torus tube=0.2 device=cuda": "device is cpu",
 }

@@ -1,0 +1,73 @@
+"""The words of bodies with losses: what they choose, and what is refused."""
+
+import pytest
+
+from sweep.errors import RequestError
+from sweep.model.bodies.model import BODIES
+from sweep.model.lossy_bodies.model import LOSSY_BODIES
+from sweep.model.lossy_disk.model import LOSSY_DISK
+from sweep.request.spec import SweepSpec
+
+#: Words -> what the refusal says.
+REFUSED = {
+    "body=ball rolling_friction=10um": "There are no losses of a ball yet: it rolls on through its poles",
+    "body=spheroid flattening=0.2 contour_friction=10um": "no losses of a spheroid yet",
+    "body=torus tube=0.2 air_law=moffatt air_viscosity=18e-6 mass=1": "under a flat face, and a torus has none",
+    "body=rounded thickness=2 rolling_friction=10um": "no face left to lie on",
+    "body=rim thickness=2 fillet=0.5:1:3 rolling_friction=10um": "no face left to lie on",
+    "body=rounded rolling_friction=10um": "needs its thickness",
+    "body=torus tube=0.2 thickness=0.1 rolling_friction=10um": "has no thickness",
+    "body=torus tube=0.2 rolling_friction=2m radius=1m": "shorter than the radius",
+    "body=torus tube=0.2 contour_damping=1e-6": "needs the mass",
+    "body=torus tube=0.2 rolling_friction=10um fall_tilt=80deg": "say flat_tilt, the tilt at which the body",
+    "body=torus tube=0.2 rolling_friction=10um alpha=1": "alpha is for the thin disk",
+    "body=torus tube=0.2 rolling_friction=10um method=exact": "method is rk4",
+    "body=torus tube=0.2 rolling_friction=10um path=yes": "path",
+}
+
+
+def spec_of(words, spec="rolling"):
+    """Return the spec of words of a command line, which change a preset."""
+    return SweepSpec.from_words(spec, words.split())
+
+
+def test_what_has_no_losses_is_refused_in_a_sentence():
+    """Each refusal says what is wrong and what to do."""
+    for words, told in REFUSED.items():
+        with pytest.raises(RequestError) as caught:
+            spec_of(words)
+        assert told in str(caught.value), words
+        assert caught.value.hint, words
+
+
+def test_words_of_a_body_and_of_losses_choose_both():
+    """Whether they come together, on a preset that has the others, or one after the other; one kind alone as before."""
+    losses, body = "contour_friction=10um", "body=rim thickness=12.8mm fillet=2mm"
+    assert spec_of(f"{losses} {body} radius=37.55mm").model is LOSSY_BODIES
+    assert spec_of(body, "toy").model is LOSSY_BODIES
+    assert spec_of(f"{losses} criterion=aloft:1s", "true_edge").model is LOSSY_BODIES
+    torus = spec_of("body=torus tube=0.2")
+    assert torus.model is BODIES
+    assert torus.replace(rolling_friction="10um").model is LOSSY_BODIES
+    disk = spec_of("rolling_friction=10um")
+    assert disk.model is LOSSY_DISK
+    assert disk.replace(body="torus", tube=0.2).model is LOSSY_BODIES
+    again = SweepSpec.from_canonical(spec_of(body, "toy").canonical())
+    assert again == spec_of(body, "toy")
+
+
+def test_the_thin_disk_again():
+    """body=disk leaves the body behind and keeps the losses; a torus may come without a tube."""
+    spec = spec_of("body=rim thickness=12.8mm fillet=2mm", "toy")
+    thin = spec.replace(body="disk")
+    assert thin.model is LOSSY_DISK
+    assert thin.contour_friction == spec.contour_friction
+    assert SweepSpec(body="torus", rolling_friction="10um").tube == "none"
+
+
+def test_each_set_of_laws_has_its_kernel():
+    """The kernels are those of bodies, by the names of the disk's."""
+    spec = spec_of("body=rim thickness=12.8mm fillet=2mm friction=0.5", "toy")
+    kernel = spec.model.integrator(spec)
+    assert kernel.module == "kernels.lossy_bodies.integrate"
+    assert kernel.function == "integrate_dry_bildsten_slipping"
