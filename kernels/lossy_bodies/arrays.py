@@ -17,7 +17,13 @@ PARAMETERS = bodies.PARAMETERS + disk.PARAMETERS[disk.MASS :]
     AIR_VISCOSITY,
     AIR_DENSITY,
     FRICTION,
-) = range(len(bodies.PARAMETERS), len(PARAMETERS))
+) = (
+    PARAMETERS.index(name)
+    for name in (
+        "mass", "rolling_friction", "pivoting_friction", "contour_friction", "contour_damping", "air_viscosity",
+        "air_density", "friction",
+    )
+)  # fmt: skip
 
 #: Settings of an integration: those of the disk with losses, and the number of the body (`kernels.bodies.shapes`).
 SETTINGS = (*disk.SETTINGS, "body")

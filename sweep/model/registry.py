@@ -1,4 +1,4 @@
-"""The models of a request that have a name of their own: the disk without and with losses, and other bodies.
+"""The models of a request that have a name of their own: the disk and other bodies, each without and with losses.
 
 A system of a user is a model too (`sweep.model.system.model`): a request carries it as text. A spec or a file can only
 name one of these: nothing in it is ever imported.

@@ -126,7 +126,7 @@ class LossyBodies(LossyDisk):
 
     def complete(self, spec: Request, starts: Starts) -> Starts:
         """Return starts with the moments of their bodies, and the rates that keep the tilt of each cell."""
-        return complete(spec, with_constants(spec, starts))
+        return complete(spec, with_constants(spec, starts, self.parameters))
 
     def reference(self, size: int, seed: int | None = None) -> Reference:
         """Return the check of every cell against itself, and of a sample against a second computation."""

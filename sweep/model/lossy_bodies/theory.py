@@ -67,7 +67,8 @@ def _drift(body: Body, inclination: Array) -> tuple[Array, Array]:
     like 1/e besides. So unless b = 0 the centre does not stay at rest: with k = a b/(I + a^2),
     dy/d ln e = -(y + 3 k)/2 / [1 - (y + k) L a b/(2 A)], and q = D (o + e do/de)/(I + a^2).
     """
-    a, b, A, I = body.core, -(body.shift + body.edge), body.transverse, body.axial  # noqa: N806, E741
+    A, I = float(body.transverse), float(body.axial)  # noqa: N806, E741
+    a, b = float(body.core), -float(body.shift + body.edge)
     k, whole = a * b / (I + a * a), (I * A + I * b * b + A * a * a) / (I + a * a)
 
     def share(y: float) -> float:

@@ -17,7 +17,7 @@ from sweep.model.kernel import Kernel
 from sweep.model.lossy_disk import tables, theory
 from sweep.model.lossy_disk.audit import SampledAudit
 from sweep.model.lossy_disk.tables import ARMS, BILDSTEN, MOFFATT, NO_AIR, UNKNOWN, some
-from sweep.model.quantity import Array
+from sweep.model.quantity import Array, Input
 
 
 def check_losses(values: Mapping[str, Any]) -> None:
@@ -103,9 +103,8 @@ def _check_no_mass(values: Mapping[str, Any], law: str) -> None:
         )
 
 
-def with_constants(spec: Request, starts: Starts) -> dict[str, Array]:
+def with_constants(spec: Request, starts: Starts, parameters: Mapping[str, Input]) -> dict[str, Array]:
     """Return starts with the numbers of words that stand for one: of no mass, and of a friction without a limit."""
-    parameters = spec.model.parameters
     named = {name: parameters[name].constants.get(getattr(spec, name)) for name in ("mass", "friction")}
     size = starts["tilt"].shape
     return {**starts, **{name: np.full(size, value) for name, value in named.items() if value is not None}}
@@ -226,7 +225,7 @@ class LossyDisk(Model):
 
     def complete(self, spec: Request, starts: Starts) -> Starts:
         """Return starts with the rates that cells compute, and the numbers of words that stand for one."""
-        return complete(spec, with_constants(spec, starts))
+        return complete(spec, with_constants(spec, starts, self.parameters))
 
     def reference(self, size: int, seed: int | None = None) -> Reference:
         """Return the check of every cell against itself, and of a sample against a second computation."""
