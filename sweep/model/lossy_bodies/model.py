@@ -48,7 +48,7 @@ def check_body(values: Mapping[str, Any]) -> None:
             hint=f"Say air_law={NO_AIR}, or body={' or body='.join(tables.FACED)}.",
             where="air_law",
         )
-    for faced, name, whole in (("rounded", "thickness", 2.0), ("rim", "fillet", 1.0)):
+    for faced, name, whole in (("rounded", "thickness", 2.0), ("rim", "fillet", 1.0), ("arc", "fillet", 1.0)):
         if body == faced and _largest(values[name]) >= whole:
             raise RequestError(
                 f"A {CALLED[body]} with {name}={values[name]} has no face left to lie on: with losses {name} < "

@@ -10,7 +10,7 @@ from sweep.model.lossy_disk import tables as disk
 from sweep.model.quantity import OPEN, Ending, Endings, Input, Quantity, Word, table
 
 #: Bodies that have losses, the default first; those that have a flat face, under which air is.
-LOSSY, FACED = ("torus", "rounded", "rim"), ("rounded", "rim")
+LOSSY, FACED = ("torus", "rounded", "rim", "arc"), ("rounded", "rim")
 
 #: Lengths that may be left out: then they are 0. A torus without a tube is a hoop.
 OPTIONAL = (*bodies.OPTIONAL, "tube")
