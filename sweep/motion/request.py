@@ -222,7 +222,7 @@ def _check_kind(words: Iterable[str], kind: MotionKind) -> None:
             continue
         if kind is BODY_MOTION:
             lossless = dict.fromkeys(
-                LOSSY_MOTION.model.chosen_by, "only the thin disk has losses, one without body"
+                LOSSY_MOTION.model.chosen_by, "one motion of another body has no losses yet, its atlas may"
             )
             unknown_word(name, kind.names, kind.model, lossless)
         which = "with losses is flat at" if kind is LOSSY_MOTION else "without losses has fallen at"
