@@ -41,6 +41,7 @@ class Lossy:
     damping: float = 0.0
     film: float = 0.0
     soft: float = 0.0
+    two_edges: bool = False
 
     def right_side(self, _, y):
         """Return the derivatives of axis, angular velocity and ledger."""
@@ -100,7 +101,7 @@ class Lossy:
             return y[5] if self.pivoting and not self.soft else 1.0
 
         def edge(_, y):
-            return y[2] if self.body.shift else 1.0
+            return y[2] if self.two_edges else 1.0
 
         is_flat.terminal = stops.terminal = spins.terminal = edge.terminal = True
         begun = np.concatenate([self.body.start(*start), np.zeros(len(LEDGER))])
@@ -144,12 +145,13 @@ def drawn_lossy(name, rng, most=-1.3):
     calm = 0.1 if rng.random() < 0.3 else 1.0
     tilt, rates = calm * rng.uniform(-1.3, 1.3), calm * rng.normal(size=3) * (0.3, 1.0, 1.0)
     laws = some(rng, (*ARMS, "contour_damping"), most=most)
-    air = some(rng, ("air_viscosity",)) if name != "torus" else {"air_viscosity": 0.0}
+    air = some(rng, ("air_viscosity",)) if name in ("rounded", "rim") else {"air_viscosity": 0.0}
     words = {**lengths, **laws, **air, "axial_moment": axial, "transverse_moment": transverse, "tilt": tilt}
     words |= dict(zip(("tilt_rate", "precession_rate", "roll_rate"), rates, strict=True))
     body = Body(core, -shift if name == "rim" and tilt < 0.0 else shift, edge, axial, transverse)
     film = 0.25 * math.pi * air["air_viscosity"] * core**3
-    return words, Lossy(body, *(laws[each] for each in ARMS), laws["contour_damping"], film)
+    arms = (laws[each] for each in ARMS)
+    return words, Lossy(body, *arms, laws["contour_damping"], film, two_edges=name == "rim")
 
 
 def scaled(words):
