@@ -30,7 +30,7 @@ from kernels.bodies.stages import body_of
 from kernels.disk import motion_arrays as motion_row
 from kernels.disk.contact_extremes import _KEPT, _MOST, _judge, _look, _search_panel
 from kernels.disk.contact_extremes import _PANELS as PASSED
-from kernels.disk.endings import FELL, INVALID, UNRESOLVED
+from kernels.disk.endings import EDGE_CHANGE, FELL, INVALID, UNRESOLVED
 from kernels.disk.equations import scaled_state
 from kernels.disk.polynomial_roots import largest_value, value_and_slope
 from kernels.jit import kernel
@@ -147,6 +147,7 @@ def _contact(
         )
         normal, friction, state = math.nan, math.nan, motion_row.NO_MOTION
         falls_at_once = ending == FELL and kind < FIRST_WITH_POLES and abs(least) >= fall_tilt
+        falls_at_once |= ending == EDGE_CHANGE
         if ending == UNRESOLVED:
             state = motion_row.UNRESOLVED_FORCES
         elif ending != INVALID and not (falls_at_once and sides[0, _PANELS] + sides[1, _PANELS] == 0.0):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from kernels.bodies import arrays as row
 from kernels.bodies import layout as at
 from kernels.bodies.equations import lane_step
-from kernels.bodies.shapes import RIM, Body, arc_of
+from kernels.bodies.shapes import FIRST_WITH_POLES, RIM, Body, arc_of
 from kernels.disk.endings import EDGE_CHANGE, FELL, INVALID
 from kernels.disk.leg_control import _write_at_once
 from kernels.disk.step_size import prepared_settings as settings_of_disk
@@ -72,6 +72,8 @@ def is_possible(starts, cell, kind, body):
     finite = finite and math.isfinite(starts[row.ROLL_RATE, cell]) and math.isfinite(body.shift)
     heavy = 0.0 < body.axial <= 2.0 * body.transverse < math.inf
     fits = kind != RIM or starts[row.FILLET, cell] <= 0.5 * starts[row.THICKNESS, cell]
+    # the centre of mass lies between the poles
+    fits = fits and (kind < FIRST_WITH_POLES or body.shift * body.shift < body.square)
     convex = body.core >= 0.0 and body.edge >= 0.0 and 0.0 < body.core + body.edge < math.inf
     convex = convex and 0.0 < body.square < math.inf
     inside = abs(starts[row.TILT, cell]) < 0.5 * math.pi

@@ -77,7 +77,7 @@ def _possible(cell, starts, run, body):
     # a law of forces that are not proportional to the weight needs the mass
     heavy = (damping == 0.0 and still) or 0.0 < mass < math.inf
     allowed = _not_negative(damping) and starts[row.FRICTION, cell] >= 0.0 and (still or air)
-    # what has no flat face has no film under it
+    # no film is known under a ring
     faced = still or run.body != TORUS
     return (
         is_possible(starts, cell, run.body, body) and arms and heavy and allowed and faced and body.core > 0.0
@@ -85,11 +85,13 @@ def _possible(cell, starts, run, body):
 
 
 @kernel
-def _undisturbed(cell, starts):
+def _undisturbed(cell, starts, body):
     """Whether a start stands upright and nothing tilts it: the gyroscopic torque vanishes with a rate."""
     still = starts[body_row.TILT, cell] == 0.0 and starts[body_row.TILT_RATE, cell] == 0.0
-    return still and (
-        starts[body_row.PRECESSION_RATE, cell] == 0.0 or starts[body_row.ROLL_RATE, cell] == 0.0
+    return (
+        still
+        and body.shift == 0.0
+        and (starts[body_row.PRECESSION_RATE, cell] == 0.0 or starts[body_row.ROLL_RATE, cell] == 0.0)
     )
 
 
@@ -122,7 +124,7 @@ def _ending_at_once(cell, starts, run, body):
         return FLAT
     if run.body == RIM and tilt == 0.0:
         return EDGE_CHANGE
-    return UNDISTURBED if _undisturbed(cell, starts) else MOVING
+    return UNDISTURBED if _undisturbed(cell, starts, body) else MOVING
 
 
 @kernel

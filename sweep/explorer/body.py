@@ -4,9 +4,10 @@ from typing import Any
 
 import numpy as np
 
+from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
 from sweep.model.bodies.shape import has_poles
-from sweep.model.bodies.tables import LENGTHS, OF_THE_BODY
+from sweep.model.bodies.tables import LENGTHS, OF_THE_BODY, PATH_VARIABLES
 from sweep.model.bodies.tables import NONE as NO_LENGTH
 from sweep.request.spec import SweepSpec
 
@@ -39,6 +40,21 @@ def is_of_body(spec: SweepSpec, name: str) -> bool:
     return not any(name in lengths for lengths in LENGTHS.values()) or name in LENGTHS[spec.body]
 
 
+def check_columns(spec: SweepSpec) -> None:
+    """Refuse a criterion that judges by what the module of a page does not compute.
+
+    Raises
+    ------
+    RequestError
+    """
+    if unknown := sorted(PATH_VARIABLES.keys() & set(spec.criterion.needs(spec.model))):
+        raise RequestError(
+            f"The page does not compute {unknown[0]}, which the criterion {spec.criterion} asks for.",
+            hint="Compute an atlas with eulerdisk run, and explore its file.",
+            where="criterion",
+        )
+
+
 def body_cells(spec: SweepSpec) -> dict[str, Any]:
     """Return what the kernels of a body are called with (`kernels.page.bodies`), which JSON can hold.
 
@@ -46,7 +62,7 @@ def body_cells(spec: SweepSpec) -> dict[str, Any]:
     -------
     dict
         ``number`` of the body; ``hollow`` and ``follows``, whether a torus is hollow, and the axial and the transverse
-        moment follow from the shape: 0 or 1; ``on_end``, whether the starts disturb a body on its end.
+        moment follow from the shape: 0 or 1; ``is_ball``; ``on_end``, whether the starts disturb a body on its end.
     """
     leaning = 0.25
     steady = spec.model.undisturbed(spec, {"tilt": np.array([leaning])})
@@ -55,5 +71,6 @@ def body_cells(spec: SweepSpec) -> dict[str, Any]:
         "number": list(LENGTHS).index(spec.body),
         "hollow": int(spec.filling == "hollow"),
         "follows": [int(each == OF_THE_BODY) for each in moments],
+        "is_ball": spec.body == "ball",
         "on_end": bool(steady[0] > leaning),
     }

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from functools import lru_cache
 from pathlib import Path
 
 from sweep.errors import RequestError
@@ -51,6 +52,7 @@ def kernels_of(spec: SweepSpec | None) -> bytes | None:
     return kept_bytes(f"page_{room}", code, given, lambda: _made(told, _BUILD.format(room=room), given))
 
 
+@lru_cache(maxsize=8)
 def _made(told: str, program: str, given: str) -> bytes:
     """Return what a program writes that makes a module; raises as `kernels_of`."""
     notice(f"Compiling {told} for the page (some ten seconds) ...")

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from sweep.errors import RequestError
-from sweep.explorer.body import body_cells, is_body
+from sweep.explorer.body import body_cells, check_columns, is_body
 from sweep.explorer.losses import AIR, LOSS_WORDS, MASS, has_motions, slider_rows
 from sweep.explorer.quantities import described, shown_of
 from sweep.explorer.system import system_cells
@@ -105,6 +105,8 @@ def _unjudged(spec: SweepSpec) -> dict[str, Any]:
 
 def cells_of(spec: SweepSpec) -> dict[str, Any]:
     """Return how the cells of a spec are computed: by the exact reduction, with losses, or of a system."""
+    if is_body(spec):
+        check_columns(spec)
     system = {"system": system_cells(spec.model)} if isinstance(spec.model, SystemModel) else {}
     body = {"body": body_cells(spec)} if is_body(spec) else {}
     return {**_cells(spec, spec.model), "criterion": _criterion(spec), **system, **body}

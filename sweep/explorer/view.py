@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sweep.errors import RequestError, shown
+from sweep.explorer.body import NO_LENGTH
 from sweep.explorer.fields import read_choice, read_number, read_object, read_text, refuse
 from sweep.explorer.system import is_system
 from sweep.model import registry
@@ -293,6 +294,8 @@ def _any_axis(given: SweepSpec, name: str) -> Range | Values:
     held = getattr(given, name)
     if isinstance(held, Range | Values):
         return held
+    if held == NO_LENGTH:
+        return Values((0.0,))
     # not zero: no steady motion has a rate of zero
     return Values((held if isinstance(held, float) and held else 1.0,))
 

@@ -84,9 +84,9 @@ class SweepSpec:
         ``grid``: the boundary lies between neighbouring cells; ``refined`` or ``refined:WIDTH``: it is bisected
         until its bracket is no wider than WIDTH in the SI unit of the axis, and stored as curves too.
     body : str
-        What rolls, if not the thin disk: ``torus``, ``rounded``, ``rim``, ``ball`` or ``spheroid``, with ``tube``,
-        ``filling``, ``thickness``, ``fillet``, ``offset``, ``flattening``, ``axial_moment`` and ``transverse_moment``
-        (docs/bodies.md).
+        What rolls, if not the thin disk: ``torus``, ``rounded``, ``rim``, ``arc``, ``ball`` or ``spheroid``, with
+        ``tube``, ``filling``, ``thickness``, ``fillet``, ``offset``, ``flattening``, ``axial_moment`` and
+        ``transverse_moment`` (docs/bodies.md).
     model : str
         The model that is integrated; if not given the one that a word chooses, the disk with losses by any
         of its own (docs/lossy.md), another body by any of its own, a body with losses by words of both, else the disk.

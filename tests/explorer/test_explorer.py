@@ -414,6 +414,25 @@ def test_every_question_about_a_body_is_answered(tmp_path, monkeypatch, command,
     assert (tmp_path / "window.csv").read_bytes() == cells.body
 
 
+def test_what_the_page_of_a_body_does_not_compute_is_said():
+    """A criterion on its path; any length can be an axis."""
+    words = {
+        "body": "torus",
+        "tube": "0.1:0.3:3",
+        "roll_rate": "2:3:3",
+        "tilt": "10deg",
+        "precession_rate": 0.5,
+    }
+    with explore(SweepSpec(**words, path="yes", criterion="path_drift > 10", method="exact")) as explorer:
+        view = about(explorer.url)["bases"][0]["view"]
+        assert "does not compute path_drift" in post(explorer.url, "plan", view=view)["refused"]["error"]
+    for given, name in (("thick_coin", "fillet"), ("egg", "offset")):
+        with explore(given) as explorer:
+            view = about(explorer.url)["bases"][0]["view"]
+            view["x" if view["y"]["name"] != name else "y"] = {"name": name, "centre": 0.02, "half": 0.01}
+            assert post(explorer.url, "plan", view=view)["refused"] is None, given
+
+
 def test_a_system_without_a_plane_is_refused(tmp_path):
     """One state and no parameter are no plane."""
     path = tmp_path / "one.py"

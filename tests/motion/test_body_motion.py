@@ -167,6 +167,16 @@ def test_what_is_refused(words, told):
         sweep.simulate(**words)
 
 
+def test_losses_are_not_left_out():
+    """Neither those of a preset, nor those of the cell of an atlas."""
+    rim = {"body": "rim", "thickness": "12.8mm", "tilt": "80deg", "precession_rate": 20.0}
+    with pytest.raises(sweep.RequestError, match="one motion of another body has no losses"):
+        sweep.simulate("toy", **rim)
+    stops = sweep.run("toy", tilt="80deg", precession_rate="19,20", duration="1s", criterion="aloft:1s")
+    with pytest.raises(sweep.RequestError, match="one motion of another body has no losses"):
+        stops.eulerdisk.simulate(body="torus", tube=0.2, precession_rate=20)
+
+
 def test_the_command(command, tmp_path):
     """`simulate`, `info` and `explain` say which body it is, `explain` follows its cell and its contact forces."""
     status, _, told = command("simulate body=rim thickness=0.2 tilt=4deg -o coin.nc --plot coin.png")

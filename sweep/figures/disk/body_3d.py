@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.collections import PathCollection, PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.path import Path
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation, Slerp
 
 from sweep.figures.disk.disk_3d import FACES, GREY, INK, SHADOW, SHADOW_STRENGTH, TRACE, Camera
@@ -160,7 +160,7 @@ def _lines(pose: BodyPose, camera: Camera) -> list[tuple[Array, str, float, floa
         found.append((np.stack([contour[:-1], contour[1:]], axis=1), INK, 1.0, _OUTLINE_NEARER))
     # the outer line of a ring is that of its convex hull too
     points = vertices.reshape(-1, 3)
-    hull = ConvexHull(camera.project(points)).vertices
+    hull = _corners(camera.project(points))
     outline = points[np.append(hull, hull[0])]
     found.append((np.stack([outline[:-1], outline[1:]], axis=1), INK, 1.0, 6.0 * solid.reach))
     return found
@@ -169,7 +169,7 @@ def _lines(pose: BodyPose, camera: Camera) -> list[tuple[Array, str, float, floa
 def _draw_shadow(axes: "Axes", camera: Camera, pose: BodyPose, strength: float) -> None:
     """Draw the shadow of a light straight above; that of a ring has a hole if one sees through it from there."""
     flat = pose.placed(pose.solid.vertices).reshape(-1, 3) * [1.0, 1.0, 0.0]
-    pieces = [flat[ConvexHull(flat[:, :2]).vertices]]
+    pieces = [flat[_corners(flat[:, :2])]]
     if pose.solid.tube is not None:
         pieces += _hole(pose)
     whole: Any = Path.make_compound_path(*(Path(camera.project(each), closed=False) for each in pieces))
@@ -179,6 +179,15 @@ def _draw_shadow(axes: "Axes", camera: Camera, pose: BodyPose, strength: float) 
         ),
         autolim=False,
     )
+
+
+def _corners(places: Array) -> Array:
+    """Return the numbers of the corners of the convex hull of points in a plane, shape (n, 2); on a line its ends."""
+    try:
+        return np.asarray(ConvexHull(places).vertices)
+    except QhullError:
+        along = places[:, np.ptp(places, axis=0).argmax()]
+        return np.array([along.argmin(), along.argmax()])
 
 
 def _hole(pose: BodyPose) -> list[Array]:

@@ -199,7 +199,7 @@ class Bodies(Model):
         """Whether the motion that starts disturb is a steady one: circling, or upright in balance."""
         if circling(spec):
             return True
-        return spec.body in theory.IN_BALANCE and not self._on_its_end(spec) and not off_centre(spec.offset)
+        return theory.has_balance(spec) and not self._on_its_end(spec)
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
         """Return the analytic lines and those that the criterion predicts; see `sweep.model.disk.theory.lines`."""

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from kernels.bodies import steady
-from sweep.model.bodies.shape import body_of, scaled_rates
+from sweep.model.bodies.shape import body_of, off_centre, scaled_rates
 from sweep.model.description import Request, Starts
 from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.theory import Formulas
@@ -22,6 +22,11 @@ CARRY_ELLIPSES = Kernel("kernels.bodies.carry", "carry_ellipses", seconds=4.0)
 
 #: Bodies that are in balance upright, with a tilt of 0; an arc and a spheroid if their centre is the centre of mass.
 IN_BALANCE = ("torus", "rounded", "arc", "spheroid")
+
+
+def has_balance(spec: Request) -> bool:
+    """Return whether the body of a spec is in balance upright: one of `IN_BALANCE`, and not off its centre."""
+    return spec.body in IN_BALANCE and not off_centre(spec.offset)
 
 
 def critical_square(spec: Request, rate: str) -> str:

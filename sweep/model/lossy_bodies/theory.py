@@ -25,7 +25,7 @@ _OTHER = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}
 
 def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
     """Return the critical rate of the upright body without losses; nothing is predicted for a criterion."""
-    if computed_rates(spec) or axis not in _OTHER or spec.body not in theory.IN_BALANCE:
+    if computed_rates(spec) or axis not in _OTHER or not theory.has_balance(spec):
         return {}
     known = (starts[_OTHER[axis]] == 0.0) & ~unsteadied(spec, starts, axis)
     if not known.any():
@@ -47,6 +47,8 @@ def wobble_time(spec: Request, start: Mapping[str, float]) -> float:
     """
     given = with_body(spec, {name: np.array([value]) for name, value in start.items()})
     body = Body(*(float(np.ravel(each)[0]) for each in body_of(spec, given)))
+    # the mirror image of what leans to the other side
+    body = body._replace(shift=math.copysign(1.0, start["tilt"]) * body.shift)
     high, low = (math.pi / 2 - abs(tilt) for tilt in (start["tilt"], float(spec.flat_tilt)))
     inclination = np.geomspace(high, low, _NODES)
     o, taken = _drift(body, inclination)

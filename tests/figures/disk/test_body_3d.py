@@ -131,6 +131,14 @@ def test_every_body_can_be_drawn(motions, tmp_path):
     assert (tmp_path / "first.png").read_bytes() == (tmp_path / "second.png").read_bytes()
 
 
+def test_a_thin_body_that_stands_upright_can_be_drawn(tmp_path):
+    """Seen from the top, and from where the light is, it is a line."""
+    thin = {"body": "torus", "tube": 0.0, "axial_moment": 0.5, "transverse_moment": 0.25, "roll_rate": 3.0}
+    motion = sweep.simulate(**thin, tilt=0.0, duration="1s")
+    plots.save(plots.motion_figure(motion), tmp_path / "thin.png")
+    motion.eulerdisk.animate(tmp_path / "thin.gif", fps=1, size="240x200", camera="top")
+
+
 def test_a_body_is_whole_in_every_picture(motions):
     """Its colours are seen, and have paper around them, from every camera."""
     for motion in (motions["torus"], motions["spheroid"]):

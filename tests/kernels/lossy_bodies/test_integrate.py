@@ -125,6 +125,10 @@ def test_endings_of_starts_without_a_motion():
 
     assert ending("rim", **RIM, tilt=0.0) == EDGE_CHANGE
     assert ending("torus", **TORUS, tilt=0.0) == UNDISTURBED
+    # off its centre an arc leans at once
+    round_edge = {"fillet": 0.2, "axial_moment": 0.4, "transverse_moment": 0.3}
+    assert ending("arc", **round_edge, tilt=0.0) == UNDISTURBED
+    assert ending("arc", **round_edge, offset=-0.2, tilt=0.0) != UNDISTURBED
     assert ending("torus", **TORUS, tilt=1.55) == FLAT
     assert ending("torus", **TORUS, tilt=0.1, rolling_friction=-1.0) == INVALID
     assert ending("torus", **TORUS, tilt=0.1, air_viscosity=1e-3) == INVALID

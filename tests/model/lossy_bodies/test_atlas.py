@@ -64,6 +64,10 @@ def test_a_wobble_near_flat_takes_its_leading_order(law):
     """From half a degree on the whole motion lasts as long as theory says, to that inclination."""
     spec = SweepSpec(**EDGE, **WOBBLE, **law, duration="2000s")
     assert float(sweep.run(spec)["end_time"]) == pytest.approx(wobble_time(spec, _start(spec)), rel=4e-3)
+    mirrored = spec.replace(tilt="-89.5deg")
+    assert wobble_time(mirrored, _start(mirrored)) == pytest.approx(
+        wobble_time(spec, _start(spec)), rel=1e-12
+    )
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -74,3 +78,18 @@ def test_without_thickness_that_is_the_thin_disks(law):
     words = {"body": "torus", "tube": 0.0} if "air_law" not in law else {"body": "rounded", "thickness": 0.0}
     spec = SweepSpec(**words, **size, axial_moment=0.5, transverse_moment=0.25, **WOBBLE, **law)
     assert wobble_time(spec, _start(spec)) == pytest.approx(of_disk.wobble_time(thin, _start(thin)), rel=1e-5)
+
+
+def test_no_critical_rate_where_nothing_is_in_balance():
+    """An arc has one about its centre; off it there is no balance upright, and no line."""
+    words = {
+        "body": "arc",
+        "fillet": 0.2,
+        "axial_moment": 0.4,
+        "transverse_moment": 0.3,
+        "roll_rate": "1:4:4",
+    }
+    spec = SweepSpec(**words, rolling_friction="10um", tilt="1deg", duration="1s")
+    for offset, known in ((0.0, True), (0.1, False)):
+        found = spec.replace(offset=offset)
+        assert bool(found.model.lines(found, "roll_rate", starts_at(found, np.arange(4)))) == known, offset
