@@ -179,7 +179,8 @@ def _where(
 def _start(spec: SweepSpec, start: Mapping[str, float], reported: Mapping[str, ReportedAs]) -> Iterator[str]:
     fixed = [f"body {spec.body}"] if "body" in spec.model.options else []
     for name in [each for each in start if each not in spec.axes]:
-        spelled = reported[name].spell(start[name]) if np.isfinite(start[name]) else "none"
+        word = getattr(spec, name) if name in spec.constants else "none"
+        spelled = reported[name].spell(start[name]) if np.isfinite(start[name]) else word
         # a length that a body does not have is 0, a moment of its shape is not
         if start[name] != 0.0 or name not in spec.constants:
             fixed.append(f"{reported[name].quantity.name} {spelled}")
