@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sweep.errors import RequestError
-from sweep.explorer.body import COST, NO_LENGTH, SLIDERS, is_body, is_of_body
+from sweep.explorer.body import COST, SLIDERS, is_body, is_of_body
 from sweep.explorer.losses import LOSS_WORDS, has_motions
 from sweep.explorer.own_module import has_own_module
 from sweep.explorer.plan import motion_tables
@@ -16,6 +16,7 @@ from sweep.explorer.quantities import Shown, described, shown_of
 from sweep.explorer.stored import Stored
 from sweep.explorer.system import is_system
 from sweep.explorer.view import base_names, exact, middle, other_names, preset
+from sweep.model.bodies.tables import NONE as NO_LENGTH
 from sweep.model.quantity import Array, Input
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec

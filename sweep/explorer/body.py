@@ -8,10 +8,7 @@ from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
 from sweep.model.bodies.shape import has_poles
 from sweep.model.bodies.tables import LENGTHS, OF_THE_BODY, PATH_VARIABLES
-from sweep.model.bodies.tables import NONE as NO_LENGTH
 from sweep.request.spec import SweepSpec
-
-__all__ = ["NO_LENGTH"]
 
 #: Parameter -> the ends of its slider in SI, and how it is spread.
 SLIDERS = {

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from sweep.errors import RequestError, shown
-from sweep.explorer.body import NO_LENGTH
 from sweep.explorer.fields import read_choice, read_number, read_object, read_text, refuse
 from sweep.explorer.system import is_system
 from sweep.model import registry
+from sweep.model.bodies.tables import NONE as NO_LENGTH
 from sweep.model.description import Model, Starts
 from sweep.model.quantity import Array, Truths
 from sweep.request.sources import Range, Values
