@@ -186,7 +186,7 @@ def _start(spec: SweepSpec, start: Mapping[str, float], reported: Mapping[str, R
             fixed.append(f"{reported[name].quantity.name} {spelled}")
     yield f"start       {', '.join(fixed)}"
     if spec.model.coordinate:
-        yield f"reference   {spec.model.disturbed_motion(spec)}"
+        yield f"reference   {spec.model.disturbed_motion(spec, start)}"
 
 
 def _stored(spec: SweepSpec, stored: Mapping[str, float]) -> Iterator[str]:

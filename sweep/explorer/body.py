@@ -2,8 +2,6 @@
 
 from typing import Any
 
-import numpy as np
-
 from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
 from sweep.model.bodies.shape import has_poles
@@ -59,15 +57,11 @@ def body_cells(spec: SweepSpec) -> dict[str, Any]:
     -------
     dict
         ``number`` of the body; ``hollow`` and ``follows``, whether a torus is hollow, and the axial and the transverse
-        moment follow from the shape: 0 or 1; ``is_ball``; ``on_end``, whether the starts disturb a body on its end.
+        moment follow from the shape: 0 or 1.
     """
-    leaning = 0.25
-    steady = spec.model.undisturbed(spec, {"tilt": np.array([leaning])})
     moments = (spec.axial_moment, spec.transverse_moment)
     return {
         "number": list(LENGTHS).index(spec.body),
         "hollow": int(spec.filling == "hollow"),
         "follows": [int(each == OF_THE_BODY) for each in moments],
-        "is_ball": spec.body == "ball",
-        "on_end": bool(steady[0] > leaning),
     }

@@ -159,7 +159,8 @@ def _stored_cells(view: View, stored: Stored, check: Callable[[], None]) -> dict
     cells["verdict"] = stored.plane("stability", view).astype(np.uint8)
     cells |= {name: stored.plane(name, view).astype(np.float64) for name in spec.computed}
     fixed = (*spec.model.parameters, *(["fall_tilt"] if "fall_tilt" in spec.model.settings else []))
-    starts = {name: view.spec.constants.get(name, getattr(view.spec, name)) for name in fixed}
+    # a word, as a moment that follows from the shape, is no number of the cell
+    starts = {name: getattr(view.spec, name) for name in fixed}
     packed = {}
     for name, values in cells.items():
         # a large one takes a second

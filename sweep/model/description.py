@@ -362,8 +362,8 @@ class Model(ABC):
     def perturbation(self, spec: Request, starts: Starts) -> Array:
         """Return the size of the perturbation in each start, in the SI unit of the coordinate."""
 
-    def disturbed_motion(self, spec: Request) -> str:
-        """Return the name of the motion that the starts disturb, in words."""
+    def disturbed_motion(self, spec: Request, start: Mapping[str, float]) -> str:
+        """Return the name of the motion that a start disturbs, in words."""
         return "the undisturbed motion"
 
     def check(self, values: Mapping[str, Any]) -> None:

@@ -240,7 +240,7 @@
 
 /**
  * How cells of a body of revolution are computed: see sweep/explorer/body.py.
- * @typedef {Plan & {body: {number: number, hollow: number, follows: number[], is_ball: boolean, on_end: boolean}}} BodyPlan
+ * @typedef {Plan & {body: {number: number, hollow: number, follows: number[]}}} BodyPlan
  */
 
 /**

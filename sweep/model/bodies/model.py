@@ -18,11 +18,11 @@ from sweep.model.bodies.exact import (
     path_columns,
 )
 from sweep.model.bodies.shape import (
+    all_on_end,
     check_shape,
     complete,
     has_poles,
-    off_centre,
-    stands_on_end,
+    on_end,
     with_body,
 )
 from sweep.model.description import Columns, Model, Request, Starts, Words
@@ -83,21 +83,16 @@ class Bodies(Model):
 
     def headline(self, spec: Request) -> str:
         """Return what is looked at, which follows from the rates and the body."""
-        if self._on_its_end(spec):
+        if all_on_end(spec):
             return f"Spinning on its end, a {spec.body}: stability of the vertical axis"
         motion, _, looked_at = DISK.headline(spec).partition(": ")
         article = "an" if tables.CALLED[spec.body][0] in "aeiou" else "a"
         return f"{motion}, {article} {tables.CALLED[spec.body]}: {looked_at.replace('disk', 'body')}"
 
     def undisturbed(self, spec: Request, starts: Starts) -> Array:
-        """Return the tilt [rad] of the motion that each start disturbs: its own if circling, else upright.
-
-        A ball that does not circle disturbs spinning on its end, with its axis vertical, and so does a spheroid that
-        has no balance upright, or whose axis is nearer to the vertical in all starts.
-        """
-        if self._on_its_end(spec):
-            return np.copysign(np.full_like(starts["tilt"], math.pi / 2), starts["tilt"])
-        return DISK.undisturbed(spec, starts)
+        """Return the tilt [rad] of the motion that each start disturbs: upright, circling, or a body on its end."""
+        vertical = np.copysign(math.pi / 2, starts["tilt"])
+        return np.where(on_end(spec, starts), vertical, DISK.undisturbed(spec, starts))
 
     def perturbation(self, spec: Request, starts: Starts) -> Array:
         """Return the size [rad] of the perturbation in each start.
@@ -114,11 +109,11 @@ class Bodies(Model):
 
     def drawn_of(self, spec: Request) -> str:
         """Return what maps show: of a body on its end, whose largest tilt is that of its start, the amplification."""
-        return "amplification" if self._on_its_end(spec) else super().drawn_of(spec)
+        return "amplification" if all_on_end(spec) else super().drawn_of(spec)
 
-    def disturbed_motion(self, spec: Request) -> str:
-        """Return what the starts disturb."""
-        if self._on_its_end(spec):
+    def disturbed_motion(self, spec: Request, start: Mapping[str, float]) -> str:
+        """Return what a start disturbs."""
+        if on_end(spec, start):
             return f"a {spec.body} that spins on its end, about the vertical"
         called = tables.CALLED[spec.body]
         return f"a {called} that circles at this tilt" if circling(spec) else f"the upright {called}"
@@ -189,37 +184,28 @@ class Bodies(Model):
             return np.zeros(error.shape, bool)
         return DISK.may_be_lost(spec, measured, error)
 
-    def _on_its_end(self, spec: Request) -> bool:
-        """Whether the starts disturb a body that spins on its end."""
-        if circling(spec) or not has_poles(spec.body):
-            return False
-        return spec.body == "ball" or off_centre(spec.offset) or stands_on_end(spec.tilt)
-
-    def _has_theory(self, spec: Request) -> bool:
-        """Whether the motion that starts disturb is a steady one: circling, or upright in balance."""
-        if circling(spec):
-            return True
-        return theory.has_balance(spec) and not self._on_its_end(spec)
-
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
         """Return the analytic lines and those that the criterion predicts; see `sweep.model.disk.theory.lines`."""
-        if self._on_its_end(spec):
+        ends = on_end(spec, starts)
+        if ends.all():
             return theory.pole_lines(spec, axis, starts)
-        if not self._has_theory(spec):
+        if not theory.has_steady_motion(spec):
             return {}
         found = of_disk.lines(spec, axis, starts, theory.FORMULAS)
         if not circling(spec):
             # upright, a prolate spheroid is stable at every rate
             found = {edge: both for edge, both in found.items() if np.isfinite(both[0]).any()}
-        if spec.criterion.limits_reach:
-            return found
-        return {edge: (critical, np.full_like(critical, np.nan)) for edge, (critical, _) in found.items()}
+        if not spec.criterion.limits_reach:
+            found = {
+                edge: (critical, np.full_like(critical, np.nan)) for edge, (critical, _) in found.items()
+            }
+        return theory.of_both(ends, theory.pole_lines(spec, axis, starts), found) if ends.any() else found
 
     def line_label(self, spec: Request, axis: str) -> str:
         """Return the formula of the squared critical rate, or of the curve k = 0."""
-        if self._on_its_end(spec) and axis == "roll_rate":
-            return theory.critical_pole_square(spec)
-        if not self._has_theory(spec):
+        if all_on_end(spec):
+            return theory.critical_pole_square(spec) if axis == "roll_rate" else ""
+        if not theory.has_steady_motion(spec):
             return ""
         return "k = 0" if circling(spec) else theory.critical_square(spec, axis)
 
@@ -241,9 +227,9 @@ class Bodies(Model):
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
         """Return what small oscillations about the steady motion say of a cell."""
-        if self._on_its_end(spec):
+        if on_end(spec, start):
             return (theory.pole_prediction(spec, start),)
-        if not self._has_theory(spec):
+        if not theory.has_steady_motion(spec):
             return (
                 f"linear      no prediction: upright, a {tables.CALLED[spec.body]} has no steady motion to disturb",
             )

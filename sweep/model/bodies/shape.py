@@ -12,7 +12,7 @@ from sweep.model.bodies.tables import CALLED, LENGTHS, NONE, OF_THE_BODY, OPTION
 from sweep.model.description import Request, Starts
 from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.tables import WOBBLE
-from sweep.model.quantity import Array
+from sweep.model.quantity import Array, Truths
 
 #: Thickest disk with a semicircular edge: two radii, a ball.
 _THICKEST_ROUNDED = 2.0
@@ -176,10 +176,28 @@ def off_centre(offset: Any) -> bool:
     return _ends(offset) != (0.0, 0.0)
 
 
-def stands_on_end(tilt: Any) -> bool:
-    """Whether all starts have the axis nearer to the vertical than to the horizontal, to the same side."""
-    low, high = _ends(tilt)
-    return min(abs(low), abs(high)) > _ON_END and low * high > 0.0
+def on_end(spec: Request, starts: Mapping[str, Any]) -> Truths:
+    """Return which starts disturb a body that spins on its end, with its axis vertical.
+
+    Those of a ball that does not circle, and of a spheroid whose axis is nearer to the vertical than to the horizontal,
+    or which has no balance upright.
+    """
+    tilt = np.asarray(starts["tilt"])
+    if circling(spec) or not has_poles(spec.body):
+        return np.zeros(tilt.shape, bool)
+    if spec.body == "ball":
+        return np.ones(tilt.shape, bool)
+    offset = 0.0 if spec.offset == NONE else np.asarray(starts["offset"])
+    return np.asarray((np.abs(tilt) > _ON_END) | (offset != 0.0))
+
+
+def all_on_end(spec: Request) -> bool:
+    """Return whether all starts of a spec are `on_end`, by the ends of their tilts and offsets."""
+    if circling(spec) or not has_poles(spec.body):
+        return False
+    tilt, offset = _ends(spec.tilt), _ends(spec.offset)
+    nearer = min(abs(each) for each in tilt) > _ON_END and tilt[0] * tilt[1] > 0.0
+    return spec.body == "ball" or nearer or offset[0] * offset[1] > 0.0
 
 
 def moments(body: str, filling: str, starts: Starts) -> tuple[Array, Array]:

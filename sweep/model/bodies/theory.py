@@ -15,7 +15,7 @@ from sweep.model.description import Request, Starts
 from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.theory import Formulas
 from sweep.model.kernel import Kernel
-from sweep.model.quantity import Array
+from sweep.model.quantity import Array, Truths
 
 CARRY = Kernel("kernels.bodies.carry", "carry", seconds=4.0)
 CARRY_ELLIPSES = Kernel("kernels.bodies.carry", "carry_ellipses", seconds=4.0)
@@ -24,9 +24,14 @@ CARRY_ELLIPSES = Kernel("kernels.bodies.carry", "carry_ellipses", seconds=4.0)
 IN_BALANCE = ("torus", "rounded", "arc", "spheroid")
 
 
-def has_balance(spec: Request) -> bool:
-    """Return whether the body of a spec is in balance upright: one of `IN_BALANCE`, and not off its centre."""
-    return spec.body in IN_BALANCE and not off_centre(spec.offset)
+def has_steady_motion(spec: Request) -> bool:
+    """Return whether starts that are not on their end disturb a steady motion: circling, or upright in balance.
+
+    In balance upright is one of `IN_BALANCE`. A spheroid off its centre is on its end, an arc is not in balance.
+    """
+    if circling(spec):
+        return True
+    return spec.body in IN_BALANCE and not (spec.body == "arc" and off_centre(spec.offset))
 
 
 def critical_square(spec: Request, rate: str) -> str:
@@ -119,6 +124,21 @@ def pole_lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Arra
     known = (square > 0.0) & (starts["precession_rate"] == 0.0)
     critical = np.where(known, np.sqrt(np.abs(square)) / _unit(starts), np.nan)
     return {"upper": (critical, np.full_like(critical, np.nan))}
+
+
+def of_both(
+    ends: Truths, on_end: Mapping[str, tuple[Array, Array]], upright: Mapping[str, tuple[Array, Array]]
+) -> dict[str, tuple[Array, Array]]:
+    """Return lines of starts some of which are on their end: each edge has NaN where a start has none."""
+    missing = np.full(ends.shape, np.nan)
+    none, found = (missing, missing), {}
+    for edge in {**upright, **on_end}:
+        (critical, predicted), (beside, held) = on_end.get(edge, none), upright.get(edge, none)
+        found[edge] = (
+            np.asarray(np.where(ends, critical, beside), np.float64),
+            np.asarray(np.where(ends, predicted, held), np.float64),
+        )
+    return found
 
 
 def pole_prediction(spec: Request, start: Mapping[str, float]) -> str:

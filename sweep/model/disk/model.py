@@ -110,8 +110,8 @@ class Disk(Model):
         fall_rate = np.sqrt(2.0 * starts["gravity"] / ((2.0 + starts["alpha"]) * starts["radius"]))
         return np.hypot(starts["tilt"] - self.undisturbed(spec, starts), starts["tilt_rate"] / fall_rate)
 
-    def disturbed_motion(self, spec: Request) -> str:
-        """Return what the starts disturb."""
+    def disturbed_motion(self, spec: Request, start: Mapping[str, float]) -> str:
+        """Return what a start disturbs."""
         return "steady circling at this tilt" if circling(spec) else "the upright disk"
 
     def check(self, values: Mapping[str, Any]) -> None:

@@ -113,9 +113,9 @@ class LossyBodies(LossyDisk):
         """Return the size of the perturbation in each start, as of the body without losses."""
         return BODIES.perturbation(spec, starts)
 
-    def disturbed_motion(self, spec: Request) -> str:
-        """Return what the starts disturb."""
-        return BODIES.disturbed_motion(spec)
+    def disturbed_motion(self, spec: Request, start: Mapping[str, float]) -> str:
+        """Return what a start disturbs."""
+        return BODIES.disturbed_motion(spec, start)
 
     def check(self, values: Mapping[str, Any]) -> None:
         """Refuse rates that do not follow from the others, what no body is, and a law without what it needs."""

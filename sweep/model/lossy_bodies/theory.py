@@ -25,7 +25,7 @@ _OTHER = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}
 
 def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
     """Return the critical rate of the upright body without losses; nothing is predicted for a criterion."""
-    if computed_rates(spec) or axis not in _OTHER or not theory.has_balance(spec):
+    if computed_rates(spec) or axis not in _OTHER or not theory.has_steady_motion(spec):
         return {}
     known = (starts[_OTHER[axis]] == 0.0) & ~unsteadied(spec, starts, axis)
     if not known.any():

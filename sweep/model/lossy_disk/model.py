@@ -214,9 +214,9 @@ class LossyDisk(Model):
         """Return the size [rad] of the perturbation in each start, as of the disk without losses."""
         return DISK.perturbation(spec, starts)
 
-    def disturbed_motion(self, spec: Request) -> str:
-        """Return what the starts disturb."""
-        return DISK.disturbed_motion(spec)
+    def disturbed_motion(self, spec: Request, start: Mapping[str, float]) -> str:
+        """Return what a start disturbs."""
+        return DISK.disturbed_motion(spec, start)
 
     def check(self, values: Mapping[str, Any]) -> None:
         """Refuse rates that do not follow from the others, and a law without what it needs."""

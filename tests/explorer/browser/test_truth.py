@@ -240,7 +240,7 @@ BODIES = {
     "arc": ["body=arc", "fillet=0:0.9:3", "offset=-0.1", "tilt=5deg:60deg:3", "precession_rate=4", "roll_rate=wobble",
             "tilt_rate=0.3", "criterion=departure:20deg", "axial_moment=0.4", "transverse_moment=0.3"],
     "ball": ["egg", "criterion=amplification:10"],
-    "spheroid": ["body=spheroid", "flattening=-0.6:0.6:3", "tilt=1deg:40deg:3", "tilt_rate=0.5", "roll_rate=2",
+    "spheroid": ["body=spheroid", "flattening=-0.6:0.6:3", "tilt=1deg:85deg:3", "tilt_rate=0.5", "roll_rate=2",
                  "criterion=departure:40deg"],
 }  # fmt: skip
 

@@ -173,7 +173,7 @@ def test_what_starts_disturb():
         slow = math.sqrt((1.0 + starts["transverse_moment"][0]) * 0.5 / 9.81)
         away = abs(starts["tilt"][0] - tilt)
         assert spec.model.perturbation(spec, starts)[0] == pytest.approx(math.hypot(away, 0.1 * slow))
-    standing, lying = SweepSpec(**PROLATE, tilt="80deg,89deg"), SweepSpec(**PROLATE, tilt="10deg,89deg")
+    standing, lying = SweepSpec(**PROLATE, tilt="80deg,89deg"), SweepSpec(**PROLATE, tilt="10deg,40deg")
     off_centre = SweepSpec(**BALL | PROLATE, tilt="1deg")
     for spec, found in ((standing, True), (lying, False), (off_centre, True)):
         assert ("on its end" in spec.headline) == found
@@ -181,3 +181,36 @@ def test_what_starts_disturb():
         assert set(tilts.tolist()) == {math.pi / 2 if found else 0.0}
     assert "on its end" in SweepSpec(**BALL).headline
     assert "a torus" in SweepSpec(**TORUS).headline
+
+
+def test_what_a_start_disturbs_is_its_own():
+    """A spheroid of a grid disturbs what it does alone: the nearer of both, or its end where it is off its centre."""
+    given = {"body": "spheroid", "axial_moment": 0.4, "transverse_moment": 0.5, "flattening": -0.5}
+    spec = SweepSpec(**given, tilt="-80deg:80deg:9", offset="0,0.1", roll_rate=1.0)
+    starts = whole(spec)
+    ends, model = 0.5 * math.pi, spec.model
+    found, sizes = model.undisturbed(spec, starts), model.perturbation(spec, starts)
+    named = {0.0: "the upright spheroid", ends: "on its end", -ends: "on its end"}
+    for i, (tilt, offset) in enumerate(zip(starts["tilt"], starts["offset"], strict=True)):
+        upright = offset == 0.0 and abs(tilt) < 0.8
+        alone = SweepSpec(**given, tilt=float(tilt), offset=float(offset), roll_rate=1.0)
+        start = whole(alone)
+        assert (
+            found[i] == model.undisturbed(alone, start)[0] == (0.0 if upright else math.copysign(ends, tilt))
+        )
+        assert sizes[i] == model.perturbation(alone, start)[0]
+        words = model.disturbed_motion(spec, {name: float(values[0]) for name, values in start.items()})
+        assert named[found[i]] in words
+
+
+def test_lines_of_starts_upright_and_on_their_end():
+    """Each row has the line of what its start disturbs: none where an oblate spheroid spins on its pole."""
+    spec = SweepSpec(body="spheroid", flattening=0.5, tilt="10deg,80deg", roll_rate="0.1:2:20")
+    rows = {name: values[[0, 20]] for name, values in whole(spec).items()}
+    assert np.degrees(rows["tilt"]) == pytest.approx([10.0, 80.0])
+    (upper, _), alone = (
+        each.model.lines(each, "roll_rate", rows)["upper"]
+        for each in (spec, SweepSpec(body="spheroid", flattening=0.5, tilt="10deg", roll_rate="0.1:2:20"))
+    )
+    assert upper[0] == alone[0][0]
+    assert np.isnan(upper[1])

@@ -17,6 +17,9 @@
   /** What a criterion judges by, by the names that it has for them (sweep/request/criterion_kinds.py). */
   const [REACH, SCALE] = ["the reach", "the scale"];
 
+  /** Number of the ball; a body with a higher one is a spheroid (kernels/bodies/shapes.py). */
+  const BALL = 4;
+
   /**
    * Columns with those that follow: the start of a cell, how far it went, and the verdict.
    * @param {Plan} plan
@@ -61,14 +64,19 @@
   }
 
   /**
-   * The tilt of the motion that a start disturbs, by its own tilt.
+   * The tilts of the motions that starts disturb, as sweep/model/bodies/shape.py has them.
    * @param {Plan|BodyPlan} plan
-   * @returns {(tilt: number) => number}
+   * @param {Columns} starts
+   * @returns {(i: number) => number}
    */
-  function undisturbed(plan) {
-    if (plan.from_start) return (tilt) => tilt;
-    if ("body" in plan && plan.body.on_end) return (tilt) => (tilt < 0 ? -Math.PI : Math.PI) / 2;
-    return () => 0;
+  function undisturbed(plan, { tilt, offset }) {
+    if (plan.from_start) return (i) => tilt[i];
+    const number = "body" in plan ? plan.body.number : -1;
+    if (number < BALL) return () => 0;
+    return (i) => {
+      const isOnEnd = number === BALL || Math.abs(tilt[i]) > Math.PI / 4 || offset[i] !== 0;
+      return isOnEnd ? (tilt[i] < 0 ? -Math.PI : Math.PI) / 2 : 0;
+    };
   }
 
   /**
@@ -77,11 +85,12 @@
    * @param {Columns} cells
    * @param {number} count
    */
-  function reaches(plan, { tilt, tilt_min: least, tilt_max: greatest }, count) {
+  function reaches(plan, cells, count) {
+    const { tilt_min: least, tilt_max: greatest } = cells;
     const found = new Float64Array(count);
-    const steadyOf = undisturbed(plan);
+    const steadyOf = undisturbed(plan, cells);
     for (let i = 0; i < count; i += 1) {
-      const steady = steadyOf(tilt[i]);
+      const steady = steadyOf(i);
       found[i] = Math.max(Math.abs(greatest[i] - steady), Math.abs(least[i] - steady));
     }
     return found;
@@ -93,14 +102,15 @@
    * @param {Columns} cells
    * @param {number} count
    */
-  function scales(plan, { tilt, tilt_rate, alpha, transverse_moment, radius, gravity }, count) {
+  function scales(plan, cells, count) {
+    const { tilt, tilt_rate, alpha, transverse_moment, radius, gravity } = cells;
     const found = new Float64Array(count);
-    const steadyOf = undisturbed(plan);
+    const steadyOf = undisturbed(plan, cells);
     for (let i = 0; i < count; i += 1) {
       // twice one plus the transverse moment
       const inertia = alpha ? 2 + alpha[i] : 2 + 2 * transverse_moment[i];
       const kick = tilt_rate[i] / Math.sqrt((2 * gravity[i]) / (inertia * radius[i]));
-      const size = length(tilt[i] - steadyOf(tilt[i]), kick);
+      const size = length(tilt[i] - steadyOf(i), kick);
       found[i] = size > 0 ? size : NaN;
     }
     return found;

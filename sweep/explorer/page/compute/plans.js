@@ -82,15 +82,14 @@ function planWith(plan, numbers, given) {
 }
 
 /**
- * A body whose moments are given, of those that are; a ball that does not circle spins on its end.
+ * A body whose moments are given, of those that are.
  * @param {BodyPlan} plan
  * @param {string[]} given
  * @returns {BodyPlan}
  */
 function withMoments(plan, given) {
   const follows = plan.body.follows.map((each, i) => (given.includes(MOMENTS[i]) ? GIVEN : each));
-  const on_end = plan.body.is_ball ? !plan.from_start : plan.body.on_end;
-  return { ...plan, body: { ...plan.body, follows, on_end } };
+  return { ...plan, body: { ...plan.body, follows } };
 }
 
 /**
