@@ -5,7 +5,8 @@ from typing import Any
 from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
 from sweep.model.bodies.shape import has_poles
-from sweep.model.bodies.tables import LENGTHS, OF_THE_BODY, PATH_VARIABLES
+from sweep.model.bodies.tables import LENGTHS, OF_THE_BODY
+from sweep.model.disk.path import PATH_VARIABLES
 from sweep.request.spec import SweepSpec
 
 #: Parameter -> the ends of its slider in SI, and how it is spread.
@@ -42,7 +43,8 @@ def check_columns(spec: SweepSpec) -> None:
     ------
     RequestError
     """
-    if unknown := sorted(PATH_VARIABLES.keys() & set(spec.criterion.needs(spec.model))):
+    named = set(spec.criterion.needs(spec.model)) if "path" in spec.model.options else set()
+    if unknown := sorted(PATH_VARIABLES.keys() & named):
         raise RequestError(
             f"The page does not compute {unknown[0]}, which the criterion {spec.criterion} asks for.",
             hint="Compute an atlas with eulerdisk run, and explore its file.",

@@ -105,8 +105,7 @@ def _unjudged(spec: SweepSpec) -> dict[str, Any]:
 
 def cells_of(spec: SweepSpec) -> dict[str, Any]:
     """Return how the cells of a spec are computed: by the exact reduction, with losses, or of a system."""
-    if is_body(spec):
-        check_columns(spec)
+    check_columns(spec)
     system = {"system": system_cells(spec.model)} if isinstance(spec.model, SystemModel) else {}
     body = {"body": body_cells(spec)} if is_body(spec) else {}
     return {**_cells(spec, spec.model), "criterion": _criterion(spec), **system, **body}

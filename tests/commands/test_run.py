@@ -162,9 +162,9 @@ def test_warmup_fills_the_cache(tmp_path):
     done = run(tmp_path, "warmup")
     assert (done.returncode, done.stderr) == (0, "")
     *ready, last = done.stdout.splitlines()
-    names = ["disk rk4", "disk exact", "disk contact=yes", "disk motion"]
+    names = ["disk rk4", "disk exact", "disk contact=yes", "disk path=yes", "disk motion"]
     names += ["lossy_disk rk4", "lossy_disk coin", "lossy_disk toy", "lossy_disk motion"]
-    names += ["bodies rk4", "bodies exact", "bodies path=yes", "bodies contact=yes", "bodies thick_coin"]
+    names += ["bodies rk4", "bodies exact", "bodies contact=yes", "bodies thick_coin"]
     names += ["bodies motion", "lossy_bodies rk4"]
     assert [line.split()[:3] for line in ready] == [[*name.split(), "ready"] for name in names]
     assert last.split() == ["cache", str(cache_root())]
@@ -214,7 +214,7 @@ def test_warmup_compiles_all_models(tmp_path):
     """A line for each set of kernels, and where they are kept; nothing on standard error."""
     done = run(tmp_path, "warmup")
     assert (done.returncode, done.stderr) == (0, "")
-    names = [*["disk"] * 4, *["lossy_disk"] * 4, *["bodies"] * 6, "lossy_bodies", "cache"]
+    names = [*["disk"] * 5, *["lossy_disk"] * 4, *["bodies"] * 5, "lossy_bodies", "cache"]
     assert [line.split()[0] for line in done.stdout.splitlines()] == names
 
 

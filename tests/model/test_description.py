@@ -42,7 +42,7 @@ def test_what_a_model_need_not_say():
     assert plain.unit_of_square(spec, "roll_rate") is None
     assert list(plain.linear_prediction(spec, {}, {})) == []
     assert plain.lost_in_words(spec, {"ending": DISK.endings.code("fell")}) == DISK.endings.of(4).reason
-    assert plain.disturbed_motion(spec)
+    assert plain.disturbed_motion(spec, {})
     assert not plain.may_be_lost(spec, {}, np.full(3, 1e9)).any()
     plain.check({})
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from sweep.model.bodies import tables as bodies
 from sweep.model.disk import tables as disk
+from sweep.model.disk.path import PATH_VARIABLES
 from sweep.model.lossy_disk import tables as lossy
 
 PAGE = (Path(__file__).parents[2] / "docs" / "glossary.md").read_text(encoding="utf-8")
@@ -24,7 +25,7 @@ def names():
         *lossy.SETTINGS,
         *disk.CONTACT_VARIABLES,
         *disk.REDUCTION,
-        *bodies.PATH_VARIABLES,
+        *PATH_VARIABLES,
     )
 
 

@@ -14,13 +14,14 @@ from kernels.disk.arrays import COUNTS, MEASURES
 from sweep.model.bodies.tables import ENDINGS
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.disk.exact import AUDIT, ExactReduction, without_vague
+from sweep.model.disk.path import PATHS, path_columns
 from sweep.model.disk.tables import REDUCTION as OF_THE_DISK
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Quantity, table
 
 _CIRCLES = {
     "reduce": Kernel("kernels.bodies.reduction", "reduce", seconds=10.0),
-    "paths": Kernel("kernels.bodies.path", "paths", seconds=12.0),
+    "paths": PATHS,
     "contact": Kernel("kernels.bodies.contact_extremes", "contact", seconds=14.0),
 }
 _ELLIPSES = {
@@ -47,14 +48,10 @@ REDUCTION: Mapping[str, Quantity] = table(
 _OF_THE_DISK_ALONE = "wells"
 
 
-def path_columns(spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
-    """Return where the contact points of cells go (`kernels.bodies.path`): arrays, shape (n,)."""
+def path_of_bodies(spec: Request, starts: Starts) -> Columns:
+    """Return where the contact points of cells go: `sweep.model.disk.path.PATH_VARIABLES`, arrays of shape (n,)."""
     rows = np.stack([starts[name] for name in arrays.PARAMETERS])
-    measures, classes = np.empty((len(arrays.PATH), rows.shape[1])), np.empty(rows.shape[1], np.int64)
-    kernel_of(spec.body, "paths").load()(
-        rows, float(shapes.NAMES.index(spec.body)), float(spec.fall_tilt), measures, classes
-    )
-    return {**dict(zip(arrays.PATH, measures, strict=True)), "path_class": classes}
+    return path_columns(kernel_of(spec.body, "paths"), rows, shapes.NAMES.index(spec.body), spec.fall_tilt)
 
 
 def contact_columns(spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:

@@ -15,7 +15,7 @@ from sweep.model.bodies.exact import (
     BodyReduction,
     contact_columns,
     kernel_of,
-    path_columns,
+    path_of_bodies,
 )
 from sweep.model.bodies.shape import (
     all_on_end,
@@ -31,6 +31,7 @@ from sweep.model.disk.contact import slipping
 from sweep.model.disk.exact import without_vague
 from sweep.model.disk.initial_conditions import check_steady_rates, circling
 from sweep.model.disk.model import DISK, untimed
+from sweep.model.disk.path import PATH_VARIABLES, path_columns
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
 
@@ -75,7 +76,7 @@ class Bodies(Model):
 
     exact: BodyReduction = BodyReduction()
     additions = {  # noqa: RUF012 - likewise
-        "path=yes": tables.PATH_VARIABLES,
+        "path=yes": PATH_VARIABLES,
         "contact=yes": tables.CONTACT_VARIABLES,
         "method=exact": REDUCTION,
     }
@@ -127,7 +128,7 @@ class Bodies(Model):
         """Return the variables of an atlas; those that need an integration in time say so where there is none."""
         held = {
             **super().cell_variables(spec),
-            **(tables.PATH_VARIABLES if spec.path == "yes" else {}),
+            **(PATH_VARIABLES if spec.path == "yes" else {}),
             **(tables.CONTACT_VARIABLES if spec.contact == "yes" else {}),
         }
         return untimed(held) if spec.method == "exact" else held
@@ -159,6 +160,7 @@ class Bodies(Model):
             Bodies.kernel_settings,
             BodyReduction.measures,
             without_vague,
+            path_of_bodies,
             path_columns,
             contact_columns,
         ]
@@ -166,7 +168,7 @@ class Bodies(Model):
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
         """Return where the contact points go and the extremes of the contact forces, where they are asked for."""
         return {
-            **(path_columns(spec, starts) if spec.path == "yes" else {}),
+            **(path_of_bodies(spec, starts) if spec.path == "yes" else {}),
             **(contact_columns(spec, starts) if spec.contact == "yes" else {}),
         }
 

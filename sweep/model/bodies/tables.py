@@ -6,11 +6,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from kernels.bodies import arrays, shapes
+from kernels.bodies import shapes
 from kernels.disk import endings as code
 from sweep.model.disk import tables as disk
+from sweep.model.disk.path import PATH
 from sweep.model.quantity import (
-    DECISION,
     GRID,
     OPEN,
     Array,
@@ -19,7 +19,6 @@ from sweep.model.quantity import (
     Input,
     Quantity,
     Substitute,
-    Tolerance,
     Truths,
     Word,
     positive,
@@ -120,12 +119,10 @@ OPTIONS: Mapping[str, Word] = table(
     # the default is the body that needs no length
     Word("body", "what rolls", "ball", shapes.NAMES,
          remark="disk, the thin one, is the model of a request without this word"),
-    Word("path", "whether it is recorded where the contact point goes: yes or no", "no", ("no", "yes"), decides=False),
+    PATH,
     replace(disk.OPTIONS["contact"], added_later=True),
     Word("filling", "whether a torus is solid, or all its mass is in its surface", "solid", ("solid", "hollow")),
 )
-
-_NO_NUTATION = "missing where ending is not bounded, or beside a separatrix"
 
 ENDINGS = Endings(
     *disk.ENDINGS,
@@ -149,66 +146,6 @@ CONTACT_VARIABLES: Mapping[str, Quantity] = table(
     *(replace(row, description=row.description.replace("the disk", "the body"))
       for row in disk.CONTACT_VARIABLES.values()),
 )  # fmt: skip
-
-_GAINED = Tolerance(1e-8, 1e-8, "a quadrature over the tilt, settled to 1e-10")
-
-#: What an atlas holds besides with ``path=yes``.
-PATH_VARIABLES: Mapping[str, Quantity] = table(
-    Quantity(
-        "heading_per_nutation",
-        r"\Delta\psi",
-        "rad",
-        "angle that the heading gains over a nutation",
-        _GAINED,
-        _NO_NUTATION,
-    ),
-    Quantity(
-        "path_drift",
-        "d",
-        "m",
-        "distance between the contact points at two smallest tilts after one another",
-        _GAINED,
-        _NO_NUTATION,
-    ),
-    Quantity(
-        "ring_inner",
-        r"R_1",
-        "m",
-        "least distance of the contact point from the centre of its ring",
-        _GAINED,
-        f"{_NO_NUTATION}, or path_class is unbounded",
-    ),
-    Quantity(
-        "ring_outer",
-        r"R_2",
-        "m",
-        "largest distance of the contact point from the centre of its ring",
-        _GAINED,
-        f"{_NO_NUTATION}, or path_class is unbounded",
-    ),
-    *(
-        Quantity(
-            f"ring_{axis}",
-            f"{axis}_c",
-            "m",
-            f"where the centre of the ring is: its {axis}, from the contact point of the start, as motions have it",
-            _GAINED,
-            f"{_NO_NUTATION}, or path_class is unbounded",
-        )
-        for axis in "xy"
-    ),
-    Quantity(
-        "path_class",
-        "",
-        "1",
-        "where the contact point goes",
-        DECISION,
-        "annular: it stays on a ring about a fixed centre; unbounded: a nutation gains whole turns of the heading "
-        "to within 1e-8 of it, and the path goes ever further",
-        "i1",
-        {arrays.UNKNOWN_PATH: "unknown", arrays.ANNULAR_PATH: "annular", arrays.UNBOUNDED_PATH: "unbounded"},
-    ),
-)
 
 #: Words of a request that choose this model.
 CHOOSING = ("body", "filling", *(name for names in LENGTHS.values() for name in names), *_MOMENTS)

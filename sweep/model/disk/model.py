@@ -15,6 +15,7 @@ from sweep.model.disk import tables, theory
 from sweep.model.disk.contact import CONTACT_EXTREMES, contact_columns, slipping
 from sweep.model.disk.exact import EXTREMES, ExactReduction, without_vague
 from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete, computed_rates
+from sweep.model.disk.path import PATH_VARIABLES, PATHS, path_columns, path_of_disk
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
 
@@ -79,6 +80,7 @@ class Disk(Model):
     exact: ExactReduction = ExactReduction()
     additions = {  # noqa: RUF012 - likewise
         "contact=yes": tables.CONTACT_VARIABLES,
+        "path=yes": PATH_VARIABLES,
         "method=exact": tables.REDUCTION,
     }
     unknown_to = {"exact": [name for name in tables.UNTIMED if name != "ending"]}  # noqa: RUF012 - likewise
@@ -130,29 +132,35 @@ class Disk(Model):
         return complete(spec, starts)
 
     def cell_variables(self, spec: Request) -> Mapping[str, Quantity]:
-        """Return the variables of an atlas, with contact forces where they are asked for.
+        """Return the variables of an atlas, with contact forces and the path where they are asked for.
 
         Those that need an integration in time say so where there is none.
         """
         contact = tables.CONTACT_VARIABLES if spec.contact == "yes" else {}
-        held = {**super().cell_variables(spec), **contact}
+        path = PATH_VARIABLES if spec.path == "yes" else {}
+        held = {**super().cell_variables(spec), **contact, **path}
         return untimed(held) if spec.method == "exact" else held
 
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
-        """Return the kernel of the method, and that of the contact forces where they are asked for."""
+        """Return the kernel of the method, and those of the contact forces and of the path where they are asked for."""
         contact = (CONTACT_EXTREMES,) if spec.contact == "yes" else ()
-        return (EXTREMES if spec.method == "exact" else self.integrate, *contact)
+        path = (PATHS,) if spec.path == "yes" else ()
+        return (EXTREMES if spec.method == "exact" else self.integrate, *contact, *path)
 
     def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
         """Return what completes starts, arranges exact values and adds contact forces, where a spec asks for it."""
         code: list[str | Callable[..., Any]] = [Disk.complete, Disk.measure_more]
         code += ["kernels.disk.steady", complete] if computed_rates(spec) else []
         code += [ExactReduction.measures, without_vague] if spec.method == "exact" else []
-        return code + ([contact_columns] if spec.contact == "yes" else [])
+        code += [contact_columns] if spec.contact == "yes" else []
+        return code + ([path_of_disk, path_columns] if spec.path == "yes" else [])
 
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
-        """Return the extremes of the contact forces, where they are asked for."""
-        return contact_columns(starts, measured, spec.fall_tilt) if spec.contact == "yes" else {}
+        """Return the extremes of the contact forces and where the contact point goes, where they are asked for."""
+        return {
+            **(contact_columns(starts, measured, spec.fall_tilt) if spec.contact == "yes" else {}),
+            **(path_of_disk(starts, spec.fall_tilt) if spec.path == "yes" else {}),
+        }
 
     def derive(self, starts: Starts, measured: Columns) -> Columns:
         """Return the peak tilt."""

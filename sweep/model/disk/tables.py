@@ -12,6 +12,7 @@ import numpy as np
 
 from kernels.disk import endings as code
 from kernels.disk import motion_arrays as motion
+from sweep.model.disk.path import PATH
 from sweep.model.quantity import (
     AMPLIFIED,
     DECISION,
@@ -206,6 +207,7 @@ SETTINGS: Mapping[str, Input] = table(
 OPTIONS: Mapping[str, Word] = table(
     Word("contact", "whether the forces at the contact point are recorded: yes or no", "no", ("no", "yes"),
          added_later=True, decides=False),
+    replace(PATH, added_later=True),
 )
 
 VARIABLES: Mapping[str, Quantity] = table(

@@ -128,7 +128,8 @@ def test_the_motion_that_is_disturbed():
     assert released.model.undisturbed(released, whole(released)).tolist() == [0.0, 0.0]
     steady = released.replace(roll_rate="steady", precession_rate=1)
     assert steady.model.undisturbed(steady, whole(steady)).tolist() == [0.1, 0.2]
-    assert steady.model.disturbed_motion(steady) != steady.model.disturbed_motion(released)
+    found = [each.model.disturbed_motion(each, {"tilt": 0.1}) for each in (steady, released)]
+    assert found == ["steady circling at this tilt", "the upright disk"]
 
 
 def test_the_perturbation_of_a_start():

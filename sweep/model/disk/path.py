@@ -1,0 +1,138 @@
+"""Where the contact point goes over a nutation: what an atlas of any body holds with ``path=yes``."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from kernels.bodies import arrays, shapes
+from sweep.model.description import Columns, Starts
+from sweep.model.kernel import Kernel
+from sweep.model.quantity import DECISION, STEP_COUNT, Array, Quantity, Tolerance, Word, table
+
+#: The option of a request.
+PATH = Word(
+    "path",
+    "whether it is recorded where the contact point goes: yes or no",
+    "no",
+    ("no", "yes"),
+    decides=False,
+)
+
+#: Where bodies go whose meridian is an arc of a circle; a thin disk is one of them.
+PATHS = Kernel("kernels.bodies.path", "paths", seconds=12.0)
+
+#: A path that comes back after this many nutations at most is told as closed.
+MOST_NUTATIONS = 12
+
+#: How near [rad] the heading then is to whole turns, over 1 plus all that it gained: the error of that.
+_CLOSED = 1e-8
+
+#: Numbers of `path_class`, after those of the kernel.
+CLOSED_PATH = 3
+
+_GAINED = Tolerance(1e-8, 1e-8, "a quadrature over the tilt, settled to 1e-10")
+_TURNED = Tolerance(
+    12e-8, 12e-8, "up to twelve times the heading of a nutation, a quadrature settled to 1e-10"
+)
+_NO_NUTATION = "missing where ending is not bounded, or beside a separatrix"
+_NO_RING = f"{_NO_NUTATION}, or path_class is unbounded"
+_NO_COUNT = "0 where path_class is unknown"
+
+# fmt: off
+PATH_VARIABLES: Mapping[str, Quantity] = table(
+    Quantity("heading_per_nutation", r"\Delta\psi", "rad", "angle that the heading gains over a nutation", _GAINED,
+             _NO_NUTATION),
+    Quantity("path_drift", "d", "m", "distance between the contact points at two smallest tilts after one another",
+             _GAINED, _NO_NUTATION),
+    Quantity("ring_inner", r"R_1", "m", "least distance of the contact point from the centre of its ring", _GAINED,
+             _NO_RING),
+    Quantity("ring_outer", r"R_2", "m", "largest distance of the contact point from the centre of its ring", _GAINED,
+             _NO_RING),
+    *(Quantity(f"ring_{axis}", f"{axis}_c", "m",
+               f"where the centre of the ring is: its {axis}, from the contact point of the start, as motions have it",
+               _GAINED, _NO_RING)
+      for axis in "xy"),
+    Quantity("closing_nutations", "q", "1",
+             f"nutations, up to {MOST_NUTATIONS}, after which the heading is nearest to whole turns", STEP_COUNT,
+             _NO_COUNT, "i4"),
+    Quantity("closing_turns", "p", "1", "whole turns of the heading that are nearest after closing_nutations",
+             STEP_COUNT, f"positive: to the left; {_NO_COUNT}", "i4"),
+    Quantity("closing_angle", r"|q\Delta\psi - 2\pi p|", "rad",
+             "how far the heading is from these whole turns then; the smaller, the nearer the path is to a closed one",
+             _TURNED, _NO_NUTATION),
+    Quantity("path_class", "", "1", "where the contact point goes", DECISION,
+             "annular: it stays on a ring about a fixed centre; closed: and after closing_nutations it comes "
+             "back to where it was, to within a closing_angle of 1e-8 of the heading gained plus 1 rad; unbounded: a "
+             "nutation gains whole turns of the heading to within 1e-8 of it, and the path goes ever further", "i1",
+             {arrays.UNKNOWN_PATH: "unknown", arrays.ANNULAR_PATH: "annular", arrays.UNBOUNDED_PATH: "unbounded",
+              CLOSED_PATH: "closed"}),
+)
+# fmt: on
+
+
+def path_columns(kernel: Kernel, rows: Array, kind: int, fall_tilt: float) -> Columns:
+    """Return where the contact points of cells go.
+
+    Parameters
+    ----------
+    kernel : Kernel
+        `kernels.bodies.path.paths` or its variant of the body.
+    rows : array, shape (len(kernels.bodies.arrays.PARAMETERS), n)
+    kind : int
+        Number of the body (`kernels.bodies.shapes`).
+    fall_tilt : float
+        Tilt [rad] at which motions end.
+
+    Returns
+    -------
+    mapping of str to array, shape (n,)
+        `PATH_VARIABLES`.
+    """
+    measures, classes = np.empty((len(arrays.PATH), rows.shape[1])), np.empty(rows.shape[1], np.int64)
+    kernel.load()(rows, float(kind), float(fall_tilt), measures, classes)
+    found = dict(zip(arrays.PATH, measures, strict=True))
+    closing = _closing(found["heading_per_nutation"])
+    closes = closing["closing_angle"] <= _CLOSED * (
+        1.0 + np.abs(closing["closing_nutations"] * found["heading_per_nutation"])
+    )
+    shape = np.where(closes & (classes == arrays.ANNULAR_PATH), CLOSED_PATH, classes)
+    return {**found, **closing, "path_class": shape}
+
+
+def path_of_disk(starts: Starts, fall_tilt: float) -> Columns:
+    """Return where the contact points of thin disks go, which are tori without a tube.
+
+    Parameters
+    ----------
+    starts : mapping of str to array, shape (n,)
+    fall_tilt : float
+        Tilt [rad] at which motions end.
+
+    Returns
+    -------
+    mapping of str to array, shape (n,)
+        `PATH_VARIABLES`.
+    """
+    alpha = starts["alpha"]
+    known = {**starts, "axial_moment": alpha, "transverse_moment": 0.5 * alpha}
+    rows = np.stack([known.get(name, np.zeros_like(alpha)) for name in arrays.PARAMETERS])
+    return path_columns(PATHS, rows, shapes.TORUS, fall_tilt)
+
+
+def _closing(gained: Array) -> dict[str, Array]:
+    """After how many nutations, each of which gains an angle, the heading is nearest to how many whole turns."""
+    counts = np.arange(1, MOST_NUTATIONS + 1)[:, None]
+    headings = counts * gained
+    with np.errstate(invalid="ignore"):
+        turns = np.rint(headings / (2.0 * np.pi))
+        angles = np.abs(headings - 2.0 * np.pi * turns)
+        # of a path that closes, after 2 nutations as well as 4, it is told when it does first
+        first = np.where(angles <= _CLOSED * (1.0 + np.abs(headings)), 0.0, angles)
+    known = np.isfinite(gained)
+    nearest = np.where(known, first, 0.0).argmin(axis=0)
+    cells = np.arange(gained.size)
+    return {
+        "closing_nutations": np.where(known, nearest + 1, 0),
+        "closing_turns": np.where(known, turns[nearest, cells], 0.0).astype(np.int64),
+        "closing_angle": angles[nearest, cells],
+    }
