@@ -18,6 +18,7 @@ from sweep.figures.drawing import HALO, INK, draw_cells, explain_colour, hatch
 from sweep.figures.layout import Block, figure_of
 from sweep.figures.look import Look, columns_of
 from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, map_panel
+from sweep.model.disk.exact import ExactReduction
 from sweep.model.disk.model import DISK
 from sweep.model.disk.theory import saddle_node_rates
 from sweep.model.quantity import Array, Truths
@@ -38,6 +39,9 @@ _WIDTHS, _IN_ROW = (3.6, 2.2), 2
 _COLOURS = ("#dcecf6", "#7fb9dc", "#fbe3bd", "#e69f00")
 _FALLS: dict[str, Any] = {"facecolor": "0.92", "hatch": "...."}
 _SEPARATRIX = "#b3261e"
+
+#: Endings of cells without a regime, beside falls.
+_LOST = ("edge_change", "unresolved", "invalid")
 
 #: Points on a curve of theory.
 _FINE = 400
@@ -74,13 +78,14 @@ def regimes(dataset: "xr.Dataset", look: Look | None = None) -> Regimes:
     spec = drawn_spec(dataset)
     spec = spec.replace(**{name: Values(tuple(dataset[name].values.tolist())) for name in spec.axes})
     use_threads(None)
+    reference, endings = spec.model.exact, spec.model.endings
+    assert isinstance(reference, ExactReduction)
     exact = {
-        name: column.reshape(spec.shape)
-        for name, column in DISK.exact.measures(spec, whole(spec), extremes_only=True).items()
+        name: column.reshape(spec.shape) for name, column in reference.with_wells(spec, whole(spec)).items()
     }
     if spec.axes[0] != drawn.y.quantity.name:
         exact = {name: grid.T for name, grid in exact.items()}
-    ending = {name: exact["ending"] == DISK.endings.code(name) for name in DISK.endings.flags.values()}
+    ending = {name: exact["ending"] == endings.code(name) for name in endings.flags.values()}
     across = (exact["tilt_min"] < 0.0) & (exact["tilt_max"] > 0.0)
     known = ending["bounded"] | ending["steady"]
     return Regimes(
@@ -89,7 +94,7 @@ def regimes(dataset: "xr.Dataset", look: Look | None = None) -> Regimes:
         regime=np.where(known, 2 * (exact["wells"] - 1) + across, -1).astype(np.int8),
         fell=ending["fell"],
         unknown=~known & ~ending["fell"],
-        lost=", ".join(name for name in ("unresolved", "invalid") if ending[name].any()),
+        lost=", ".join(name.replace("_", " ") for name in _LOST if name in ending and ending[name].any()),
         separatrix=exact["separatrix"],
         folds=tuple(_folds(spec, drawn)),
     )
@@ -100,6 +105,8 @@ def _folds(spec: SweepSpec, drawn: Panel) -> list[tuple[Array, Array]]:
     assert drawn.y is not None
     axis, tilts = drawn.y.quantity.name, spec.tilt
     still = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}.get(axis)
+    if spec.model is not DISK:
+        return []
     if not isinstance(tilts, Values) or still is None or getattr(spec, still) != 0.0:
         return []
     alpha, radius, gravity = spec.alpha, spec.radius, spec.gravity

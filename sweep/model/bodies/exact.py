@@ -23,6 +23,7 @@ _CIRCLES = {
     "reduce": Kernel("kernels.bodies.reduction", "reduce", seconds=10.0),
     "paths": PATHS,
     "contact": Kernel("kernels.bodies.contact_extremes", "contact", seconds=14.0),
+    "wells": Kernel("kernels.bodies.wells", "wells", seconds=5.0),
 }
 _ELLIPSES = {
     name: replace(kernel, function=f"{kernel.function}_ellipses") for name, kernel in _CIRCLES.items()
@@ -30,7 +31,7 @@ _ELLIPSES = {
 
 
 def kernel_of(body: str, name: str) -> Kernel:
-    """Return the kernel `reduce`, `paths` or `contact` of a body; the meridian of a spheroid is no arc of a circle."""
+    """Return the kernel `reduce`, `paths`, `contact` or `wells` of a body; a spheroid is no arc of a circle."""
     return (_ELLIPSES if body == "spheroid" else _CIRCLES)[name]
 
 
@@ -106,6 +107,13 @@ class BodyReduction(ExactReduction):
         )
         found = dict(zip(arrays.REDUCED, measures, strict=True)) | {"ending": counts[0]}
         return without_vague(found, spec, (MEASURES, COUNTS), ENDINGS)
+
+    def with_wells(self, spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
+        """Return `measures` without periods, and the wells of the potential (`kernels.bodies.wells`), 0 if unknown."""
+        rows = np.stack([starts[name] for name in arrays.PARAMETERS])
+        counts = np.empty(rows.shape[1], np.int64)
+        kernel_of(spec.body, "wells").load()(rows, float(shapes.NAMES.index(spec.body)), counts)
+        return {**self.measures(spec, starts, extremes_only=True), "wells": counts}
 
     def truth(
         self, spec: Request, starts: Starts, first: int, stored: Columns

@@ -57,7 +57,7 @@ class Bodies(Model):
     lost_name = "the body falls"
     presets = Path(__file__).with_name("presets")
     motion = "sweep.motion.body_tables:BODY_MOTION"
-    trajectory = DISK.trajectory
+    trajectory, regimes = DISK.trajectory, DISK.regimes
     in_time = DISK.in_time
     integrate = Kernel("kernels.bodies.integrate", "integrate", seconds=8.0)
     words = Words(

@@ -202,6 +202,10 @@ class ExactReduction:
         found |= zip(exact_arrays.EXACT_COUNTS, counts, strict=True)
         return without_vague(found, spec, (arrays.MEASURES, arrays.COUNTS), ENDINGS)
 
+    def with_wells(self, spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
+        """Return `measures` without periods, and the wells of the potential, 0 if unknown: they are among them."""
+        return self.measures(spec, starts, extremes_only=True)
+
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
         needed = (*MEASURES, *spec.criterion.needs(spec.model), *computed_rates(spec))

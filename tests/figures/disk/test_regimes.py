@@ -154,3 +154,15 @@ def test_what_is_no_map_is_refused():
     ):
         with pytest.raises(RequestError, match=message):
             draw()
+
+
+def test_regimes_of_other_bodies(atlas):
+    """A torus without a tube has those of the disk; a rim that comes down on its other edge is named so."""
+    torus = {"body": "torus", "tube": 0.0, "axial_moment": 0.5, "transverse_moment": 0.25}
+    found, expected = regimes(sweep.run(ALL.replace(**torus))), regimes(atlas)
+    assert np.array_equal(found.regime, expected.regime)
+    assert not found.folds
+    spec = SweepSpec(body="rim", thickness=0.4, tilt="2deg:50deg:8", roll_rate="0:6:8", precession_rate=1.0)
+    rim = regimes(sweep.run(spec))
+    assert rim.lost == "edge change"
+    assert set(np.unique(rim.regime)) == {-1, 0}
