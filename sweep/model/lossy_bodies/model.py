@@ -148,7 +148,7 @@ class LossyBodies(LossyDisk):
         ]
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
-        """Return the critical rate without losses."""
+        """Return the critical rate without losses, and an estimate with them."""
         return theory.lines(spec, axis, starts)
 
     def line_label(self, spec: Request, axis: str) -> str:

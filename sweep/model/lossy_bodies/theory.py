@@ -1,4 +1,4 @@
-"""What theory says of bodies with losses: the time of a steady wobble near flat, critical rates without losses."""
+"""What theory says of bodies with losses: the time of a steady wobble near flat, and how upright ones are slowed."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -8,33 +8,35 @@ import numpy as np
 from kernels.bodies.shapes import Body
 from sweep.model.bodies import theory
 from sweep.model.bodies.shape import body_of, with_body
+from sweep.model.bodies.tables import CALLED
 from sweep.model.description import Request, Starts
-from sweep.model.disk.initial_conditions import computed_rates
+from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.tables import WOBBLE
 from sweep.model.lossy_bodies.tables import SETTINGS
+from sweep.model.lossy_disk import upright
 from sweep.model.lossy_disk.tables import BILDSTEN, MOFFATT
-from sweep.model.lossy_disk.theory import unsteadied
 from sweep.model.quantity import Array
 
 #: Nodes of an integral over the logarithm of an inclination; beyond this inclination [rad] leading order is off by
 #: more than a few per cent.
 _NODES, _STEEP = 2000, math.radians(30.0)
 
-_OTHER = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}
-
 
 def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
-    """Return the critical rate of the upright body without losses; nothing is predicted for a criterion."""
-    if computed_rates(spec) or axis not in _OTHER or not theory.has_steady_motion(spec):
+    """Return the critical rate of the upright body without losses, and an estimate with them; `upright.lines`."""
+    if not theory.has_steady_motion(spec):
         return {}
-    known = (starts[_OTHER[axis]] == 0.0) & ~unsteadied(spec, starts, axis)
-    if not known.any():
-        return {}
-    critical = np.where(known, theory.FORMULAS.critical(spec, with_body(spec, starts), axis), np.nan)
-    low, high = getattr(spec, axis).ends()
-    none = np.full_like(critical, np.nan)
-    both = {"upper": (critical, none), "lower": (-critical, none)}
-    return {edge: both[edge] for edge, there in (("upper", high > 0.0), ("lower", low < 0.0)) if there}
+    return upright.lines(spec, axis, starts, _upright(spec, starts))
+
+
+def _upright(spec: Request, starts: Starts) -> upright.Upright:
+    given = with_body(spec, starts)
+    body = body_of(spec, given)
+    rolling, spinning = (
+        theory.FORMULAS.critical(spec, given, axis) for axis in ("roll_rate", "precession_rate")
+    )
+    sharpness = 1.0 - body.edge * body.square
+    return upright.Upright(rolling, spinning, body.axial, body.transverse, sharpness, body.core)
 
 
 def wobble_time(spec: Request, start: Mapping[str, float]) -> float:
@@ -108,8 +110,18 @@ def _torque(spec: Request, start: Mapping[str, float], inclination: Array, roll:
 
 def predictions(spec: Request, start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
     """Yield what theory says of one cell, from its start and its stored measures [SI]."""
+    if not all(math.isfinite(start[name]) for name in ("tilt", "precession_rate", "roll_rate")):
+        return
+    if spec.precession_rate == WOBBLE:
+        yield from _of_a_wobble(spec, start, stored)
+    elif theory.has_steady_motion(spec) and not circling(spec):
+        starts = {name: np.array([value]) for name, value in start.items()}
+        yield from upright.told(spec, start, _upright(spec, starts), CALLED[spec.body])
+
+
+def _of_a_wobble(spec: Request, start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
     inclination = math.pi / 2 - abs(start["tilt"])
-    if spec.precession_rate != WOBBLE or not math.pi / 2 - spec.flat_tilt < inclination <= _STEEP:
+    if not math.pi / 2 - spec.flat_tilt < inclination <= _STEEP:
         return
     time = wobble_time(spec, start)
     if not math.isfinite(time):

@@ -14,7 +14,7 @@ from sweep.model.description import Columns, LineWords, Model, Reference, Reques
 from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete
 from sweep.model.disk.model import DISK
 from sweep.model.kernel import Kernel
-from sweep.model.lossy_disk import tables, theory
+from sweep.model.lossy_disk import tables, theory, upright
 from sweep.model.lossy_disk.audit import SampledAudit
 from sweep.model.lossy_disk.tables import ARMS, BILDSTEN, MOFFATT, NO_AIR, UNKNOWN, some
 from sweep.model.quantity import Array, Input
@@ -272,8 +272,8 @@ class LossyDisk(Model):
         return {"peak_tilt": np.maximum(np.abs(least), np.abs(greatest)), "largest_loss": largest}
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
-        """Return the critical rate without losses, and an estimate with them: `sweep.model.lossy_disk.theory.lines`."""
-        return theory.lines(spec, axis, starts)
+        """Return the critical rate without losses, and an estimate with them: `upright.lines`."""
+        return upright.lines(spec, axis, starts, upright.thin(starts))
 
     def line_label(self, spec: Request, axis: str) -> str:
         """Return the formula of the squared critical rate without losses."""

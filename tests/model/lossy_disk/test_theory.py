@@ -14,7 +14,7 @@ from kernels.lossy_disk.arrays import PARAMETERS
 from kernels.lossy_disk.endings import FLAT, HORIZON, LIFT_OFF, REST
 from sweep.atlas.outlook import one_sided
 from sweep.engine.grid import whole
-from sweep.model.lossy_disk import theory
+from sweep.model.lossy_disk import theory, upright
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.model.lossy_disk.tables import BILDSTEN, MOFFATT
 from sweep.request.spec import SweepSpec
@@ -42,7 +42,7 @@ def slowed(law, **words):
     """Return the spec of a coin with a law, its start, and how it is slowed."""
     spec = SweepSpec(**COIN, **LAWS[law], **{"roll_rate": 40.0, "duration": "5s"} | words)
     starts = whole(spec)
-    return spec, starts, theory.slowing(spec, starts, "roll_rate")
+    return spec, starts, upright.slowing(spec, starts, "roll_rate", upright.thin(starts))
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -50,12 +50,12 @@ def test_a_rate_is_followed_back_in_time(law):
     """The rate before is the one that SciPy brings down to the given one; the time between both is that time."""
     _, _, coefficients = slowed(law)
     a, b, d = (float(each[0]) for each in coefficients)
-    before = float(theory.rate_before(np.array([17.0]), 5.0, coefficients)[0])
+    before = float(upright.rate_before(np.array([17.0]), 5.0, coefficients)[0])
     sunk = solve_ivp(
         lambda _, rate: -(a + b * rate + d * rate**1.5), (0.0, 5.0), [before], rtol=1e-11, atol=1e-12
     )
     assert sunk.y[0, -1] == pytest.approx(17.0, rel=1e-8)
-    assert theory.time_between(before, 17.0, (a, b, d)) == pytest.approx(5.0, rel=1e-8)
+    assert upright.time_between(before, 17.0, (a, b, d)) == pytest.approx(5.0, rel=1e-8)
 
 
 def test_the_slowing_of_the_closed_forms():
@@ -67,7 +67,10 @@ def test_the_slowing_of_the_closed_forms():
     scaled = 2e-8 / (0.007 * 9.81 * 0.012 * unit)
     assert (a, b, d) == (0.0, pytest.approx(scaled / 1.5 / unit, rel=1e-14), 0.0)
     spec = SweepSpec(**COIN, pivoting_friction="20um", precession_rate=60.0, alpha=1.0)
-    a, b, d = (float(each[0]) for each in theory.slowing(spec, whole(spec), "precession_rate"))
+    a, b, d = (
+        float(each[0])
+        for each in upright.slowing(spec, whole(spec), "precession_rate", upright.thin(whole(spec)))
+    )
     assert (a, b, d) == (pytest.approx(2.0 * 20e-6 / 0.012 / unit**2, rel=1e-14), 0.0, 0.0)
 
 
@@ -132,7 +135,11 @@ def random_upright(n, rng, axis):
         )  # fmt: skip
         words = dict(zip(PARAMETERS, given, strict=True))
         spec = SimpleNamespace(air_law=law)
-        found[air] = given, theory.slowing(spec, words, axis), theory.critical_rate(words, axis)
+        found[air] = (
+            given,
+            upright.slowing(spec, words, axis, upright.thin(words)),
+            upright.thin(words).critical(axis),
+        )
     return found
 
 
@@ -142,7 +149,7 @@ def test_a_vanishing_perturbation_departs_nowhere_before_its_rate_is_critical(rn
     for axis in ["roll_rate", "precession_rate"]:
         for air, (given, slowed, critical) in random_upright(60, rng, axis).items():
             duration = rng.uniform(5.0, 60.0)
-            bound = theory.rate_before(critical, duration, slowed)
+            bound = upright.rate_before(critical, duration, slowed)
             given[PARAMETERS.index(axis)] = bound * (1.0 + 10.0 ** rng.uniform(-4.0, -0.5, bound.size))
             found = lossy_runner.run(given, air=air, duration=duration)
             assert np.isin(found.ending, (HORIZON, REST)).all(), axis
@@ -161,7 +168,7 @@ def test_the_disk_is_aloft_until_its_rate_has_sunk_to_the_critical_one(rng):
             for cell in np.flatnonzero(np.isin(found.ending, (FLAT, LIFT_OFF))):
                 coefficients = tuple(float(each[cell]) for each in slowed)
                 fell += 1
-                assert found.end_time[cell] > theory.time_between(
+                assert found.end_time[cell] > upright.time_between(
                     rates[cell], critical[cell], coefficients
                 ), axis
         assert fell > 5, axis
@@ -211,7 +218,9 @@ def test_the_estimate_of_a_finite_perturbation_is_little_above_the_boundary(rng)
         spec = SweepSpec(radius=1, gravity=1, roll_rate="0.1:5:2", **words)
         starts = {name: column[:1] for name, column in whole(spec).items()}
         critical, estimate = (float(each[0]) for each in LOSSY_DISK.lines(spec, "roll_rate", starts)["upper"])
-        sinks = theory.rate_before(np.array([critical]), duration, theory.slowing(spec, starts, "roll_rate"))
+        sinks = upright.rate_before(
+            np.array([critical]), duration, upright.slowing(spec, starts, "roll_rate", upright.thin(starts))
+        )
         if not estimate > 1.01 * sinks:
             continue
         given = referee.starts(
