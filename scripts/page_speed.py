@@ -2,9 +2,10 @@
 
     python scripts/page_speed.py [--rounds 7]
 
-Windows of the rolling disk in an exported page, by all its workers, are timed in turns with the same cells by Python
-(`sweep.engine.compute.compute`, all threads); the median is told of each. Then what a person waits for: the first
-window of a fresh page, a click until its motion is there, and the longest task of the page's own thread meanwhile.
+Windows of the rolling disk, of a torus and of a system in exported pages, by all their workers, are timed in turns with
+the same cells by Python (`sweep.engine.compute.compute`, all threads); the median is told of each. Then what a person
+waits for: the first window of a fresh page of the disk, a click until its motion is there, and the longest task of the
+page's own thread meanwhile.
 """
 
 import argparse
@@ -30,6 +31,12 @@ if TYPE_CHECKING:
 
 #: Width, height and quantity of a window.
 WINDOWS = [(256, 192, "peak_tilt"), (1000, 700, "peak_tilt"), (1000, 700, "nutation_period")]
+
+#: Other presets whose pages hold modules of their own, and windows of them.
+OTHERS = {
+    "torus": [(256, 192, "peak_tilt"), (256, 192, "nutation_period")],
+    "kapitza": [(64, 48, "peak")],
+}
 
 #: Make what computes in the page, once; and time a window.
 WINDOW = """async ([text, plan, view, width, height, quantity]) => {
@@ -62,8 +69,6 @@ def main() -> None:
     executable = find_browser()
     if executable is None:
         parser.error("no Chromium is installed")
-    spec = SweepSpec.preset("rolling")
-    view = View.read(base_of("", spec)["view"], spec)
     with tempfile.TemporaryDirectory() as folder, launched(executable) as browser:
         path = Path(folder) / "page.html"
         export(subject_of("rolling", {}), path)
@@ -76,17 +81,7 @@ def main() -> None:
         print(
             f"{path.stat().st_size / 1e6:.2f} MB; the first window of a fresh page after {1000 * first:.0f} ms"
         )
-        for width, height, quantity in WINDOWS:
-            asked = [None, plan(view)["cells"], base_of("", spec)["view"], width, height, quantity]
-            times = np.array(
-                [
-                    (page.evaluate(WINDOW, asked), _by_python(view, width, height, quantity))
-                    for _ in range(rounds)
-                ]
-            )
-            of_page, of_python = map(statistics.median, times[2:].T)
-            told = f"page {of_page:.0f} ms, Python {of_python:.0f} ms, {of_page / of_python:.2f} times"
-            print(f"{quantity} {width} x {height}: {told}")
+        _compare(page, "rolling", WINDOWS, rounds)
         page.evaluate("scrollTo(0, 0)")
         page.evaluate(LONG_TASKS)
         clicks = [_click(page, number) for number in range(rounds)]
@@ -99,6 +94,26 @@ def main() -> None:
         print(
             f"longest task of the page's own thread: {page.evaluate('longest'):.0f} ms, drawing in software among them"
         )
+        for preset, windows in OTHERS.items():
+            other = Path(folder) / f"{preset}.html"
+            export(subject_of(preset, {}), other)
+            page.goto(f"{other.as_uri()}#base=")
+            page.wait_for_selector("#map[data-lane]")
+            _compare(page, preset, windows, rounds)
+
+
+def _compare(page: "Page", preset: str, windows: list[tuple[int, int, str]], rounds: int) -> None:
+    """Time windows of the page of a preset in turns with Python, and print."""
+    spec = SweepSpec.preset(preset)
+    view = View.read(base_of("", spec)["view"], spec)
+    for width, height, quantity in windows:
+        asked = [None, plan(view)["cells"], base_of("", spec)["view"], width, height, quantity]
+        times = np.array(
+            [(page.evaluate(WINDOW, asked), _by_python(view, width, height, quantity)) for _ in range(rounds)]
+        )
+        of_page, of_python = map(statistics.median, times[2:].T)
+        told = f"page {of_page:.0f} ms, Python {of_python:.0f} ms, {of_page / of_python:.2f} times"
+        print(f"{preset}, {quantity} {width} x {height}: {told}")
 
 
 def _by_python(view: View, width: int, height: int, quantity: str) -> float:

@@ -16,7 +16,7 @@ from sweep.explorer.plan import plan
 from sweep.explorer.point import explanation, stored_point
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import View
-from sweep.explorer.window import stored_window
+from sweep.explorer.window import computed_window, stored_window
 from sweep.request.spec import SweepSpec
 
 JSON, BINARY = "application/json", "application/octet-stream"
@@ -52,6 +52,7 @@ class Answers:
         self._answering: Mapping[str, _Answering] = {
             "plan": lambda view, _, __: _json(plan(view)),
             "window": lambda view, fields, _: _window(stored_window(view, stored, fields)),
+            "cells": lambda view, fields, check: _window(computed_window(view, fields, check)),
             "point": lambda view, fields, _: _json({"stored": stored_point(view, stored, fields)}),
             "lines": lambda view, _, __: _json({"lines": lines(view, stored)}),
             "explain": lambda view, fields, _: _json({"text": explanation(view, stored, fields)}),

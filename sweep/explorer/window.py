@@ -1,19 +1,29 @@
-"""The stored cells in a window: each as a rectangle of its pixels. What is not stored the page computes."""
+"""The cells in a window: stored ones, each as a rectangle of its pixels, and computed ones.
 
-from collections.abc import Mapping
+The page computes windows itself where it is about as fast as the program; the others it asks for.
+"""
+
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from sweep.engine.compute import compute, use_threads
+from sweep.engine.grid import blocks
 from sweep.explorer.fields import read_choice, read_count, refuse
 from sweep.explorer.quantities import shown_of
 from sweep.explorer.stored import Stored
+from sweep.explorer.system import is_system
 from sweep.explorer.view import View
+from sweep.explorer.waiting import KERNELS
 from sweep.model.quantity import Truths
 
 #: Pixels of a window at most.
 MOST_PIXELS = 4_000_000
+
+#: Cells that are computed at a time: some tens of milliseconds of work, also of a user's system.
+_PIECE, _OF_A_SYSTEM = 65_536, 256
 
 #: Whether the cell of a pixel is stored, and the code of a quantity where there is no cell.
 _STORED, _NO_CELL = np.uint8(1), np.uint8(2)
@@ -50,9 +60,7 @@ def stored_window(
     RequestError
         If the window is too large.
     """
-    width, height = (read_count(fields, name, MOST_PIXELS) for name in ("width", "height"))
-    if width * height > MOST_PIXELS:
-        refuse("width * height", f"at most {MOST_PIXELS}", width * height)
+    width, height = _size(fields)
     if stored is None or stored.place(view) is None:
         return None
     known = stored.quantities()
@@ -63,23 +71,71 @@ def stored_window(
         return None
     value, verdict, inside = found
     value = np.where(inside, value, _NO_CODE if value.dtype == np.uint8 else np.nan).astype(value.dtype)
-    low, high = _range(value, value != _NO_CODE if value.dtype == np.uint8 else np.isfinite(value))
-    least, _ = _range(value, (value > 0) & (value < np.inf))
-    if value.dtype == np.float64 and not _is_narrow(low, high):
+    head = _head(view, value)
+    if value.dtype == np.float64 and not _is_narrow(head["low"], head["high"]):
         value = value.astype(np.float32)
-    head = {
-        "low": low,
-        "high": high,
-        "least": least,
-        "end": view.x.is_too_fine(width) or view.y.is_too_fine(height),
-        "note": "",
-    }
     arrays = {
         "value": value,
         "verdict": np.where(inside, verdict, 0).astype(np.uint8),
         "stored": np.where(inside, _STORED, _NO_CELL),
     }
     return head, arrays
+
+
+def computed_window(
+    view: View, fields: Mapping[str, Any], check: Callable[[], None]
+) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
+    """Return the cells at the pixels of a window, computed by all processors.
+
+    Parameters
+    ----------
+    view : View
+    fields : mapping
+        ``width`` and ``height`` in pixels, and the ``quantity``.
+    check : callable
+        Called between pieces of work: raises where the window is no longer wanted.
+
+    Returns
+    -------
+    head, arrays
+        As of `stored_window`, without ``stored``; numbers as float64.
+
+    Raises
+    ------
+    RequestError
+        If the window is too large, or its cells cannot be computed.
+    """
+    width, height = _size(fields)
+    spec, known = view.live, shown_of(view.live)
+    shown = known[read_choice(fields, "quantity", tuple(known))]
+    use_threads(None)
+    x, y = (each.ravel() for each in np.meshgrid(view.x.values(width), view.y.values(height)))
+    values, verdict = [], np.empty(x.size, np.uint8)
+    for span in blocks(x.size, _OF_A_SYSTEM if is_system(spec) else _PIECE):
+        check()
+        here = slice(span.start, span.stop)
+        with KERNELS:
+            columns = compute(spec, view.starts(x[here], y[here]), verdicts_only=not shown.timed)
+        values.append(shown.values(spec, columns))
+        verdict[here] = columns["stability"]
+    value = np.concatenate(values).reshape(height, width)
+    return _head(view, value), {"value": value, "verdict": verdict.reshape(height, width)}
+
+
+def _size(fields: Mapping[str, Any]) -> tuple[int, int]:
+    width, height = (read_count(fields, name, MOST_PIXELS) for name in ("width", "height"))
+    if width * height > MOST_PIXELS:
+        refuse("width * height", f"at most {MOST_PIXELS}", width * height)
+    return width, height
+
+
+def _head(view: View, value: npt.NDArray[Any]) -> dict[str, Any]:
+    """Return the head of a window, from its values."""
+    height, width = value.shape
+    low, high = _range(value, value != _NO_CODE if value.dtype == np.uint8 else np.isfinite(value))
+    least, _ = _range(value, (value > 0) & (value < np.inf))
+    is_too_fine = view.x.is_too_fine(width) or view.y.is_too_fine(height)
+    return {"low": low, "high": high, "least": least, "end": is_too_fine, "note": ""}
 
 
 def _range(value: npt.NDArray[Any], known: Truths) -> tuple[float | None, float | None]:

@@ -1,6 +1,6 @@
 /**
  * Where the page gets its numbers from while a server of this machine answers: it makes plans of words, has the cells of a
- * file and the lines of theory; the page computes the rest.
+ * file and the lines of theory, and computes windows that would take the page much longer; the page computes the rest.
  */
 
 import { Computation } from "eulerdisk/compute/computation";
@@ -59,7 +59,9 @@ export class ServerSource {
         this.#storedPoint(place, signal),
     };
     const plansOf = (/** @type {View} */ view) => this.#plansOf(view);
-    this.#computing = new Computing(new Computation(content), () => this.about(), plansOf, stored);
+    const program = (/** @type {WindowRequest} */ request, /** @type {AbortSignal=} */ signal) =>
+      this.#computedWindow(request, signal);
+    this.#computing = new Computing(new Computation(content), () => this.about(), plansOf, stored, program);
   }
 
   /** @returns {Promise<About>} */
@@ -122,6 +124,19 @@ export class ServerSource {
     const { head, arrays } = await this.#ask("window", request, signal);
     const { width, height } = request;
     return arrays ? { head, width, height, ...arrays } : null;
+  }
+
+  /**
+   * @param {WindowRequest} request
+   * @param {AbortSignal} [signal]
+   * @returns {Promise<WindowAnswer>}
+   */
+  async #computedWindow(request, signal) {
+    const began = performance.now();
+    const { head, arrays } = await this.#ask("cells", request, signal);
+    const { width, height } = request;
+    const { value, verdict } = arrays;
+    return { head, width, height, value, verdict, stored: null, milliseconds: performance.now() - began };
   }
 
   /**

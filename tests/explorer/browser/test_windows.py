@@ -221,3 +221,64 @@ def test_regimes_follow_from_wells_and_extremes(asked):
     assert atlas["ending"].attrs["flag_meanings"].split()[4] == "fell"
     assert np.array_equal(arrays["value"].reshape(40, 60), expected)
     assert {0, 1, 2, 3, 4} == set(arrays["value"])
+
+
+#: Ask the server of the page, and the page alone, for the same window; whether the server computed the first one.
+BOTH = """async (request) => {
+    const { ServerSource } = await import("eulerdisk/server_source");
+    const { Computation } = await import("eulerdisk/compute/computation");
+    const { computedWindow } = await import("eulerdisk/compute/cells");
+    const fetched = [];
+    const fetching = window.fetch;
+    window.fetch = (where, ...more) => (fetched.push(String(where)), fetching(where, ...more));
+    const source = new ServerSource();
+    const ofServer = await source.window(request);
+    const asked = { method: "POST", headers: { "Content-Type": "application/json" } };
+    const plans = await fetching("./plan", { ...asked, body: JSON.stringify({ view: request.view }) });
+    const { cells } = await plans.json();
+    const content = fetching("./page/kernels.wasm").then((answer) => answer.arrayBuffer());
+    const ofPage = await computedWindow(new Computation(content), cells, request);
+    window.fetch = (where, ...more) =>
+        String(where) === "./cells" ? Promise.reject(new TypeError("gone")) : fetching(where, ...more);
+    const withoutServer = await source.window(request);
+    window.fetch = fetching;
+    const told = ({ head, value, verdict }) => [head, Array.from(value), Array.from(verdict)];
+    return { byServer: fetched.includes("./cells"), windows: [ofServer, ofPage, withoutServer].map(told) };
+}"""
+
+#: Explored -> a quantity, and whether the server computes windows of it.
+COMPUTED = {
+    "rolling": [("peak_tilt", False), ("nutation_period", True)],
+    "torus": [("peak_tilt", True), ("nutation_period", True)],
+    "henon_heiles": [("stability", True)],
+}
+
+
+def test_windows_of_the_server_are_those_of_the_page(served_with, browser):
+    """Where the program is much faster it computes windows: values, verdicts and ends are those that the page finds.
+
+    And the page finds them once the server is gone.
+
+    Sums are taken in another order, and functions are of another library; a chaotic cell may be decided otherwise.
+    """
+    for given, quantities in COMPUTED.items():
+        address = served_with(given).url
+        page = browser.new_page()
+        page.goto(address)
+        view = about(address)["bases"][0]["view"]
+        for quantity, is_of_server in quantities:
+            with case(given, quantity):
+                found = page.evaluate(BOTH, {"view": view, "width": 16, "height": 12, "quantity": quantity})
+                assert found["byServer"] == is_of_server
+                (head, *server), (other, *alone), without = found["windows"]
+                assert without == [other, *alone]
+                (value, verdict), (expected, decided) = (map(np.array, each) for each in (server, alone))
+                assert np.mean(verdict == decided) > 0.99
+                alike = np.isclose(
+                    value.astype(float), expected.astype(float), rtol=1e-9, atol=1e-12, equal_nan=True
+                )
+                assert np.mean(alike) > 0.99
+                assert np.isfinite(value.astype(float)).any()
+                for end in ("low", "high", "least"):
+                    assert head[end] == pytest.approx(other[end], rel=1e-6)
+        page.close()

@@ -15,6 +15,24 @@ const DIGITS = 6;
 const SINGLE_DIGITS = 3;
 
 /**
+ * Whether a window takes the page much longer than the program, whose vectors are wider: measured by
+ * scripts/page_speed.py, all but extremes of the disk.
+ * @param {Plan} plan
+ * @param {string} quantity
+ */
+export function isSlow(plan, quantity) {
+  return "system" in plan || "body" in plan || isTimed(plan, quantity);
+}
+
+/**
+ * @param {Plan} plan
+ * @param {string} quantity
+ */
+function isTimed(plan, quantity) {
+  return plan.timed.includes(quantity) || plan.criterion.timed;
+}
+
+/**
  * A window, computed piece by piece.
  * @param {Computation} computation
  * @param {Plan} plan
@@ -25,7 +43,7 @@ const SINGLE_DIGITS = 3;
 export async function computedWindow(computation, plan, { view, width, height, quantity }, signal) {
   await computation.ready;
   const began = performance.now();
-  const timed = plan.timed.includes(quantity) || plan.criterion.timed;
+  const timed = isTimed(plan, quantity);
   const byColumns = view.x.name === "alpha";
   const most = byColumns || view.y.name === "alpha" ? MOST_ALPHAS : Infinity;
   const kind = "system" in plan ? "system" : "body" in plan ? "body" : timed ? "timed" : "plain";

@@ -1,11 +1,11 @@
 /** What the page computes by itself, whoever tells it the plans: windows, points and motions. */
 
-import { cellAt, computedWindow, toldCell } from "eulerdisk/compute/cells";
+import { cellAt, computedWindow, isSlow, toldCell } from "eulerdisk/compute/cells";
 import { computedMotion } from "eulerdisk/compute/motion";
 import { Problem } from "eulerdisk/notice";
 
 /** @import { Computation } from "eulerdisk/compute/computation" */
-/** @import { About, MotionAnswer, MotionRequest, Place, Plans, PointAnswer, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
+/** @import { About, MotionAnswer, MotionRequest, Place, Plan, Plans, PointAnswer, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
 /** Said of a place where nothing is stored and nothing can be computed. */
 const NO_CELL = "No cell here.";
@@ -27,18 +27,22 @@ export class Computing {
   #about;
   #plansOf;
   #stored;
+  #program;
 
   /**
    * @param {Computation} computation
    * @param {() => Promise<About>} about
    * @param {(view: View, signal?: AbortSignal) => Promise<Plans>} plansOf
    * @param {Stored|null} stored
+   * @param {((request: WindowRequest, signal?: AbortSignal) => Promise<WindowAnswer>)|null} program  computes windows
+   *   faster than the page, if it is there
    */
-  constructor(computation, about, plansOf, stored) {
+  constructor(computation, about, plansOf, stored, program = null) {
     this.#computation = computation;
     this.#about = about;
     this.#plansOf = plansOf;
     this.#stored = stored;
+    this.#program = program;
   }
 
   /**
@@ -56,11 +60,28 @@ export class Computing {
     const isKnown = cells !== null && cells.shown.includes(request.quantity);
     if (stored && (!isKnown || !stored.stored?.includes(NOTHING))) return stored;
     if (isKnown) {
-      const computed = await computedWindow(this.#computation, cells, request, signal);
+      const computed = await this.#computed(cells, request, signal);
       return stored ? joined(stored, computed) : computed;
     }
     if (plans.refused) throw new Problem(plans.refused.error, { hint: plans.refused.hint, status: 400 });
     return nothing(await this.#about(), request);
+  }
+
+  /**
+   * A computed window: of the program where that is faster and answers, else of the page.
+   * @param {Plan} cells
+   * @param {WindowRequest} request
+   * @param {AbortSignal} [signal]
+   */
+  async #computed(cells, request, signal) {
+    if (this.#program && isSlow(cells, request.quantity)) {
+      try {
+        return await this.#program(request, signal);
+      } catch (problem) {
+        if (!(problem instanceof Problem && problem.unreachable)) throw problem;
+      }
+    }
+    return computedWindow(this.#computation, cells, request, signal);
   }
 
   /**
