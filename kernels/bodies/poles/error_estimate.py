@@ -28,6 +28,10 @@ _FAR = 0.25
 #: one 1 in 1000 times with 2.5; and how much more is uncertain of x, from which the cosine follows beside a pole.
 _UNSEEN, _BESIDE_POLE = 5.0, 4.0
 
+#: Share of what is uncertain that counts as error where the drift is less: of 240,000 spheroids at random the extremes
+#: were then off by 3e-9 rad at most, by 1e-8 without, for a fifth more steps.
+_HIDDEN = 0.6
+
 #: Cosine of the tilt below which the potential has no maximum: x^2/C^2 of it outweighs all else, or a motion without x
 #: passes through the pole.
 _NO_MAXIMUM = 1e-3
@@ -97,4 +101,7 @@ def estimated_error(ending, state, drifts, uncertain, constants):
     if C > _NO_MAXIMUM and stiffness < 0.0 and beside:
         return math.inf, math.inf
     divisor *= pull
+    # between turning points that mirror one another the energy drifts to and fro, the tilts do not
+    hidden = _HIDDEN * uncertain
+    beyond = beyond if beyond > hidden else hidden
     return (beyond + left) / divisor, (uncertain + left) / divisor
