@@ -1,6 +1,6 @@
-"""What a file of systems imports: the mark ``@system(...)``, and the functions and the number that it may use.
+"""What a file of systems imports: the marks ``@system(...)`` and ``@body(...)``, functions, and a number.
 
-The mark reads the source of the function and never calls it::
+A mark reads the source of the function and never calls it::
 
     from sweep.systems import system, sin
 
@@ -11,7 +11,7 @@ The mark reads the source of the function and never calls it::
 
 import inspect
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from math import cos as cos
 from math import exp as exp
 from math import log as log
@@ -28,7 +28,7 @@ from sweep.model.system.definition import TIME, Definition
 from sweep.model.system.evaluation import evaluated
 from sweep.request.system_file import is_number, read_function
 
-__all__ = ["System", "cos", "exp", "log", "pi", "sin", "sqrt", "system", "tan", "tanh"]
+__all__ = ["System", "body", "cos", "exp", "log", "pi", "sin", "sqrt", "system", "tan", "tanh"]
 
 
 class System:
@@ -96,7 +96,32 @@ def system(*args: Any, **words: Any) -> Callable[[Callable[..., Any]], System]:
     RequestError
         When it marks a function: if its source cannot be found, or what it says cannot be computed; with the line.
     """
+    return _mark("system", args, words)
 
+
+def body(*args: Any, **words: Any) -> Callable[[Callable[..., Any]], System]:
+    """Return a mark that reads a body of revolution, which rolls on a plane, from the source of a function.
+
+    The function returns the height of the centre of mass over the plane, over the radius, as a function of ``tilt``,
+    which is the support function of the body's meridian, and the axial and the transverse moment of inertia about the
+    centre of mass, over mass times radius squared (docs/own-system.md).
+
+    Parameters
+    ----------
+    **words
+        Those of `system`, but for ``conserved``: of a body that is its energy.
+
+    Raises
+    ------
+    RequestError
+        Also if the meridian is not convex, or the moments are those of no body.
+    """
+    return _mark("body", args, words)
+
+
+def _mark(
+    name: str, args: tuple[Any, ...], words: Mapping[str, Any]
+) -> Callable[[Callable[..., Any]], System]:
     def mark(function: Callable[..., Any]) -> System:
         try:
             lines, first = inspect.getsourcelines(function)
@@ -114,8 +139,8 @@ def system(*args: Any, **words: Any) -> Callable[[Callable[..., Any]], System]:
 
     if len(args) == 1 and not words and callable(args[0]):
         raise RequestError(
-            "@system has no words: duration is missing.",
-            hint='Write @system(duration="10 s").',
+            f"@{name} has no words: duration is missing.",
+            hint=f'Write @{name}(duration="10 s").',
             where=shown(getattr(args[0], "__name__", repr(args[0]))),
         )
     return mark

@@ -9,7 +9,7 @@ from sweep.model.system.definition import FUNCTIONS, TIME, Declared, Node, symbo
 from sweep.model.system.evaluation import evaluated
 from sweep.model.system.spelling import spelled
 from sweep.request.system_source import Source
-from sweep.request.system_tree import MOST_DEEP, MOST_NODES, NUMBERS, Part, Tree, refuse_kink, refuse_size
+from sweep.request.system_tree import MOST_DEEP, NUMBERS, Part, Tree, check_nodes, refuse_kink, refuse_size
 from sweep.request.system_units import PURE, SECOND, alike, product, told
 
 _SIGNS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
@@ -182,12 +182,43 @@ class Body:
         RequestError
             With the line.
         """
+        states = self._states
+        names = ", ".join(f"d{each.name}" for each in states)
+        line, read = self.returned(function, names, "Return the rate of each state.")
+        if len(read) != len(states):
+            told = ", ".join(each.name for each in states)
+            self._source.refuse(
+                line.lineno,
+                f"there are {counted(len(states), 'state')} ({told}), and {counted(len(read), 'value')} after return",
+                "Return the rate of each state, in the order of the states.",
+            )
+        with self._source.at(line):
+            check_nodes(part for _, part in read)
+        for state, (node, part) in zip(states, read, strict=True):
+            self._check_rate(state, node, part, time_units)
+        return tuple(part.node for _, part in read)
+
+    def returned(
+        self, function: ast.FunctionDef, names: str, instead: str
+    ) -> tuple[ast.Return, list[tuple[ast.expr, Part]]]:
+        """Return the line with ``return`` and the expressions behind it.
+
+        Parameters
+        ----------
+        function : ast.FunctionDef
+        names, instead : str
+            What has to stand there, as a line without it is answered.
+
+        Raises
+        ------
+        RequestError
+            With the line.
+        """
         lines = function.body[ast.get_docstring(function) is not None :]
         if not lines or not isinstance(lines[-1], ast.Return):
             last = lines[-1] if lines else function
             if not isinstance(last, ast.Assign | ast.FunctionDef):
                 self._refuse_line(last)
-            names = ", ".join(f"d{each.name}" for each in self._states)
             self._source.refuse(
                 last.lineno, "the function ends without return", f"End it with return {names}."
             )
@@ -198,11 +229,15 @@ class Body:
         waiting: dict[str, ast.stmt] = {}
         for line in lines[:-1]:
             self._assign(line, waiting)
-        rates = self._rates(lines[-1], time_units)
+        value = lines[-1].value
+        if value is None:
+            self._source.refuse(lines[-1].lineno, "nothing is returned", instead)
+        nodes = value.elts if isinstance(value, ast.Tuple) else [value]
+        found = [(node, self._arithmetic.part(node)) for node in nodes]
         for name, line in waiting.items():
             if name not in self._arithmetic.used:
                 self._refuse_unused(name, line)
-        return rates
+        return lines[-1], found
 
     def _assign(self, line: ast.stmt, waiting: dict[str, ast.stmt]) -> None:
         found = _assignment(line)
@@ -242,28 +277,6 @@ class Body:
                 what, instead = "an assignment of this form", "Write one name = expression in each line."
             raise RequestError(f"{what} has no place in a right-hand side", hint=instead)
         raise AssertionError("it was refused")
-
-    def _rates(self, line: ast.stmt, time_units: str) -> tuple[Node, ...]:
-        assert isinstance(line, ast.Return)
-        value = line.value
-        if value is None:
-            self._source.refuse(line.lineno, "nothing is returned", "Return the rate of each state.")
-        nodes = value.elts if isinstance(value, ast.Tuple) else [value]
-        states = self._states
-        if len(nodes) != len(states):
-            names = ", ".join(each.name for each in states)
-            self._source.refuse(
-                line.lineno,
-                f"there are {counted(len(states), 'state')} ({names}), and {counted(len(nodes), 'value')} after return",
-                "Return the rate of each state, in the order of the states.",
-            )
-        parts = [self._arithmetic.part(node) for node in nodes]
-        if sum(part.nodes for part in parts) > MOST_NODES:
-            with self._source.at(line):
-                refuse_size()
-        for state, node, part in zip(states, nodes, parts, strict=True):
-            self._check_rate(state, node, part, time_units)
-        return tuple(part.node for part in parts)
 
     def _check_rate(self, state: Declared, node: ast.expr, part: Part, time_units: str) -> None:
         own = self._tree.names[state.name].dimension or PURE

@@ -13,14 +13,16 @@ from pathlib import Path
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import DECISION, Quantity
 from sweep.model.system.definition import FUNCTIONS, TIME, Declared, Definition, symbols
+from sweep.model.system.meridian import check_body
 from sweep.model.system.spelling import system_text
 from sweep.request.spec_file import read_regular
 from sweep.request.suggestions import suggestion
 from sweep.request.system_body import Arithmetic, Body, check_start
+from sweep.request.system_meridian import FALL_TILT, FELL, MEASURES, falls, read_motion, with_states
 from sweep.request.system_source import MOST_BYTES, Source
 from sweep.request.system_tree import NUMBERS, Part, Tree, symbol
 from sweep.request.system_units import PURE, SECOND, alike, check_scale, read_dimension, told, written
-from sweep.request.system_words import Words, check_name, check_variable
+from sweep.request.system_words import MARKS, Words, check_name, check_variable
 from sweep.request.units import number_and_unit
 from sweep.request.values import read_number
 
@@ -154,14 +156,14 @@ def _contents(source: Source) -> tuple[dict[str, ast.FunctionDef], dict[str, flo
                 case ast.Expr(value=ast.Constant(value=str())):
                     pass
                 case ast.Assign(targets=[ast.Name(id=name)]):
-                    if name in (*FUNCTIONS, *NUMBERS, TIME, "system"):
+                    if name in (*FUNCTIONS, *NUMBERS, TIME, *MARKS):
                         raise RequestError(
                             f"the name {name} means something else", hint="Choose another name."
                         )
                     tree.names[name] = tree.number(Arithmetic(source, tree).number(line.value))
                 case ast.FunctionDef():
                     _check_decorator(line)
-                    check_name(line.name, functions, (*FUNCTIONS, *NUMBERS, "system"))
+                    check_name(line.name, functions, (*FUNCTIONS, *NUMBERS, *MARKS))
                     functions[line.name] = line
                 case _:
                     what, instead = _NO_PLACE.get(
@@ -187,10 +189,10 @@ def _check_import(line: ast.Import | ast.ImportFrom) -> None:
 def _check_decorator(function: ast.FunctionDef) -> None:
     marks = function.decorator_list
     if len(marks) == 1 and isinstance(marks[0], ast.Call) and isinstance(marks[0].func, ast.Name):
-        if marks[0].func.id == "system":
+        if marks[0].func.id in MARKS:
             return
-    elif len(marks) == 1 and isinstance(marks[0], ast.Name) and marks[0].id == "system":
-        raise RequestError("the duration is missing", hint='Write @system(duration="10 s").')
+    elif len(marks) == 1 and isinstance(marks[0], ast.Name) and marks[0].id in MARKS:
+        raise RequestError("the duration is missing", hint=f'Write @{marks[0].id}(duration="10 s").')
     raise RequestError(
         f"the function {shown(function.name)} is not marked as a system, with @system(...) and nothing else",
         hint='Write @system(duration="10 s") above it, or leave it out.',
@@ -200,27 +202,40 @@ def _check_decorator(function: ast.FunctionDef) -> None:
 def _read(source: Source, function: ast.FunctionDef, constants: Mapping[str, float]) -> Definition:
     """Return the system of a marked function."""
     call = function.decorator_list[0]
-    assert isinstance(call, ast.Call)
-    words = Words(source, call, constants)
+    assert isinstance(call, ast.Call) and isinstance(call.func, ast.Name)
+    mark = call.func.id
+    words = Words(source, mark, call, constants)
     duration, time_units = words.duration()
     tree = Tree()
     tree.names = {name: tree.number(value) for name, value in constants.items()}
-    states, parameters, arguments = _signature(source, function, tree, time_units)
+    whole = function if mark == "system" else with_states(source, function)
+    states, parameters, arguments = _signature(source, whole, tree, time_units)
     time = symbol(TIME, SECOND if time_units == "s" else PURE)
     words.prepare(arguments, states, time)
     tree.names |= arguments
     if any(each.arg == TIME for each in function.args.kwonlyargs):
         tree.names[TIME] = time
     fixed = frozenset({*arguments, TIME, *FUNCTIONS, *NUMBERS})
-    rates = Body(source, tree, states, fixed).read(function, time_units)
+    motion = None
+    if mark == "system":
+        rates = Body(source, tree, states, fixed).read(function, time_units)
+    else:
+        motion = read_motion(source, tree, function, states, fixed)
+        rates = motion.rates
+        if fall := falls(motion, words.ends(), parameters):
+            words.add("ends", {FELL: fall})
+        words.add("measures", MEASURES)
     check_start(source, tree, (*states, *parameters), rates)
     ends, measures = words.ends(), words.measures()
     labels = words.labels(ends)
     found = Definition(
         function.name, _title(source, function), states, parameters, time_units, duration, rates, ends, measures,
-        labels, words.conserved(), words.stable(states, parameters, measures, ends, labels, time_units),
-        words.theory(parameters),
+        labels, (motion.energy,) if motion else words.conserved(),
+        words.stable(states, parameters, measures, ends, labels, time_units), words.theory(parameters),
+        motion.meridian if motion else None,
     )  # fmt: skip
+    if motion:
+        found = _checked_body(source, function, found)
     _check_used(source, function, found)
     text = system_text(found)
     if len(text) > MOST_OF_TEXT:
@@ -230,6 +245,16 @@ def _read(source: Source, function: ast.FunctionDef, constants: Mapping[str, flo
             "Write a smaller one.",
         )
     return dataclasses.replace(found, text=text)
+
+
+def _checked_body(source: Source, function: ast.FunctionDef, found: Definition) -> Definition:
+    """Return a body that can roll with its default values, without a tilt for a fall that it has not."""
+    with source.at(function.body[-1], "the body"):
+        check_body(found, {each.name: each.default for each in (*found.states, *found.parameters)})
+    named = {each.arg for each in function.args.kwonlyargs}
+    used = {name for end in found.ends for node in end.any_positive for name in symbols(node)}
+    kept = tuple(each for each in found.parameters if each.name != FALL_TILT or each.name in named | used)
+    return dataclasses.replace(found, parameters=kept)
 
 
 def _title(source: Source, function: ast.FunctionDef) -> str:

@@ -4,7 +4,7 @@ What is refused has no place here yet: who reads the text adds the line, or the 
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import NoReturn
 
@@ -242,6 +242,12 @@ def _check_root(part: Part) -> None:
     power = rest[0].value if node.name == "**" and isinstance(rest[0], Constant) else 0.0
     if (power and power % 2.0 == 0.0) or (node.name == "*" and one is rest[0]):
         refuse_kink(f"the root of {part}", "Write an ending with abs, or sqrt(x**2 + small**2).")
+
+
+def check_nodes(parts: Iterable[Part]) -> None:
+    """Refuse expressions that are too large together."""
+    if sum(part.nodes for part in parts) > MOST_NODES:
+        refuse_size()
 
 
 def refuse_size() -> NoReturn:

@@ -26,6 +26,12 @@ from sweep.request.words import options
 #: The words, in the order in which the system's own text has them.
 WORDS = ("duration", "ends", "measures", "label", "conserved", "stable", "theory")
 
+#: Those of a body, of which the energy is conserved.
+WORDS_OF_BODY = tuple(word for word in WORDS if word != "conserved")
+
+#: The marks, and their words.
+MARKS: Mapping[str, tuple[str, ...]] = {"system": WORDS, "body": WORDS_OF_BODY}
+
 #: What is said of a system of which a motion without an ending is stable.
 RUNS_ON = "runs on"
 
@@ -111,6 +117,8 @@ class Words:
     Parameters
     ----------
     source : Source
+    mark : str
+        One of `MARKS`.
     call : ast.Call
     constants : mapping of str to float
         What its texts may name beside the arguments of the function.
@@ -121,20 +129,21 @@ class Words:
         With the line.
     """
 
-    def __init__(self, source: Source, call: ast.Call, constants: Mapping[str, float]) -> None:
-        self._source, self._line = source, call
+    def __init__(self, source: Source, mark: str, call: ast.Call, constants: Mapping[str, float]) -> None:
+        self._source, self._mark, self._line = source, mark, call
         self._tree = Tree(bare=True)
         self._constants = {name: self._tree.number(value) for name, value in constants.items()}
         self._names: tuple[str, ...] = ()
         self._given: dict[str, ast.expr] = {}
         if call.args:
-            source.refuse(call.args[0].lineno, "a word of system(...) has a name", 'Write duration="10 s".')
+            source.refuse(call.args[0].lineno, f"a word of {mark}(...) has a name", 'Write duration="10 s".')
         for each in call.keywords:
-            if each.arg not in WORDS:
+            if each.arg not in MARKS[mark]:
                 source.refuse(
                     each.value.lineno,
-                    f"the word {shown(each.arg or '**')} is not known to system(...); there are {', '.join(WORDS)}",
-                    suggestion(each.arg, WORDS) or "Use one of these words.",
+                    f"the word {shown(each.arg or '**')} is not known to {mark}(...); there are "
+                    f"{', '.join(MARKS[mark])}",
+                    suggestion(each.arg, MARKS[mark]) or "Use one of these words.",
                 )
             self._given[each.arg] = each.value
 
@@ -143,7 +152,7 @@ class Words:
         node = self._given.get("duration")
         if node is None:
             self._source.refuse(
-                self._line.lineno, "the duration is missing", 'Write @system(duration="10 s").'
+                self._line.lineno, "the duration is missing", f'Write @{self._mark}(duration="10 s").'
             )
         with self._source.at(node, "the duration"):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
@@ -161,6 +170,19 @@ class Words:
         """Say what the texts may name."""
         self._names = tuple(each.name for each in states)
         self._tree.names |= self._constants | dict(arguments) | {TIME: time}
+
+    def add(self, word: str, texts: Mapping[str, str]) -> None:
+        """Add entries to a word, each where it has none of that name."""
+        node = self._given.get(word) or ast.copy_location(ast.Dict([], []), self._line)
+        if not isinstance(node, ast.Dict):
+            # reading it refuses it
+            return
+        there = {each.value for each in node.keys if isinstance(each, ast.Constant)}
+        row = {name: text for name, text in texts.items() if name not in there}
+        keys, values = (
+            [ast.copy_location(ast.Constant(each), node) for each in given] for given in (row, row.values())
+        )
+        self._given[word] = ast.copy_location(ast.Dict([*node.keys, *keys], [*node.values, *values]), node)
 
     def ends(self) -> tuple[Event, ...]:
         """Return the endings."""

@@ -106,6 +106,26 @@ class Measure:
 
 
 @dataclass(frozen=True)
+class Meridian:
+    """What a system that is a body of revolution rolls with: lengths over its `radius`, moments over m radius^2.
+
+    Parameters
+    ----------
+    height : Node
+        The height of the centre of mass over the plane, which is the support function of the meridian: of the tilt.
+    curvature : Node
+        The radius of curvature of the meridian: the height and its second derivative by the tilt.
+    axial, transverse : Node
+        The moments of inertia about the centre of mass, about the axis and across it.
+    """
+
+    height: Node
+    curvature: Node
+    axial: Node
+    transverse: Node
+
+
+@dataclass(frozen=True)
 class Definition:
     """A system: its states, its parameters, its right-hand side, and what is looked at.
 
@@ -132,6 +152,8 @@ class Definition:
         When a cell is stable: ``runs on``, or the text of a criterion's expression; empty if the system says nothing.
     theory : tuple of (str, Node)
         Parameter -> an expression of the other parameters and the start: where theory puts the boundary along it.
+    meridian : Meridian, optional
+        Of a body of revolution, from which its rates follow.
     text : str
         The file that it was read from, in one spelling for all files that say the same: reading it gives this
         definition again.
@@ -150,6 +172,7 @@ class Definition:
     conserved: tuple[Node, ...] = ()
     stable: str = ""
     theory: tuple[tuple[str, Node], ...] = ()
+    meridian: Meridian | None = None
     text: str = ""
 
     @property

@@ -15,6 +15,7 @@ from sweep.model.quantity import Array
 from sweep.model.system import tables
 from sweep.model.system.cell_values import evaluated
 from sweep.model.system.definition import TIME, Definition, Node, Operation
+from sweep.model.system.meridian import check_body
 from sweep.model.system.passes import PASSES, Passes
 from sweep.model.system.program import Program
 from sweep.model.system.reference import SampledReference
@@ -85,6 +86,11 @@ class SystemModel(Model):
     def headline(self, spec: Request) -> str:
         """Return the title of the system."""
         return self.definition.title.rstrip(".") or f"The system {self.name}"
+
+    def check(self, values: Mapping[str, Any]) -> None:
+        """Refuse values of which no body rolls, if the system is a body of revolution."""
+        if self.definition.meridian is not None:
+            check_body(self.definition, values)
 
     def undisturbed(self, spec: Request, starts: Starts) -> Array:
         """Return NaN: no coordinate of a system has a steady value that is known."""

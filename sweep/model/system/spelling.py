@@ -70,21 +70,25 @@ def spelled_measure(kind: str, expressions: tuple[Node, ...]) -> str:
 
 def system_text(system: Definition) -> str:
     """Return the file that gives this system when it is read; its own `text` plays no part."""
-    names, lines = _named_parts(system)
-    used = {each.name for each in _operations(system.rates)} & set(FUNCTIONS)
-    imported = ", ".join(["system", *(name for name in FUNCTIONS if name in used)])
+    mark, returned = "system", system.rates
+    if system.meridian is not None:
+        # the rates follow from what a body returns
+        mark, returned = "body", (system.meridian.height, system.meridian.axial, system.meridian.transverse)
+    names, lines = _named_parts(system, returned)
+    used = {each.name for each in _operations(returned)} & set(FUNCTIONS)
+    imported = ", ".join([mark, *(name for name in FUNCTIONS if name in used)])
     words = "".join(f"    {name}={value},\n" for name, value in _words(system))
-    rates = ", ".join(spelled(each, names) for each in system.rates)
+    values = ", ".join(spelled(each, names) for each in returned)
     title = [ascii(system.title)] if system.title else []
-    body = "".join(f"    {line}\n" for line in [*title, *lines, f"return {rates}"])
+    body = "".join(f"    {line}\n" for line in [*title, *lines, f"return {values}"])
     return (
         f"from sweep.systems import {imported}\n\n\n"
-        f"@system(\n{words})\ndef {system.name}({', '.join(_arguments(system))}):\n{body}"
+        f"@{mark}(\n{words})\ndef {system.name}({', '.join(_arguments(system))}):\n{body}"
     )
 
 
-def _named_parts(system: Definition) -> tuple[dict[Node, str], list[str]]:
-    """Return the names of what stands in several places of the rates, and the lines that assign them."""
+def _named_parts(system: Definition, returned: Iterable[Node]) -> tuple[dict[Node, str], list[str]]:
+    """Return the names of what stands in several places of what is returned, and the lines that assign them."""
     times: Counter[Node] = Counter()
     order: list[tuple[Node, int]] = []
 
@@ -100,9 +104,9 @@ def _named_parts(system: Definition) -> tuple[dict[Node, str], list[str]]:
         return sizes[node]
 
     sizes: dict[Node, int] = {}
-    for rate in system.rates:
-        count(rate)
-    taken = {each.name for each in (*system.states, *system.parameters)}
+    for each in returned:
+        count(each)
+    taken = {state.name for state in (*system.states, *system.parameters)}
     fresh = (name for number in range(1, len(order) + len(taken) + 1) if (name := f"v{number}") not in taken)
     names: dict[Node, str] = {}
     lines = []
@@ -145,7 +149,7 @@ def _words(system: Definition) -> Iterator[tuple[str, str]]:
         yield "measures", _table((each.name, _quoted(each.text)) for each in system.measures)
     if system.labels:
         yield "label", _table((each.name, _condition(each)) for each in system.labels)
-    if system.conserved:
+    if system.conserved and system.meridian is None:
         yield "conserved", f"[{', '.join(_quoted(spelled(each)) for each in system.conserved)}]"
     if system.stable:
         yield "stable", _quoted(system.stable)

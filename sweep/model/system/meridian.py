@@ -1,0 +1,132 @@
+"""What a body of revolution has to be, for all values of a request: convex, with the moments of a body."""
+
+import math
+from collections.abc import Iterator, Mapping
+from itertools import islice, product
+from typing import Any
+
+import numpy as np
+
+from sweep.errors import RequestError
+from sweep.model.quantity import Array, Truths
+from sweep.model.system.cell_values import evaluated
+from sweep.model.system.definition import Declared, Definition, Event, Meridian, Node, symbols
+
+#: The state that says how the body leans: the angle of its axis with the horizontal.
+TILT = "tilt"
+
+#: Tilts [rad] at which a meridian is looked at, each half of a degree between its poles.
+_TILTS = np.radians(np.arange(-89.5, 90.0, 0.5))
+
+#: Share of the largest height by which a radius of curvature may be below 0, by rounding.
+_ROUNDING = 1e-9
+
+#: Mixtures of the values of parameters that are looked at, and values of one parameter.
+_MOST_MIXTURES, _MOST_VALUES = 256, 17
+
+
+def check_body(definition: Definition, values: Mapping[str, Any]) -> None:
+    """Refuse values of which no body rolls: at their smallest, their largest, and values between them.
+
+    Parameters
+    ----------
+    definition : Definition
+        With a `meridian`.
+    values : mapping of str to anything
+        Of each state and parameter: a number in SI, or what has ``ends()``.
+
+    Raises
+    ------
+    RequestError
+    """
+    meridian = definition.meridian
+    assert meridian is not None
+    _check_tilt(values[TILT])
+    ends = ends_of_tilts(definition.ends, definition.parameters)
+    nodes = (meridian.height, meridian.curvature, meridian.axial, meridian.transverse, *ends)
+    used = {name for node in nodes for name in symbols(node)} - {TILT}
+    for mixture in _mixtures({name: values[name] for name in sorted(used)}):
+        given = ", ".join(f"{name}={mixture[name]:.6g}" for name in mixture)
+        _check_moments(meridian, mixture, given)
+        _check_meridian(meridian, ends, mixture, given)
+
+
+def ends_of_tilts(ends: tuple[Event, ...], parameters: tuple[Declared, ...]) -> tuple[Node, ...]:
+    """Return the expressions of endings that depend on the tilt and on parameters alone."""
+    fixed = {TILT, *(each.name for each in parameters)}
+    nodes = (node for each in ends for node in each.any_positive)
+    return tuple(node for node in nodes if {*symbols(node)} <= fixed)
+
+
+def ended(ends: tuple[Node, ...], values: Mapping[str, Any]) -> Truths:
+    """Return at which tilts of `values`, an array, one of some expressions is positive: a motion is over."""
+    over: Array = np.full(values[TILT].shape, -1.0)
+    for each in evaluated(ends, values):
+        over = np.maximum(over, each)
+    return np.asarray(over > 0.0)
+
+
+def _check_tilt(tilt: Any) -> None:
+    low, high = _ends_of(tilt)
+    if max(-low, high) >= 0.5 * math.pi:
+        degrees = math.degrees(high if high > -low else low)
+        raise RequestError(
+            f"The axis of a body is not vertical at its start: -90 deg < tilt < 90 deg; got tilt={degrees:.6g}deg.",
+            hint="Give a tilt below 90deg, as 89deg of a body that spins on its end.",
+            where=TILT,
+        )
+
+
+def _check_moments(meridian: Meridian, values: Mapping[str, float], given: str) -> None:
+    axial, transverse = (float(each) for each in evaluated([meridian.axial, meridian.transverse], values))
+    if not 0.0 < axial <= 2.0 * transverse * (1.0 + _ROUNDING):
+        raise RequestError(
+            f"These are the moments of no body: 0 < axial moment <= 2 transverse moment, with equality for a plane "
+            f"one; got {axial:.6g} and {transverse:.6g}" + (f", for {given}." if given else "."),
+            hint="A body returns its height, its axial moment and its transverse moment, in this order, over mass "
+            "times radius squared.",
+        )
+
+
+def _check_meridian(
+    meridian: Meridian, ends: tuple[Node, ...], values: Mapping[str, float], given: str
+) -> None:
+    rolling = _TILTS[~ended(ends, {**values, TILT: _TILTS})]
+    height, curvature = (
+        each + np.zeros(rolling.shape)
+        for each in evaluated([meridian.height, meridian.curvature], {**values, TILT: rolling})
+    )
+    for_these = f", for {given}" if given else ""
+    # written so that NaN is wrong
+    if (wrong := ~(height > 0.0)).any():
+        at = np.flatnonzero(wrong)[0]
+        raise RequestError(
+            f"The centre of mass lies inside a body: its height over the plane is above 0 at every tilt; got "
+            f"{height[at]:.6g} at {math.degrees(rolling[at]):g} deg{for_these}.",
+            hint="Correct the height, or end motions before such a tilt: ends={'edge': 'tilt < 0'}.",
+        )
+    if (wrong := ~(curvature >= -_ROUNDING * height.max())).any():
+        at = np.flatnonzero(wrong)[np.argmin(curvature[wrong])]
+        raise RequestError(
+            "A body rolls on what is convex: the radius of curvature of its meridian, its height and the second "
+            f"derivative of that by the tilt, is 0 or more at every tilt; got {curvature[at]:.6g} at "
+            f"{math.degrees(rolling[at]):g} deg{for_these}.",
+            hint="Correct the height, or end motions before such a tilt: ends={'hollow': 'tilt > 60deg'}.",
+        )
+
+
+def _ends_of(value: Any) -> tuple[float, float]:
+    low, high = value.ends() if hasattr(value, "ends") else (value, value)
+    return float(low), float(high)
+
+
+def _mixtures(values: Mapping[str, Any]) -> Iterator[dict[str, float]]:
+    """Yield values of parameters together: all ends with all ends, and if these are few what lies between them."""
+    varied = sum(low != high for low, high in map(_ends_of, values.values()))
+    count = max(2, min(_MOST_VALUES, int(_MOST_MIXTURES ** (1.0 / max(1, varied)))))
+    choices = [np.unique(np.linspace(*_ends_of(value), count)) for value in values.values()]
+    # the values of a table may not be here: it was checked when it was given
+    known = [each[np.isfinite(each)] if np.isfinite(each).any() else each[:1] for each in choices]
+    for mixture in islice(product(*known), _MOST_MIXTURES):
+        if np.isfinite(mixture).all():
+            yield dict(zip(values, map(float, mixture), strict=True))

@@ -1,0 +1,101 @@
+"""The derivative of an expression of a user's system, in the language of systems."""
+
+from sweep.model.system.definition import Constant, Node, Symbol
+from sweep.request.system_tree import Part, Tree
+from sweep.request.system_units import PURE
+
+
+class Derivative:
+    """Derivatives by one name; what does not have the name is a constant.
+
+    Parameters
+    ----------
+    tree : Tree
+        Makes the parts of the derivatives, which may be those of the expression.
+    name : str
+        A state that is an angle or a pure number: then the units of parts, which were checked when they were read,
+        play no role.
+    """
+
+    def __init__(self, tree: Tree, name: str) -> None:
+        self._tree, self._name = tree, name
+        # an expression that stands in several places is one object
+        self._parts: dict[int, Part] = {}
+        self._known: dict[int, Part] = {}
+
+    def of(self, node: Node) -> Part:
+        """Return the derivative of an expression.
+
+        Raises
+        ------
+        RequestError
+            If it is too large.
+        """
+        if not isinstance(node, Constant | Symbol):
+            if id(node) not in self._known:
+                self._known[id(node)] = self._derived(node.name, *node.arguments, whole=self.part(node))
+            return self._known[id(node)]
+        return self._number(float(node == Symbol(self._name)))
+
+    def part(self, node: Node) -> Part:
+        """Return an expression as the tree has it, a pure number."""
+        if isinstance(node, Constant | Symbol):
+            return Part(node, PURE)
+        if id(node) not in self._parts:
+            inner = [self.part(each) for each in node.arguments]
+            deep, nodes = 1 + max(each.deep for each in inner), 1 + sum(each.nodes for each in inner)
+            self._parts[id(node)] = Part(node, PURE, deep, nodes)
+        return self._parts[id(node)]
+
+    def _number(self, value: float) -> Part:
+        return Part(Constant(value), PURE)
+
+    def _derived(self, operation: str, *arguments: Node, whole: Part) -> Part:
+        tree, one = self._tree, self._number(1.0)
+        rates = [self.of(each) for each in arguments]
+        inner, *others = (self.part(each) for each in arguments)
+        match operation:
+            case "+" | "-":
+                return self._summed(operation, *rates)
+            case "neg":
+                return tree.negated(rates[0])
+            case "*":
+                return self._summed("+", self._times(rates[0], others[0]), self._times(inner, rates[1]))
+            case "/":
+                above = self._summed("-", rates[0], self._times(whole, rates[1]))
+                return above if above.value == 0.0 else tree.multiplied("/", above, others[0])
+            case "**":
+                power = others[0].value or 0.0
+                less = one if power == 1.0 else tree.raised(inner, self._number(power - 1.0))
+                slope = self._times(others[0], less)
+            case "sin":
+                slope = tree.called("cos", inner)
+            case "cos":
+                slope = tree.negated(tree.called("sin", inner))
+            case "tan":
+                slope = tree.summed("+", one, tree.multiplied("*", whole, whole))
+            case "tanh":
+                slope = tree.summed("-", one, tree.multiplied("*", whole, whole))
+            case "exp":
+                slope = whole
+            case "log":
+                slope = tree.multiplied("/", one, inner)
+            case "sqrt":
+                slope = tree.multiplied("/", self._number(0.5), whole)
+            case _:
+                raise AssertionError(f"the language has no {operation}")
+        return self._times(slope, rates[0])
+
+    def _times(self, one: Part, two: Part) -> Part:
+        if 0.0 in (one.value, two.value):
+            return self._number(0.0)
+        if 1.0 in (one.value, two.value):
+            return two if one.value == 1.0 else one
+        return self._tree.multiplied("*", one, two)
+
+    def _summed(self, sign: str, one: Part, two: Part) -> Part:
+        if two.value == 0.0:
+            return one
+        if one.value == 0.0:
+            return two if sign == "+" else self._tree.negated(two)
+        return self._tree.summed(sign, one, two)
