@@ -233,11 +233,11 @@ class Body:
         if value is None:
             self._source.refuse(lines[-1].lineno, "nothing is returned", instead)
         nodes = value.elts if isinstance(value, ast.Tuple) else [value]
-        found = [(node, self._arithmetic.part(node)) for node in nodes]
+        read = [(node, self._arithmetic.part(node)) for node in nodes]
         for name, line in waiting.items():
             if name not in self._arithmetic.used:
                 self._refuse_unused(name, line)
-        return lines[-1], found
+        return lines[-1], read
 
     def _assign(self, line: ast.stmt, waiting: dict[str, ast.stmt]) -> None:
         found = _assignment(line)

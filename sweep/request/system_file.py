@@ -13,13 +13,14 @@ from pathlib import Path
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import DECISION, Quantity
 from sweep.model.system.definition import FUNCTIONS, TIME, Declared, Definition, symbols
-from sweep.model.system.meridian import check_body
+from sweep.model.system.meridian import FALL_TILT, check_body
 from sweep.model.system.spelling import system_text
 from sweep.request.spec_file import read_regular
 from sweep.request.suggestions import suggestion
 from sweep.request.system_body import Arithmetic, Body, check_start
-from sweep.request.system_meridian import FALL_TILT, FELL, MEASURES, falls, read_motion, with_states
+from sweep.request.system_meridian import FELL, MEASURES, falls, read_motion
 from sweep.request.system_source import MOST_BYTES, Source
+from sweep.request.system_states import with_states
 from sweep.request.system_tree import NUMBERS, Part, Tree, symbol
 from sweep.request.system_units import PURE, SECOND, alike, check_scale, read_dimension, told, written
 from sweep.request.system_words import MARKS, Words, check_name, check_variable
@@ -202,7 +203,8 @@ def _check_decorator(function: ast.FunctionDef) -> None:
 def _read(source: Source, function: ast.FunctionDef, constants: Mapping[str, float]) -> Definition:
     """Return the system of a marked function."""
     call = function.decorator_list[0]
-    assert isinstance(call, ast.Call) and isinstance(call.func, ast.Name)
+    assert isinstance(call, ast.Call)
+    assert isinstance(call.func, ast.Name)
     mark = call.func.id
     words = Words(source, mark, call, constants)
     duration, time_units = words.duration()

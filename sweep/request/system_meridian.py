@@ -1,6 +1,6 @@
-"""A body of revolution as a system: its states and parameters, and its rates, from the height of its centre of mass.
+"""The rates of a body of revolution, from the height of its centre of mass over the plane.
 
-The height over the plane as a function of the tilt is the support function of the meridian: it and its two derivatives
+As a function of the tilt the height is the support function of the meridian: it and its two derivatives
 say where the body touches the plane, and how it is curved there. The equations are those of docs/bodies.md.
 """
 
@@ -12,28 +12,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sweep.errors import RequestError, counted
+from sweep.errors import counted
 from sweep.model.system.cell_values import evaluated
 from sweep.model.system.definition import TIME, Declared, Event, Meridian, Node, symbols
-from sweep.model.system.meridian import TILT, ended, ends_of_tilts
+from sweep.model.system.meridian import FALL_TILT, TILT, ended, ends_of_tilts
 from sweep.request.system_body import Arithmetic, Body
 from sweep.request.system_derivative import Derivative
 from sweep.request.system_source import Source
-from sweep.request.system_tree import Part, Tree, check_nodes
-from sweep.request.system_units import PURE, alike, read_dimension, told
+from sweep.request.system_tree import Tree, check_nodes
+from sweep.request.system_units import PURE, alike, told
 
-#: The tilt from which on a body with a flat side has fallen, and the name of that ending.
-FALL_TILT, FELL = "fall_tilt", "fell"
-
-#: The arguments of a body that need not be named, with the defaults of other bodies.
-_ALWAYS = ast.parse("""
-def body(tilt: "rad" = "5 deg", tilt_rate: "rad/s" = 0.0, precession_rate: "rad/s" = 0.0, roll_rate: "rad/s" = 0.0, *,
-         radius: "m" = 0.5, gravity: "m/s2" = 9.81, fall_tilt: "rad" = "85 deg"): ...
-""").body[0]
-#: States that a body has only if they are named.
-_IF_NAMED = ast.parse("""
-def path(heading: "rad" = 0.0, roll_angle: "rad" = 0.0, contact_x: "m" = 0.0, contact_y: "m" = 0.0): ...
-""").body[0]
+#: The name of the ending of a body that has fallen on a flat side.
+FELL = "fell"
 
 #: How far the contact is from the axis at the pole of a round side, by rounding.
 _ROUND = 1e-9
@@ -86,77 +76,6 @@ class Motion(NamedTuple):
     energy: Node
 
 
-def with_states(source: Source, function: ast.FunctionDef) -> ast.FunctionDef:
-    """Return the function of a body with the arguments that it leaves out: states, radius and gravity.
-
-    Raises
-    ------
-    RequestError
-        If it names another state, or one with another unit.
-    """
-    assert isinstance(_ALWAYS, ast.FunctionDef) and isinstance(_IF_NAMED, ast.FunctionDef)
-    given, always = function.args, _ALWAYS.args
-    missing = [None] * (len(given.args) - len(given.defaults))
-    states = {
-        each.arg: (each, default)
-        for each, default in zip(given.args, (*missing, *given.defaults), strict=True)
-    }
-    behind = {
-        each.arg: (each, default) for each, default in zip(given.kwonlyargs, given.kw_defaults, strict=True)
-    }
-    ours = dict(zip(always.args, always.defaults, strict=True))
-    more = dict(zip(_IF_NAMED.args.args, _IF_NAMED.args.defaults, strict=True))
-    known = [each.arg for each in (*ours, *more)]
-    for name, (argument, _) in states.items():
-        if name not in known:
-            source.refuse(
-                argument.lineno,
-                f"the states of a body are {', '.join(known)}; got {name} in front of the star",
-                f"Write it behind the star: def {function.name}(tilt, *, {name}=0.3).",
-            )
-    ours |= {each: default for each, default in more.items() if each.arg in states}
-    merged = [
-        _merged(source, function, each, default, states.get(each.arg)) for each, default in ours.items()
-    ]
-    own = dict(zip(always.kwonlyargs, always.kw_defaults, strict=True))
-    others = [each for name, each in behind.items() if name not in {each.arg for each in own}]
-    others += [
-        _merged(source, function, each, default, behind.get(each.arg)) for each, default in own.items()
-    ]
-    arguments = ast.arguments(
-        posonlyargs=given.posonlyargs, vararg=given.vararg, kwarg=given.kwarg,
-        args=[each for each, _ in merged], defaults=[each for _, each in merged],
-        kwonlyargs=[each for each, _ in others], kw_defaults=[each for _, each in others],
-    )  # fmt: skip
-    return ast.copy_location(
-        ast.FunctionDef(**{**dict(ast.iter_fields(function)), "args": arguments}), function
-    )
-
-
-def _merged(
-    source: Source,
-    function: ast.FunctionDef,
-    ours: ast.arg,
-    default: ast.expr | None,
-    given: tuple[ast.arg, ast.expr | None] | None,
-) -> tuple[ast.arg, ast.expr | None]:
-    """Return an argument of every body, with the unit and the default that a function gives it."""
-    argument, own = given if given is not None else (ours, None)
-    unit = argument.annotation or ours.annotation
-    assert isinstance(ours.annotation, ast.Constant)
-    if isinstance(unit, ast.Constant) and isinstance(unit.value, str):
-        with source.at(argument, f"the argument {ours.arg}"):
-            wanted = read_dimension(str(ours.annotation.value))
-            if not alike(read_dimension(unit.value), wanted):
-                raise RequestError(f"it is {told(wanted)}; got {unit.value}", hint="Leave its unit out.")
-    place = argument if given is not None else function
-    found = ast.copy_location(ast.arg(ours.arg, unit), place)
-    value = own or default
-    if own is None and isinstance(value, ast.Constant):
-        value = ast.copy_location(ast.Constant(value.value), place)
-    return found, value
-
-
 def read_motion(
     source: Source, tree: Tree, function: ast.FunctionDef, states: tuple[Declared, ...], fixed: frozenset[str]
 ) -> Motion:
@@ -186,8 +105,8 @@ def read_motion(
     if len(read) != 3:
         source.refuse(
             line.lineno,
-            "a body returns three values: the height of its centre of mass over the plane as a function of the tilt, "
-            f"over the radius, and the moments of inertia about its axis and across it; got {counted(len(read), 'value')}",
+            "a body returns three values: the height of its centre of mass over the plane, by the tilt and over the "
+            f"radius, and its moments of inertia about the axis and across it; got {counted(len(read), 'value')}",
             "Write return height, axial_moment, transverse_moment, the moments over mass times radius squared.",
         )
     moving = {each.name for each in states} | {TIME}
@@ -226,7 +145,8 @@ def read_motion(
 
 def _assigned(text: str, line: ast.Return) -> Iterator[tuple[str, ast.expr]]:
     for each in ast.parse(text).body:
-        assert isinstance(each, ast.Assign) and isinstance(each.targets[0], ast.Name)
+        assert isinstance(each, ast.Assign)
+        assert isinstance(each.targets[0], ast.Name)
         yield each.targets[0].id, _placed(each.value, line)
 
 

@@ -164,6 +164,10 @@ class Words:
                 value, units = Arithmetic(self._source, tree).number(node), "1"
             if value <= 0.0:
                 raise RequestError(f"it must be above 0; got {value:g}", hint='Write duration="10 s".')
+            if self._mark == "body" and units != "s":
+                raise RequestError(
+                    f"it is a time with its unit; got {value:g}", hint='Write duration="10 s".'
+                )
         return value, units
 
     def prepare(self, arguments: Mapping[str, Part], states: tuple[Declared, ...], time: Part) -> None:

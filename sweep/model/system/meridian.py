@@ -15,6 +15,9 @@ from sweep.model.system.definition import Declared, Definition, Event, Meridian,
 #: The state that says how the body leans: the angle of its axis with the horizontal.
 TILT = "tilt"
 
+#: The parameter with the tilt from which on a body with a flat side has fallen.
+FALL_TILT = "fall_tilt"
+
 #: Tilts [rad] at which a meridian is looked at, each half of a degree between its poles.
 _TILTS = np.radians(np.arange(-89.5, 90.0, 0.5))
 
@@ -41,7 +44,7 @@ def check_body(definition: Definition, values: Mapping[str, Any]) -> None:
     """
     meridian = definition.meridian
     assert meridian is not None
-    _check_tilt(values[TILT])
+    _check_tilts(values)
     ends = ends_of_tilts(definition.ends, definition.parameters)
     nodes = (meridian.height, meridian.curvature, meridian.axial, meridian.transverse, *ends)
     used = {name for node in nodes for name in symbols(node)} - {TILT}
@@ -66,14 +69,22 @@ def ended(ends: tuple[Node, ...], values: Mapping[str, Any]) -> Truths:
     return np.asarray(over > 0.0)
 
 
-def _check_tilt(tilt: Any) -> None:
-    low, high = _ends_of(tilt)
+def _check_tilts(values: Mapping[str, Any]) -> None:
+    low, high = _ends_of(values[TILT])
     if max(-low, high) >= 0.5 * math.pi:
         degrees = math.degrees(high if high > -low else low)
         raise RequestError(
             f"The axis of a body is not vertical at its start: -90 deg < tilt < 90 deg; got tilt={degrees:.6g}deg.",
-            hint="Give a tilt below 90deg, as 89deg of a body that spins on its end.",
+            hint="Give a tilt below 90deg, as 89.9deg of a body that spins on its end.",
             where=TILT,
+        )
+    low, high = _ends_of(values.get(FALL_TILT, 1.0))
+    if low <= 0.0 or high >= 0.5 * math.pi:
+        degrees = math.degrees(low if low <= 0.0 else high)
+        raise RequestError(
+            f"A body has fallen before it lies flat: 0 deg < fall_tilt < 90 deg; got fall_tilt={degrees:.6g}deg.",
+            hint="Give fall_tilt=85deg.",
+            where=FALL_TILT,
         )
 
 
@@ -81,8 +92,8 @@ def _check_moments(meridian: Meridian, values: Mapping[str, float], given: str) 
     axial, transverse = (float(each) for each in evaluated([meridian.axial, meridian.transverse], values))
     if not 0.0 < axial <= 2.0 * transverse * (1.0 + _ROUNDING):
         raise RequestError(
-            f"These are the moments of no body: 0 < axial moment <= 2 transverse moment, with equality for a plane "
-            f"one; got {axial:.6g} and {transverse:.6g}" + (f", for {given}." if given else "."),
+            f"The moments of a body are 0 < axial moment <= 2 transverse moment, with equality for a plane one; got "
+            f"{axial:.6g} and {transverse:.6g}" + (f", for {given}." if given else "."),
             hint="A body returns its height, its axial moment and its transverse moment, in this order, over mass "
             "times radius squared.",
         )

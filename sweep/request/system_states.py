@@ -1,0 +1,78 @@
+"""The arguments of a body of revolution: the states and parameters that every body has need not be written."""
+
+import ast
+from collections.abc import Iterable
+
+from sweep.errors import RequestError
+from sweep.model.system.meridian import FALL_TILT
+from sweep.request.system_source import Source
+from sweep.request.system_units import alike, read_dimension, told
+
+#: An argument and its default.
+_Argument = tuple[ast.arg, ast.expr | None]
+
+#: The states that every body has, those that it has if they are named, and the parameters of every body: their units,
+#: and their defaults, where they can be, those of other bodies.
+_ALWAYS = 'tilt: "rad" = "5 deg", tilt_rate: "rad/s" = 0.0, precession_rate: "rad/s" = 0.0, roll_rate: "rad/s" = 0.0'
+_IF_NAMED = 'heading: "rad" = 0.0, roll_angle: "rad" = 0.0, contact_x: "m" = 0.0, contact_y: "m" = 0.0'
+_PARAMETERS = f'radius: "m" = 0.5, gravity: "m/s2" = 9.81, {FALL_TILT}: "rad" = "85 deg"'
+
+
+def with_states(source: Source, function: ast.FunctionDef) -> ast.FunctionDef:
+    """Return the function of a body with the arguments that it leaves out.
+
+    Raises
+    ------
+    RequestError
+        If it names another state, or one of ours with another unit.
+    """
+    given = function.args
+    missing = [None] * (len(given.args) - len(given.defaults))
+    states = _named(zip(given.args, (*missing, *given.defaults), strict=True))
+    parameters = _named(zip(given.kwonlyargs, given.kw_defaults, strict=True))
+    always, if_named, own = _read(_ALWAYS), _read(_IF_NAMED), _read(_PARAMETERS)
+    for name, (argument, _) in states.items():
+        if name not in always | if_named:
+            source.refuse(
+                argument.lineno,
+                f"the states of a body are {', '.join(always | if_named)}; got {name} in front of the star",
+                f"Write it behind the star: def {function.name}(tilt, *, {name}=0.3).",
+            )
+    ours = always | {name: each for name, each in if_named.items() if name in states}
+    front = [_merged(source, function, each, states.get(name)) for name, each in ours.items()]
+    behind = [each for name, each in parameters.items() if name not in own]
+    behind += [_merged(source, function, each, parameters.get(name)) for name, each in own.items()]
+    arguments = ast.arguments(
+        posonlyargs=given.posonlyargs, vararg=given.vararg, kwarg=given.kwarg,
+        args=[each for each, _ in front], defaults=[each for _, each in front if each is not None],
+        kwonlyargs=[each for each, _ in behind], kw_defaults=[each for _, each in behind],
+    )  # fmt: skip
+    whole = ast.FunctionDef(**{**dict(ast.iter_fields(function)), "args": arguments})
+    return ast.copy_location(whole, function)
+
+
+def _named(arguments: Iterable[_Argument]) -> dict[str, _Argument]:
+    return {argument.arg: (argument, default) for argument, default in arguments}
+
+
+def _read(text: str) -> dict[str, _Argument]:
+    """Return the arguments in a text, by their names."""
+    function = ast.parse(f"def body({text}): ...").body[0]
+    assert isinstance(function, ast.FunctionDef)
+    return _named(zip(function.args.args, function.args.defaults, strict=True))
+
+
+def _merged(source: Source, function: ast.FunctionDef, ours: _Argument, given: _Argument | None) -> _Argument:
+    """Return an argument of every body, with the unit and the default that a function gives it."""
+    argument, default = ours
+    assert isinstance(argument.annotation, ast.Constant)
+    assert isinstance(default, ast.Constant)
+    place, own = given if given is not None else (function, None)
+    unit = getattr(place, "annotation", None) or argument.annotation
+    if isinstance(unit, ast.Constant) and isinstance(unit.value, str):
+        with source.at(place, f"the argument {argument.arg}"):
+            wanted = read_dimension(str(argument.annotation.value))
+            if not alike(read_dimension(unit.value), wanted):
+                raise RequestError(f"it is {told(wanted)}; got {unit.value}", hint="Leave its unit out.")
+    merged = ast.copy_location(ast.arg(argument.arg, unit), place)
+    return merged, own or ast.copy_location(ast.Constant(default.value), place)
