@@ -100,9 +100,10 @@ def _places_in_words(spec: SweepSpec, declared: Declaration, shape: tuple[int, .
 
 def _brackets(spec: SweepSpec, group: Group, stored: _Columns) -> Iterator[tuple[str, str]]:
     """Yield the brackets whose ends have exact verdicts: the axis along which each lies, and the name of its middle."""
+    if spec.model.exact is None or spec.boundary_width is None:
+        return
     # where the reference does not know what the criterion judges by, it has no verdict of an end
-    unknown = spec.model.unknown_to.get("exact", ())
-    if spec.boundary_width is None or not set(spec.criterion.needs(spec.model)).isdisjoint(unknown):
+    if not set(spec.criterion.needs(spec.model)).isdisjoint(spec.model.unknown_to.get("exact", ())):
         return
     if POINTS in group[0][0].dims and len(stored) < len(group):
         # the coordinates of a point are needed to have its exact verdict

@@ -34,6 +34,16 @@ def test_an_atlas_is_verified(atlas):
     assert found.extremes[2] <= 1e-8
 
 
+def test_a_refined_boundary_is_verified():
+    """A system has no exact reduction to hold the ends of its brackets against: they follow from the verdicts."""
+    spec = sweep.SweepSpec(
+        model=model_of(read_system(TEXT)), x="0.5 m:1.1 m:3", rate="0.5:3:5", v=0.3, boundary="refined"
+    )
+    atlas = sweep.run(spec)
+    assert np.isfinite(atlas["boundary_rate"].values).any()
+    assert findings(sweep.verify(atlas, seed=1)).passed
+
+
 def changed(name, change):
     """Return how an atlas is changed in one cell of a variable."""
 
