@@ -39,22 +39,23 @@ curvature = height + bend
 below = cosine*height - sine*slope
 beside = -(sine*height + cosine*slope)
 along = precession_rate*cosine
-spin = roll_rate + precession_rate*sine
+rise = precession_rate*sine
+spin = roll_rate + rise
 speed = below*roll_rate - slope*precession_rate
 strength = gravity/radius
-inertia = transverse + height**2 + slope**2
-both = axial*(transverse + beside**2) + transverse*below**2
 ratio = axial/transverse
+inertia = transverse + height**2 + slope**2
+both = axial*inertia + (transverse - axial)*below**2
 turn = tilt_rate*((below - curvature*cosine)*along - (curvature*sine + ratio*beside)*spin)/both
-gyration = precession_rate*(cosine*(axial*spin - transverse*sine*precession_rate) + height*speed)
-precessing = (tilt_rate*(2*precession_rate*sine - ratio*spin) - axial*beside*turn)/cosine
+gyration = along*(axial*spin - transverse*rise) + precession_rate*height*speed
+precessing = (tilt_rate*(2*rise - ratio*spin) - axial*beside*turn)/cosine
 """
 #: State -> its rate.
 _RATES = {
     "tilt": "tilt_rate",
     "tilt_rate": "(gyration - slope*(strength + curvature*tilt_rate**2))/inertia",
     "precession_rate": "precessing",
-    "roll_rate": "-transverse*below*turn - precessing*sine - precession_rate*cosine*tilt_rate",
+    "roll_rate": "-transverse*below*turn - precessing*sine - along*tilt_rate",
     "heading": "precession_rate",
     "roll_angle": "roll_rate",
     "contact_x": "radius*(curvature*tilt_rate*cos(heading) - below*roll_rate*sin(heading))",

@@ -132,7 +132,9 @@ class SystemModel(Model):
     def reference(self, size: int, seed: int | None = None) -> Reference | None:
         """Return the rules of the system, and the sample that DOP853 follows."""
         name = f"DOP853 of the system {self.name}"
-        second = replace(self.integrate, module="kernels.system.second", seconds=6.0, told=name)
+        second = replace(
+            self.integrate, module="kernels.system.second", seconds=1.5 * self.integrate.seconds, told=name
+        )
         return SampledReference(self.definition, self.endings, second, size, seed)
 
 
@@ -157,7 +159,8 @@ def _kernel(definition: Definition) -> Kernel:
     events = [(number, node) for number, each in enumerate(definition.ends) for node in each.any_positive]
     happened = program.add(node for _, node in events)
     name = json.dumps([program.instructions, rates, extremes, happened, [number for number, _ in events]])
-    return Kernel("kernels.system.integrate", name, seconds=4.0, told=f"the system {definition.name}")
+    seconds = max(4.0, 0.1 * len(program.instructions))
+    return Kernel("kernels.system.integrate", name, seconds=seconds, told=f"the system {definition.name}")
 
 
 def _signed(kind: str, node: Node) -> Node:

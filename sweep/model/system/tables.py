@@ -40,13 +40,20 @@ OWN_ENDINGS, NO_LABEL = ("not_computed", RUNNING, "unresolved", UNDECIDED_END), 
 #: End of the name of the stated error of a value, and of that of a state at the end.
 ERROR, AT_END = "_error", "_end"
 
+#: States of a body along whose starts a boundary is sought.
+_RATES = ("precession_rate", "roll_rate")
+
 #: What the atlas says of when and where a motion ended.
 END_TIME = "end_time"
 
 
 def parameters(definition: Definition) -> Mapping[str, Input]:
-    """Return the starts of the states and the parameters; a boundary is sought along the parameters."""
-    states = [_input(each, f"{each.name} at the start", False) for each in definition.states]
+    """Return the starts of the states and the parameters; a boundary is sought along the parameters.
+
+    Of a body it is sought along its rates about axis and vertical, too, as of other bodies.
+    """
+    rates = _RATES if definition.meridian is not None else ()
+    states = [_input(each, f"{each.name} at the start", each.name in rates) for each in definition.states]
     return table(*states, *(_input(each, each.name, True) for each in definition.parameters))
 
 
