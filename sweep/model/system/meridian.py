@@ -135,9 +135,16 @@ def _mixtures(values: Mapping[str, Any]) -> Iterator[dict[str, float]]:
     """Yield values of parameters together: all ends with all ends, and if these are few what lies between them."""
     varied = sum(low != high for low, high in map(_ends_of, values.values()))
     count = max(2, min(_MOST_VALUES, int(_MOST_MIXTURES ** (1.0 / max(1, varied)))))
-    choices = [np.unique(np.linspace(*_ends_of(value), count)) for value in values.values()]
-    # the values of a table may not be here: it was checked when it was given
-    known = [each[np.isfinite(each)] if np.isfinite(each).any() else each[:1] for each in choices]
-    for mixture in islice(product(*known), _MOST_MIXTURES):
-        if np.isfinite(mixture).all():
-            yield dict(zip(values, map(float, mixture), strict=True))
+    for mixture in islice(product(*(_some(each, count) for each in values.values())), _MOST_MIXTURES):
+        yield dict(zip(values, mixture, strict=True))
+
+
+def _some(value: Any, count: int) -> list[float]:
+    """Return some values of a word, its smallest and its largest among them."""
+    if hasattr(value, "array"):
+        places = np.linspace(0, len(value) - 1, min(count, len(value))).round().astype(np.intp)
+        found: list[float] = value.at(places).tolist()
+        return found
+    low, high = _ends_of(value)
+    # the values of a table may not be here: they were checked when it was given
+    return sorted({*np.linspace(low, high, count).tolist()}) if math.isfinite(low) else []

@@ -1,0 +1,26 @@
+"""The rigid body in space of `body_referee`, for any smooth meridian: its support function, of the sine of the tilt."""
+
+from dataclasses import dataclass, field
+
+import body_referee
+from body_referee import UP
+from numpy.polynomial import Polynomial
+
+
+@dataclass(frozen=True)
+class Body(body_referee.Body):
+    """What rolls is the sum of the meridian of the base class and one with the support function `more`.
+
+    A support function is that of a sum of sets where it is added, and the lowest point is the gradient of it.
+    """
+
+    more: Polynomial = field(default_factory=lambda: Polynomial([0.0]))
+
+    def contact(self, n, n_rate):
+        """Return the contact point from the centre of mass, and its rate where the axis moves with `n_rate`."""
+        r, r_rate = super().contact(n, n_rate)
+        sine, sine_rate, slope = n[2], n_rate[2], self.more.deriv()
+        across, across_rate = n - sine * UP, n_rate - sine_rate * UP
+        r = r - self.more(sine) * UP - slope(sine) * across
+        bend = slope.deriv()(sine) * sine_rate
+        return r, r_rate - slope(sine) * (sine_rate * UP + across_rate) - bend * across
