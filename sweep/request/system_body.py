@@ -173,6 +173,8 @@ class Body:
     ) -> None:
         self._source, self._tree, self._states, self._fixed = source, tree, states, fixed
         self._arithmetic = Arithmetic(source, tree)
+        # names that were assigned, each with its line
+        self._waiting: dict[str, ast.stmt] = {}
 
     def read(self, function: ast.FunctionDef, time_units: str) -> tuple[Node, ...]:
         """Return the rates of the states.
@@ -184,24 +186,25 @@ class Body:
         """
         states = self._states
         names = ", ".join(f"d{each.name}" for each in states)
-        line, read = self.returned(function, names, "Return the rate of each state.")
-        if len(read) != len(states):
+        line, nodes = self.returned(function, names, "Return the rate of each state.")
+        if len(nodes) != len(states):
             told = ", ".join(each.name for each in states)
             self._source.refuse(
                 line.lineno,
-                f"there are {counted(len(states), 'state')} ({told}), and {counted(len(read), 'value')} after return",
+                f"there are {counted(len(states), 'state')} ({told}), and {counted(len(nodes), 'value')} after return",
                 "Return the rate of each state, in the order of the states.",
             )
+        parts = self.parts(nodes)
         with self._source.at(line):
-            check_nodes(part for _, part in read)
-        for state, (node, part) in zip(states, read, strict=True):
+            check_nodes(parts)
+        for state, node, part in zip(states, nodes, parts, strict=True):
             self._check_rate(state, node, part, time_units)
-        return tuple(part.node for _, part in read)
+        return tuple(part.node for part in parts)
 
     def returned(
         self, function: ast.FunctionDef, names: str, instead: str
-    ) -> tuple[ast.Return, list[tuple[ast.expr, Part]]]:
-        """Return the line with ``return`` and the expressions behind it.
+    ) -> tuple[ast.Return, list[ast.expr]]:
+        """Read the lines before ``return``, and return that line and the values behind it, which `parts` reads.
 
         Parameters
         ----------
@@ -226,20 +229,22 @@ class Body:
         assigned = {found[0] for line in lines if (found := _assignment(line))}
         for name in assigned - self._fixed:
             self._tree.names.pop(name, None)
-        waiting: dict[str, ast.stmt] = {}
         for line in lines[:-1]:
-            self._assign(line, waiting)
+            self._assign(line)
         value = lines[-1].value
         if value is None:
             self._source.refuse(lines[-1].lineno, "nothing is returned", instead)
-        nodes = value.elts if isinstance(value, ast.Tuple) else [value]
-        read = [(node, self._arithmetic.part(node)) for node in nodes]
-        for name, line in waiting.items():
+        return lines[-1], value.elts if isinstance(value, ast.Tuple) else [value]
+
+    def parts(self, nodes: list[ast.expr]) -> list[Part]:
+        """Return the values behind ``return``, after which no name may be left that is not used."""
+        found = [self._arithmetic.part(node) for node in nodes]
+        for name, line in self._waiting.items():
             if name not in self._arithmetic.used:
                 self._refuse_unused(name, line)
-        return lines[-1], read
+        return found
 
-    def _assign(self, line: ast.stmt, waiting: dict[str, ast.stmt]) -> None:
+    def _assign(self, line: ast.stmt) -> None:
         found = _assignment(line)
         if found is None:
             self._refuse_line(line)
@@ -250,11 +255,11 @@ class Body:
                 line.lineno, f"the name {name} is {kind} and cannot be assigned", "Choose another name."
             )
         part = self._arithmetic.part(value)
-        if name in waiting and name not in self._arithmetic.used:
-            self._refuse_unused(name, waiting[name])
+        if name in self._waiting and name not in self._arithmetic.used:
+            self._refuse_unused(name, self._waiting[name])
         self._arithmetic.used.discard(name)
         self._tree.names[name] = part
-        waiting[name] = line
+        self._waiting[name] = line
 
     def _refuse_unused(self, name: str, line: ast.stmt) -> NoReturn:
         self._source.refuse(

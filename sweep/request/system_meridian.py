@@ -19,7 +19,7 @@ from sweep.model.system.meridian import FALL_TILT, TILT, ended, ends_of_tilts
 from sweep.request.system_body import Arithmetic, Body
 from sweep.request.system_derivative import Derivative
 from sweep.request.system_source import Source
-from sweep.request.system_tree import Tree, check_nodes
+from sweep.request.system_tree import Part, Tree, check_nodes
 from sweep.request.system_units import PURE, alike, told
 
 #: The name of the ending of a body that has fallen on a flat side.
@@ -98,35 +98,22 @@ def read_motion(
         With the line.
     """
     arguments = dict(tree.names)
-    line, read = Body(source, tree, states, fixed).returned(
+    lines = Body(source, tree, states, fixed)
+    line, nodes = lines.returned(
         function,
         "height, axial_moment, transverse_moment",
         "Return height, axial moment and transverse moment.",
     )
-    if len(read) != 3:
+    if len(nodes) != 3:
         source.refuse(
             line.lineno,
             "a body returns three values: the height of its centre of mass over the plane, by the tilt and over the "
-            f"radius, and its moments of inertia about the axis and across it; got {counted(len(read), 'value')}",
+            f"radius, and its moments of inertia about the axis and across it; got {counted(len(nodes), 'value')}",
             "Write return height, axial_moment, transverse_moment, the moments over mass times radius squared.",
         )
-    moving = {each.name for each in states} | {TIME}
-    for (node, part), called, allowed in zip(
-        read, ("the height", "the axial moment", "the transverse moment"), ({TILT}, set(), set()), strict=True
-    ):
-        if not alike(part.dimension or PURE, PURE):
-            source.refuse(
-                node.lineno,
-                f"{called} of a body is a pure number; {part} is {told(part.dimension or PURE)}",
-                "Divide a length by radius, and a moment by mass times radius squared.",
-            )
-        if strange := sorted({*symbols(part.node)} & moving - allowed):
-            source.refuse(
-                node.lineno,
-                f"{called} of a body depends on {'the tilt and ' if allowed else ''}parameters alone; got {strange[0]}",
-                "Leave it out: a body is rigid.",
-            )
-    height, axial, transverse = (part for _, part in read)
+    parts = lines.parts(nodes)
+    _check_values(source, nodes, parts, {*(each.name for each in states), TIME})
+    height, axial, transverse = parts
     with source.at(line, "the body"):
         derivative = Derivative(tree, TILT)
         slope = derivative.of(height.node)
@@ -142,6 +129,24 @@ def read_motion(
         check_nodes([*rates, energy])
     meridian = Meridian(height.node, equations.names["curvature"].node, axial.node, transverse.node)
     return Motion(meridian, slope.node, tuple(each.node for each in rates), energy.node)
+
+
+def _check_values(source: Source, nodes: list[ast.expr], parts: list[Part], moving: set[str]) -> None:
+    """Refuse values of a body that are no pure numbers, or change along a motion otherwise than with the tilt."""
+    for called, node, part in zip(("height", "axial moment", "transverse moment"), nodes, parts, strict=True):
+        if not alike(part.dimension or PURE, PURE):
+            source.refuse(
+                node.lineno,
+                f"the {called} of a body is a pure number; {part} is {told(part.dimension or PURE)}",
+                "Divide a length by radius, and a moment by mass times radius squared.",
+            )
+        allowed, of = ({TILT}, "the tilt and ") if called == "height" else (frozenset(), "")
+        if strange := sorted({*symbols(part.node)} & moving - allowed):
+            source.refuse(
+                node.lineno,
+                f"the {called} of a body depends on {of}parameters alone; got {strange[0]}",
+                "Leave it out: a body is rigid.",
+            )
 
 
 def _assigned(text: str, line: ast.Return) -> Iterator[tuple[str, ast.expr]]:
