@@ -222,7 +222,7 @@ def _read(source: Source, function: ast.FunctionDef, constants: Mapping[str, flo
     if mark == "system":
         rates = Body(source, tree, states, fixed).read(function, time_units)
     else:
-        motion = read_motion(source, tree, function, states, fixed)
+        motion = read_motion(source, tree, function, states, parameters, fixed)
         rates = motion.rates
         if fall := falls(motion, words.ends(), parameters):
             words.add("ends", {FELL: fall})

@@ -15,7 +15,7 @@ import numpy as np
 from sweep.errors import counted
 from sweep.model.system.cell_values import evaluated
 from sweep.model.system.definition import TIME, Declared, Event, Meridian, Node, symbols
-from sweep.model.system.meridian import FALL_TILT, TILT, ended, ends_of_tilts
+from sweep.model.system.meridian import FALL_TILT, TILT, ended, ends_of_tilts, solid
 from sweep.request.system_body import Arithmetic, Body
 from sweep.request.system_derivative import Derivative
 from sweep.request.system_source import Source
@@ -27,6 +27,9 @@ FELL = "fell"
 
 #: How far the contact is from the axis at the pole of a round side, by rounding.
 _ROUND = 1e-9
+
+#: Distance of a point of the axis from the centre of mass, by rounding.
+_CENTRED = 1e-9
 
 #: What is measured of every body, under the names that other bodies have for it.
 MEASURES = {"peak_tilt": "max abs(tilt)", "tilt_min": "min tilt", "tilt_max": "max tilt"}
@@ -78,7 +81,12 @@ class Motion(NamedTuple):
 
 
 def read_motion(
-    source: Source, tree: Tree, function: ast.FunctionDef, states: tuple[Declared, ...], fixed: frozenset[str]
+    source: Source,
+    tree: Tree,
+    function: ast.FunctionDef,
+    states: tuple[Declared, ...],
+    parameters: tuple[Declared, ...],
+    fixed: frozenset[str],
 ) -> Motion:
     """Return the motion of the body that a function describes.
 
@@ -88,7 +96,7 @@ def read_motion(
     tree : Tree
         Its `names` are arguments and constants.
     function : ast.FunctionDef
-    states : tuple of Declared
+    states, parameters : tuple of Declared
     fixed : frozenset of str
         Names that no line may assign.
 
@@ -105,11 +113,13 @@ def read_motion(
         "Return height, axial moment and transverse moment.",
     )
     if len(nodes) != 3:
+        alone = lines.parts(nodes)[0] if len(nodes) == 1 else None
         source.refuse(
             line.lineno,
             "a body returns three values: the height of its centre of mass over the plane, by the tilt and over the "
             f"radius, and its moments of inertia about the axis and across it; got {counted(len(nodes), 'value')}",
-            "Write return height, axial_moment, transverse_moment, the moments over mass times radius squared.",
+            "Write return height, axial_moment, transverse_moment, the moments over mass times radius squared."
+            + (_of_a_solid(tree, alone, parameters) if alone else ""),
         )
     parts = lines.parts(nodes)
     _check_values(source, nodes, parts, {*(each.name for each in states), TIME})
@@ -147,6 +157,22 @@ def _check_values(source: Source, nodes: list[ast.expr], parts: list[Part], movi
                 f"the {called} of a body depends on {of}parameters alone; got {strange[0]}",
                 "Leave it out: a body is rigid.",
             )
+
+
+def _of_a_solid(tree: Tree, height: Part, parameters: tuple[Declared, ...]) -> str:
+    """Return what the moments of a homogeneous body are, in a sentence; nothing where the height is that of none."""
+    values = {each.name: each.default for each in parameters}
+    if not {*symbols(height.node)} <= {TILT, *values}:
+        return ""
+    derivative = Derivative(tree, TILT)
+    slope = derivative.of(height.node)
+    curvature = tree.summed("+", height, derivative.of(slope.node))
+    axial, transverse, centre = solid(height.node, slope.node, curvature.node, values)
+    if not math.isfinite(transverse):
+        return ""
+    found = f" Those of a homogeneous body are {axial:.6g} and {transverse:.6g}"
+    shift = f", if {centre:.6g}*sin(tilt) is added to the height, which makes it that of the centre of mass"
+    return f"{found}{shift if abs(centre) > _CENTRED else ''}."
 
 
 def _assigned(text: str, line: ast.Return) -> Iterator[tuple[str, ast.expr]]:

@@ -176,6 +176,27 @@ def test_refused(returned, arguments, words, said):
     assert str(caught.value).startswith("mine.py, line ")
 
 
+@pytest.mark.parametrize(("height", "axial", "transverse", "shift"), [
+    ("1.0", 2 / 5, 2 / 5, None),
+    ("sqrt(cos(tilt)**2 + 0.25*sin(tilt)**2)", 2 / 5, 1 / 4, None),
+    # a disk with a semicircular edge, of the table of `body_referee`
+    ("0.9*cos(tilt) + 0.1", 0.47998914980, 0.24319566028, None),
+    # a ball about another point than its centre
+    ("1 + 0.3*sin(tilt)", 2 / 5, 2 / 5, "-0.3"),
+    # a plane disk has no volume
+    ("cos(tilt)", None, None, None),
+])  # fmt: skip
+def test_moments_that_are_missing_are_told(height, axial, transverse, shift):
+    """Those of a homogeneous body, and what moves the point with this height into its centre of mass."""
+    with pytest.raises(RequestError, match="got 1 value") as caught:
+        read_system(file(height, "tilt"))
+    told = caught.value.hint
+    assert ("homogeneous" in told) == (axial is not None)
+    assert axial is None or f"are {axial:.6g} and {transverse:.6g}" in told
+    assert ("is added to the height" in told) == (shift is not None)
+    assert shift is None or f"if {shift}*sin(tilt) is added" in told
+
+
 def test_a_body_that_is_followed_in_convex_tilts_alone():
     """An ending of the tilt takes the tilts beyond it out of what has to be a body."""
     hollow = "cos(tilt) + q*sin(tilt)**2 - 0.1*cos(3*tilt), 0.5, 0.3"

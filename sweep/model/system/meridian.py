@@ -21,6 +21,9 @@ FALL_TILT = "fall_tilt"
 #: Tilts [rad] at which a meridian is looked at, each half of a degree between its poles.
 _TILTS = np.radians(np.arange(-89.5, 90.0, 0.5))
 
+#: Nodes of the quadrature over a body.
+_NODES = 400
+
 #: Share of the largest height by which a radius of curvature may be below 0, by rounding.
 _ROUNDING = 1e-9
 
@@ -52,6 +55,43 @@ def check_body(definition: Definition, values: Mapping[str, Any]) -> None:
         given = ", ".join(f"{name}={mixture[name]:.6g}" for name in mixture)
         _check_moments(meridian, mixture, given)
         _check_meridian(meridian, ends, mixture, given)
+
+
+def solid(
+    height: Node, slope: Node, curvature: Node, values: Mapping[str, float]
+) -> tuple[float, float, float]:
+    """Return the moments of inertia of a homogeneous body, and where its centre of mass is.
+
+    Parameters
+    ----------
+    height, slope, curvature : Node
+        The height of a point of the axis over the plane, its derivative by the tilt, and the radius of curvature.
+    values : mapping of str to float
+        Of all parameters.
+
+    Returns
+    -------
+    axial, transverse : float
+        About its centre of mass, over m radius^2; NaN without a volume.
+    centre : float
+        The distance of that along the axis from the point with the height, over the radius.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    tilts = 0.5 * math.pi * nodes
+    h, h_rate, bent = (
+        each + np.zeros(_NODES) for each in evaluated([height, slope, curvature], {**values, TILT: tilts})
+    )
+    sine, cosine = np.sin(tilts), np.cos(tilts)
+    # of the contact: its distance from the axis, and where it is along it
+    far, along = cosine * h - sine * h_rate, -sine * h - cosine * h_rate
+    # slices across the axis
+    slices = weights * bent * cosine * far**2
+    if not slices.sum() > _ROUNDING:
+        return math.nan, math.nan, math.nan
+    share = slices / slices.sum()
+    centre = float(share @ along)
+    axial = float(0.5 * share @ far**2)
+    return axial, float(0.5 * axial + share @ (along - centre) ** 2), centre
 
 
 def ends_of_tilts(ends: tuple[Event, ...], parameters: tuple[Declared, ...]) -> tuple[Node, ...]:
