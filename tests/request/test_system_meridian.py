@@ -222,6 +222,11 @@ def test_values_of_a_request_that_are_no_body(words, said):
     height = "1 + (q + 4*gap*(2 - gap))*sin(tilt)**2"
     model = model_of(read_system(file(f"{height}, moment, 0.4", "tilt, *, q=0.1, gap=0.0, moment=0.5")))
     assert SweepSpec(model=model, q="0.1:0.9:8", tilt="-80deg:80deg:9").size == 72
+    assert model.controls(["tilt", "roll_rate", "precession_rate", "q"]) == [
+        "roll_rate",
+        "precession_rate",
+        "q",
+    ]
     with pytest.raises(RequestError, match=said):
         SweepSpec(model=model, **words)
 
