@@ -99,5 +99,7 @@ FILES = {
     "losses.toml": 'roll_rate = "15:80:5"\nrolling_friction = "1um:1mm:3:log"\nmass = "7.5g"\nradius = "1cm"\n',
     "list.toml": 'samples = 20\nseed = 3\nroll_rate = "uniform:2:4"\ntilt = "loguniform:1deg:9deg"\n',
     "reordered.toml": 'tilt = "1deg:5deg:3"\nroll_rate = [1, 2.5, 4]\nalpha = 1\n',
+    "lens.py": '@body(duration="10 s", stable="peak_tilt < 60deg")\ndef lens(tilt, *, q=0.5):\n'
+    "    return sqrt(cos(tilt)**2 + q**2*sin(tilt)**2), 0.4, (1 + q**2)/5\n",
     "text.nc": "not a netCDF file\n",
 }
