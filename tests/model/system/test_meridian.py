@@ -2,14 +2,16 @@
 
 import math
 
+import body_runner
 import numpy as np
 import pytest
-from body_referee import LENGTHS, REFERENCE
+from body_referee import LENGTHS, REFERENCE, starts
 from meridian_referee import Body
 from numpy.polynomial import Polynomial
 from scipy.integrate import quad
 
 import sweep
+from kernels.disk import endings as code
 from sweep.engine.compute import compute
 from sweep.model.system.model import model_of
 from sweep.request.system_file import read_system
@@ -62,6 +64,33 @@ def test_extremes_of_the_bodies_of_the_table():
         assert found[name] == pytest.approx(right, abs=2e-10)
         assert (found[f"{name}_error"] < 1e-8).all()
     assert (found["conserved_change"] < 1e-12).all()
+
+
+@pytest.mark.parametrize("name", ["torus", "rounded", "spheroid", "ball", "arc"])
+def test_extremes_are_those_of_the_kernels_of_bodies(name, rng):
+    """Random bodies and starts: the same motions fall, and extremes agree to within both stated errors."""
+    count = 40
+    rows = [body_runner.drawn(name, rng) for _ in range(count)]
+    lengths = {word: np.array([row[0][word] for row in rows]) for word in rows[0][0]}
+    core, shift, edge, square = np.array([row[2] for row in rows]).T
+    axial, transverse = np.array([row[1] for row in rows]).T
+    begun = start(
+        rng.uniform(0.1, 1.2, count), rng.uniform(-0.5, 0.5, count), *rng.uniform(-1.5, 1.5, (2, count))
+    )
+    given = starts(count, **begun, **lengths, axial_moment=axial, transverse_moment=transverse)
+    right = body_runner.run(given, name)
+    found = cells(
+        60.0, **begun, core=core, shift=shift, edge=edge, square=square, axial=axial, transverse=transverse,
+        limit=100.0 if name in ("spheroid", "ball") else body_runner.FALL_TILT,
+    )  # fmt: skip
+    assert np.array_equal(found["ending"] == FELL, right.ending == code.FELL)
+    # a nutation is over before the duration is
+    whole = (right.ending == code.BOUNDED) & (right.period < 55.0) & (found["ending"] == RUNS_ON)
+    assert whole.sum() > 0.8 * count
+    for measure, extreme in (("tilt_min", right.least), ("tilt_max", right.greatest)):
+        apart = np.abs(found[measure] - extreme)
+        assert (apart <= found[f"{measure}_error"] + right.tilt_error)[whole].all()
+        assert apart[whole].max() < 1e-8
 
 
 def far(found, number, body, tilt, rates, end):
