@@ -27,6 +27,9 @@ def with_states(source: Source, function: ast.FunctionDef) -> ast.FunctionDef:
         If it names another state, or one of ours with another unit.
     """
     given = function.args
+    if given.posonlyargs:
+        # reading them refuses the mark / of any system
+        return function
     missing = [None] * (len(given.args) - len(given.defaults))
     states = _named(zip(given.args, (*missing, *given.defaults), strict=True))
     parameters = _named(zip(given.kwonlyargs, given.kw_defaults, strict=True))

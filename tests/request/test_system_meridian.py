@@ -164,6 +164,7 @@ def test_a_body_in_python(rng):
     ("radius, 0.4, 0.4", "tilt", "", "The height of a body is a pure number; radius is in m"),
     ("1.0, 0.4, 0.4", "tilt, speed", "", "The states of a body are tilt, tilt_rate.*got speed in front of the star"),
     ("1.0, 0.4, 0.4", 'tilt: "m"', "", "The argument tilt: it is in rad; got m"),
+    ("1.0, 0.4, 0.4", "tilt, /", "", "The mark / has no place here"),
     ("1.0, 0.4, 0.4", "tilt", ', conserved="tilt"', r"The word conserved is not known to body\(...\)"),
     ("1.0, 0.4, 0.4", 'tilt, *, fall_tilt="80 deg"', "", "The parameter fall_tilt is used nowhere"),
     ("abs(tilt), 0.4, 0.4", "tilt", "", "The function abs has a kink"),
@@ -216,6 +217,8 @@ def test_a_body_that_is_followed_in_convex_tilts_alone():
     ({"moment": "0.1:0.9:5"}, "got 0.9 and 0.4, for gap=0, moment=0.9, q=0.1"),
     ({"tilt": "0:90deg:4"}, "got tilt=90deg"),
     ({"tilt": -1.6}, "got tilt=-91.67"),
+    ({"radius": "-1:1:3"}, "The radius of a body is above 0; got radius=-1"),
+    ({"gravity": 0.0}, "The gravity of a body is above 0; got gravity=0"),
 ])  # fmt: skip
 def test_values_of_a_request_that_are_no_body(words, said):
     """They are refused before anything is computed, with the values."""

@@ -18,6 +18,9 @@ TILT = "tilt"
 #: The parameter with the tilt from which on a body with a flat side has fallen.
 FALL_TILT = "fall_tilt"
 
+#: Parameters that every body has, the units of its lengths and times.
+_POSITIVE = ("radius", "gravity")
+
 #: Tilts [rad] at which a meridian is looked at, each half of a degree between its poles.
 _TILTS = np.radians(np.arange(-89.5, 90.0, 0.5))
 
@@ -48,6 +51,7 @@ def check_body(definition: Definition, values: Mapping[str, Any]) -> None:
     meridian = definition.meridian
     assert meridian is not None
     _check_tilts(values)
+    _check_units(values)
     ends = ends_of_tilts(definition.ends, definition.parameters)
     nodes = (meridian.height, meridian.curvature, meridian.axial, meridian.transverse, *ends)
     used = {name for node in nodes for name in symbols(node)} - {TILT}
@@ -126,6 +130,17 @@ def _check_tilts(values: Mapping[str, Any]) -> None:
             hint="Give fall_tilt=85deg.",
             where=FALL_TILT,
         )
+
+
+def _check_units(values: Mapping[str, Any]) -> None:
+    for name in _POSITIVE:
+        low, _ = _ends_of(values[name])
+        if low <= 0.0:
+            raise RequestError(
+                f"The {name} of a body is above 0; got {name}={low:.6g}.",
+                hint=f"Give {name} > 0.",
+                where=name,
+            )
 
 
 def _check_moments(meridian: Meridian, values: Mapping[str, float], given: str) -> None:
