@@ -53,10 +53,10 @@ def check_body(definition: Definition, values: Mapping[str, Any]) -> None:
     _check_tilts(values)
     _check_units(values)
     ends = ends_of_tilts(definition.ends, definition.parameters)
-    nodes = (meridian.height, meridian.curvature, meridian.axial, meridian.transverse, *ends)
-    used = {name for node in nodes for name in symbols(node)} - {TILT}
-    for mixture in _mixtures({name: values[name] for name in sorted(used)}):
-        given = ", ".join(f"{name}={mixture[name]:.6g}" for name in mixture)
+    shape = (meridian.height, meridian.curvature, meridian.axial, meridian.transverse)
+    of_shape, of_ends = ({name for node in nodes for name in symbols(node)} for nodes in (shape, ends))
+    for mixture in _mixtures({name: values[name] for name in sorted((of_shape | of_ends) - {TILT})}):
+        given = ", ".join(f"{name}={mixture[name]:.6g}" for name in mixture if name in of_shape)
         _check_moments(meridian, mixture, given)
         _check_meridian(meridian, ends, mixture, given)
 
