@@ -19,6 +19,7 @@ from sweep.figures.scales import set_log_ticks
 from sweep.figures.texts import number
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.model.quantity import Array, Truths
+from sweep.motion.origin import words_of_start
 from sweep.motion.request import MotionRequest
 from sweep.motion.sampling import closely_sampled, end_of, ending_of, request_of
 from sweep.motion.tables import COEFFICIENTS, LAWS, LOSSY_TRAJECTORY, TIME
@@ -235,14 +236,13 @@ def motion_of(explanation: Explanation) -> "xr.Dataset":
     """Return the motion of an explained cell, at most for the duration of its atlas; raises as `figure_of_cell`."""
     spec = explanation.spec
     verdict = LOSSY_DISK.variables["stability"].flag(explanation.stored["stability"])
-    # a friction coefficient without a limit is no number that a request can say
-    start: dict[str, Any] = dict(explanation.start) | {name: getattr(spec, name) for name in spec.constants}
+    start = words_of_start(spec, explanation.start)
     impossible = [name for name in ("precession_rate", "roll_rate") if not abs(start[name]) < float("inf")]
     if impossible:
         raise RequestError(
             f"This cell has no motion to draw: no {' and no '.join(impossible)} keeps its tilt constant.",
             hint="Leave --plot out, or name another cell.",
         )
-    settings = {name: getattr(spec, name) for name in ("duration", "step", "flat_tilt", "air_law")}
+    settings = {name: getattr(spec, name) for name in ("duration", "step", "flat_tilt")}
     title = f"{spec.title or 'The motion of one cell'}: {verdict} by {spec.criterion}"
     return simulate(MotionRequest.read(**start, **settings, title=title))
