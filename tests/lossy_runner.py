@@ -72,7 +72,9 @@ def run_single(starts, *, air="none", duration=30.0, flat_tilt=FLAT_TILT, relati
     for start in starts.T:
         samples = np.full((len(SAMPLES), 2), np.nan)
         times = np.array([0.0, duration])
-        ending, filled, last, steps = trajectory(np.ascontiguousarray(start)[:, np.newaxis], settings, times, samples)
+        ending, filled, last, steps = trajectory(
+            np.ascontiguousarray(start)[:, np.newaxis], settings, times, samples
+        )
         end = dict(zip(SAMPLES, samples[:, filled - 1], strict=True))
         named = {name: end[name] for name in LOSSES} | {
             "end_tilt": end["tilt"],

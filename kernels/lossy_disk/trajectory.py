@@ -149,10 +149,12 @@ def _held(senses):
 
 
 @kernel
-def _record(samples, i, motion, place, case, unit, radius):
-    S, C, w, f, v = motion.state
+def _record(samples, i, tilt, motion, place, case, unit, radius):
+    _, _, w, f, v = motion.state
     angle, x, y = place
-    samples[row.TILT, i] = tilt_of(motion.state)
+    # the steps keep S^2 + C^2 = 1 no better than anything else
+    S, C = math.sin(tilt), math.cos(tilt)
+    samples[row.TILT, i] = tilt
     samples[row.TILT_RATE, i] = w / unit
     samples[row.PRECESSION_RATE, i] = (v - f * S) / unit
     samples[row.ROLL_RATE, i] = f / unit
@@ -169,9 +171,6 @@ def _record(samples, i, motion, place, case, unit, radius):
     samples[row.SAMPLE_NORMAL_FORCE, i] = forces.normal
     samples[row.SAMPLE_FRICTION_ACROSS, i], samples[row.SAMPLE_FRICTION_ALONG, i] = across, along
     samples[row.SAMPLE_HELD, i] = _held(motion.senses)
-    # of the tilt that is recorded: the steps keep S^2 + C^2 = 1 as well as anything else
-    size = math.sqrt(S * S + C * C)
-    S, C = S / size, C / size
     arm = radius * lever(S, C, case.inertia)
     samples[row.SAMPLE_CENTRE_X, i] = radius * x + arm * math.cos(motion.ledger[0])
     samples[row.SAMPLE_CENTRE_Y, i] = radius * y + arm * math.sin(motion.ledger[0])
@@ -206,7 +205,7 @@ def trajectory(start, settings, times, samples):
     motion, event = set_going(begun.state, case, math.inf)
     tilt, place, ending = tilt_of(begun.state), (0.0, 0.0, 0.0), ending_of(event)
     record = Record(tilt, tilt, math.nan, 0.0, 0.0)
-    _record(samples, 0, motion, place, case, unit, radius)
+    _record(samples, 0, tilt, motion, place, case, unit, radius)
     if ending != MOVING:
         return ending, 1, 0.0, 0
     for i in range(1, len(times)):
@@ -218,11 +217,10 @@ def trajectory(start, settings, times, samples):
             place = _carried(place, before, motion, h, case)
             ending = UNRESOLVED if endless(record) or record.steps > _MOST_STEPS else ending_of(event)
             if ending != MOVING:
-                _record(samples, i, motion, place, case, unit, radius)
+                tilt = tilt_of(motion.state)
                 if ending == FLAT:
-                    samples[row.TILT, i] = math.copysign(
-                        settings[row.TRAJECTORY_FLAT_TILT], samples[row.TILT, i]
-                    )
+                    tilt = math.copysign(case.flat_tilt, tilt)
+                _record(samples, i, tilt, motion, place, case, unit, radius)
                 return ending, i + 1, unit * motion.time, int(record.steps)
-        _record(samples, i, motion, place, case, unit, radius)
+        _record(samples, i, tilt_of(motion.state), motion, place, case, unit, radius)
     return HORIZON, len(times), times[-1], int(record.steps)

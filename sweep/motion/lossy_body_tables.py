@@ -17,11 +17,14 @@ _INPUTS: Mapping[str, Input] = table(
 )
 
 _WORDS: Mapping[str, Word] = table(
-    LOSSY_WORDS["title"], LOSSY_WORDS["method"], *(lossy.OPTIONS[name] for name in ("body", "filling", "air_law"))
+    LOSSY_WORDS["title"],
+    LOSSY_WORDS["method"],
+    *(lossy.OPTIONS[name] for name in ("body", "filling", "air_law")),
 )
 
 #: Stated error -> the unit, and what is known to it.
-ERRORS: Mapping[str, tuple[str, str]] = body_tables.ERRORS | {
+ERRORS: Mapping[str, tuple[str, str]] = {
+    **body_tables.ERRORS,
     "energy_error": ("J", "by which the energy, and what each law has taken, may be off"),
 }
 
@@ -29,13 +32,17 @@ _ENERGIES = (*LAWS, "energy")
 _CHANGED: Mapping[str, Mapping[str, object]] = {
     "heading": {"description": LOSSY_TRAJECTORY["heading"].description.replace("the disk", "the body")},
     "inclination": {"long_name": "angle between the axis of the body and the vertical"},
-    "held": {"description": LOSSY_TRAJECTORY["held"].description.replace("at the rim", "where the contact runs")},
+    "held": {
+        "description": LOSSY_TRAJECTORY["held"].description.replace("at the rim", "where the contact runs")
+    },
 }
 
 
 def _variable(row: Quantity) -> Quantity:
     if row.name in _ENERGIES:
-        row = replace(row, tolerance=Tolerance(1e-9, 1e-9, "each value is within its stated error", "energy_error"))
+        row = replace(
+            row, tolerance=Tolerance(1e-9, 1e-9, "each value is within its stated error", "energy_error")
+        )
     return replace(body_tables.variable(row), **_CHANGED.get(row.name, {}))  # type: ignore[arg-type]
 
 

@@ -123,7 +123,7 @@ def once(
 ) -> tuple[int, Array, Array]:
     """Integrate one start with a step that is halved so often; return ending, times and samples."""
     samples = np.empty((len(arrays.SAMPLES), times.size))
-    step = 0.0 if isinstance(spec.step, str) else spec.step
+    step = 0.0 if isinstance(spec.step, str) else spec.step / 2**refinement
     law: int = spec.kind.words["air_law"].choices.index(spec.air_law)
     settings = [step, _RELATIVE_STEP / 2**refinement, spec.flat_tilt, law]
     if "body" in spec.kind.words:
@@ -139,11 +139,7 @@ def _integrated(spec: MotionRequest, start: Array, times: Array, kernel: Kernel)
         if ending == UNRESOLVED:
             continue
         imbalance = np.abs(_imbalance(samples)).max()
-        if (
-            imbalance <= _IMBALANCE
-            or not isinstance(spec.step, str)
-            or refinement == _MOST_REFINEMENTS
-        ):
+        if imbalance <= _IMBALANCE or not isinstance(spec.step, str) or refinement == _MOST_REFINEMENTS:
             end = math.nan if ending == HORIZON else float(moments[-1])
             return Sampled(moments, samples, ending, end, refinement)
     raise NoMotionError(

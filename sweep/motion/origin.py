@@ -69,9 +69,7 @@ def request_of_preset(spec: str | Path, words: Mapping[str, Any]) -> MotionReque
         if name not in words and (parameter := parameter_of(name, sweep.model)) in sweep.axes
     }
     found = {
-        name: raw
-        for name, raw in merged.items()
-        if name in {*kind.names, *words} and name not in open_axes
+        name: raw for name, raw in merged.items() if name in {*kind.names, *words} and name not in open_axes
     }
     unknown = [*open_axes.values()]
     if "precession_rate" in unknown and merged.get("roll_rate") == WOBBLE:

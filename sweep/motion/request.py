@@ -133,7 +133,9 @@ class LossyTrajectorySpec(_fields(LOSSY_MOTION), MotionRequest):  # type: ignore
 
 
 #: Words of a sweep only, for suggestions.
-_NAMES = tuple(dict.fromkeys((*DISK_MOTION.names, *LOSSY_MOTION.names, *BODY_MOTION.names, *LOSSY_BODY_MOTION.names)))
+_NAMES = tuple(
+    dict.fromkeys((*DISK_MOTION.names, *LOSSY_MOTION.names, *BODY_MOTION.names, *LOSSY_BODY_MOTION.names))
+)
 _ELSEWHERE = {
     name: "it is a word of eulerdisk run" for name in (*names(DISK), *names(BODIES)) if name not in _NAMES
 } | {
