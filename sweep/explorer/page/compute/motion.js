@@ -9,7 +9,7 @@ import {
   numberOf,
   wordsOfMotion,
 } from "eulerdisk/compute/losses";
-import { diskPath, energyOf, lossyPath } from "eulerdisk/compute/paths";
+import { diskPath, lossyPath } from "eulerdisk/compute/paths";
 import { general, spelled } from "eulerdisk/compute/spelling";
 import { Problem } from "eulerdisk/notice";
 
@@ -43,6 +43,7 @@ const FORCES = ["normal_force", "friction_across", "friction_along"];
 
 /** Row of the forces among the samples of a motion with losses, and among what follows from a state without. */
 const LOSSY_FORCES = 13;
+const LOSSY_ENERGY = 20;
 const DISK_FORCES = 4;
 
 const LIFTS_OFF = "A real disk would leave the table on the way: its normal force vanishes.";
@@ -201,7 +202,7 @@ async function lossyArrays(computation, tables, cell, words, duration, flatTilt,
   const [normal, across, along] = rows.slice(LOSSY_FORCES);
   const needed = normal.map((each, i) => (each > 0 ? Math.hypot(across[i], along[i]) / each : NaN));
   const samples = named([...STATE, ...PATH, ...LOSSES, ...FORCES], rows);
-  const arrays = { time: times, ...samples, friction_needed: needed, energy: energyOf(start, rows) };
+  const arrays = { time: times, ...samples, friction_needed: needed, energy: rows[LOSSY_ENERGY] };
   return { arrays: /** @type {Record<string, Float64Array>} */ (arrays), ending };
 }
 

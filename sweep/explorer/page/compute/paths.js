@@ -23,8 +23,9 @@ const TILT_RATE = 1;
 const STATE = 4;
 const TURNING = [0, 4, 5];
 const DISK_ROWS = 9;
-const LOSSY_ROWS = 17;
+const LOSSY_ROWS = 21;
 const LOSSES = [8, 13];
+const LOSSY_ENERGY = 20;
 
 /** Rows of what follows from a state: its energy, and how far that has drifted. */
 const DERIVED_ROWS = 8;
@@ -120,7 +121,7 @@ export async function lossyPath(computation, start, duration, { flatTilt, law },
         if (isLast) throw unresolved(path.times.at(-1) ?? 0);
         continue;
       }
-      const kept = energyOf(start, path.rows).map((each, i) => each + taken(path.rows, i));
+      const kept = path.rows[LOSSY_ENERGY].map((each, i) => each + taken(path.rows, i));
       if (largest(kept.map((each) => each - kept[0])) <= MOST_IMBALANCE || isLast) return path;
     }
   };
@@ -237,21 +238,6 @@ function differences(values) {
 /** @param {Float64Array} values */
 function largest(values) {
   return values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
-}
-
-/**
- * Energy over m g R of the samples of a motion with losses.
- * @param {number[]} start
- * @param {Float64Array[]} rows
- */
-export function energyOf(start, [tilts, tilting, turning, rolling]) {
-  const [alpha, radius, gravity] = start.slice(STATE);
-  const unit = Math.sqrt(radius / gravity);
-  return tilts.map((tilt, i) => {
-    const [w, o] = [unit * tilting[i], unit * turning[i] * Math.cos(tilt)];
-    const s = unit * (rolling[i] + turning[i] * Math.sin(tilt));
-    return Math.cos(tilt) + 0.5 * ((1 + 0.5 * alpha) * w * w + 0.5 * alpha * o * o + (1 + alpha) * s * s);
-  });
 }
 
 /**
