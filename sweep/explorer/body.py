@@ -7,7 +7,7 @@ import numpy as np
 from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
 from sweep.model.bodies.shape import has_poles
-from sweep.model.bodies.tables import LENGTHS, OF_THE_BODY, PATH_VARIABLES
+from sweep.model.bodies.tables import CALLED, LENGTHS, OF_THE_BODY, PATH_VARIABLES
 from sweep.request.spec import SweepSpec
 
 #: Parameter -> the ends of its slider in SI, and how it is spread.
@@ -70,4 +70,20 @@ def body_cells(spec: SweepSpec) -> dict[str, Any]:
         "follows": [int(each == OF_THE_BODY) for each in moments],
         "is_ball": spec.body == "ball",
         "on_end": bool(steady[0] > leaning),
+    }
+
+
+def body_motion(spec: SweepSpec) -> dict[str, Any]:
+    """Return what the page has to know of a body to follow its motions, and to draw it, which JSON can hold.
+
+    Returns
+    -------
+    dict
+        ``name`` of the body; ``number`` of it; ``called``, in words; ``poles``, whether it rolls on through them.
+    """
+    return {
+        "name": spec.body,
+        "number": list(LENGTHS).index(spec.body),
+        "called": CALLED[spec.body],
+        "poles": has_poles(spec.body),
     }

@@ -32,8 +32,8 @@ const DERIVED_ROWS = 8;
 const DRIFT = 1;
 
 /** Samples at first, and the most. */
-const SAMPLES = 1000;
-const MOST_SAMPLES = 200_000;
+export const SAMPLES = 1000;
+export const MOST_SAMPLES = 200_000;
 
 /** Times that a motion is integrated again with half the step. */
 const MOST_REFINEMENTS = 6;
@@ -168,12 +168,14 @@ function held(path, times) {
  * @param {AbortSignal} signal
  * @returns {Promise<Path>}
  */
-async function traced(computation, name, start, settings, times, rows, signal) {
+export async function traced(computation, name, start, settings, times, rows, signal) {
   const array = (/** @type {ArrayLike<number>} */ numbers, /** @type {number[][]} */ ...shape) => ({
     shape: shape[0] ?? [numbers.length],
     numbers: Float64Array.from(numbers),
   });
-  const values = [array(start), array(settings), array(times), array([], [rows, times.length])];
+  // without losses the disk has one start, all other motions a column of starts
+  const begun = name === "trajectory" ? array(start) : array(start, [start.length, 1]);
+  const values = [begun, array(settings), array(times), array([], [rows, times.length])];
   const { results, arrays } = await computation.ask("call", { name, values }, { signal });
   const [ending, filled, last] = results;
   const moments = times.slice(0, filled);
@@ -205,7 +207,7 @@ async function derivedOf(computation, start, { times, rows }, signal) {
 }
 
 /** @param {number} time */
-function unresolved(time) {
+export function unresolved(time) {
   return new Problem(
     "This motion could not be resolved: its state must stay finite, and it may take no more steps; " +
       `gave up at ${Number(time.toPrecision(6))} s.`,
@@ -217,7 +219,7 @@ function unresolved(time) {
  * @param {number} duration
  * @param {number} count  of gaps
  */
-function evenly(duration, count) {
+export function evenly(duration, count) {
   const step = duration / count;
   return Float64Array.from({ length: count + 1 }, (_, i) => (i === count ? duration : i * step));
 }
@@ -226,7 +228,7 @@ function evenly(duration, count) {
  * @param {number} step
  * @param {number} count
  */
-function untilLater(step, count) {
+export function untilLater(step, count) {
   return Float64Array.from({ length: count + 1 }, (_, i) => i * step);
 }
 
@@ -236,7 +238,7 @@ function differences(values) {
 }
 
 /** @param {Float64Array} values */
-function largest(values) {
+export function largest(values) {
   return values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
 }
 
