@@ -1,7 +1,8 @@
 /**
  * One motion of a body of revolution, followed by the kernels of the program: as sweep/motion/body_path.py does it.
  *
- * It is integrated again with half the step until that changes it no more, or no less.
+ * It is integrated again with half the step until that changes it no more, or no less: here ten times as much may be left, as
+ * a picture needs no more, and a click is answered at once.
  */
 
 import {
@@ -33,7 +34,7 @@ const FORCES = ROWS.indexOf("normal_force");
 /** First step times the fastest frequency, halvings at most, the difference that is small enough, and one worth a halving. */
 const STEP = 0.01;
 const MOST_REFINEMENTS = 6;
-const ALLOWED = 4e-10;
+const ALLOWED = 4e-9;
 const BETTER = 0.5;
 
 /** A difference of two integrations counts so many times; rounding that both have in common, and that of the start. */
@@ -55,38 +56,57 @@ const LATER = 1.1;
  * @returns {Promise<Path>}
  */
 export async function bodyPath(computation, start, duration, body, signal) {
-  const integrated = async (/** @type {Float64Array} */ times) => {
-    /** @type {Path|null} */
-    let before = null;
-    let [best, least] = [/** @type {Path|null} */ (null), Infinity];
-    for (let refinement = 0; refinement <= MOST_REFINEMENTS; refinement += 1) {
-      const settings = [0, STEP / 2 ** refinement, body.fallTilt, body.number];
-      const path = await traced(computation, "body_trajectory", start, settings, times, ROWS.length, signal);
-      if (path.ending === UNRESOLVED) {
-        if (refinement > 0) break;
-        continue;
-      }
-      if (before && before.ending === path.ending) {
-        const error = apart(before, path, body);
-        if (!(error < BETTER * least) && best) return best;
-        [best, least] = [path, error];
-        if (error <= ALLOWED) return path;
-      }
-      before = path;
-    }
-    if (best) return best;
-    throw unresolved(before?.times.at(-1) ?? 0);
+  const once = (/** @type {Float64Array} */ times, /** @type {number} */ refinement) => {
+    const settings = [0, STEP / 2 ** refinement, body.fallTilt, body.number];
+    return traced(computation, "body_trajectory", start, settings, times, ROWS.length, signal);
   };
   const times = evenly(duration, SAMPLES);
-  const found = await integrated(times);
-  const last = /** @type {number} */ (found.times.at(-1));
-  const turns = largest(turning(found, body.poles)) * times[1];
+  // how fast it turns, and when it ends, is seen by the first step already
+  const rough = await once(times, 0);
+  if (rough.ending === UNRESOLVED) return settled((refinement) => once(times, refinement), null, body);
+  const closer = closerTimes(rough, times, body.poles);
+  if (!(closer[1] < times[1])) return settled((refinement) => once(times, refinement), rough, body);
+  return settled((refinement) => once(closer, refinement), null, body);
+}
+
+/**
+ * A motion with a step that half of it hardly changes.
+ * @param {(refinement: number) => Promise<Path>} once
+ * @param {Path|null} first  the one without a halving, if it is there
+ * @param {{unit: number, radius: number}} size
+ * @returns {Promise<Path>}
+ */
+async function settled(once, first, size) {
+  let before = first ?? (await once(0));
+  let [best, least] = [/** @type {Path|null} */ (null), Infinity];
+  for (let refinement = 1; refinement <= MOST_REFINEMENTS; refinement += 1) {
+    const path = await once(refinement);
+    if (path.ending === UNRESOLVED) break;
+    if (before.ending === path.ending) {
+      const error = apart(before, path, size);
+      if (best && !(error < BETTER * least)) return best;
+      [best, least] = [path, error];
+      if (error <= ALLOWED) return path;
+    }
+    before = path;
+  }
+  if (best) return best;
+  throw unresolved(before.times.at(-1) ?? 0);
+}
+
+/**
+ * Evenly spaced times, close enough for the fastest turn that samples show, and as many until an end.
+ * @param {Path} path
+ * @param {Float64Array} times
+ * @param {boolean} poles
+ */
+function closerTimes(path, times, poles) {
+  const last = /** @type {number} */ (path.times.at(-1));
+  const turns = largest(turning(path, poles)) * times[1];
   const count = Math.ceil(Math.min(Math.max(SAMPLES, ((last / times[1]) * turns) / TURN), MOST_SAMPLES));
-  const ended = found.ending !== HORIZON;
-  const closer = ended ? untilLater(last / (count - 0.5), Math.ceil(LATER * count)) : evenly(duration, count);
-  if (!(closer[1] < times[1])) return found;
-  const again = await integrated(closer);
-  return again.ending === found.ending ? again : found;
+  if (path.ending === HORIZON) return evenly(/** @type {number} */ (times.at(-1)), count);
+  // half an interval, so that no sample comes to lie at the end itself, which is one
+  return untilLater(last / (count - 0.5), Math.ceil(LATER * count));
 }
 
 /**

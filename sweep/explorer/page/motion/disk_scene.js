@@ -144,7 +144,7 @@ export class DiskScene {
     this.#empty();
     const { size } = this;
     this.square = niceLength(SQUARE * size);
-    this.disk = body ? solidOf(radius, body, colours.rim) : diskBody(radius, alpha, colours.rim);
+    this.disk = body ? solidOf(radius, body) : diskBody(radius, alpha, colours.rim);
     this.force = new Arrow(size, colours.force);
     this.table = tableOfSquares(this.square, colours.ground, colours.grid);
     this.shadow = new Mesh(

@@ -4,6 +4,10 @@ import { CanvasTexture, MeshStandardMaterial, SRGBColorSpace } from "three";
 
 /** Colours of the faces, the same as in films and figures: the colour-blind can tell them apart. */
 export const FACES = ["#f4c95d", "#5a86b8"];
+
+/** Colour of the edge of a thick body. */
+export const EDGE_COLOUR = "#c9c3b8";
+
 const PAINT = "#c8380a";
 
 /** Side of the picture on a face, in pixels, and sectors that show that the disk turns. */

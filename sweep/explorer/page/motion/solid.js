@@ -1,6 +1,6 @@
 /** A body of revolution for the scene of a motion: its meridian, as in figures (sweep/figures/disk/solid.py), and meshes. */
 
-import { FACES, surfacePicture } from "eulerdisk/motion/paint";
+import { EDGE_COLOUR, FACES, painted, surfacePicture } from "eulerdisk/motion/paint";
 import {
   DoubleSide,
   Group,
@@ -8,6 +8,7 @@ import {
   Matrix4,
   Mesh,
   MeshStandardMaterial,
+  RingGeometry,
   Vector2,
   Vector3,
 } from "three";
@@ -95,27 +96,44 @@ export function reachOf(body) {
  * The body, with its centre of mass at 0, its painted direction along x and its axis against z, as faces of the disk have it.
  * @param {number} radius
  * @param {BodyOfMotion} body
- * @param {string} edgeColour
  * @returns {Group}
  */
-export function solidOf(radius, body, edgeColour) {
+export function solidOf(radius, body) {
   const group = new Group();
   for (const { points, shows } of meridianOf(body)) {
-    const profile = points.map(([distance, height]) => new Vector2(radius * distance, -radius * height));
-    const geometry = new LatheGeometry(profile, AROUND);
-    // a lathe turns about y, from z to x
-    geometry.applyMatrix4(
-      new Matrix4().makeBasis(new Vector3(0, 1, 0), new Vector3(0, 0, 1), new Vector3(1, 0, 0)),
-    );
-    const colour = shows === EDGE ? edgeColour : FACES[shows];
-    const material = new MeshStandardMaterial({
-      map: surfacePicture(colour),
-      roughness: 0.6,
-      side: DoubleSide,
-    });
-    const mesh = new Mesh(geometry, material);
+    const isFace = shows !== EDGE && points.length === 2;
+    const mesh = isFace ? face(radius, points, shows) : surface(radius, points, shows);
     mesh.castShadow = true;
     group.add(mesh);
   }
   return group;
+}
+
+/**
+ * @param {number} radius
+ * @param {Point[]} points
+ * @param {number} shows
+ */
+function face(radius, points, shows) {
+  const outer = Math.max(...points.map(([distance]) => distance));
+  const mesh = new Mesh(new RingGeometry(0, radius * outer, AROUND), painted(FACES[shows]));
+  if (shows === BACK) mesh.rotation.x = Math.PI;
+  mesh.position.z = -radius * points[0][1];
+  return mesh;
+}
+
+/**
+ * @param {number} radius
+ * @param {Point[]} points
+ * @param {number} shows
+ */
+function surface(radius, points, shows) {
+  const profile = points.map(([distance, height]) => new Vector2(radius * distance, -radius * height));
+  const geometry = new LatheGeometry(profile, AROUND);
+  // a lathe turns about y, from z to x
+  geometry.applyMatrix4(
+    new Matrix4().makeBasis(new Vector3(0, 1, 0), new Vector3(0, 0, 1), new Vector3(1, 0, 0)),
+  );
+  const map = surfacePicture(shows === EDGE ? EDGE_COLOUR : FACES[shows]);
+  return new Mesh(geometry, new MeshStandardMaterial({ map, roughness: 0.6, side: DoubleSide }));
 }
