@@ -8,6 +8,7 @@ from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
 from sweep.model.bodies.shape import has_poles
 from sweep.model.bodies.tables import CALLED, LENGTHS, OF_THE_BODY, PATH_VARIABLES
+from sweep.model.lossy_bodies.tables import FACED
 from sweep.request.spec import SweepSpec
 
 #: Parameter -> the ends of its slider in SI, and how it is spread.
@@ -79,11 +80,13 @@ def body_motion(spec: SweepSpec) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``name`` of the body; ``number`` of it; ``called``, in words; ``poles``, whether it rolls on through them.
+        ``name`` of the body; ``number`` of it; ``called``, in words; ``poles``, whether it rolls on through them and
+        has no losses; ``faced``, whether it has a face, under which air is.
     """
     return {
         "name": spec.body,
         "number": list(LENGTHS).index(spec.body),
         "called": CALLED[spec.body],
         "poles": has_poles(spec.body),
+        "faced": spec.body in FACED,
     }

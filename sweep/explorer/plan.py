@@ -18,6 +18,7 @@ from sweep.model.lossy_disk.tables import AIR_LAWS, LOSSES, NO_AIR
 from sweep.model.quantity import FAILED, LOST, UNDECIDED, Input, Quantity
 from sweep.model.system.model import SystemModel
 from sweep.motion.body_tables import BODY_MOTION
+from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
 from sweep.motion.tables import DISK_MOTION, LAWS, LOSSY_MOTION, TRAJECTORY, MotionKind
 from sweep.request.criterion_kinds import LOST_TIME
 from sweep.request.expression import Comparison, Expression, Not, Number, Term, variables
@@ -222,7 +223,9 @@ def motion_tables() -> dict[str, Any]:
         "lossy": _endings(LOSSY_MOTION),
         "body": _endings(BODY_MOTION),
         "ledger": dict(LAWS),
+        "lossy_body": _endings(LOSSY_BODY_MOTION),
         "lossy_parameters": list(LOSSY_MOTION.model.parameters),
+        "lossy_body_parameters": list(LOSSY_BODY_MOTION.model.parameters),
         "rules": {
             name: _rule(row)
             for name, row in {**BODY_MOTION.model.parameters, **DISK_MOTION.model.parameters}.items()

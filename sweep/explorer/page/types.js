@@ -277,7 +277,7 @@
  * @property {number} fall_tilt
  * @property {number} flat_tilt
  * @property {Record<string, number|string|null>} losses
- * @property {{name: string, number: number, called: string, poles: boolean}|null} body  null of the thin disk
+ * @property {{name: string, number: number, called: string, poles: boolean, faced: boolean}|null} body  null of the thin disk
  */
 
 /**
@@ -303,7 +303,9 @@
  * @property {Record<string, string>} lossy
  * @property {Record<string, string>} body
  * @property {Record<string, string>} ledger
+ * @property {Record<string, string>} lossy_body
  * @property {string[]} lossy_parameters
+ * @property {string[]} lossy_body_parameters
  * @property {Record<string, ToldNumber & {rule: string}>} rules
  * @property {(Omit<LossControl, "value"> & {scaled?: "one"|"radius"|"damping"})[]} sliders
  * @property {string[]} air_laws

@@ -9,7 +9,9 @@ from body_motion import in_space
 import sweep
 from sweep.explorer.about import sides
 from sweep.explorer.view import View
-from sweep.model.bodies.shape import body_of
+from sweep.model.bodies.shape import body_of, has_poles
+from sweep.model.lossy_bodies.tables import FACED
+from sweep.motion.sampling import ending_of
 from sweep.request.spec import SweepSpec
 
 from .asking import ask
@@ -58,14 +60,19 @@ def shown(request, served_with, browser):
     page = browser.new_page()
     page.goto(served_with(*words).url)
 
-    def asked(x, y, duration=None):
+    def asked(x, y, duration=None, losses=None):
         place = {
             side.name: float(side.at(np.array([2.0 * share - 1.0]))[0])
             for side, share in ((view.x, x), (view.y, y))
         }
         at = {"x": place[view.x.name], "y": place[view.y.name]}
         head, arrays = ask(
-            page, "motion", view={**sides(spec), "base": "", "words": {}}, **at, duration=duration, losses={}
+            page,
+            "motion",
+            view={**sides(spec), "base": "", "words": {}},
+            **at,
+            duration=duration,
+            losses=losses or {},
         )
         start = {
             name: float(values[0])
@@ -100,6 +107,29 @@ def test_a_motion_is_that_of_the_program(shown):
             size = max(1.0, float(np.linalg.norm(right[name], axis=-1).max()))
             assert (off <= np.maximum(1e-9 * size, 4.0 * other[error])).all(), (name, x, y, off.max())
         np.testing.assert_allclose(arrays["energy"], arrays["energy"][0], rtol=1e-8)
+
+
+def test_a_motion_with_losses_is_that_of_the_program(shown):
+    """Ending, last sample and what each law took agree with `sweep.simulate`; a ball and a spheroid have none."""
+    _, view, asked = shown
+    losses = {"rolling_friction": 2e-3, "contour_friction": 1e-3, "pivoting_friction": 1e-4}
+    losses = {name: value * view.spec.radius for name, value in losses.items()}
+    head, arrays, start = asked(0.45, 0.6, 2.0, losses)
+    assert bool(head["losses"]) == head["lossy"] == (not has_poles(view.spec.body))
+    if not head["lossy"]:
+        return
+    assert ("air_law" in [each["name"] for each in head["losses"]]) == (view.spec.body in FACED)
+    words = {name: getattr(view.spec, name) for name in (*view.spec.constants, "body", "filling")}
+    motion = sweep.simulate(**start | words | losses, duration=2.0)
+    assert head["ended"] == (ending_of(motion) != "horizon")
+    assert arrays["time"][-1] == pytest.approx(float(motion["elapsed_time"][-1]), rel=1e-7)
+    weight = start["gravity"]
+    for name in arrays.keys() - {"time", "friction_needed"}:
+        unit = weight if "force" in name or "friction" in name else 1.0
+        unit = weight * start["radius"] if "loss" in name or name == "energy" else unit
+        other = motion[name].values / unit
+        size = max(1.0, float(np.abs(other).max()))
+        assert abs(arrays[name][-1] - other[-1]) < 1e-6 * size, name
 
 
 def test_the_potential_is_that_of_the_motion(shown):

@@ -16,7 +16,7 @@ import { general, spelled } from "eulerdisk/compute/spelling";
 import { Problem } from "eulerdisk/notice";
 
 /** @import { Computation } from "eulerdisk/compute/computation" */
-/** @import { MotionAnswer, MotionRequest, MotionTables, Parameter, Plans } from "eulerdisk/types" */
+/** @import { MotionAnswer, MotionPlan, MotionRequest, MotionTables, Parameter, Plans } from "eulerdisk/types" */
 
 /** Periods that a motion without losses is followed, the shortest and the longest time in seconds. */
 const PERIODS = 3;
@@ -49,7 +49,7 @@ const FORCES = ["normal_force", "friction_across", "friction_along"];
 
 /** Row of the forces among the samples of a motion with losses, and among what follows from a state without. */
 const LOSSY_FORCES = 13;
-const LOSSY_ENERGY = 20;
+const LOSSY_CENTRE = 17;
 const DISK_FORCES = 4;
 
 const LIFTS_OFF = "A real one would leave the table on the way: its normal force vanishes.";
@@ -76,8 +76,8 @@ const FEW_DIGITS = 3;
 export async function computedMotion(computation, tables, parameters, plans, request, signal) {
   const { motion, disk } = plans;
   const { view } = request;
-  // no losses of other bodies are followed here
-  const losses = motion?.body ? {} : (request.losses ?? {});
+  // there are no losses of what rolls on through its poles
+  const losses = motion?.body?.poles ? {} : (request.losses ?? {});
   if (!motion || !disk) {
     throw new Problem("The cells of this map have no motions in time here.", { status: 400 });
   }
@@ -90,13 +90,14 @@ export async function computedMotion(computation, tables, parameters, plans, req
   const words = wordsOfMotion(tables, motion, losses);
   if (lossy) checkArms(words, cell.radius);
   const duration = durationOf(cell, lossy, Boolean(body), request.duration ?? null);
-  const { arrays, ending } = body
-    ? await bodyArrays(computation, disk.parameters, cell, duration, { ...body, fallTilt: largest }, signal)
-    : lossy
-      ? await lossyArrays(computation, tables, cell, words, duration, motion.flat_tilt, signal)
-      : await diskArrays(computation, disk.parameters, cell, duration, motion.fall_tilt, signal);
+  const { arrays, ending } =
+    body && !lossy
+      ? await bodyArrays(computation, disk.parameters, cell, duration, { ...body, fallTilt: largest }, signal)
+      : lossy
+        ? await lossyArrays(computation, tables, cell, words, duration, motion, signal)
+        : await diskArrays(computation, disk.parameters, cell, duration, motion.fall_tilt, signal);
   const last = /** @type {number} */ (arrays.time.at(-1));
-  const ended = (body ? tables.body : lossy ? tables.lossy : tables.disk)[String(ending)];
+  const ended = endingsOf(tables, Boolean(body), lossy)[String(ending)];
   const told = (/** @type {string} */ name) => spelled(tables.rules[name], cell[name], DIGITS);
   const sides = [view.x.name, view.y.name].filter((name) => name in tables.rules);
   const head = {
@@ -113,11 +114,22 @@ export async function computedMotion(computation, tables, parameters, plans, req
     radius: cell.radius,
     gravity: cell.gravity,
     quantities: tables.quantities,
-    losses: body ? [] : lossControls(tables, motion, /** @type {any} */ (cell), losses),
+    losses: body?.poles ? [] : lossControls(tables, motion, /** @type {any} */ (cell), losses),
     ledger: lossy ? tables.ledger : null,
     ...swing(tables, cell, lossy, largest),
   };
   return { head, arrays };
+}
+
+/**
+ * Words of the endings of motions.
+ * @param {MotionTables} tables
+ * @param {boolean} isBody
+ * @param {boolean} lossy
+ */
+function endingsOf(tables, isBody, lossy) {
+  if (isBody) return lossy ? tables.lossy_body : tables.body;
+  return lossy ? tables.lossy : tables.disk;
 }
 
 /**
@@ -234,18 +246,32 @@ function frictionNeeded({ normal_force: normal, friction_across: across, frictio
  * @param {Start} cell
  * @param {Record<string, number|string|null>} words
  * @param {number} duration
- * @param {number} flatTilt
+ * @param {MotionPlan} plan
  * @param {AbortSignal} signal
  */
-async function lossyArrays(computation, tables, cell, words, duration, flatTilt, signal) {
-  const start = tables.lossy_parameters.map((name) =>
-    name in tables.rules ? cell[name] : numberOf(words, name),
-  );
+async function lossyArrays(
+  computation,
+  tables,
+  cell,
+  words,
+  duration,
+  { body, flat_tilt: flatTilt },
+  signal,
+) {
+  const names = body ? tables.lossy_body_parameters : tables.lossy_parameters;
+  const start = names.map((name) => (name in tables.rules ? cell[name] : numberOf(words, name)));
   const law = tables.air_laws.indexOf(String(words.air_law ?? tables.no_air));
-  const { times, rows, ending } = await lossyPath(computation, start, duration, { flatTilt, law }, signal);
+  const { times, rows, ending } = await lossyPath(
+    computation,
+    start,
+    duration,
+    { flatTilt, law, body: body?.number ?? null },
+    signal,
+  );
   const needed = frictionNeeded(named(FORCES, rows.slice(LOSSY_FORCES)));
   const samples = named([...STATE, ...PATH, ...LOSSES, ...FORCES], rows);
-  const arrays = { time: times, ...samples, friction_needed: needed, energy: rows[LOSSY_ENERGY] };
+  const centre = named([...CENTRE, "energy"], rows.slice(LOSSY_CENTRE));
+  const arrays = { time: times, ...samples, ...centre, friction_needed: needed };
   return { arrays: /** @type {Record<string, Float64Array>} */ (arrays), ending };
 }
 

@@ -103,19 +103,20 @@ export async function diskPath(computation, start, duration, fallTilt, signal) {
 }
 
 /**
- * A motion with losses.
+ * A motion with losses, of the disk or of another body.
  * @param {Computation} computation
  * @param {number[]} start
  * @param {number} duration
- * @param {{flatTilt: number, law: number}} settings
+ * @param {{flatTilt: number, law: number, body: number|null}} given  law of the air, number of the body
  * @param {AbortSignal} signal
  * @returns {Promise<Path>}
  */
-export async function lossyPath(computation, start, duration, { flatTilt, law }, signal) {
+export async function lossyPath(computation, start, duration, { flatTilt, law, body }, signal) {
+  const name = body === null ? "lossy_trajectory" : "body_lossy_trajectory";
   const integrated = async (/** @type {Float64Array} */ times) => {
     for (let refinement = 0; ; refinement += 1) {
-      const settings = [0, LOSSY_STEP / 2 ** refinement, flatTilt, law];
-      const path = await traced(computation, "lossy_trajectory", start, settings, times, LOSSY_ROWS, signal);
+      const settings = [0, LOSSY_STEP / 2 ** refinement, flatTilt, law, ...(body === null ? [] : [body])];
+      const path = await traced(computation, name, start, settings, times, LOSSY_ROWS, signal);
       const isLast = refinement === MOST_REFINEMENTS;
       if (path.ending === LOSSY.unresolved) {
         if (isLast) throw unresolved(path.times.at(-1) ?? 0);
@@ -147,7 +148,7 @@ function held(path, times) {
   if (path.ending !== LOSSY.rest) {
     const slips = path.ending === LOSSY.slip;
     throw new Problem(
-      `This motion ends where it begins: the disk ${slips ? "slips" : "lifts off"}, and the model with losses ends there.`,
+      `This motion ends where it begins: it ${slips ? "slips" : "lifts off"}, and the model with losses ends there.`,
       {
         hint: slips ? "Give a larger friction coefficient, or leave it out." : "Give slower rates.",
         status: 400,
