@@ -128,7 +128,7 @@ export async function lossyPath(computation, start, duration, { flatTilt, law, b
   };
   const first = evenly(duration, SAMPLES);
   let path = await integrated(first);
-  if (path.times.at(-1) === 0) return held(path, first);
+  if (path.times.at(-1) === 0) return held(path, first, body === null ? "disk" : "body");
   for (let pass = 0; pass < PASSES; pass += 1) {
     const wanted = wantedBetween(path);
     if (largest(wanted) <= ENOUGH) break;
@@ -140,15 +140,16 @@ export async function lossyPath(computation, start, duration, { flatTilt, law, b
 }
 
 /**
- * A disk that friction holds from its start is seen to stand; others end where they begin.
+ * What friction holds from its start is seen to stand; others end where they begin.
  * @param {Path} path
  * @param {Float64Array} times
+ * @param {string} called
  */
-function held(path, times) {
+function held(path, times, called) {
   if (path.ending !== LOSSY.rest) {
     const slips = path.ending === LOSSY.slip;
     throw new Problem(
-      `This motion ends where it begins: it ${slips ? "slips" : "lifts off"}, and the model with losses ends there.`,
+      `This motion ends where it begins: the ${called} ${slips ? "slips" : "lifts off"}, and the model with losses ends there.`,
       {
         hint: slips ? "Give a larger friction coefficient, or leave it out." : "Give slower rates.",
         status: 400,
