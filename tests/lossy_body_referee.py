@@ -81,6 +81,35 @@ class Lossy:
         )
         return np.concatenate([n_rate, free + normal * slowed, taken])
 
+    def path(self, tilt, w, o, s, times):
+        """Return what becomes of a start at given times, as `body_referee.Body.path` does, and its ``ledger``."""
+        first = self.body.start(tilt, w, o, s)
+        begin, _ = self.body.contact(first[:3], np.zeros(3))
+        painted = np.array([-math.sin(tilt), 0.0, -math.cos(tilt)])
+        count = 6 + len(LEDGER)
+
+        def slope(t, y):
+            r, _ = self.body.contact(y[:3], np.zeros(3))
+            moved = -cross(y[3:6], r), cross(y[3:6], y[count + 3 :])
+            return np.concatenate([self.right_side(t, y[:count]), *moved])
+
+        found = solve_ivp(
+            slope, (0.0, times[-1]), np.concatenate([first, np.zeros(len(LEDGER)), -begin, painted]),
+            method="DOP853", t_eval=times, rtol=1e-12, atol=1e-13,
+        ).y.T  # fmt: skip
+        rates = np.array([self.right_side(0.0, y[:count]) for y in found])
+        reach = [self.body.contact(y[:3], rate[:3]) for y, rate in zip(found, rates, strict=True)]
+        force = [
+            UP - cross(rate[3:6], r) - cross(y[3:6], r_rate)
+            for y, rate, (r, r_rate) in zip(found, rates, reach, strict=True)
+        ]
+        centre = found[:, count : count + 3]
+        return {
+            "axis": found[:, :3], "turning": found[:, 3:6], "centre": centre, "painted": found[:, count + 3 :],
+            "contact": centre + np.array([r for r, _ in reach]), "force": np.array(force),
+            "ledger": found[:, 6:count],
+        }  # fmt: skip
+
     def energy(self, y):
         """Return the energy that the body has, and what was taken."""
         return self.body.energy(y[:6]) + sum(y[8:])

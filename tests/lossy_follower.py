@@ -15,9 +15,8 @@ AIR_LAWS = {"none": NO_AIR, "moffatt": MOFFATT, "bildsten": BILDSTEN}
 @kernel
 def _followed(start, settings, horizon, reach, piece):
     """Follow a start to its ending, in pieces of at least the scaled time `piece`, as it comes back to lanes."""
-    case = trajectory.case_of(start, settings)
-    unit = math.sqrt(start[arrays.RADIUS] / start[arrays.GRAVITY])
-    state = trajectory.scaled_start(start, unit)
+    begun = trajectory.beginning(start, settings)
+    case, unit, state = trajectory.case_of(begun, start[arrays.TILT, 0], settings), begun.unit, begun.state
     motion, event = follow.begun(state, case, reach)
     tilt, pieces, ending = follow.tilt_of(state), 0, follow.ending_of(event)
     record = follow.Record(tilt, tilt, math.nan, 0.0, 0.0)
@@ -71,7 +70,7 @@ def followed(
     """Follow one start, float64[len(arrays.PARAMETERS)]."""
     start = np.ascontiguousarray(start)
     settings = _settings(air, relative_step, flat_tilt)
-    return Followed(start, _followed(start, settings, horizon, reach, piece))
+    return Followed(start, _followed(start[:, np.newaxis], settings, horizon, reach, piece))
 
 
 def sampled(start, times, *, air="none", relative_step=0.03, flat_tilt=FLAT_TILT):
@@ -79,7 +78,7 @@ def sampled(start, times, *, air="none", relative_step=0.03, flat_tilt=FLAT_TILT
     samples = np.full((len(SAMPLES), len(times)), np.nan)
     settings = _settings(air, relative_step, flat_tilt)
     ending, filled, last, _ = trajectory.trajectory(
-        np.ascontiguousarray(start), settings, np.asarray(times, float), samples
+        np.ascontiguousarray(start)[:, np.newaxis], settings, np.asarray(times, float), samples
     )
     return ending, last, dict(zip(SAMPLES, samples[:, :filled], strict=True))
 

@@ -72,7 +72,9 @@ def run_single(starts, *, air="none", duration=30.0, flat_tilt=FLAT_TILT, relati
     for start in starts.T:
         samples = np.full((len(SAMPLES), 2), np.nan)
         times = np.array([0.0, duration])
-        ending, filled, last, steps = trajectory(np.ascontiguousarray(start), settings, times, samples)
+        ending, filled, last, steps = trajectory(
+            np.ascontiguousarray(start)[:, np.newaxis], settings, times, samples
+        )
         end = dict(zip(SAMPLES, samples[:, filled - 1], strict=True))
         named = {name: end[name] for name in LOSSES} | {
             "end_tilt": end["tilt"],
@@ -91,6 +93,6 @@ def needed_friction(start, *, air="none", duration=10.0, moments=20001):
     samples = np.full((len(SAMPLES), moments), np.nan)
     rough = np.array(start)
     rough[FRICTION] = np.inf
-    _, filled, _, _ = trajectory(rough, settings, np.linspace(0.0, duration, moments), samples)
+    _, filled, _, _ = trajectory(rough[:, np.newaxis], settings, np.linspace(0.0, duration, moments), samples)
     known = dict(zip(SAMPLES, samples[:, : filled - 1], strict=True))
     return np.hypot(known["friction_across"], known["friction_along"]) / known["normal_force"]

@@ -28,3 +28,7 @@ PARAMETERS = bodies.PARAMETERS + disk.PARAMETERS[disk.MASS :]
 #: Settings of an integration: those of the disk with losses, and the number of the body (`kernels.bodies.shapes`).
 SETTINGS = (*disk.SETTINGS, "body")
 BODY = SETTINGS.index("body")
+
+#: Settings of a single motion: those of the disk with losses, and the number of the body.
+TRAJECTORY_SETTINGS = (*disk.TRAJECTORY_SETTINGS, "body")
+TRAJECTORY_AIR_LAW, TRAJECTORY_BODY = (TRAJECTORY_SETTINGS.index(name) for name in ("air_law", "body"))

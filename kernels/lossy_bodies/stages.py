@@ -96,7 +96,7 @@ def _undisturbed(cell, starts, body):
 
 
 @kernel
-def _losses_of(cell, starts, run, core):
+def losses_of(cell, starts, air_law, core):
     """Return the `Losses` of a cell; under a face of the radius `core` the film and the layer are that large."""
     losses = scaled_losses(
         (
@@ -107,7 +107,7 @@ def _losses_of(cell, starts, run, core):
         starts[row.CONTOUR_DAMPING, cell],
         (starts[row.AIR_VISCOSITY, cell], starts[row.AIR_DENSITY, cell]),
         (starts[row.MASS, cell], starts[body_row.RADIUS, cell], starts[body_row.GRAVITY, cell]),
-        run.air_law,
+        air_law,
     )
     cubed = core * core * core
     film, layer = cubed * losses.film, cubed * core * losses.layer
@@ -148,7 +148,7 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
         starts[body_row.ROLL_RATE, cell],
     )
     criterion = _criterion(tilt, unit * rates[1], 2.0 * body.transverse, run)
-    losses = _losses_of(cell, starts, run, body.core)
+    losses = losses_of(cell, starts, run.air_law, body.core)
     _store_start(
         lane, rates, (radius, unit), body, side_of(run.body, tilt), losses, starts[row.FRICTION, cell],
         criterion, lanes,

@@ -113,7 +113,7 @@ TRAJECTORY_STEP, TRAJECTORY_RELATIVE_STEP, TRAJECTORY_FLAT_TILT, TRAJECTORY_AIR_
 #: One sample of a motion: `STATE`; heading and roll angle [rad], contact point [m]; the losses so far, each over m g R;
 #: normal force and horizontal forces across and along the track over m g; which friction holds (bits: 1 roll rate held
 #: by contour friction, 2 turning about the vertical held by pivoting friction, 4 tilt and roll held by rolling
-#: friction).
+#: friction); centre of mass [m]; energy over m g R.
 SAMPLES = (
     *STATE,
     "heading",
@@ -125,6 +125,10 @@ SAMPLES = (
     "friction_across",
     "friction_along",
     "held",
+    "centre_x",
+    "centre_y",
+    "centre_z",
+    "energy",
 )
 (
     SAMPLE_HEADING,
@@ -140,4 +144,8 @@ SAMPLES = (
     SAMPLE_FRICTION_ACROSS,
     SAMPLE_FRICTION_ALONG,
     SAMPLE_HELD,
+    SAMPLE_CENTRE_X,
+    SAMPLE_CENTRE_Y,
+    SAMPLE_CENTRE_Z,
+    SAMPLE_ENERGY,
 ) = range(len(STATE), len(SAMPLES))

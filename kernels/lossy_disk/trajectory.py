@@ -6,26 +6,29 @@ of fourth order.
 """
 
 import math
+from typing import NamedTuple
 
 from kernels.disk.equations import scaled_state
 from kernels.jit import kernel
 from kernels.lossy_disk import arrays as row
 from kernels.lossy_disk.contact import all_held, contact_forces
+from kernels.lossy_disk.contact_motion import lever
 from kernels.lossy_disk.creeping import next_state
 from kernels.lossy_disk.endings import FLAT, HORIZON, UNRESOLVED
 from kernels.lossy_disk.events import Case
 from kernels.lossy_disk.follow import (
     MOVING,
     Record,
-    begun,
     ending_of,
     endless,
+    energy_of,
     leap,
     recorded,
     tilt_of,
 )
-from kernels.lossy_disk.loss_laws import scaled_losses
-from kernels.lossy_disk.rk4 import inertia
+from kernels.lossy_disk.follow import begun as set_going
+from kernels.lossy_disk.loss_laws import Losses, scaled_losses
+from kernels.lossy_disk.rk4 import Inertia, inertia
 from kernels.lossy_disk.step_size import RELATIVE_STEP
 from kernels.native.entry import entry
 
@@ -36,37 +39,86 @@ _SHARE = 0.5
 _MOST_STEPS = 1.0e8
 
 
-@kernel
-def scaled_start(start, unit):
-    """State (S, C, K, w, o, p) of a start (`kernels.lossy_disk.arrays.PARAMETERS`); `unit` is sqrt(R/g) in s."""
-    S, C, _, w, o, s = scaled_state(
-        start[row.TILT], start[row.TILT_RATE], start[row.PRECESSION_RATE], start[row.ROLL_RATE], unit
-    )
-    return S, C, 1.0 / C, w, o, (1.0 + start[row.ALPHA]) * s
+class Beginning(NamedTuple):
+    """What follows from a start.
+
+    Attributes
+    ----------
+    state : tuple of 6 floats
+        S, C, K, w, o, p.
+    inertia : kernels.lossy_disk.rk4.Inertia
+    losses : kernels.lossy_disk.loss_laws.Losses
+    friction : float
+        Coefficient of friction; infinite where the disk cannot slip.
+    radius, unit : float
+        R [m] and sqrt(R/g) [s].
+    """
+
+    state: tuple
+    inertia: Inertia
+    losses: Losses
+    friction: float
+    radius: float
+    unit: float
+
+
+# Other bodies have other functions under these names (`kernels.lossy_bodies.trajectory`).
 
 
 @kernel
-def case_of(start, settings):
-    """`Case` of a start and of the settings of a single motion, without a criterion."""
+def beginning(start, settings):
+    """The `Beginning` of a start, shape (len(PARAMETERS), 1)."""
+    radius, gravity, alpha = start[row.RADIUS, 0], start[row.GRAVITY, 0], start[row.ALPHA, 0]
     losses = scaled_losses(
-        (start[row.ROLLING_FRICTION], start[row.PIVOTING_FRICTION], start[row.CONTOUR_FRICTION]),
-        start[row.CONTOUR_DAMPING],
-        (start[row.AIR_VISCOSITY], start[row.AIR_DENSITY]),
-        (start[row.MASS], start[row.RADIUS], start[row.GRAVITY]),
+        (start[row.ROLLING_FRICTION, 0], start[row.PIVOTING_FRICTION, 0], start[row.CONTOUR_FRICTION, 0]),
+        start[row.CONTOUR_DAMPING, 0],
+        (start[row.AIR_VISCOSITY, 0], start[row.AIR_DENSITY, 0]),
+        (start[row.MASS, 0], radius, gravity),
         settings[row.TRAJECTORY_AIR_LAW],
     )
-    unit, longest = math.sqrt(start[row.RADIUS] / start[row.GRAVITY]), settings[row.TRAJECTORY_STEP]
-    relative = settings[row.TRAJECTORY_RELATIVE_STEP]
+    unit = math.sqrt(radius / gravity)
+    S, C, _, w, o, s = scaled_state(
+        start[row.TILT, 0], start[row.TILT_RATE, 0], start[row.PRECESSION_RATE, 0], start[row.ROLL_RATE, 0],
+        unit,
+    )  # fmt: skip
+    state = S, C, 1.0 / C, w, o, (1.0 + alpha) * s
+    return Beginning(state, inertia(alpha), losses, start[row.FRICTION, 0], radius, unit)
+
+
+@kernel
+def contact_speed(state, inertia):
+    """Speed of the contact point along its track and across it, where a positive tilt leans, over sqrt(g R)."""
+    return state[3], 0.0
+
+
+@kernel
+def height(S, C, inertia):
+    """Height of the centre of mass, over R."""
+    return C
+
+
+@kernel
+def case_of(begun, tilt, settings):
+    """`Case` of the beginning at a tilt of a single motion, without a criterion."""
+    relative, longest = settings[row.TRAJECTORY_RELATIVE_STEP], settings[row.TRAJECTORY_STEP]
     return Case(
-        inertia(start[row.ALPHA]),
-        losses,
+        begun.inertia,
+        begun.losses,
         settings[row.TRAJECTORY_FLAT_TILT],
         math.cos(settings[row.TRAJECTORY_FLAT_TILT]),
-        start[row.FRICTION],
-        start[row.TILT],
+        begun.friction,
+        tilt,
         relative if relative > 0.0 else _SHARE * RELATIVE_STEP,
-        longest / unit if longest > 0.0 else math.inf,
+        longest / begun.unit if longest > 0.0 else math.inf,
     )
+
+
+@kernel
+def _shift(state, heading, inertia):
+    """Velocity (x, y) of the contact point."""
+    ahead, aside = contact_speed(state, inertia)
+    sine, cosine = math.sin(heading), math.cos(heading)
+    return aside * cosine - ahead * sine, ahead * cosine + aside * sine
 
 
 @kernel
@@ -77,12 +129,15 @@ def _carried(place, before, after, h, case):
     angle, x, y = place
     middle, gain = next_state(before.state, before.senses, case.inertia, case.losses, 0.5 * h)
     end, _ = next_state(before.state, before.senses, case.inertia, case.losses, h)
-    heading_0, heading_1, heading_2 = before.ledger[0], before.ledger[0] + gain[0], after.ledger[0]
-    roll_0, roll_1, roll_2 = before.state[3], middle[3], end[3]
-    side = roll_0 * math.sin(heading_0) + 4.0 * roll_1 * math.sin(heading_1) + roll_2 * math.sin(heading_2)
-    ahead = roll_0 * math.cos(heading_0) + 4.0 * roll_1 * math.cos(heading_1) + roll_2 * math.cos(heading_2)
-    sixth = h / 6.0
-    return angle + sixth * (roll_0 + 4.0 * roll_1 + roll_2), x - sixth * side, y + sixth * ahead
+    heading, sixth = before.ledger[0], h / 6.0
+    x_0, y_0 = _shift(before.state, heading, case.inertia)
+    x_1, y_1 = _shift(middle, heading + gain[0], case.inertia)
+    x_2, y_2 = _shift(end, after.ledger[0], case.inertia)
+    return (
+        angle + sixth * (before.state[3] + 4.0 * middle[3] + end[3]),
+        x + sixth * (x_0 + 4.0 * x_1 + x_2),
+        y + sixth * (y_0 + 4.0 * y_1 + y_2),
+    )
 
 
 @kernel
@@ -94,10 +149,12 @@ def _held(senses):
 
 
 @kernel
-def _record(samples, i, motion, place, case, unit, radius):
-    S, _, w, f, v = motion.state
+def _record(samples, i, tilt, motion, place, case, unit, radius):
+    _, _, w, f, v = motion.state
     angle, x, y = place
-    samples[row.TILT, i] = tilt_of(motion.state)
+    # the steps keep S^2 + C^2 = 1 no better than anything else
+    S, C = math.sin(tilt), math.cos(tilt)
+    samples[row.TILT, i] = tilt
     samples[row.TILT_RATE, i] = w / unit
     samples[row.PRECESSION_RATE, i] = (v - f * S) / unit
     samples[row.ROLL_RATE, i] = f / unit
@@ -114,17 +171,22 @@ def _record(samples, i, motion, place, case, unit, radius):
     samples[row.SAMPLE_NORMAL_FORCE, i] = forces.normal
     samples[row.SAMPLE_FRICTION_ACROSS, i], samples[row.SAMPLE_FRICTION_ALONG, i] = across, along
     samples[row.SAMPLE_HELD, i] = _held(motion.senses)
+    arm = radius * lever(S, C, case.inertia)
+    samples[row.SAMPLE_CENTRE_X, i] = radius * x + arm * math.cos(motion.ledger[0])
+    samples[row.SAMPLE_CENTRE_Y, i] = radius * y + arm * math.sin(motion.ledger[0])
+    samples[row.SAMPLE_CENTRE_Z, i] = radius * height(S, C, case.inertia)
+    samples[row.SAMPLE_ENERGY, i] = energy_of((S, C, w, f, v), case.inertia)
 
 
 @entry(
-    start="float64[::1]", settings="float64[::1]", times="float64[::1]", samples="float64[:, ::1], written"
+    start="float64[:, ::1]", settings="float64[::1]", times="float64[::1]", samples="float64[:, ::1], written"
 )
 def trajectory(start, settings, times, samples):
     """Integrate one start and record it at the given times.
 
     Parameters
     ----------
-    start : float64[len(PARAMETERS)]
+    start : float64[len(PARAMETERS), 1]
         |tilt| below flat_tilt.
     settings : float64[len(TRAJECTORY_SETTINGS)]
     times : float64[n]
@@ -137,12 +199,13 @@ def trajectory(start, settings, times, samples):
         A code of `kernels.lossy_disk.endings`; how many columns were written; the time [s] of the last one, which is
         that of the ending; the steps made. A disk that has come to rest or that friction holds for ever fills no more.
     """
-    unit, radius = math.sqrt(start[row.RADIUS] / start[row.GRAVITY]), start[row.RADIUS]
-    case, state = case_of(start, settings), scaled_start(start, unit)
-    motion, event = begun(state, case, math.inf)
-    tilt, place, ending = tilt_of(state), (0.0, 0.0, 0.0), ending_of(event)
+    begun = beginning(start, settings)
+    radius, unit = begun.radius, begun.unit
+    case = case_of(begun, start[row.TILT, 0], settings)
+    motion, event = set_going(begun.state, case, math.inf)
+    tilt, place, ending = tilt_of(begun.state), (0.0, 0.0, 0.0), ending_of(event)
     record = Record(tilt, tilt, math.nan, 0.0, 0.0)
-    _record(samples, 0, motion, place, case, unit, radius)
+    _record(samples, 0, tilt, motion, place, case, unit, radius)
     if ending != MOVING:
         return ending, 1, 0.0, 0
     for i in range(1, len(times)):
@@ -154,11 +217,10 @@ def trajectory(start, settings, times, samples):
             place = _carried(place, before, motion, h, case)
             ending = UNRESOLVED if endless(record) or record.steps > _MOST_STEPS else ending_of(event)
             if ending != MOVING:
-                _record(samples, i, motion, place, case, unit, radius)
+                tilt = tilt_of(motion.state)
                 if ending == FLAT:
-                    samples[row.TILT, i] = math.copysign(
-                        settings[row.TRAJECTORY_FLAT_TILT], samples[row.TILT, i]
-                    )
+                    tilt = math.copysign(case.flat_tilt, tilt)
+                _record(samples, i, tilt, motion, place, case, unit, radius)
                 return ending, i + 1, unit * motion.time, int(record.steps)
-        _record(samples, i, motion, place, case, unit, radius)
+        _record(samples, i, tilt_of(motion.state), motion, place, case, unit, radius)
     return HORIZON, len(times), times[-1], int(record.steps)

@@ -3,11 +3,13 @@
 import math
 
 from kernels.bodies import arrays as row
-from kernels.bodies import contact_extremes, reduction, shapes
+from kernels.bodies import contact_extremes, reduction, shapes, trajectory
 from kernels.bodies.ellipse import levers
-from kernels.bodies.shapes import BALL, ROUNDED, SPHEROID, TORUS
+from kernels.bodies.poles import trajectory as poles
+from kernels.bodies.shapes import BALL, FIRST_WITH_POLES, NAMES, ROUNDED, SPHEROID, TORUS
 from kernels.bodies.stages import body_of
 from kernels.jit import kernel
+from kernels.lossy_bodies.trajectory import trajectory as lossy_trajectory
 from kernels.native.entry import entry
 from kernels.page.starts import GIVEN, WOBBLE
 
@@ -114,10 +116,15 @@ def entries_and_sizes(body, contact):
     entries = {
         "complete": complete,
         "reduce": reduction.reduce_ellipses if is_ellipse else reduction.reduce,
+        "body_trajectory": (poles if NAMES.index(body) >= FIRST_WITH_POLES else trajectory).trajectory,
     }
+    if NAMES.index(body) < FIRST_WITH_POLES:
+        entries["body_lossy_trajectory"] = lossy_trajectory
     if contact:
         entries["contact"] = contact_extremes.contact_ellipses if is_ellipse else contact_extremes.contact
     shapes_of = {
-        name: [each.shape for each in made.memory()] for name, made in entries.items() if name != "complete"
+        name: [each.shape for each in entries[name].memory()]
+        for name in ("reduce", "contact")
+        if name in entries
     }
     return entries, {"memory": shapes_of, "chunk": _CHUNK}

@@ -5,8 +5,9 @@ from typing import Any
 from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
 from sweep.model.bodies.shape import has_poles
-from sweep.model.bodies.tables import LENGTHS, OF_THE_BODY
+from sweep.model.bodies.tables import CALLED, LENGTHS, OF_THE_BODY
 from sweep.model.disk.path import PATH_VARIABLES
+from sweep.model.lossy_bodies.tables import FACED
 from sweep.request.spec import SweepSpec
 
 #: Parameter -> the ends of its slider in SI, and how it is spread.
@@ -66,4 +67,22 @@ def body_cells(spec: SweepSpec) -> dict[str, Any]:
         "number": list(LENGTHS).index(spec.body),
         "hollow": int(spec.filling == "hollow"),
         "follows": [int(each == OF_THE_BODY) for each in moments],
+    }
+
+
+def body_motion(spec: SweepSpec) -> dict[str, Any]:
+    """Return what the page has to know of a body to follow its motions, and to draw it, which JSON can hold.
+
+    Returns
+    -------
+    dict
+        ``name`` of the body; ``number`` of it; ``called``, in words; ``poles``, whether it rolls on through them and
+        has no losses; ``faced``, whether it has a face, under which air is.
+    """
+    return {
+        "name": spec.body,
+        "number": list(LENGTHS).index(spec.body),
+        "called": CALLED[spec.body],
+        "poles": has_poles(spec.body),
+        "faced": spec.body in FACED,
     }

@@ -15,6 +15,7 @@ from sweep.model.lossy_disk.tables import (
     UNKNOWN,
     UNLIMITED,
 )
+from sweep.motion.body_tables import BODY_MOTION
 from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION
 from sweep.request.spec import SweepSpec
 
@@ -39,7 +40,7 @@ _MASSES, _FRICTION = (1e-3, 100.0), (0.02, 2.0)
 
 def has_motions(spec: SweepSpec) -> bool:
     """Return whether the cells of a spec have motions in time."""
-    return spec.model in (DISK_MOTION.model, LOSSY_MOTION.model)
+    return spec.model in (DISK_MOTION.model, LOSSY_MOTION.model, BODY_MOTION.model)
 
 
 def slider_rows() -> list[dict[str, Any]]:

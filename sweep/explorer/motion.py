@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 
 from sweep.errors import NoMotionError, RequestError
+from sweep.explorer.body import is_body
 from sweep.explorer.losses import has_motions, loss_words
 from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.tables import NO_AIR
+from sweep.motion.body_tables import BODY_MOTION
 from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION
 from sweep.request.spec import SweepSpec
 
@@ -47,8 +49,8 @@ def words_of(spec: SweepSpec, start: Mapping[str, float], losses: Mapping[str, A
     words: dict[str, Any] = dict(start) | {name: getattr(spec, name) for name in spec.constants}
     lost = loss_words(losses)
     has_losses = spec.model is LOSSY_MOTION.model
-    if has_losses:
-        words |= {name: getattr(spec, name) for name in spec.model.options}
+    kind = LOSSY_MOTION if has_losses else BODY_MOTION if is_body(spec) else DISK_MOTION
+    words |= {name: getattr(spec, name) for name in spec.model.options if name in kind.words}
     fall = (LOSSY_MOTION if has_losses or lost else DISK_MOTION).largest_tilt
     if hasattr(spec, fall):
         words[fall] = getattr(spec, fall)
@@ -80,7 +82,7 @@ def check_start(spec: SweepSpec, start: Mapping[str, float]) -> None:
             hint="Choose another place of the map.",
             where=none[0],
         )
-    for name, known in DISK.parameters.items():
+    for name, known in (spec.model if is_body(spec) else DISK).parameters.items():
         if not known.allows(np.array([start[name]]))[0]:
             raise NoMotionError(
                 f"Here is no motion: it needs {known.rule}; got {known.spell(start[name])}.",
@@ -100,7 +102,7 @@ def check_start(spec: SweepSpec, start: Mapping[str, float]) -> None:
 def _check_model(spec: SweepSpec) -> None:
     if not has_motions(spec):
         raise NoMotionError(
-            f"The model {spec.model.name} has no motions in time here; the disk has, with losses and without.",
+            f"The model {spec.model.name} has no motions in time here; the disk and other bodies have.",
             where="model",
         )
 

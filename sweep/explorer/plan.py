@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from sweep.errors import RequestError
-from sweep.explorer.body import body_cells, check_columns, is_body
+from sweep.explorer.body import body_cells, body_motion, check_columns, is_body
 from sweep.explorer.losses import AIR, LOSS_WORDS, MASS, has_motions, slider_rows
 from sweep.explorer.quantities import described, shown_of
 from sweep.explorer.system import system_cells
@@ -17,6 +17,8 @@ from sweep.model.disk.tables import STEADY_PRECESSION, STEADY_ROLL, WOBBLE
 from sweep.model.lossy_disk.tables import AIR_LAWS, LOSSES, NO_AIR
 from sweep.model.quantity import FAILED, LOST, UNDECIDED, Input, Quantity
 from sweep.model.system.model import SystemModel
+from sweep.motion.body_tables import BODY_MOTION
+from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
 from sweep.motion.tables import DISK_MOTION, LAWS, LOSSY_MOTION, TRAJECTORY, MotionKind
 from sweep.request.criterion_kinds import LOST_TIME
 from sweep.request.expression import Comparison, Expression, Not, Number, Term, variables
@@ -45,6 +47,7 @@ _SCALED: Mapping[str, tuple[str, str]] = {
 #: Arrays of a motion that are variables of its file, in the same unit.
 _SAMPLES = (
     "tilt", "tilt_rate", "precession_rate", "roll_rate", "heading", "roll_angle", "contact_x", "contact_y",
+    "centre_x", "centre_y", "centre_z",
 )  # fmt: skip
 
 
@@ -92,12 +95,13 @@ def _to_the_end(spec: SweepSpec) -> SweepSpec:
 
 def _unjudged(spec: SweepSpec) -> dict[str, Any]:
     """Return how the starts of a spec are completed and reduced without a verdict."""
-    disk = DISK_MOTION.model
+    model = spec.model if is_body(spec) else DISK_MOTION.model
     fall_tilt = min(getattr(spec, "fall_tilt", STEEPEST_EXACT), STEEPEST_EXACT)
     never = {"terms": [{"value": 0.0}, {"value": 1.0}], "signs": [">"]}
-    outcomes = [[UNDECIDED] * 3] * (max(each.code for each in disk.endings) + 1)
+    outcomes = [[UNDECIDED] * 3] * (max(each.code for each in model.endings) + 1)
     return {
-        **_cells(spec, disk),
+        **_cells(spec, model),
+        **_body_of(spec),
         "settings": {"fall_tilt": fall_tilt, "tolerance": spec.tolerance},
         "criterion": {"text": "", "timed": False, "outcomes": outcomes, "condition": never, "named": []},
     }
@@ -107,8 +111,11 @@ def cells_of(spec: SweepSpec) -> dict[str, Any]:
     """Return how the cells of a spec are computed: by the exact reduction, with losses, or of a system."""
     check_columns(spec)
     system = {"system": system_cells(spec.model)} if isinstance(spec.model, SystemModel) else {}
-    body = {"body": body_cells(spec)} if is_body(spec) else {}
-    return {**_cells(spec, spec.model), "criterion": _criterion(spec), **system, **body}
+    return {**_cells(spec, spec.model), "criterion": _criterion(spec), **system, **_body_of(spec)}
+
+
+def _body_of(spec: SweepSpec) -> dict[str, Any]:
+    return {"body": body_cells(spec)} if is_body(spec) else {}
 
 
 def _cells(spec: SweepSpec, model: Model) -> dict[str, Any]:
@@ -188,7 +195,12 @@ def _motion_of(spec: SweepSpec) -> dict[str, Any]:
         for kind in (DISK_MOTION, LOSSY_MOTION)
     }
     losses = {name: getattr(spec, name) for name in LOSS_WORDS} if lossy else {}
-    return {"lossy": lossy, **tilts, "losses": {name: _plain(value) for name, value in losses.items()}}
+    return {
+        "lossy": lossy,
+        **tilts,
+        "losses": {name: _plain(value) for name, value in losses.items()},
+        "body": body_motion(spec) if is_body(spec) else None,
+    }
 
 
 def _plain(value: Any) -> float | str | None:
@@ -208,9 +220,15 @@ def motion_tables() -> dict[str, Any]:
         },
         "disk": _endings(DISK_MOTION),
         "lossy": _endings(LOSSY_MOTION),
+        "body": _endings(BODY_MOTION),
         "ledger": dict(LAWS),
+        "lossy_body": _endings(LOSSY_BODY_MOTION),
         "lossy_parameters": list(LOSSY_MOTION.model.parameters),
-        "rules": {name: _rule(row) for name, row in DISK_MOTION.model.parameters.items()},
+        "lossy_body_parameters": list(LOSSY_BODY_MOTION.model.parameters),
+        "rules": {
+            name: _rule(row)
+            for name, row in {**BODY_MOTION.model.parameters, **DISK_MOTION.model.parameters}.items()
+        },
         "sliders": slider_rows(),
         "air_laws": list(AIR_LAWS),
         "no_air": NO_AIR,

@@ -8,6 +8,7 @@ import numpy as np
 
 from sweep.engine.compute import compute
 from sweep.engine.grid import whole
+from sweep.explorer.body import is_body
 from sweep.explorer.fields import read_number, read_object
 from sweep.explorer.lines import bracket_width
 from sweep.explorer.losses import has_motions
@@ -17,6 +18,7 @@ from sweep.explorer.view import View
 from sweep.explorer.waiting import KERNELS
 from sweep.model.description import Columns
 from sweep.model.quantity import Array, Quantity
+from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
 from sweep.motion.tables import LOSSY_MOTION
 from sweep.request.sources import Values
 from sweep.request.spec import SweepSpec
@@ -103,7 +105,7 @@ def _spec_of_motion(view: View, fields: Mapping[str, Any]) -> SweepSpec | None:
     words = words_of(view.spec, start, losses)
     # a rate that keeps the tilt constant stays one: it says what the start disturbs
     words |= {name: getattr(view.spec, name) for name in view.spec.computed}
-    model = LOSSY_MOTION.model
+    model = (LOSSY_BODY_MOTION if is_body(view.spec) else LOSSY_MOTION).model
     if view.spec.model is model:
         words |= {name: getattr(view.spec, name) for name in ("step", "tolerance")}
     # to its end, as the motion that is drawn

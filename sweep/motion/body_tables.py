@@ -11,20 +11,21 @@ from sweep.model.quantity import DECISION, ERROR_GAUGE, Input, Quantity, Toleran
 from sweep.motion.tables import MOTION_INPUTS, TRAJECTORY, MotionKind
 
 
-def _of_a_body(text: str) -> str:
+def _in_words(text: str) -> str:
     return text.replace("plane of the disk", "body, of its axis from the horizontal").replace(
         "the disk", "the body"
     )
 
 
-def _input(row: Input) -> Input:
+def of_a_body(row: Input) -> Input:
+    """Return a word of a motion of the disk as one of a body."""
     return replace(row, long_name=row.long_name.replace("disk", "body"))
 
 
 _INPUTS: Mapping[str, Input] = table(
     *PARAMETERS.values(),
-    _input(MOTION_INPUTS["mass"]),
-    _input(MOTION_INPUTS["friction"]),
+    of_a_body(MOTION_INPUTS["mass"]),
+    of_a_body(MOTION_INPUTS["friction"]),
     MOTION_INPUTS["duration"],
     MOTION_INPUTS["interval"],
     MOTION_INPUTS["step"],
@@ -62,7 +63,8 @@ _DESCRIBED = {
 }
 
 
-def _variable(row: Quantity) -> Quantity:
+def variable(row: Quantity) -> Quantity:
+    """Return a variable of a motion of the disk as one of a body, known to its stated error."""
     within = row.tolerance
     if row.name in _WHICH:
         within = Tolerance(1e-9, 1e-9, "each value is within its stated error", _WHICH[row.name])
@@ -72,13 +74,13 @@ def _variable(row: Quantity) -> Quantity:
         row,
         symbol=symbol,
         tolerance=within,
-        long_name=_of_a_body(row.long_name),
-        description=_of_a_body(described),
+        long_name=_in_words(row.long_name),
+        description=_in_words(described),
     )
 
 
-def _error(name: str) -> Quantity:
-    units, words = ERRORS[name]
+def error_of(name: str, units: str, words: str) -> Quantity:
+    """Return a variable that states an error."""
     told = "from how far two integrations with different steps have been apart until then"
     return Quantity(name, "", units, words, ERROR_GAUGE, told, "f4")
 
@@ -86,8 +88,8 @@ def _error(name: str) -> Quantity:
 # fmt: off
 #: The variables of the file of one motion; all but the last two have the dimension elapsed_time.
 VARIABLES: Mapping[str, Quantity] = table(
-    *(_variable(row) for name, row in TRAJECTORY.items() if name not in ("ending", "fall_time")),
-    *map(_error, ERRORS),
+    *(variable(row) for name, row in TRAJECTORY.items() if name not in ("ending", "fall_time")),
+    *(error_of(name, *told) for name, told in ERRORS.items()),
     Quantity("ending", "", "1", "how the motion ended", DECISION,
              "horizon: the duration was over; fell: the tilt reached fall_tilt; edge_change: the tilt reached 0, where "
              "a disk with a rim comes down on its other edge",

@@ -1,11 +1,16 @@
-"""How one motion of the disk with losses is integrated, and when it is sampled: ever closer towards its end."""
+"""How one motion with losses is integrated, and when it is sampled: ever closer towards its end.
+
+That of the disk, and of other bodies but for their stated errors (`sweep.motion.lossy_body_path`).
+"""
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from kernels.bodies import shapes
 from kernels.disk.arrays import STATE
 from kernels.lossy_disk import arrays
 from kernels.lossy_disk.endings import FLAT, HORIZON, REST, SLIP, UNRESOLVED
@@ -41,6 +46,30 @@ _PASSES, _ENOUGH = 5, 1.1
 _LATER = 1.001
 
 
+@dataclass(frozen=True)
+class Sampled:
+    """One motion.
+
+    Attributes
+    ----------
+    times : array, shape (n,)
+        In seconds.
+    samples : array, shape (len(kernels.lossy_disk.arrays.SAMPLES), n)
+    ending : int
+        A code of `kernels.lossy_disk.endings`.
+    end : float
+        Time of the ending [s]; NaN if it is the duration.
+    refinement : int
+        How often the step was halved.
+    """
+
+    times: Array
+    samples: Array
+    ending: int
+    end: float
+    refinement: int
+
+
 def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
     """Return the times of the samples [s], shape (n,), and the variables of the file.
 
@@ -55,67 +84,74 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
     RequestError
         If the motion is too fast to be resolved, or ends where it begins.
     """
-    times, samples, ending = _integrated(spec, start, spec.times)
-    if times[-1] == 0.0:
-        _check_goes_on(ending)
-        # a disk that friction holds from its start is seen to stand
-        return _held(spec.times, start, samples)
+    found = sampled(spec, start, _TRAJECTORY)
+    return found.times, variables(spec, start, found)
+
+
+def sampled(spec: MotionRequest, start: Array, kernel: Kernel) -> Sampled:
+    """Return the samples of one start by a kernel, close enough to be drawn through; raises as `follow`."""
+    found = _integrated(spec, start, spec.times, kernel)
+    if found.times[-1] == 0.0:
+        _check_goes_on(spec, found.ending)
+        # what friction holds from its start is seen to stand
+        still = np.repeat(found.samples[:, :1], spec.times.size, axis=1)
+        return Sampled(spec.times, still, REST, 0.0, found.refinement)
     for _ in range(_PASSES if spec.interval == AUTOMATIC else 0):
-        wanted = _wanted(times, samples, ending)
+        wanted = _wanted(found)
         if wanted.max(initial=0.0) <= _ENOUGH:
             break
-        times, samples, ending = _integrated(spec, start, _closer(times, wanted, ending))
+        found = _integrated(spec, start, _closer(found, wanted), kernel)
     # where dry friction lets go the kernels start the motion a little beyond its start
-    samples[: len(STATE), 0] = start[: len(STATE)]
-    return times, _variables(start, samples) | _ended(ending, np.nan if ending == HORIZON else times[-1])
+    found.samples[: len(STATE), 0] = start[: len(STATE)]
+    return found
 
 
-def _check_goes_on(ending: int) -> None:
+def _check_goes_on(spec: MotionRequest, ending: int) -> None:
     """Refuse a motion that ends where it begins, unless it is at rest."""
     if ending != REST:
         what = "slips" if ending == SLIP else "lifts off"
         raise NoMotionError(
-            f"This motion ends where it begins: the disk {what}, and the model with losses ends there.",
+            f"This motion ends where it begins: the {spec.kind.called} {what}, and the model with losses ends there.",
             hint="Give a larger friction coefficient, or leave it out."
             if ending == SLIP
             else "Give slower rates.",
         )
 
 
-def _held(times: Array, start: Array, samples: Array) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
-    """Return the samples of a disk that is at rest at its start, and so for all time."""
-    return times, _variables(start, np.repeat(samples[:, :1], times.size, axis=1)) | _ended(REST, 0.0)
-
-
-def _ended(ending: int, time: float) -> dict[str, npt.NDArray[Any]]:
-    return {"ending": np.array(ending, np.int8), "end_time": np.array(time)}
-
-
-def _integrated(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, Array, int]:
-    """Return times, samples and ending of one start, with a step that keeps the balance of the energy."""
+def once(
+    spec: MotionRequest, start: Array, times: Array, kernel: Kernel, refinement: int
+) -> tuple[int, Array, Array]:
+    """Integrate one start with a step that is halved so often; return ending, times and samples."""
     samples = np.empty((len(arrays.SAMPLES), times.size))
-    step = 0.0 if isinstance(spec.step, str) else spec.step
+    step = 0.0 if isinstance(spec.step, str) else spec.step / 2**refinement
     law: int = spec.kind.words["air_law"].choices.index(spec.air_law)
+    settings = [step, _RELATIVE_STEP / 2**refinement, spec.flat_tilt, law]
+    if "body" in spec.kind.words:
+        settings.append(shapes.NAMES.index(spec.body))
+    ending, filled, last, _ = kernel.load()(start[:, np.newaxis].copy(), np.array(settings), times, samples)
+    return int(ending), np.append(times[: filled - 1], last), samples[:, :filled]
+
+
+def _integrated(spec: MotionRequest, start: Array, times: Array, kernel: Kernel) -> Sampled:
+    """Return one start with a step that keeps the balance of the energy."""
     for refinement in range(_MOST_REFINEMENTS + 1):
-        settings = np.array([step, _RELATIVE_STEP / 2**refinement, spec.flat_tilt, law])
-        ending, filled, last, _ = _TRAJECTORY.load()(start, settings, times, samples)
+        ending, moments, samples = once(spec, start, times, kernel, refinement)
         if ending == UNRESOLVED:
             continue
-        found = samples[:, :filled]
-        imbalance = np.abs(_imbalance(start, found)).max()
-        if imbalance <= _IMBALANCE or step > 0.0 or refinement == _MOST_REFINEMENTS:
-            moments = times[:filled].copy()
-            moments[-1] = last
-            return moments, found, int(ending)
+        imbalance = np.abs(_imbalance(samples)).max()
+        if imbalance <= _IMBALANCE or not isinstance(spec.step, str) or refinement == _MOST_REFINEMENTS:
+            end = math.nan if ending == HORIZON else float(moments[-1])
+            return Sampled(moments, samples, ending, end, refinement)
     raise NoMotionError(
         "This motion could not be resolved: its state must stay finite, and it may take at most "
-        f"{MOST_STEPS} steps; gave up at {last:.6g} s.",
+        f"{MOST_STEPS} steps; gave up at {moments[-1]:.6g} s.",
         hint="Give a shorter step or duration, slower rates, or a smaller flat_tilt.",
     )
 
 
-def _wanted(times: Array, samples: Array, ending: int) -> Array:
+def _wanted(found: Sampled) -> Array:
     """Return how many samples there should be in the place of each gap between two, by what turns in it."""
+    times, samples = found.times, found.samples
     length, gaps = times[-1], np.diff(times)
     turning = samples[[arrays.TILT, arrays.SAMPLE_HEADING, arrays.SAMPLE_ROLL_ANGLE]]
     turns = np.abs(np.diff(turning)).max(axis=0)
@@ -123,65 +159,61 @@ def _wanted(times: Array, samples: Array, ending: int) -> Array:
     rates = np.abs(samples[arrays.TILT_RATE])
     turns = np.maximum(turns, np.maximum(rates[1:], rates[:-1]) * gaps)
     wanted = np.maximum(turns / _TURN, gaps / length * _LEAST_SAMPLES)
-    if ending in (FLAT, REST):
+    if found.ending in (FLAT, REST):
         left = length - times + _NEAREST * length
         wanted = np.maximum(wanted, _TOWARDS_END * np.log(left[:-1] / left[1:]))
     return np.asarray(wanted)
 
 
-def _closer(times: Array, wanted: Array, ending: int) -> Array:
+def _closer(found: Sampled, wanted: Array) -> Array:
     """Return times with so many samples in each gap between those of the same motion, spread evenly over it."""
     counted = np.concatenate([[0.0], np.cumsum(wanted)])
     count = math.ceil(min(counted[-1], _MOST_SAMPLES))
-    found = np.interp(np.linspace(0.0, counted[-1], count + 1), counted, times)
+    times = np.interp(np.linspace(0.0, counted[-1], count + 1), counted, found.times)
+    return later(times, found.ending)
+
+
+def later(times: Array, ending: int) -> Array:
+    """Return times of samples up to an end, the last of them behind it: another step finds it at another moment."""
+    behind = times.copy()
     if ending != HORIZON:
-        found[-1] *= _LATER
-    return found
-
-
-def _energy(start: Array, samples: Array) -> Array:
-    """Return the energy over m g R of samples."""
-    alpha, unit = start[arrays.ALPHA], math.sqrt(start[arrays.RADIUS] / start[arrays.GRAVITY])
-    tilt, tilting, turning, rolling = samples[: len(STATE)]
-    w, o = unit * tilting, unit * turning * np.cos(tilt)
-    s = unit * (rolling + turning * np.sin(tilt))
-    motion = (1.0 + 0.5 * alpha) * w**2 + 0.5 * alpha * o**2 + (1.0 + alpha) * s**2
-    return np.asarray(np.cos(tilt) + 0.5 * motion)
+        behind[-1] *= _LATER
+    return behind
 
 
 def _losses(samples: Array) -> dict[str, Array]:
     return {name: samples[arrays.SAMPLES.index(name)] for name in arrays.LOSSES}
 
 
-def _imbalance(start: Array, samples: Array) -> Array:
-    kept = _energy(start, samples) + sum(_losses(samples).values())
+def _imbalance(samples: Array) -> Array:
+    kept = samples[arrays.SAMPLE_ENERGY] + sum(_losses(samples).values())
     return np.asarray(kept - kept[0])
 
 
-def _variables(start: Array, samples: Array) -> dict[str, npt.NDArray[Any]]:
+def variables(spec: MotionRequest, start: Array, found: Sampled) -> dict[str, npt.NDArray[Any]]:
+    """Return the variables of the file, of the disk or of a body but for its stated errors."""
+    samples, given = found.samples, dict(zip(spec.kind.model.parameters, start.tolist(), strict=True))
     values = dict(zip(arrays.SAMPLES, samples, strict=True))
-    radius, weight = start[arrays.RADIUS], start[arrays.MASS] * start[arrays.GRAVITY]
-    lean = radius * np.sin(values["tilt"])
+    weight = given["mass"] * given["gravity"]
     normal, across, along = (values[name] for name in ("normal_force", "friction_across", "friction_along"))
     with np.errstate(divide="ignore", invalid="ignore"):
         needed = np.where(normal > 0.0, np.hypot(across, along) / normal, np.nan)
     held = values["held"].astype(np.int8)
     # what holds tilt and roll holds the roll rate at the rim
     held = np.where(held & HELD_TILT, held & ~HELD_ROLL, held).astype(np.int8)
+    energies = {**_losses(samples), "energy": values["energy"]}
     return (
         values
-        | {name: weight * radius * loss for name, loss in _losses(samples).items()}
+        | {name: weight * given["radius"] * each for name, each in energies.items()}
         | {
-            "centre_x": values["contact_x"] + lean * np.cos(values["heading"]),
-            "centre_y": values["contact_y"] + lean * np.sin(values["heading"]),
-            "centre_z": radius * np.cos(values["tilt"]),
-            "energy": weight * radius * _energy(start, samples),
             "inclination": 0.5 * math.pi - np.abs(values["tilt"]),
-            "energy_imbalance": _imbalance(start, samples),
+            "energy_imbalance": _imbalance(samples),
             "normal_force": weight * normal,
             "friction_across": weight * across,
             "friction_along": weight * along,
             "friction_needed": needed,
             "held": held,
+            "ending": np.array(found.ending, np.int8),
+            "end_time": np.array(found.end),
         }
     )

@@ -11,7 +11,6 @@ from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
 from sweep.model.disk.tables import WOBBLE
 from sweep.motion.request import MotionRequest, check_names, known_names, motions_of, request_class
-from sweep.motion.tables import LOSSY_MOTION
 from sweep.request.body import of_one_body
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_file import find_spec_file, place, read_file
@@ -70,9 +69,7 @@ def request_of_preset(spec: str | Path, words: Mapping[str, Any]) -> MotionReque
         if name not in words and (parameter := parameter_of(name, sweep.model)) in sweep.axes
     }
     found = {
-        name: raw
-        for name, raw in merged.items()
-        if name in {*kind.names, *words, *LOSSY_MOTION.model.chosen_by} and name not in open_axes
+        name: raw for name, raw in merged.items() if name in {*kind.names, *words} and name not in open_axes
     }
     unknown = [*open_axes.values()]
     if "precession_rate" in unknown and merged.get("roll_rate") == WOBBLE:
@@ -174,9 +171,7 @@ def request_of_cell(
     model = {"model": spec.model} if spec.model.text else {}
     start, changes = of_one_body(start, changes)
     kind = request_class({**start, **changes, **model}).kind
-    # losses of a body are refused where they are read
-    losses = {name for name in LOSSY_MOTION.model.chosen_by if start.get(name)}
-    start = {name: value for name, value in start.items() if name in {*kind.names, *losses}}
+    start = {name: value for name, value in start.items() if name in kind.names}
     settings = {name: getattr(spec, name) for name in spec.model.settings if name in kind.names}
     # another start or another disk has another period, and a motion with losses is followed to its end
     same = spec.model.parameters.keys().isdisjoint(changes) and not kind.stops

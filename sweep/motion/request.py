@@ -22,6 +22,7 @@ from sweep.model.description import Model
 from sweep.model.disk.model import DISK
 from sweep.model.quantity import Array, Input, Word
 from sweep.motion.body_tables import BODY_MOTION
+from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
 from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION, MotionKind, kind_of_model
 from sweep.request.body import without_thin_body
 from sweep.request.substitutes import resolved
@@ -132,7 +133,9 @@ class LossyTrajectorySpec(_fields(LOSSY_MOTION), MotionRequest):  # type: ignore
 
 
 #: Words of a sweep only, for suggestions.
-_NAMES = tuple(dict.fromkeys((*DISK_MOTION.names, *LOSSY_MOTION.names, *BODY_MOTION.names)))
+_NAMES = tuple(
+    dict.fromkeys((*DISK_MOTION.names, *LOSSY_MOTION.names, *BODY_MOTION.names, *LOSSY_BODY_MOTION.names))
+)
 _ELSEWHERE = {
     name: "it is a word of eulerdisk run" for name in (*names(DISK), *names(BODIES)) if name not in _NAMES
 } | {
@@ -150,9 +153,7 @@ def request_class(words: Mapping[str, Any]) -> type[MotionRequest]:
     """
     if "model" in words or "system" in words:
         return _class_of(motions_of(with_system(words)["model"]).model)
-    if not {*BODIES.chosen_by}.isdisjoint(without_thin_body(words)):
-        return _class_of(BODIES)
-    return TrajectorySpec if {*LOSSY_MOTION.model.chosen_by}.isdisjoint(words) else LossyTrajectorySpec
+    return _class_of(registry.chosen(without_thin_body(words)) or DISK)
 
 
 def motions_of(model: Model | str) -> MotionKind:
@@ -220,11 +221,8 @@ def _check_kind(words: Iterable[str], kind: MotionKind) -> None:
     for name in words:
         if name in kind.names:
             continue
-        if kind is BODY_MOTION:
-            lossless = dict.fromkeys(
-                LOSSY_MOTION.model.chosen_by, "one motion of another body has no losses yet, its atlas may"
-            )
-            unknown_word(name, kind.names, kind.model, lossless)
+        if kind in (BODY_MOTION, LOSSY_BODY_MOTION):
+            unknown_word(name, kind.names, kind.model, {})
         which = "with losses is flat at" if kind is LOSSY_MOTION else "without losses has fallen at"
         raise RequestError(
             f"{name} is no word of this motion: the disk {which} {kind.largest_tilt}.",

@@ -44,7 +44,7 @@ def kind_of(dataset: "xr.Dataset") -> MotionKind:
 
 def is_of_body(dataset: "xr.Dataset") -> bool:
     """Return whether a motion is one of a body of revolution that has a shape."""
-    return kind_of(dataset).model.name == "bodies"
+    return kind_of(dataset).called == "body"
 
 
 def ending_of(dataset: "xr.Dataset") -> str:

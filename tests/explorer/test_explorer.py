@@ -399,9 +399,11 @@ def test_every_question_about_a_body_is_answered(tmp_path, monkeypatch, command,
         assert all("none" not in rows[name]["words"] for name in lengths)
         place = {"view": view, "x": view["x"]["centre"], "y": view["y"]["centre"]}
         plans = post(explorer.url, "plan", view=view)
-        assert (plans["refused"], plans["motion"], "body" in plans["cells"]) == (None, None, True)
+        assert (plans["refused"], "body" in plans["cells"]) == (None, True)
+        assert (base["hasMotions"], plans["motion"]["body"]["name"]) == (True, spec.body)
         assert post(explorer.url, "point", **place) == {"stored": None}
         assert "verdict" in post(explorer.url, "explain", **place)["text"]
+        motion = post(explorer.url, "command", **place, duration=0.2)["command"]
         lines = {each["name"] for each in post(explorer.url, "lines", view=view)["lines"]}
         assert "measured" in lines
         size = {"view": view, "width": 3, "height": 2}
@@ -410,6 +412,7 @@ def test_every_question_about_a_body_is_answered(tmp_path, monkeypatch, command,
         assert cells.status == 200
     status, _, messages = command(line.removeprefix("eulerdisk "))
     assert status == 0, messages
+    assert command(motion.removeprefix("eulerdisk "))[0] == 0
     assert command("export window.nc --to csv")[0] == 0
     assert (tmp_path / "window.csv").read_bytes() == cells.body
 

@@ -150,10 +150,6 @@ def test_a_preset_and_a_cell_of_an_atlas():
     [
         ({"body": "torus"}, "A torus needs its tube"),
         ({"body": "torus", "tube": 0.2, "alpha": 1}, "alpha is for the thin disk"),
-        (
-            {"body": "torus", "tube": 0.2, "contour_friction": "1mm"},
-            "one motion of another body has no losses",
-        ),
         ({"body": "torus", "tube": 0.2, "tilt": "86deg"}, "This body has fallen before it starts"),
         ({"body": "torus", "tube": 0.2, "path": "yes"}, "path is no word of this request"),
         ({"body": "rim", "thickness": 0.2}, "a disk with a rim stands on both of its edges"),
@@ -165,16 +161,6 @@ def test_what_is_refused(words, told):
     """In a sentence, as by a sweep."""
     with pytest.raises(sweep.RequestError, match=told):
         sweep.simulate(**words)
-
-
-def test_losses_are_not_left_out():
-    """Neither those of a preset, nor those of the cell of an atlas."""
-    rim = {"body": "rim", "thickness": "12.8mm", "tilt": "80deg", "precession_rate": 20.0}
-    with pytest.raises(sweep.RequestError, match="one motion of another body has no losses"):
-        sweep.simulate("toy", **rim)
-    stops = sweep.run("toy", tilt="80deg", precession_rate="19,20", duration="1s", criterion="aloft:1s")
-    with pytest.raises(sweep.RequestError, match="one motion of another body has no losses"):
-        stops.eulerdisk.simulate(body="torus", tube=0.2, precession_rate=20)
 
 
 def test_the_command(command, tmp_path):

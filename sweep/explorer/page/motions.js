@@ -114,7 +114,7 @@ class Slot {
     if (this.#letter === "B") return "Click the map for a second start.";
     const { hasMotions } = baseOf(this.#about, view);
     return hasMotions
-      ? "Click the map: the disk of that start rolls here."
+      ? "Click the map: the motion of that start is shown here."
       : "Click the map for the words of a start.";
   }
 

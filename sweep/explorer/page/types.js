@@ -277,6 +277,21 @@
  * @property {number} fall_tilt
  * @property {number} flat_tilt
  * @property {Record<string, number|string|null>} losses
+ * @property {{name: string, number: number, called: string, poles: boolean, faced: boolean}|null} body  null of the thin disk
+ */
+
+/**
+ * A body of revolution: the arc of its meridian over the outer radius (kernels/bodies/shapes.py), its moments of inertia
+ * over m R^2.
+ * @typedef {object} BodyOfMotion
+ * @property {string} name
+ * @property {string} called
+ * @property {number} core
+ * @property {number} shift
+ * @property {number} edge
+ * @property {number} square
+ * @property {number} axial
+ * @property {number} transverse
  */
 
 /**
@@ -286,8 +301,11 @@
  * @property {Record<string, Described>} quantities
  * @property {Record<string, string>} disk
  * @property {Record<string, string>} lossy
+ * @property {Record<string, string>} body
  * @property {Record<string, string>} ledger
+ * @property {Record<string, string>} lossy_body
  * @property {string[]} lossy_parameters
+ * @property {string[]} lossy_body_parameters
  * @property {Record<string, ToldNumber & {rule: string}>} rules
  * @property {(Omit<LossControl, "value"> & {scaled?: "one"|"radius"|"damping"})[]} sliders
  * @property {string[]} air_laws
@@ -351,7 +369,8 @@
  * @property {boolean} ended
  * @property {boolean} lossy
  * @property {Record<string, number>} start
- * @property {number} alpha
+ * @property {number} alpha  of the thin disk
+ * @property {BodyOfMotion|null} body  null of the thin disk
  * @property {number} radius
  * @property {number} gravity
  * @property {[number, string][]} turns

@@ -19,8 +19,9 @@ from sweep.figures.scales import set_log_ticks
 from sweep.figures.texts import number
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.model.quantity import Array, Truths
+from sweep.motion.origin import words_of_start
 from sweep.motion.request import MotionRequest
-from sweep.motion.sampling import closely_sampled, end_of, ending_of, request_of
+from sweep.motion.sampling import closely_sampled, end_of, ending_of, is_of_body, kind_of, request_of
 from sweep.motion.tables import COEFFICIENTS, LAWS, LOSSY_TRAJECTORY, TIME
 from sweep.motion.theory import WobbleLoss, flat_time, wobble_losses, wobbles
 from sweep.motion.trajectory import simulate
@@ -66,7 +67,8 @@ def figure(dataset: "xr.Dataset") -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        On an Agg canvas, not registered with pyplot. What does not become flat in a wobble has no panels of its end.
+        On an Agg canvas, not registered with pyplot. What does not become flat in a wobble, and
+        what is no thin disk, has no panels of its end.
 
     Raises
     ------
@@ -75,7 +77,8 @@ def figure(dataset: "xr.Dataset") -> Figure:
     """
     motion = closely_sampled(dataset)
     draws = [draw_inclination, draw_rates, draw_ledger]
-    if wobbles(motion):
+    # the end of a thick body has no power law, and its time no closed form
+    if wobbles(motion) and not is_of_body(motion):
         draws += [
             partial(_draw_end, name="inclination", share=Fraction(1)),
             partial(_draw_end, name="precession_rate", share=Fraction(-1, 2)),
@@ -122,7 +125,7 @@ def draw_rates(axes: "Axes", dataset: "xr.Dataset") -> None:
         times, precession, label=rf"precession ${LOSSY_TRAJECTORY['precession_rate'].symbol}$", **_MOTION
     )
     if ending_of(dataset) == "flat":
-        label = "turn of the disk itself about the vertical"
+        label = f"turn of the {kind_of(dataset).called} itself about the vertical"
         axes.plot(times, precession + roll * np.sin(tilt), label=label, **_OTHER)
     else:
         axes.plot(times, roll, label=rf"roll ${LOSSY_TRAJECTORY['roll_rate'].symbol}$", **_OTHER)
@@ -235,14 +238,13 @@ def motion_of(explanation: Explanation) -> "xr.Dataset":
     """Return the motion of an explained cell, at most for the duration of its atlas; raises as `figure_of_cell`."""
     spec = explanation.spec
     verdict = LOSSY_DISK.variables["stability"].flag(explanation.stored["stability"])
-    # a friction coefficient without a limit is no number that a request can say
-    start: dict[str, Any] = dict(explanation.start) | {name: getattr(spec, name) for name in spec.constants}
+    start = words_of_start(spec, explanation.start)
     impossible = [name for name in ("precession_rate", "roll_rate") if not abs(start[name]) < float("inf")]
     if impossible:
         raise RequestError(
             f"This cell has no motion to draw: no {' and no '.join(impossible)} keeps its tilt constant.",
             hint="Leave --plot out, or name another cell.",
         )
-    settings = {name: getattr(spec, name) for name in ("duration", "step", "flat_tilt", "air_law")}
+    settings = {name: getattr(spec, name) for name in ("duration", "step", "flat_tilt")}
     title = f"{spec.title or 'The motion of one cell'}: {verdict} by {spec.criterion}"
     return simulate(MotionRequest.read(**start, **settings, title=title))

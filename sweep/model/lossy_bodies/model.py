@@ -81,7 +81,7 @@ class LossyBodies(LossyDisk):
         contour=True, damping=False, rolling=False, pivoting=False, air=NO_AIR, slips=False,
         module="kernels.lossy_bodies.integrate",
     )  # fmt: skip
-    trajectory, motion = "", ""
+    motion = "sweep.motion.lossy_body_tables:LOSSY_BODY_MOTION"
     words = Words(
         summary="Stability atlas of a body of revolution that rolls without slipping on a horizontal plane and loses "
         "energy by friction of its contact and drag of the air: for every start of a grid how long it stays aloft, "

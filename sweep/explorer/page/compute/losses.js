@@ -122,7 +122,9 @@ export function lossControls(tables, plan, { radius, gravity }, given) {
   const held = { ...(plan.lossy ? plan.losses : {}), ...given };
   const mass = typeof held.mass === "number" ? held.mass : tables.mass;
   const scales = { one: 1, radius, damping: mass * radius ** 2 * Math.sqrt(gravity / radius) };
-  return tables.sliders.map(({ scaled, low, high, ...row }) => {
+  // no air is under what has no face
+  const rows = tables.sliders.filter(({ name }) => name !== "air_law" || (plan.body?.faced ?? true));
+  return rows.map(({ scaled, low, high, ...row }) => {
     const value = held[row.name];
     if (row.choices) return { ...row, value: value ?? row.choices[0] };
     const scale = scales[scaled ?? "one"];

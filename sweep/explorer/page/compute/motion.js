@@ -1,5 +1,6 @@
 /** Motions that the page computes: how long they are followed, their arrays, and the words beside them. */
 
+import { bodyPath, ROWS } from "eulerdisk/compute/body_path";
 import { cellAt } from "eulerdisk/compute/cells";
 import {
   checkArms,
@@ -9,12 +10,13 @@ import {
   numberOf,
   wordsOfMotion,
 } from "eulerdisk/compute/losses";
-import { diskPath, energyOf, lossyPath } from "eulerdisk/compute/paths";
+import { diskPath, lossyPath } from "eulerdisk/compute/paths";
+import { bodyOf } from "eulerdisk/compute/shapes";
 import { general, spelled } from "eulerdisk/compute/spelling";
 import { Problem } from "eulerdisk/notice";
 
 /** @import { Computation } from "eulerdisk/compute/computation" */
-/** @import { MotionAnswer, MotionRequest, MotionTables, Parameter, Plans } from "eulerdisk/types" */
+/** @import { MotionAnswer, MotionPlan, MotionRequest, MotionTables, Parameter, Plans } from "eulerdisk/types" */
 
 /** Periods that a motion without losses is followed, the shortest and the longest time in seconds. */
 const PERIODS = 3;
@@ -29,23 +31,28 @@ const MOST = { disk: { turns: 400, units: 4e3 }, lossy: { turns: 4000, units: 4e
 
 const LEAST = 1e-3;
 
+/** Tilt of an axis that is vertical: nothing ends the motion of a body that rolls on there. */
+const RIGHT_ANGLE = Math.PI / 2;
+
 /** Rates over sqrt(g/R) are smaller: the energy has their squares. */
 const LARGEST = 1e100;
 
-/** Endings of a cell without losses (kernels/disk/endings.py). */
+/** Endings of a cell without losses: it swings; it falls, or comes down on its other edge (kernels/disk/endings.py). */
 const BOUNDED = 1;
-const FELL = 4;
+const ENDS = [4, 7];
 
 const STATE = ["tilt", "tilt_rate", "precession_rate", "roll_rate"];
 const PATH = ["heading", "roll_angle", "contact_x", "contact_y"];
+const CENTRE = ["centre_x", "centre_y", "centre_z"];
 const LOSSES = ["rolling_loss", "pivoting_loss", "contour_loss", "damping_loss", "air_loss"];
 const FORCES = ["normal_force", "friction_across", "friction_along"];
 
 /** Row of the forces among the samples of a motion with losses, and among what follows from a state without. */
 const LOSSY_FORCES = 13;
+const LOSSY_CENTRE = 17;
 const DISK_FORCES = 4;
 
-const LIFTS_OFF = "A real disk would leave the table on the way: its normal force vanishes.";
+const LIFTS_OFF = "A real one would leave the table on the way: its normal force vanishes.";
 const NEEDS = "Rolling without slipping needs a friction coefficient of";
 const ELSEWHERE = "Choose another place of the map.";
 
@@ -68,23 +75,29 @@ const FEW_DIGITS = 3;
  */
 export async function computedMotion(computation, tables, parameters, plans, request, signal) {
   const { motion, disk } = plans;
-  const { view, losses = {} } = request;
+  const { view } = request;
+  // there are no losses of what rolls on through its poles
+  const losses = motion?.body?.poles ? {} : (request.losses ?? {});
   if (!motion || !disk) {
     throw new Problem("The cells of this map have no motions in time here.", { status: 400 });
   }
   checkLosses(tables, losses);
   const cell = await cellAt(computation, disk, request, signal);
   const lossy = motion.lossy || Object.keys(lossWords(tables, losses)).length > 0;
-  const largest = lossy ? motion.flat_tilt : motion.fall_tilt;
-  checkStart(tables, parameters, cell, largest, lossy ? "flat_tilt" : "fall_tilt");
+  const { body } = motion;
+  const largest = body?.poles ? RIGHT_ANGLE : lossy ? motion.flat_tilt : motion.fall_tilt;
+  checkStart(tables, parameters, cell, largest, lossy ? "flat_tilt" : "fall_tilt", body ? "body" : "disk");
   const words = wordsOfMotion(tables, motion, losses);
   if (lossy) checkArms(words, cell.radius);
-  const duration = durationOf(cell, lossy, request.duration ?? null);
-  const { arrays, ending } = lossy
-    ? await lossyArrays(computation, tables, cell, words, duration, motion.flat_tilt, signal)
-    : await diskArrays(computation, disk.parameters, cell, duration, motion.fall_tilt, signal);
+  const duration = durationOf(cell, lossy, Boolean(body), request.duration ?? null);
+  const { arrays, ending } =
+    body && !lossy
+      ? await bodyArrays(computation, disk.parameters, cell, duration, { ...body, fallTilt: largest }, signal)
+      : lossy
+        ? await lossyArrays(computation, tables, cell, words, duration, motion, signal)
+        : await diskArrays(computation, disk.parameters, cell, duration, motion.fall_tilt, signal);
   const last = /** @type {number} */ (arrays.time.at(-1));
-  const ended = (lossy ? tables.lossy : tables.disk)[String(ending)];
+  const ended = endingsOf(tables, Boolean(body), lossy)[String(ending)];
   const told = (/** @type {string} */ name) => spelled(tables.rules[name], cell[name], DIGITS);
   const sides = [view.x.name, view.y.name].filter((name) => name in tables.rules);
   const head = {
@@ -97,14 +110,26 @@ export async function computedMotion(computation, tables, parameters, plans, req
     lossy,
     start: Object.fromEntries(STATE.map((name) => [name, cell[name]])),
     alpha: cell.alpha,
+    body: body && bodyOf(body, cell),
     radius: cell.radius,
     gravity: cell.gravity,
     quantities: tables.quantities,
-    losses: lossControls(tables, motion, /** @type {any} */ (cell), losses),
+    losses: body?.poles ? [] : lossControls(tables, motion, /** @type {any} */ (cell), losses),
     ledger: lossy ? tables.ledger : null,
     ...swing(tables, cell, lossy, largest),
   };
   return { head, arrays };
+}
+
+/**
+ * Words of the endings of motions.
+ * @param {MotionTables} tables
+ * @param {boolean} isBody
+ * @param {boolean} lossy
+ */
+function endingsOf(tables, isBody, lossy) {
+  if (isBody) return lossy ? tables.lossy_body : tables.body;
+  return lossy ? tables.lossy : tables.disk;
 }
 
 /**
@@ -114,8 +139,9 @@ export async function computedMotion(computation, tables, parameters, plans, req
  * @param {Start} start
  * @param {number} largest
  * @param {string} largestName
+ * @param {string} called
  */
-function checkStart(tables, parameters, start, largest, largestName) {
+function checkStart(tables, parameters, start, largest, largestName, called) {
   const refuse = (/** @type {string} */ words, hint = ELSEWHERE) => {
     throw new Problem(words, { hint, status: 400 });
   };
@@ -138,7 +164,7 @@ function checkStart(tables, parameters, start, largest, largestName) {
   if (Math.abs(start.tilt) < largest) return;
   const limit = spelled(tables.rules.tilt, largest, DIGITS);
   refuse(
-    `This disk has fallen before it starts: |tilt| must be below ${largestName}; got tilt=${got("tilt")} ${largestName}=${limit}.`,
+    `This ${called} has fallen before it starts: |tilt| must be below ${largestName}; got tilt=${got("tilt")} ${largestName}=${limit}.`,
     `Start with a smaller tilt, or give a larger ${largestName}.`,
   );
 }
@@ -147,17 +173,22 @@ function checkStart(tables, parameters, start, largest, largestName) {
  * Time in seconds that a motion is followed.
  * @param {Start} cell
  * @param {boolean} lossy
+ * @param {boolean} isBody
  * @param {number|null} asked
  */
-function durationOf(cell, lossy, asked) {
+function durationOf(cell, lossy, isBody, asked) {
   const { turns, units } = lossy ? MOST.lossy : MOST.disk;
-  const rate = STATE.slice(1).reduce((sum, name) => sum + Math.abs(cell[name]), 0);
+  const { tilt, tilt_rate: tilting, precession_rate: turning, roll_rate: rolling } = cell;
+  // beside a pole of a ball heading and roll turn against each other
+  const rate = isBody
+    ? Math.hypot(tilting, turning * Math.cos(tilt)) + Math.abs(rolling + turning * Math.sin(tilt))
+    : Math.abs(tilting) + Math.abs(turning) + Math.abs(rolling);
   const most = Math.min(rate > 0 ? turns / rate : Infinity, units * Math.sqrt(cell.radius / cell.gravity));
   if (asked !== null) return Math.min(Math.max(asked, LEAST), most);
   if (lossy) return Math.min(TO_THE_END, most);
   const { nutation_period: period, ending } = cell;
   // a disk that falls is followed to its fall, whenever that is
-  const wanted = Number.isFinite(period) ? PERIODS * period : ending === FELL ? LONGEST : SHORTEST;
+  const wanted = Number.isFinite(period) ? PERIODS * period : ENDS.includes(ending) ? LONGEST : SHORTEST;
   return Math.min(Math.max(wanted, SHORTEST), LONGEST, most);
 }
 
@@ -185,23 +216,62 @@ async function diskArrays(computation, names, cell, duration, fallTilt, signal) 
 
 /**
  * @param {Computation} computation
+ * @param {string[]} names
+ * @param {Start} cell
+ * @param {number} duration
+ * @param {{number: number, poles: boolean, fallTilt: number}} body
+ * @param {AbortSignal} signal
+ */
+async function bodyArrays(computation, names, cell, duration, body, signal) {
+  const start = names.map((name) => cell[name]);
+  const { radius, gravity } = cell;
+  const size = { radius, unit: Math.sqrt(radius / gravity) };
+  const { times, rows, ending } = await bodyPath(computation, start, duration, { ...body, ...size }, signal);
+  // the rates of the kernel have gone to scaled ones and back
+  STATE.forEach((name, i) => (rows[i][0] = cell[name]));
+  const all = named(ROWS, rows);
+  const kept = [...STATE, ...PATH, ...CENTRE, ...FORCES, "energy"].map((name) => [name, all[name]]);
+  const arrays = { time: times, ...Object.fromEntries(kept), friction_needed: frictionNeeded(all) };
+  return { arrays: /** @type {Record<string, Float64Array>} */ (arrays), ending };
+}
+
+/** @param {Record<string, Float64Array>} forces */
+function frictionNeeded({ normal_force: normal, friction_across: across, friction_along: along }) {
+  return normal.map((each, i) => (each > 0 ? Math.hypot(across[i], along[i]) / each : NaN));
+}
+
+/**
+ * @param {Computation} computation
  * @param {MotionTables} tables
  * @param {Start} cell
  * @param {Record<string, number|string|null>} words
  * @param {number} duration
- * @param {number} flatTilt
+ * @param {MotionPlan} plan
  * @param {AbortSignal} signal
  */
-async function lossyArrays(computation, tables, cell, words, duration, flatTilt, signal) {
-  const start = tables.lossy_parameters.map((name) =>
-    name in tables.rules ? cell[name] : numberOf(words, name),
-  );
+async function lossyArrays(
+  computation,
+  tables,
+  cell,
+  words,
+  duration,
+  { body, flat_tilt: flatTilt },
+  signal,
+) {
+  const names = body ? tables.lossy_body_parameters : tables.lossy_parameters;
+  const start = names.map((name) => (name in tables.rules ? cell[name] : numberOf(words, name)));
   const law = tables.air_laws.indexOf(String(words.air_law ?? tables.no_air));
-  const { times, rows, ending } = await lossyPath(computation, start, duration, { flatTilt, law }, signal);
-  const [normal, across, along] = rows.slice(LOSSY_FORCES);
-  const needed = normal.map((each, i) => (each > 0 ? Math.hypot(across[i], along[i]) / each : NaN));
+  const { times, rows, ending } = await lossyPath(
+    computation,
+    start,
+    duration,
+    { flatTilt, law, body: body?.number ?? null },
+    signal,
+  );
+  const needed = frictionNeeded(named(FORCES, rows.slice(LOSSY_FORCES)));
   const samples = named([...STATE, ...PATH, ...LOSSES, ...FORCES], rows);
-  const arrays = { time: times, ...samples, friction_needed: needed, energy: energyOf(start, rows) };
+  const centre = named([...CENTRE, "energy"], rows.slice(LOSSY_CENTRE));
+  const arrays = { time: times, ...samples, ...centre, friction_needed: needed };
   return { arrays: /** @type {Record<string, Float64Array>} */ (arrays), ending };
 }
 

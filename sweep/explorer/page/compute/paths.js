@@ -23,16 +23,17 @@ const TILT_RATE = 1;
 const STATE = 4;
 const TURNING = [0, 4, 5];
 const DISK_ROWS = 9;
-const LOSSY_ROWS = 17;
+const LOSSY_ROWS = 21;
 const LOSSES = [8, 13];
+const LOSSY_ENERGY = 20;
 
 /** Rows of what follows from a state: its energy, and how far that has drifted. */
 const DERIVED_ROWS = 8;
 const DRIFT = 1;
 
 /** Samples at first, and the most. */
-const SAMPLES = 1000;
-const MOST_SAMPLES = 200_000;
+export const SAMPLES = 1000;
+export const MOST_SAMPLES = 200_000;
 
 /** Times that a motion is integrated again with half the step. */
 const MOST_REFINEMENTS = 6;
@@ -102,31 +103,32 @@ export async function diskPath(computation, start, duration, fallTilt, signal) {
 }
 
 /**
- * A motion with losses.
+ * A motion with losses, of the disk or of another body.
  * @param {Computation} computation
  * @param {number[]} start
  * @param {number} duration
- * @param {{flatTilt: number, law: number}} settings
+ * @param {{flatTilt: number, law: number, body: number|null}} given  law of the air, number of the body
  * @param {AbortSignal} signal
  * @returns {Promise<Path>}
  */
-export async function lossyPath(computation, start, duration, { flatTilt, law }, signal) {
+export async function lossyPath(computation, start, duration, { flatTilt, law, body }, signal) {
+  const name = body === null ? "lossy_trajectory" : "body_lossy_trajectory";
   const integrated = async (/** @type {Float64Array} */ times) => {
     for (let refinement = 0; ; refinement += 1) {
-      const settings = [0, LOSSY_STEP / 2 ** refinement, flatTilt, law];
-      const path = await traced(computation, "lossy_trajectory", start, settings, times, LOSSY_ROWS, signal);
+      const settings = [0, LOSSY_STEP / 2 ** refinement, flatTilt, law, ...(body === null ? [] : [body])];
+      const path = await traced(computation, name, start, settings, times, LOSSY_ROWS, signal);
       const isLast = refinement === MOST_REFINEMENTS;
       if (path.ending === LOSSY.unresolved) {
         if (isLast) throw unresolved(path.times.at(-1) ?? 0);
         continue;
       }
-      const kept = energyOf(start, path.rows).map((each, i) => each + taken(path.rows, i));
+      const kept = path.rows[LOSSY_ENERGY].map((each, i) => each + taken(path.rows, i));
       if (largest(kept.map((each) => each - kept[0])) <= MOST_IMBALANCE || isLast) return path;
     }
   };
   const first = evenly(duration, SAMPLES);
   let path = await integrated(first);
-  if (path.times.at(-1) === 0) return held(path, first);
+  if (path.times.at(-1) === 0) return held(path, first, body === null ? "disk" : "body");
   for (let pass = 0; pass < PASSES; pass += 1) {
     const wanted = wantedBetween(path);
     if (largest(wanted) <= ENOUGH) break;
@@ -138,15 +140,16 @@ export async function lossyPath(computation, start, duration, { flatTilt, law },
 }
 
 /**
- * A disk that friction holds from its start is seen to stand; others end where they begin.
+ * What friction holds from its start is seen to stand; others end where they begin.
  * @param {Path} path
  * @param {Float64Array} times
+ * @param {string} called
  */
-function held(path, times) {
+function held(path, times, called) {
   if (path.ending !== LOSSY.rest) {
     const slips = path.ending === LOSSY.slip;
     throw new Problem(
-      `This motion ends where it begins: the disk ${slips ? "slips" : "lifts off"}, and the model with losses ends there.`,
+      `This motion ends where it begins: the ${called} ${slips ? "slips" : "lifts off"}, and the model with losses ends there.`,
       {
         hint: slips ? "Give a larger friction coefficient, or leave it out." : "Give slower rates.",
         status: 400,
@@ -167,12 +170,14 @@ function held(path, times) {
  * @param {AbortSignal} signal
  * @returns {Promise<Path>}
  */
-async function traced(computation, name, start, settings, times, rows, signal) {
+export async function traced(computation, name, start, settings, times, rows, signal) {
   const array = (/** @type {ArrayLike<number>} */ numbers, /** @type {number[][]} */ ...shape) => ({
     shape: shape[0] ?? [numbers.length],
     numbers: Float64Array.from(numbers),
   });
-  const values = [array(start), array(settings), array(times), array([], [rows, times.length])];
+  // without losses the disk has one start, all other motions a column of starts
+  const begun = name === "trajectory" ? array(start) : array(start, [start.length, 1]);
+  const values = [begun, array(settings), array(times), array([], [rows, times.length])];
   const { results, arrays } = await computation.ask("call", { name, values }, { signal });
   const [ending, filled, last] = results;
   const moments = times.slice(0, filled);
@@ -204,7 +209,7 @@ async function derivedOf(computation, start, { times, rows }, signal) {
 }
 
 /** @param {number} time */
-function unresolved(time) {
+export function unresolved(time) {
   return new Problem(
     "This motion could not be resolved: its state must stay finite, and it may take no more steps; " +
       `gave up at ${Number(time.toPrecision(6))} s.`,
@@ -216,7 +221,7 @@ function unresolved(time) {
  * @param {number} duration
  * @param {number} count  of gaps
  */
-function evenly(duration, count) {
+export function evenly(duration, count) {
   const step = duration / count;
   return Float64Array.from({ length: count + 1 }, (_, i) => (i === count ? duration : i * step));
 }
@@ -225,7 +230,7 @@ function evenly(duration, count) {
  * @param {number} step
  * @param {number} count
  */
-function untilLater(step, count) {
+export function untilLater(step, count) {
   return Float64Array.from({ length: count + 1 }, (_, i) => i * step);
 }
 
@@ -235,23 +240,8 @@ function differences(values) {
 }
 
 /** @param {Float64Array} values */
-function largest(values) {
+export function largest(values) {
   return values.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
-}
-
-/**
- * Energy over m g R of the samples of a motion with losses.
- * @param {number[]} start
- * @param {Float64Array[]} rows
- */
-export function energyOf(start, [tilts, tilting, turning, rolling]) {
-  const [alpha, radius, gravity] = start.slice(STATE);
-  const unit = Math.sqrt(radius / gravity);
-  return tilts.map((tilt, i) => {
-    const [w, o] = [unit * tilting[i], unit * turning[i] * Math.cos(tilt)];
-    const s = unit * (rolling[i] + turning[i] * Math.sin(tilt));
-    return Math.cos(tilt) + 0.5 * ((1 + 0.5 * alpha) * w * w + 0.5 * alpha * o * o + (1 + alpha) * s * s);
-  });
 }
 
 /**

@@ -1,6 +1,7 @@
 /** The disk on the table in three dimensions, seen by a camera that goes along with it and can be turned. */
 
 import { diskBody, niceLength, tableOfSquares, Trail } from "eulerdisk/motion/furniture";
+import { reachOf, solidOf } from "eulerdisk/motion/solid";
 import {
   AmbientLight,
   Color,
@@ -24,6 +25,7 @@ import {
 import { OrbitControls } from "three/orbit_controls";
 
 /** @import { Samples } from "eulerdisk/motion/samples" */
+/** @import { MotionHead } from "eulerdisk/types" */
 
 /**
  * Colours of the scene, as CSS writes them.
@@ -97,6 +99,8 @@ export class DiskScene {
     /** @type {ReturnType<typeof setTimeout>|undefined} */
     this.timer = undefined;
     this.square = 0;
+    /** Length in m by which the scene is laid out: the radius, or how far a body reaches. */
+    this.size = 1;
     this.look = "";
     /** @type {Trail|undefined} */
     this.trail = undefined;
@@ -114,16 +118,18 @@ export class DiskScene {
    * @param {Standpoint|null} [standpoint]  where the camera stands about a disk of another size; null behind it
    */
   show(samples, colours, standpoint = null) {
-    const { radius, alpha } = samples.head;
-    const look = JSON.stringify([radius, alpha, colours]);
-    const first = this.samples === null || this.samples.head.radius !== radius;
+    const { radius, alpha, body } = samples.head;
+    const look = JSON.stringify([radius, alpha, body, colours]);
+    const size = body ? radius * Math.max(reachOf(body), 1) : radius;
+    const first = this.samples === null || this.size !== size;
     this.samples = samples;
+    this.size = size;
     if (!this.canvas.isConnected) this.element.append(this.canvas);
-    if (look !== this.look) this.#furnish(radius, alpha, colours);
+    if (look !== this.look) this.#furnish(samples.head, colours);
     this.look = look;
     this.#layTrail(samples, colours.trail);
     if (first) {
-      this.#adjust(radius);
+      this.#adjust(size);
       this.standpoint = standpoint ?? this.behind();
     }
     this.setTime(this.time);
@@ -131,25 +137,25 @@ export class DiskScene {
 
   /**
    * Put all that does not depend on the motion into the scene.
-   * @param {number} radius
-   * @param {number} alpha
+   * @param {MotionHead} head
    * @param {SceneColours} colours
    */
-  #furnish(radius, alpha, colours) {
+  #furnish({ radius, alpha, body }, colours) {
     this.#empty();
-    this.square = niceLength(SQUARE * radius);
-    this.disk = diskBody(radius, alpha, colours.rim);
-    this.force = new Arrow(radius, colours.force);
+    const { size } = this;
+    this.square = niceLength(SQUARE * size);
+    this.disk = body ? solidOf(radius, body) : diskBody(radius, alpha, colours.rim);
+    this.force = new Arrow(size, colours.force);
     this.table = tableOfSquares(this.square, colours.ground, colours.grid);
     this.shadow = new Mesh(
-      new PlaneGeometry(12 * radius, 12 * radius),
+      new PlaneGeometry(12 * size, 12 * size),
       new ShadowMaterial({ opacity: 0.3, depthWrite: false }),
     );
     this.shadow.receiveShadow = true;
     this.shadow.renderOrder = -1;
     this.scene.background = new Color(colours.ground);
-    this.scene.fog = new Fog(colours.ground, 7 * radius, 30 * radius);
-    this.light = sun(radius);
+    this.scene.fog = new Fog(colours.ground, 7 * size, 30 * size);
+    this.light = sun(size);
     const parts = [this.table, this.shadow, this.disk, this.force];
     this.scene.add(...parts, this.light, this.light.target, new AmbientLight("#ffffff", 2.5));
   }
@@ -171,25 +177,12 @@ export class DiskScene {
   setTime(time) {
     this.time = time;
     if (!this.samples || !this.disk) return;
-    const at = (/** @type {string} */ name) => /** @type {Samples} */ (this.samples).at(name, time);
-    const { radius } = this.samples.head;
-    const pose = poseOf(
-      at("tilt"),
-      at("heading"),
-      at("roll_angle"),
-      at("contact_x"),
-      at("contact_y"),
-      radius,
-    );
-    this.disk.setRotationFromMatrix(new Matrix4().makeBasis(pose.painted, pose.aside, pose.axis));
+    const pose = this.samples.head.body ? poseOfBody(this.samples, time) : poseOfDisk(this.samples, time);
+    this.disk.quaternion.copy(pose.turned);
     this.disk.position.copy(pose.centre);
-    const push = new Vector3(0, 0, at("normal_force"));
-    push
-      .addScaledVector(pose.across, at("friction_across"))
-      .addScaledVector(pose.along, at("friction_along"));
-    this.force?.point(pose.contact, push.multiplyScalar(WEIGHT * radius));
+    this.force?.point(pose.contact, pose.push.multiplyScalar(WEIGHT * this.size));
     this.trail?.setTime(time);
-    this.#follow(pose.contact, radius);
+    this.#follow(pose.contact, this.size);
     this.draw();
   }
 
@@ -277,14 +270,12 @@ export class DiskScene {
   get standpoint() {
     const { x, y, z } = this.camera.position.clone().sub(this.controls.target);
     const distance = Math.hypot(x, y, z);
-    const { radius } = /** @type {Samples} */ (this.samples).head;
-    return [Math.atan2(y, x), Math.asin(z / distance), distance / radius];
+    return [Math.atan2(y, x), Math.asin(z / distance), distance / this.size];
   }
 
   set standpoint([azimuth, elevation, distance]) {
-    const { radius } = /** @type {Samples} */ (this.samples).head;
     const { minDistance, maxDistance } = this.controls;
-    const far = Math.min(Math.max(distance * radius, minDistance), maxDistance);
+    const far = Math.min(Math.max(distance * this.size, minDistance), maxDistance);
     const up = Math.min(Math.max(elevation, LOWEST), HIGHEST);
     this.camera.position.set(
       far * Math.cos(up) * Math.cos(azimuth),
@@ -417,17 +408,49 @@ class Arrow extends Group {
 }
 
 /**
- * Where a disk is: `painted` is the unit vector along the painted radius, `aside` the one a quarter of a turn from it,
- * `axis` that of the disk: right-handed, in this order. `across` and `along` are the horizontal directions across and
- * along the track.
+ * Where the disk is at a time: how it is turned, its centre and its contact point in m, and the force on it over its weight.
+ * @param {Samples} samples
+ * @param {number} time
+ */
+function poseOfDisk(samples, time) {
+  const at = (/** @type {string} */ name) => samples.at(name, time);
+  const { radius } = samples.head;
+  const { turned, down } = attitude(at("tilt"), at("heading"), at("roll_angle"));
+  const contact = new Vector3(at("contact_x"), at("contact_y"), 0);
+  const push = forceOf(at("heading"), at("normal_force"), at("friction_across"), at("friction_along"));
+  return { turned, contact, centre: contact.clone().addScaledVector(down, -radius), push };
+}
+
+/**
+ * The same of a body. Between two samples it is turned evenly about one axis: beside a pole its heading is not even.
+ * @param {Samples} samples
+ * @param {number} time
+ */
+function poseOfBody(samples, time) {
+  const at = (/** @type {string} */ name) => samples.at(name, time);
+  const { before, share } = samples.between(time);
+  const [one, other] = [before, before + 1].map((i) => {
+    const [tilt, heading, angle, normal, across, along] = [
+      ...["tilt", "heading", "roll_angle", "normal_force", "friction_across", "friction_along"],
+    ].map((name) => samples.arrays[name][i]);
+    return { ...attitude(tilt, heading, angle), push: forceOf(heading, normal, across, along) };
+  });
+  return {
+    turned: one.turned.slerp(other.turned, share),
+    contact: new Vector3(at("contact_x"), at("contact_y"), 0),
+    centre: new Vector3(at("centre_x"), at("centre_y"), at("centre_z")),
+    push: one.push.lerp(other.push, share),
+  };
+}
+
+/**
+ * How a disk or a body is turned, and the direction in its plane that points down. Its x is the painted radius, which points
+ * there at a roll angle of 0; its z is against the axis of a body (kernels/bodies/equations.py).
  * @param {number} tilt
  * @param {number} heading
  * @param {number} rollAngle
- * @param {number} x  of the contact point
- * @param {number} y
- * @param {number} radius
  */
-export function poseOf(tilt, heading, rollAngle, x, y, radius) {
+export function attitude(tilt, heading, rollAngle) {
   const across = new Vector3(Math.cos(heading), Math.sin(heading), 0);
   const along = new Vector3(-Math.sin(heading), Math.cos(heading), 0);
   const down = new Vector3(0, 0, -Math.cos(tilt)).addScaledVector(across, -Math.sin(tilt));
@@ -435,7 +458,17 @@ export function poseOf(tilt, heading, rollAngle, x, y, radius) {
     down.clone().multiplyScalar(a).addScaledVector(along, b);
   const painted = turned(Math.cos(rollAngle), -Math.sin(rollAngle));
   const aside = turned(Math.sin(rollAngle), Math.cos(rollAngle));
-  const contact = new Vector3(x, y, 0);
-  const centre = contact.clone().addScaledVector(down, -radius);
-  return { centre, contact, painted, aside, axis: painted.clone().cross(aside), across, along };
+  const frame = new Matrix4().makeBasis(painted, aside, painted.clone().cross(aside));
+  return { turned: new Quaternion().setFromRotationMatrix(frame), down };
+}
+
+/**
+ * @param {number} heading
+ * @param {number} normal
+ * @param {number} across
+ * @param {number} along
+ */
+function forceOf(heading, normal, across, along) {
+  const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
+  return new Vector3(across * cos - along * sin, across * sin + along * cos, normal);
 }

@@ -1,9 +1,9 @@
 /** What the scene of a motion is furnished with: the disk as a body of three.js, the table, and the path on it. */
 
+import { FACES, filled, painted, textureOf } from "eulerdisk/motion/paint";
 import {
   BufferAttribute,
   BufferGeometry,
-  CanvasTexture,
   DoubleSide,
   Group,
   LatheGeometry,
@@ -13,20 +13,11 @@ import {
   PlaneGeometry,
   RepeatWrapping,
   RingGeometry,
-  SRGBColorSpace,
   Vector2,
 } from "three";
 
-/** Colours of the faces, the same as in films and figures: the colour-blind can tell them apart. */
-const FACES = ["#f4c95d", "#5a86b8"];
-const PAINT = "#c8380a";
-
 /** Half the thickness over the radius, of a disk and of a ring, which has no face; those of the equations have none. */
 const THICKNESS = { disk: 0.012, ring: 0.03 };
-
-/** Side of the picture on a face, in pixels, and sectors that show that the disk turns. */
-const FACE_PIXELS = 512;
-const SECTORS = 12;
 
 /** Inner radius of the widest ring that is drawn, over the radius: a hoop has no width. */
 const WIDEST = 0.9;
@@ -70,68 +61,6 @@ export function diskBody(radius, alpha, rimColour) {
   rim.castShadow = true;
   body.add(rim);
   return body;
-}
-
-/** @param {string} colour */
-function painted(colour) {
-  return new MeshStandardMaterial({ map: facePicture(colour), roughness: 0.75, metalness: 0.0 });
-}
-
-/**
- * A square picture of one colour, to be drawn on.
- * @param {number} pixels  along a side
- * @param {string} colour
- */
-function filled(pixels, colour) {
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = pixels;
-  const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
-  context.fillStyle = colour;
-  context.fillRect(0, 0, pixels, pixels);
-  return context;
-}
-
-/** @param {CanvasRenderingContext2D} context */
-function textureOf({ canvas }) {
-  const texture = new CanvasTexture(canvas);
-  texture.colorSpace = SRGBColorSpace;
-  texture.anisotropy = 4;
-  return texture;
-}
-
-/**
- * Picture of a face: sectors by turns a little darker, a ring near the rim, and the painted radius to the right.
- * @param {string} colour
- */
-function facePicture(colour) {
-  const context = filled(FACE_PIXELS, colour);
-  const middle = FACE_PIXELS / 2;
-  context.translate(middle, middle);
-  context.fillStyle = "rgb(0 0 0 / 7%)";
-  for (let sector = 0; sector < SECTORS; sector += 2) {
-    const from = ((sector - 0.5) / SECTORS) * 2 * Math.PI;
-    context.beginPath();
-    context.moveTo(0, 0);
-    context.arc(0, 0, middle, from, from + (2 * Math.PI) / SECTORS);
-    context.fill();
-  }
-  context.lineWidth = 0.02 * middle;
-  context.strokeStyle = "rgb(0 0 0 / 35%)";
-  context.beginPath();
-  context.arc(0, 0, 0.985 * middle, 0, 2 * Math.PI);
-  context.stroke();
-  for (const [width, style] of /** @type {[number, string][]} */ ([
-    [0.1, "#ffffff"],
-    [0.06, PAINT],
-  ])) {
-    context.lineWidth = width * middle;
-    context.strokeStyle = style;
-    context.beginPath();
-    context.moveTo(0, 0);
-    context.lineTo(middle, 0);
-    context.stroke();
-  }
-  return textureOf(context);
 }
 
 /** Squares along a side of the table; it moves on with the disk by whole squares. */

@@ -25,7 +25,7 @@ import { printedUnits } from "eulerdisk/ticks";
 /** Milliseconds that a slider has to rest before its motion is asked for. */
 const REST = 60;
 
-const NO_WEBGL = "This browser offers no WebGL: the disk is not drawn, and the curves below are complete.";
+const NO_WEBGL = "This browser offers no WebGL: what moves is not drawn, and the curves below are complete.";
 
 export class MotionPanel {
   /**
@@ -210,6 +210,7 @@ export class MotionPanel {
     this.element.classList.toggle("lossy", head.lossy);
     this.parts.note.textContent = printedUnits(head.note);
     this.parts.laws.hidden = head.losses.length === 0;
+    this.parts.summary.textContent = `Losses: the ${head.body ? "body" : "disk"} that stops`;
     this.losses.show(head.losses);
     this.#showScene();
     // the clock tells all panels: those beside this one draw their curves over the new time
@@ -230,7 +231,7 @@ export class MotionPanel {
     this.scene.show(this.samples, this.#colours(), this.standpoint);
     this.scene.canvas.setAttribute(
       "aria-label",
-      `The disk, ${this.samples.head.title}: arrows turn the camera, plus and minus bring it nearer and farther, ` +
+      `The ${this.samples.head.body?.called ?? "disk"}, ${this.samples.head.title}: arrows turn the camera, plus and minus bring it nearer and farther, ` +
         "0 puts it back, Space plays and pauses",
     );
     this.parts.square.textContent = `squares of ${lengthText(this.scene.square)}`;
@@ -361,6 +362,7 @@ function partsOf(element) {
   const part = (/** @type {string} */ name) => html("div", { class: name });
   const explanation = html("pre", { class: "explanation", tabindex: "0" });
   const losses = part("losses");
+  const summary = html("summary", {}, "Losses");
   const parts = {
     verdict: html("span", { class: "verdict" }),
     ending: html("span", { class: "ending" }),
@@ -374,7 +376,8 @@ function partsOf(element) {
     note: html("p", { class: "note" }),
     losses,
     explanation,
-    laws: html("details", { class: "laws" }, html("summary", {}, "Losses: the disk that stops"), losses),
+    laws: html("details", { class: "laws" }, summary, losses),
+    summary,
     words: html("details", { class: "words" }, html("summary", {}, "In words"), explanation),
   };
   const head = html("p", { class: "state" }, parts.verdict, parts.ending);

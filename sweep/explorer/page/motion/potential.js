@@ -6,6 +6,10 @@
  * alone (docs/theory.md; Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201).
  */
 
+import { curveOfBody } from "eulerdisk/motion/body_potential";
+
+/** @import { BodyOfMotion } from "eulerdisk/types" */
+
 /** @typedef {{tilt: number, tilt_rate: number, precession_rate: number, roll_rate: number, alpha: number, radius: number, gravity: number}} Start */
 /** @typedef {[number, number]} Point  a tilt, or a stretched one, and the excess of the potential there */
 /** @typedef {(y: number) => {excess: number, slope: number}} Curve  of stretched tilts */
@@ -31,13 +35,16 @@ const STEEPEST = 7;
 /**
  * @param {Start} start
  * @param {number} fallTilt  nothing is drawn beyond it
+ * @param {BodyOfMotion|null} [body]  none of the disk
  * @returns {{tilt: Float64Array, excess: Float64Array, wells: Point[], barriers: Point[]}}
  */
-export function potentialOf(start, fallTilt) {
-  const curve = curveOf(start);
+export function potentialOf(start, fallTilt, body) {
+  const curve = body ? curveOfBody(start, body) : curveOf(start);
   const far = Math.min(stretched(fallTilt), STEEPEST);
   const here = stretched(Math.min(Math.max(start.tilt, -fallTilt), fallTilt));
-  const places = [...evenly(-far, far, PLACES), here].sort((a, b) => a - b);
+  // a rim has another meridian on its other edge
+  const [first, last] = body?.name !== "rim" ? [-far, far] : start.tilt < 0 ? [-far, 0] : [0, far];
+  const places = [...evenly(first, last, PLACES), here].sort((a, b) => a - b);
   const slopes = places.map((y) => curve(y).slope);
   const [wells, barriers] = [-1, 1].map((sense) => extremes(curve, places, slopes, sense));
   // a disk at rest at the bottom of its well has no depth: what is near is drawn
@@ -45,7 +52,7 @@ export function potentialOf(start, fallTilt) {
     Math.max(0, ...[...wells.map(([, excess]) => excess), curve(here).excess].map((v) => -v)) || 1e-3;
   const height = Math.max(0, ...barriers.map(([, excess]) => excess).filter((value) => value <= FAR * depth));
   const limit = height + MARGIN * (height + depth);
-  const [low, high] = [-far, far].map((end) => crossing(curve, here, end, limit));
+  const [low, high] = [first, last].map((end) => crossing(curve, here, end, limit));
   const seen = (/** @type {Point[]} */ found) =>
     found
       .filter(([y]) => y >= low && y <= high)

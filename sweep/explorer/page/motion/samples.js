@@ -13,7 +13,7 @@ export class Samples {
     /** The potential, of a motion without losses. */
     this.potential = head.lossy
       ? null
-      : potentialOf(/** @type {any} */ ({ ...head, ...head.start }), head.fall_tilt);
+      : potentialOf(/** @type {any} */ ({ ...head, ...head.start }), head.fall_tilt, head.body);
   }
 
   /** Length of the motion in seconds. */
@@ -33,6 +33,17 @@ export class Samples {
       else high = middle;
     }
     return low;
+  }
+
+  /**
+   * Number of the sample before a time, and the share of the way from it to the next one.
+   * @param {number} time
+   */
+  between(time) {
+    const t = Math.min(Math.max(time, this.times[0]), this.length);
+    const before = this.before(t);
+    const step = this.times[before + 1] - this.times[before];
+    return { before, share: step > 0 ? (t - this.times[before]) / step : 0 };
   }
 
   /**

@@ -1,0 +1,36 @@
+/** The meridian of a body of revolution, as kernels/bodies/shapes.py has it: all lengths over the outer radius. */
+
+/** @import { BodyOfMotion } from "eulerdisk/types" */
+
+/**
+ * Core, shift, edge and square of the arc of a body; see kernels/bodies/shapes.py.
+ * @param {string} name
+ * @param {Record<string, number>} cell  every parameter
+ * @returns {{core: number, shift: number, edge: number, square: number}}
+ */
+function arcOf(name, { tube, thickness, fillet, offset, flattening, tilt }) {
+  if (name === "torus") return { core: 1 - tube, shift: 0, edge: tube, square: 1 };
+  if (name === "rounded") return { core: 1 - 0.5 * thickness, shift: 0, edge: 0.5 * thickness, square: 1 };
+  if (name === "rim") {
+    const shift = 0.5 * thickness - fillet;
+    return { core: 1 - fillet, shift: tilt < 0 ? -shift : shift, edge: fillet, square: 1 };
+  }
+  if (name === "arc") return { core: 1 - fillet, shift: offset, edge: fillet, square: 1 };
+  return { core: 0, shift: offset, edge: 1, square: name === "ball" ? 1 : (1 - flattening) ** 2 };
+}
+
+/**
+ * The body of a motion.
+ * @param {{name: string, called: string}} plan
+ * @param {Record<string, number>} cell
+ * @returns {BodyOfMotion}
+ */
+export function bodyOf({ name, called }, cell) {
+  return {
+    name,
+    called,
+    ...arcOf(name, cell),
+    axial: cell.axial_moment,
+    transverse: cell.transverse_moment,
+  };
+}

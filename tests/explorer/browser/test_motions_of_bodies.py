@@ -1,0 +1,167 @@
+"""Motions of other bodies that the page computes: those of `sweep.simulate`, and their potential."""
+
+import math
+
+import numpy as np
+import pytest
+from body_motion import in_space
+
+import sweep
+from sweep.explorer.about import sides
+from sweep.explorer.view import View
+from sweep.model.bodies.shape import body_of, has_poles
+from sweep.model.lossy_bodies.tables import FACED
+from sweep.motion.sampling import ending_of
+from sweep.request.spec import SweepSpec
+
+from .asking import ask
+from .test_truth import BODIES
+
+#: What is compared, in space -> its stated error.
+STATED = {
+    "axis": "orientation_error", "painted": "orientation_error", "turning": "rate_error", "centre": "path_error",
+    "contact": "path_error", "force": "force_error",
+}  # fmt: skip
+
+#: The potential less the energy at tilts, as the page draws it.
+EXCESS = """async ([start, body, tilts]) => {
+    const { curveOfBody } = await import("eulerdisk/motion/body_potential");
+    const curve = curveOfBody(start, body);
+    return tilts.map((tilt) => curve(Math.atanh(Math.sin(tilt))).excess);
+}"""
+
+
+#: Milliseconds that each of some motions takes, with its potential.
+CLICKS = """async (requests) => {
+    const { ServerSource } = await import("eulerdisk/server_source");
+    const { Samples } = await import("eulerdisk/motion/samples");
+    const source = new ServerSource();
+    const times = [];
+    for (const request of requests) {
+        const began = performance.now();
+        new Samples(await source.motion(request));
+        times.push(performance.now() - began);
+    }
+    return times;
+}"""
+
+
+@pytest.fixture(
+    params=[
+        "rounded",
+        *(pytest.param(each, marks=pytest.mark.slow_lane) for each in BODIES if each != "rounded"),
+    ]
+)
+def shown(request, served_with, browser):
+    """Return a page with a map of a body, its view, and a function that asks for the motion at shares of its sides."""
+    words = BODIES[request.param]
+    spec = SweepSpec.from_words(*((words[0], words[1:]) if "=" not in words[0] else ("rolling", words)))
+    view = View.read({**sides(spec), "base": "", "words": {}}, spec)
+    page = browser.new_page()
+    page.goto(served_with(*words).url)
+
+    def asked(x, y, duration=None, losses=None):
+        place = {
+            side.name: float(side.at(np.array([2.0 * share - 1.0]))[0])
+            for side, share in ((view.x, x), (view.y, y))
+        }
+        at = {"x": place[view.x.name], "y": place[view.y.name]}
+        head, arrays = ask(
+            page,
+            "motion",
+            view={**sides(spec), "base": "", "words": {}},
+            **at,
+            duration=duration,
+            losses=losses or {},
+        )
+        start = {
+            name: float(values[0])
+            for name, values in view.starts(*(np.array([each]) for each in at.values())).items()
+        }
+        return head, arrays, start
+
+    yield page, view, asked
+    page.close()
+
+
+def test_a_motion_is_that_of_the_program(shown):
+    """At the same times within 1e-9 of `sweep.simulate`, which is held against a rigid body in space, in space.
+
+    Where motions part, so that it states a larger error, within four times that. Two seconds of each are compared:
+    beside a separatrix rounding of the start grows to more than either states.
+    """
+    _, view, asked = shown
+    for x, y in ((0.2, 0.3), (0.7, 0.8), (0.45, 0.05)):
+        head, arrays, start = asked(x, y, 2.0)
+        words = {name: getattr(view.spec, name) for name in (*view.spec.constants, "body", "filling")}
+        times, ended = arrays["time"], int(head["ended"])
+        motion = sweep.simulate(**start | words, duration=times[-1] * (1.0 + 0.1 * ended), interval=times[1])
+        assert head["ending"].startswith("followed for") != head["ended"]
+        assert motion.sizes["elapsed_time"] == times.size
+        other = {name: motion[name].values for name in motion.data_vars}
+        for name in ("normal_force", "friction_across", "friction_along", "force_error"):
+            other[name] = other[name] / start["gravity"]
+        found, right = in_space(arrays), in_space(other)
+        for name, error in STATED.items():
+            off = np.linalg.norm(found[name] - right[name], axis=-1)
+            size = max(1.0, float(np.linalg.norm(right[name], axis=-1).max()))
+            assert (off <= np.maximum(1e-9 * size, 4.0 * other[error])).all(), (name, x, y, off.max())
+        np.testing.assert_allclose(arrays["energy"], arrays["energy"][0], rtol=1e-8)
+
+
+def test_a_motion_with_losses_is_that_of_the_program(shown):
+    """Ending, last sample and what each law took agree with `sweep.simulate`; a ball and a spheroid have none."""
+    _, view, asked = shown
+    losses = {"rolling_friction": 2e-3, "contour_friction": 1e-3, "pivoting_friction": 1e-4}
+    losses = {name: value * view.spec.radius for name, value in losses.items()}
+    head, arrays, start = asked(0.45, 0.6, 2.0, losses)
+    assert bool(head["losses"]) == head["lossy"] == (not has_poles(view.spec.body))
+    if not head["lossy"]:
+        return
+    assert ("air_law" in [each["name"] for each in head["losses"]]) == (view.spec.body in FACED)
+    words = {name: getattr(view.spec, name) for name in (*view.spec.constants, "body", "filling")}
+    motion = sweep.simulate(**start | words | losses, duration=2.0)
+    assert head["ended"] == (ending_of(motion) != "horizon")
+    assert arrays["time"][-1] == pytest.approx(float(motion["elapsed_time"][-1]), rel=1e-7)
+    weight = start["gravity"]
+    for name in arrays.keys() - {"time", "friction_needed"}:
+        unit = weight if "force" in name or "friction" in name else 1.0
+        unit = weight * start["radius"] if "loss" in name or name == "energy" else unit
+        other = motion[name].values / unit
+        size = max(1.0, float(np.abs(other).max()))
+        assert abs(arrays[name][-1] - other[-1]) < 1e-6 * size, name
+
+
+def test_the_potential_is_that_of_the_motion(shown):
+    """Along a motion it is below the energy by the kinetic energy of the tilt; the curve knows the start alone."""
+    page, view, asked = shown
+    head, arrays, start = asked(0.45, 0.6)
+    body = body_of(view.spec, {name: np.array([value]) for name, value in start.items()})
+    core, shift, edge, square, axial, transverse, _ = (float(np.ravel(each)[0]) for each in body)
+    names = ("core", "shift", "edge", "square", "axial", "transverse")
+    assert [head["body"][name] for name in names] == pytest.approx(
+        [core, shift, edge, square, axial, transverse]
+    )
+    tilt, rate = (
+        arrays["tilt"][::20],
+        arrays["tilt_rate"][::20] * math.sqrt(start["radius"] / start["gravity"]),
+    )
+    near = np.abs(tilt) < 1.5
+    sine, cosine = np.sin(tilt[near]), np.cos(tilt[near])
+    n = 1.0 / np.sqrt(cosine**2 + square * sine**2)
+    inertia = transverse + (core + edge * n * cosine) ** 2 + (shift + edge * square * n * sine) ** 2
+    shape = {name: head["body"][name] for name in ("name", *names)}
+    found = page.evaluate(EXCESS, [start, shape, tilt[near].tolist()])
+    np.testing.assert_allclose(found, -0.5 * inertia * rate[near] ** 2, atol=1e-6)
+
+
+def test_a_click_is_answered_at_once(shown):
+    """Motion and potential take less than 100 ms on a free processor; on that of a test at most twice as long."""
+    page, view, _ = shown
+    place = {side: getattr(view, side).ends() for side in ("x", "y")}
+    requests = [
+        {"view": {**sides(view.spec), "base": "", "words": {}}, "duration": None, "losses": {}}
+        | {side: float(low + share * (high - low)) for side, (low, high) in place.items()}
+        for share in np.linspace(0.3, 0.7, 8)
+    ]
+    assert min(page.evaluate(CLICKS, requests)[1:]) < 200.0
