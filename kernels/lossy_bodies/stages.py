@@ -63,8 +63,8 @@ def inertia_of(lane, lanes):
 
 
 @kernel
-def _possible(cell, starts, run, body):
-    """Whether the numbers of a start are those of a body with losses."""
+def losses_allowed(cell, starts, run):
+    """Whether the losses of a start are such that a body can have."""
     radius, mass = starts[body_row.RADIUS, cell], starts[row.MASS, cell]
     arms = (
         0.0 <= starts[row.ROLLING_FRICTION, cell] < radius
@@ -77,15 +77,20 @@ def _possible(cell, starts, run, body):
     # a law of forces that are not proportional to the weight needs the mass
     heavy = (damping == 0.0 and still) or 0.0 < mass < math.inf
     allowed = _not_negative(damping) and starts[row.FRICTION, cell] >= 0.0 and (still or air)
-    # no film is known under a ring
-    faced = still or run.body != TORUS
-    return (
-        is_possible(starts, cell, run.body, body) and arms and heavy and allowed and faced and body.core > 0.0
-    )
+    return arms and heavy and allowed
 
 
 @kernel
-def _undisturbed(cell, starts, body):
+def _possible(cell, starts, run, body):
+    """Whether the numbers of a start are those of a body with losses."""
+    # no film is known under a ring
+    faced = run.air_law == NO_AIR or run.body != TORUS
+    possible = is_possible(starts, cell, run.body, body) and losses_allowed(cell, starts, run)
+    return possible and faced and body.core > 0.0
+
+
+@kernel
+def undisturbed(cell, starts, body):
     """Whether a start stands upright and nothing tilts it: the gyroscopic torque vanishes with a rate."""
     still = starts[body_row.TILT, cell] == 0.0 and starts[body_row.TILT_RATE, cell] == 0.0
     return (
@@ -96,7 +101,7 @@ def _undisturbed(cell, starts, body):
 
 
 @kernel
-def _losses_of(cell, starts, run, core):
+def losses_of_start(cell, starts, run, core):
     """Return the `Losses` of a cell; under a face of the radius `core` the film and the layer are that large."""
     losses = scaled_losses(
         (
@@ -124,7 +129,7 @@ def _ending_at_once(cell, starts, run, body):
         return FLAT
     if run.body == RIM and tilt == 0.0:
         return EDGE_CHANGE
-    return UNDISTURBED if _undisturbed(cell, starts, body) else MOVING
+    return UNDISTURBED if undisturbed(cell, starts, body) else MOVING
 
 
 @kernel
@@ -148,7 +153,7 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
         starts[body_row.ROLL_RATE, cell],
     )
     criterion = _criterion(tilt, unit * rates[1], 2.0 * body.transverse, run)
-    losses = _losses_of(cell, starts, run, body.core)
+    losses = losses_of_start(cell, starts, run, body.core)
     _store_start(
         lane, rates, (radius, unit), body, side_of(run.body, tilt), losses, starts[row.FRICTION, cell],
         criterion, lanes,

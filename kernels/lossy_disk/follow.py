@@ -17,11 +17,14 @@ from kernels.lossy_disk.contact_motion import (
     contact_state,
     entered,
     horizontal_rate,
+    is_above,
     losses_here,
     moved,
     spin_state,
+    tilting_of,
     time_scale,
     turning_inertia,
+    turning_of,
 )
 from kernels.lossy_disk.creeping import creeps, next_state, stiffness
 from kernels.lossy_disk.dry_friction import LETS_GO, SEIZES, decided
@@ -178,7 +181,7 @@ def _switched(motion, vanished, strength, case):
     state, senses, instant = decided(
         motion.state, motion.senses, vanished, strength, case.inertia, case.losses
     )
-    _, _, _, _, v = state
+    v = turning_of(state)
     gain = (v, 0.0, 0.0, case.losses.pivoting * abs(v), 0.0, 0.0, 0.0)
     return Motion(state, senses, motion.time + instant, entered(motion.ledger, instant, gain))
 
@@ -253,7 +256,7 @@ def leap(motion, case, until, reach):
     won = energy_of(state, case.inertia) - energy_of(motion.state, case.inertia)
     # so written, a NaN fails too; with rates beyond all measure the next steps would be too short to end, behind flat
     # they would go back in time
-    possible = won <= _MOST_WON and (state[1] > 0.0 or event == FLATTENS)
+    possible = won <= _MOST_WON and (is_above(state) or event == FLATTENS)
     if not (possible and math.isfinite(after.ledger[0])):
         return motion, 0.0, FAILS
     if event == CONTACT_RESTS:
@@ -261,7 +264,7 @@ def leap(motion, case, until, reach):
     if is_switch(event):
         no_roll = event == ROLL_VANISHES or event == CONTACT_RESTS or motion.senses.roll == 0.0
         no_turn = event == TURN_VANISHES or motion.senses.turn == 0.0
-        no_tilting = event == TILTING_VANISHES or event == CONTACT_RESTS or after.state[2] == 0.0
+        no_tilting = event == TILTING_VANISHES or event == CONTACT_RESTS or tilting_of(after.state) == 0.0
         strength = LETS_GO if event == ROLL_LET_GO or event == TURN_LET_GO else SEIZES
         after = _switched(after, (no_roll, no_turn, no_tilting), strength, case)
     return after, length, event

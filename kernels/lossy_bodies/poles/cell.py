@@ -1,0 +1,263 @@
+"""The stages of a cell of a ball or a spheroid with losses: its start, its motion, its results.
+
+Each motion is followed twice or more in scalar code, with half the step each time, and what two of them differ by is
+stated as the error: it knows how late a motion is that passes a maximum of its potential slowly, and how far beside a
+pole it passes.
+"""
+
+import math
+from typing import NamedTuple
+
+from kernels.bodies import arrays as body_row
+from kernels.bodies.shapes import Body
+from kernels.bodies.stages import body_of, is_possible
+from kernels.jit import kernel, simd
+from kernels.lossy_bodies import arrays as row
+from kernels.lossy_bodies.poles import layout as at
+from kernels.lossy_bodies.poles.equations import energy_of, tilt_of
+from kernels.lossy_bodies.poles.follow import begun
+from kernels.lossy_bodies.stages import RunSettings, losses_allowed, losses_of_start, undisturbed
+from kernels.lossy_bodies.stages import prepared_settings as settings_of_bodies
+from kernels.lossy_disk.arrays import NO_AIR
+from kernels.lossy_disk.endings import HORIZON, INVALID, UNDISTURBED, UNRESOLVED
+from kernels.lossy_disk.events import BREACHES, Case
+from kernels.lossy_disk.follow import MOVING, Motion, Record, ending_of, follow
+from kernels.lossy_disk.leg_control import _MOST_LOST, _write, _write_at_once
+from kernels.lossy_disk.loss_laws import Losses
+from kernels.lossy_disk.step_control import lost_energy
+from kernels.simd_math import sine_cosine_of_tilt
+
+#: How often the step is halved at most, after the second motion.
+_MOST_REFINEMENTS = 5
+
+#: The step of the first motion over that which the tolerance asks for.
+_FIRST = 2.0
+
+#: What is stated beside the difference of two motions: of the tilts over the tolerance, of time, heading and path over
+#: the tolerance and their size.
+_OF_TILT, _OF_WAY = 1.0, 1.0
+
+#: What `RunSettings.from_start` says: the criterion measures from the tilt of the start, or from the pole next to it.
+FROM_START, FROM_POLE = 1.0, 2.0
+
+
+class Outcome(NamedTuple):
+    """What a motion comes to.
+
+    Attributes
+    ----------
+    motion : kernels.lossy_disk.follow.Motion
+    record : kernels.lossy_disk.follow.Record
+    ending : int
+    imbalance : float
+        Of the energy over m g R, and of the length of the axis.
+    """
+
+    motion: Motion
+    record: Record
+    ending: int
+    imbalance: float
+
+
+@kernel
+def prepared_settings(settings):
+    """Return the `kernels.lossy_bodies.stages.RunSettings`; no tilt is flat."""
+    run = settings_of_bodies(settings)
+    return RunSettings(
+        run.duration, run.step, math.pi, run.tolerance, run.limited, run.limit, run.from_start, run.air_law,
+        -1.0, run.relative_step, run.body,
+    )  # fmt: skip
+
+
+@kernel
+def _criterion(tilt, scaled_rate, body, run):
+    """Tilt from which the criterion measures and distance that breaks it [rad]."""
+    reference = tilt if run.from_start == FROM_START else 0.0
+    if run.from_start == FROM_POLE:
+        reference = math.copysign(0.5 * math.pi, tilt)
+    if run.limited == 0.0:
+        return reference, math.inf
+    away = tilt - reference
+    size = math.sqrt(away * away + (1.0 + body.transverse) * scaled_rate * scaled_rate)
+    return reference, run.limit * (size if run.limited == 2.0 else 1.0)
+
+
+@kernel
+def read_start(cell, lane, starts, run, lanes, measures, counts):
+    """Put a start into a lane, in SI units; an impossible one and one without a motion are written at once."""
+    body = body_of(starts, cell, run.body)
+    possible = is_possible(starts, cell, run.body, body) and losses_allowed(cell, starts, run)
+    if not possible or run.air_law != NO_AIR or undisturbed(cell, starts, body):
+        ending = UNDISTURBED if possible and run.air_law == NO_AIR else INVALID
+        _write_at_once(cell, ending, math.nan, math.nan, measures, counts)
+        fill_idle(lane, lanes)
+        return False
+    tilt, tilt_rate = starts[body_row.TILT, cell], starts[body_row.TILT_RATE, cell]
+    radius = starts[body_row.RADIUS, cell]
+    unit, losses = (
+        math.sqrt(radius / starts[body_row.GRAVITY, cell]),
+        losses_of_start(cell, starts, run, 1.0),
+    )
+    lanes[at.TILT_0 + lane], lanes[at.TILT_RATE_0 + lane] = tilt, tilt_rate
+    lanes[at.PRECESSION_RATE_0 + lane] = starts[body_row.PRECESSION_RATE, cell]
+    lanes[at.ROLL_RATE_0 + lane] = starts[body_row.ROLL_RATE, cell]
+    lanes[at.UNIT + lane], lanes[at.RADIUS + lane] = unit, radius
+    lanes[at.SHIFT + lane], lanes[at.SQUARE + lane] = body.shift, body.square
+    lanes[at.AXIAL + lane], lanes[at.TRANSVERSE + lane] = body.axial, body.transverse
+    lanes[at.CONTOUR + lane], lanes[at.DAMPING + lane] = losses.contour, losses.damping
+    lanes[at.ROLLING + lane], lanes[at.PIVOTING + lane] = losses.rolling, losses.pivoting
+    lanes[at.FRICTION + lane] = starts[row.FRICTION, cell]
+    lanes[at.REFERENCE + lane], lanes[at.REACH + lane] = _criterion(tilt, unit * tilt_rate, body, run)
+    return True
+
+
+@kernel
+def fill_idle(lane, lanes):
+    """Leave a lane without a cell as it is: no lane steps."""
+
+
+@simd
+def prepare(lane, run, lanes):
+    """Compute nothing: `needs_integration` does."""
+
+
+@simd
+def set_off(lane, run, lanes):
+    """Set off nothing."""
+
+
+@simd
+def advance(lane, run, lanes):
+    """Return that a leg has ended: there is none."""
+    return True
+
+
+@simd
+def land(lane, run, lanes):
+    """Compute nothing."""
+
+
+@kernel
+def finish_leg(cell, lane, run, lanes, measures, counts):
+    """Return that the cell has been written: there is no leg."""
+    return False
+
+
+@kernel
+def _body_of(lane, lanes):
+    axial, transverse = lanes[at.AXIAL + lane], lanes[at.TRANSVERSE + lane]
+    return Body(
+        0.0, lanes[at.SHIFT + lane], 1.0, lanes[at.SQUARE + lane], axial, transverse, axial / transverse
+    )
+
+
+@kernel
+def _case_of(lane, relative_step, run, lanes):
+    """Return what does not change along a motion with this step over its time scale."""
+    losses = Losses(
+        lanes[at.CONTOUR + lane], lanes[at.DAMPING + lane], lanes[at.ROLLING + lane],
+        lanes[at.PIVOTING + lane], 0.0, 0.0,
+    )  # fmt: skip
+    longest = run.step / lanes[at.UNIT + lane] if run.step > 0.0 else math.inf
+    return Case(
+        _body_of(lane, lanes), losses, run.flat_tilt, run.cos_flat_tilt, lanes[at.FRICTION + lane],
+        lanes[at.REFERENCE + lane], relative_step, longest,
+    )  # fmt: skip
+
+
+@kernel
+def _breach(start, record, case, end, reach):
+    """Return the record with the time at which the motion first breaks the criterion, if it does."""
+    if max(record.greatest - case.reference, case.reference - record.least) <= reach:
+        return record
+    motion, event = begun(start, case, reach)
+    tilt = tilt_of(motion.state)
+    found = Record(tilt, tilt, 0.0 if event == BREACHES else math.nan, 0.0, 0.0)
+    if ending_of(event) == MOVING:
+        motion, found, _ = follow(motion, found, case, end, reach, math.inf)
+    # a tilt may reach the limit by less than an error
+    breach = found.breach if found.breach == found.breach else end
+    return Record(record.least, record.greatest, breach, record.steps, record.switches)
+
+
+@kernel
+def _outcome(lane, relative_step, run, lanes):
+    """Follow the motion of a lane to its ending; no other result may depend on the criterion."""
+    unit, case = lanes[at.UNIT + lane], _case_of(lane, relative_step, run, lanes)
+    S, C = sine_cosine_of_tilt(lanes[at.TILT_0 + lane])
+    start = (
+        S, C, unit * lanes[at.TILT_RATE_0 + lane], unit * lanes[at.PRECESSION_RATE_0 + lane],
+        unit * lanes[at.ROLL_RATE_0 + lane],
+    )  # fmt: skip
+    first, event = begun(start, case, math.inf)
+    motion, tilt, ending, end = first, tilt_of(first.state), ending_of(event), run.duration / unit
+    record = Record(tilt, tilt, math.nan, 0.0, 0.0)
+    if ending == MOVING:
+        motion, record, ending = follow(first, record, case, end, math.inf, math.inf)
+    record = _breach(start, record, case, motion.time, lanes[at.REACH + lane])
+    n1, n2, S, _, _, _ = motion.state
+    S0, C0, w, turning, f = start
+    begin = energy_of((-C0, 0.0, S0, -C0 * f, w, turning + f * S0), case.inertia)
+    won = energy_of(motion.state, case.inertia) - begin + lost_energy(motion.ledger)
+    return Outcome(motion, record, ending, abs(won) + abs(n1 * n1 + n2 * n2 + S * S - 1.0))
+
+
+@kernel
+def needs_integration(cell, lane, run, lanes, measures, counts):
+    """Follow the motion of a cell, with half the step each time until it is known well enough, and write it."""
+    relative_step, refinements = _FIRST * run.relative_step, 0.0
+    before = _outcome(lane, relative_step, run, lanes)
+    goes_on = True
+    while goes_on:
+        relative_step *= 0.5
+        after = _outcome(lane, relative_step, run, lanes)
+        known = after.ending == before.ending and after.imbalance <= run.tolerance
+        known = known and after.ending != UNRESOLVED
+        goes_on = not known and refinements < _MOST_REFINEMENTS and after.record.steps < _MOST_LOST
+        if goes_on:
+            before, refinements = after, refinements + 1.0
+    if known:
+        _finish(cell, lane, before, after, refinements, run, lanes, measures, counts)
+    else:
+        _write_lost(cell, after, refinements, measures, counts)
+    return False
+
+
+@kernel
+def _write_lost(cell, after, refinements, measures, counts):
+    """Write a cell that could not be resolved."""
+    nan = math.nan
+    ledger, errors = (nan, nan, nan, nan, nan, nan, nan), (nan, nan, nan, nan, nan)
+    taken = after.record.steps, refinements, after.record.switches
+    _write(cell, UNRESOLVED, (nan, nan), (nan, nan, nan), ledger, errors, taken, measures, counts)
+
+
+@kernel
+def _finish(cell, lane, before, after, refinements, run, lanes, measures, counts):
+    """Write a cell, with what its last two motions differ by as its errors."""
+    unit, radius = lanes[at.UNIT + lane], lanes[at.RADIUS + lane]
+    motion, record = after.motion, after.record
+    turned, path, rolled, pivoted, rubbed, damped, blown = motion.ledger
+    turned_before, path_before, _, _, _, _, _ = before.motion.ledger
+    tilt = tilt_of(motion.state)
+    apart = max(
+        abs(record.least - before.record.least), abs(record.greatest - before.record.greatest),
+        abs(tilt - tilt_of(before.motion.state)),
+    )  # fmt: skip
+    tilt_error = apart + _OF_TILT * run.tolerance
+    share = _OF_WAY * run.tolerance
+    time_error = (
+        abs(motion.time - before.motion.time) + share * motion.time if after.ending != HORIZON else 0.0
+    )
+    heading_error = abs(turned - turned_before) + share * (1.0 + abs(turned) + motion.time)
+    # a motion that passes a pole within its error may pass it on the other side
+    if max(abs(record.least), abs(record.greatest)) + tilt_error > 0.5 * math.pi:
+        heading_error += 2.0 * math.pi
+    path_error = abs(path - path_before) + share * (1.0 + path)
+    ledger = turned, radius * path, rolled, pivoted, rubbed, damped, blown
+    errors = after.imbalance, tilt_error, unit * time_error, heading_error, radius * path_error
+    _write(
+        cell, after.ending, (unit * motion.time, unit * record.breach),
+        (record.least, record.greatest, tilt), ledger, errors,
+        (record.steps, refinements, record.switches), measures, counts,
+    )  # fmt: skip
