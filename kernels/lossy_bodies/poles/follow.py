@@ -131,10 +131,9 @@ def begun(start, case, reach):
 
 
 @kernel
-def _turning_later(v, h, turn, slowing):
+def _turning_later(v, h, slowing):
     """Turning rate about the vertical a time later, which pivoting friction slows evenly."""
-    later = v - turn * slowing * h
-    return later if turn * later > 0.0 or turn == 0.0 else 0.0
+    return math.copysign(max(abs(v) - slowing * h, 0.0), v)
 
 
 @kernel
@@ -154,18 +153,18 @@ def turned(motion, case, until):
     h, event, lets_go = until - motion.time, NO_EVENT, False
     if slowing * h >= abs(v):
         h, event = abs(v) / slowing, RESTS
-    later = 0.0 if event == RESTS else _turning_later(v, h, turn, slowing)
+    later = 0.0 if event == RESTS else _turning_later(v, h, slowing)
     if not is_held((n1, n2, S, 0.0, 0.0, later), turn, body, losses):
         held, let = 0.0, h
         for _ in range(_HALVINGS):
             h = 0.5 * (held + let)
-            rate = _turning_later(v, h, turn, slowing)
+            rate = _turning_later(v, h, slowing)
             if is_held((n1, n2, S, 0.0, 0.0, rate), turn, body, losses):
                 held = h
             else:
                 let = h
         h, event, lets_go = let, CONTACT_RESTS, True
-        later = _turning_later(v, h, turn, slowing)
+        later = _turning_later(v, h, slowing)
     mean = 0.5 * (v + later)
     gain = (mean, 0.0, 0.0, losses.pivoting * abs(mean), 0.0, 0.0, 0.0)
     cosine, sine = math.cos(mean * h), math.sin(mean * h)
