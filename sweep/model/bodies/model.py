@@ -18,6 +18,7 @@ from sweep.model.bodies.exact import (
     path_columns,
 )
 from sweep.model.bodies.shape import (
+    check_no_fall,
     check_shape,
     complete,
     has_poles,
@@ -83,7 +84,7 @@ class Bodies(Model):
 
     def headline(self, spec: Request) -> str:
         """Return what is looked at, which follows from the rates and the body."""
-        if self._on_its_end(spec):
+        if self.on_its_end(spec):
             return f"Spinning on its end, a {spec.body}: stability of the vertical axis"
         motion, _, looked_at = DISK.headline(spec).partition(": ")
         article = "an" if tables.CALLED[spec.body][0] in "aeiou" else "a"
@@ -95,7 +96,7 @@ class Bodies(Model):
         A ball that does not circle disturbs spinning on its end, with its axis vertical, and so does a spheroid that
         has no balance upright, or whose axis is nearer to the vertical in all starts.
         """
-        if self._on_its_end(spec):
+        if self.on_its_end(spec):
             return np.copysign(np.full_like(starts["tilt"], math.pi / 2), starts["tilt"])
         return DISK.undisturbed(spec, starts)
 
@@ -114,11 +115,11 @@ class Bodies(Model):
 
     def drawn_of(self, spec: Request) -> str:
         """Return what maps show: of a body on its end, whose largest tilt is that of its start, the amplification."""
-        return "amplification" if self._on_its_end(spec) else super().drawn_of(spec)
+        return "amplification" if self.on_its_end(spec) else super().drawn_of(spec)
 
     def disturbed_motion(self, spec: Request) -> str:
         """Return what the starts disturb."""
-        if self._on_its_end(spec):
+        if self.on_its_end(spec):
             return f"a {spec.body} that spins on its end, about the vertical"
         called = tables.CALLED[spec.body]
         return f"a {called} that circles at this tilt" if circling(spec) else f"the upright {called}"
@@ -127,6 +128,7 @@ class Bodies(Model):
         """Refuse rates that do not follow from the others, and what no body is."""
         check_steady_rates(values)
         check_shape(values)
+        check_no_fall(values, tables.SETTINGS["fall_tilt"])
 
     def cell_variables(self, spec: Request) -> Mapping[str, Quantity]:
         """Return the variables of an atlas; those that need an integration in time say so where there is none."""
@@ -189,8 +191,8 @@ class Bodies(Model):
             return np.zeros(error.shape, bool)
         return DISK.may_be_lost(spec, measured, error)
 
-    def _on_its_end(self, spec: Request) -> bool:
-        """Whether the starts disturb a body that spins on its end."""
+    def on_its_end(self, spec: Request) -> bool:
+        """Return whether the starts disturb a body that spins on its end."""
         if circling(spec) or not has_poles(spec.body):
             return False
         return spec.body == "ball" or off_centre(spec.offset) or stands_on_end(spec.tilt)
@@ -199,11 +201,11 @@ class Bodies(Model):
         """Whether the motion that starts disturb is a steady one: circling, or upright in balance."""
         if circling(spec):
             return True
-        return theory.has_balance(spec) and not self._on_its_end(spec)
+        return theory.has_balance(spec) and not self.on_its_end(spec)
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
         """Return the analytic lines and those that the criterion predicts; see `sweep.model.disk.theory.lines`."""
-        if self._on_its_end(spec):
+        if self.on_its_end(spec):
             return theory.pole_lines(spec, axis, starts)
         if not self._has_theory(spec):
             return {}
@@ -217,7 +219,7 @@ class Bodies(Model):
 
     def line_label(self, spec: Request, axis: str) -> str:
         """Return the formula of the squared critical rate, or of the curve k = 0."""
-        if self._on_its_end(spec) and axis == "roll_rate":
+        if self.on_its_end(spec) and axis == "roll_rate":
             return theory.critical_pole_square(spec)
         if not self._has_theory(spec):
             return ""
@@ -241,7 +243,7 @@ class Bodies(Model):
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
         """Return what small oscillations about the steady motion say of a cell."""
-        if self._on_its_end(spec):
+        if self.on_its_end(spec):
             return (theory.pole_prediction(spec, start),)
         if not self._has_theory(spec):
             return (
