@@ -148,8 +148,8 @@ def _of_a_round_body(spec: Request, start: Mapping[str, float]) -> Iterator[str]
         return
     time = (spin - found) * unit * unit * start["axial_moment"] / arm
     yield (
-        f"theory      pivoting friction takes the spin on its end down to {found:.6g} rad s-1, the critical one without "
-        f"losses, in {time:.6g} s"
+        f"theory      pivoting friction takes the spin on its end down to {found:.6g} rad s-1, the critical one "
+        f"without losses, in {time:.6g} s"
     )
 
 
