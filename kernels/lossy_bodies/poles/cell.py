@@ -206,8 +206,8 @@ def _outcome(lane, relative_step, run, lanes):
 def needs_integration(cell, lane, run, lanes, measures, counts):
     """Follow the motion of a cell, with half the step each time until it is known well enough, and write it."""
     relative_step, refinements = _FIRST * run.relative_step, 0.0
-    before = _outcome(lane, relative_step, run, lanes)
-    goes_on = True
+    before = after = _outcome(lane, relative_step, run, lanes)
+    known, goes_on = False, before.record.steps < _MOST_LOST
     while goes_on:
         relative_step *= 0.5
         after = _outcome(lane, relative_step, run, lanes)

@@ -28,7 +28,7 @@ from typing import NamedTuple
 from kernels.bodies.poles.equations import fastest_square
 from kernels.jit import kernel, simd
 from kernels.lossy_disk.contact import all_held
-from kernels.lossy_disk.contact_motion import Forces, contact_step
+from kernels.lossy_disk.contact_motion import Forces
 
 #: Added to the square of a rate that divides.
 _LEAST_SQUARE = 1.0e-200
@@ -236,23 +236,6 @@ def moved(state, h, change):
     a0, a1, a2, a3, a4, a5 = state
     b0, b1, b2, b3, b4, b5 = change
     return a0 + h * b0, a1 + h * b1, a2 + h * b2, a3 + h * b3, a4 + h * b4, a5 + h * b5
-
-
-@kernel
-def _turned_by(before, after):
-    """Angle by which the horizontal part of the axis has turned; half a turn through a pole counts as positive."""
-    n1, n2, _, _, _, _ = before
-    m1, m2, _, _, _, _ = after
-    beside, ahead = n1 * m2 - n2 * m1, n1 * m1 + n2 * m2
-    return math.pi if beside == 0.0 and ahead < 0.0 else math.atan2(beside, ahead)
-
-
-@kernel
-def next_state(state, senses, body, losses, h):
-    """State and gain of the ledger after one step; the heading is that of the axis, before and after."""
-    after, gain = contact_step(state, senses, body, losses, h)
-    _, path, rolled, pivoted, rubbed, damped, blown = gain
-    return after, (_turned_by(state, after), path, rolled, pivoted, rubbed, damped, blown)
 
 
 @kernel

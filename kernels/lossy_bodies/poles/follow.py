@@ -3,6 +3,7 @@
 import math
 
 from kernels.jit import kernel
+from kernels.lossy_bodies.poles.creeping import creeps, rolls_straight, stiffness
 from kernels.lossy_bodies.poles.dry_friction import is_held
 from kernels.lossy_bodies.poles.equations import (
     arm_of,
@@ -17,7 +18,8 @@ from kernels.lossy_bodies.poles.equations import (
     yielding,
 )
 from kernels.lossy_disk.contact import all_held
-from kernels.lossy_disk.contact_motion import Senses, entered
+from kernels.lossy_disk.contact_motion import Senses, contact_step, entered
+from kernels.lossy_disk.creeping import creeping_step
 from kernels.lossy_disk.dry_friction import HOLDS_ON, SEIZES, sign
 from kernels.lossy_disk.events import _REST, CONTACT_RESTS, NO_EVENT, RESTS, beyond
 from kernels.lossy_disk.follow import (
@@ -38,6 +40,26 @@ _HALVINGS = 60
 def grips(losses):
     """Whether dry friction acts on the horizontal turning rate."""
     return losses.rolling > 0.0 or losses.contour > 0.0
+
+
+@kernel
+def _turned_by(before, after):
+    """Angle by which the horizontal part of the axis has turned; half a turn through a pole counts as positive."""
+    n1, n2, _, _, _, _ = before
+    m1, m2, _, _, _, _ = after
+    beside, ahead = n1 * m2 - n2 * m1, n1 * m1 + n2 * m2
+    return math.pi if beside == 0.0 and ahead < 0.0 else math.atan2(beside, ahead)
+
+
+@kernel
+def next_state(state, senses, body, losses, h):
+    """State and gain of the ledger after one step; the heading is that of the axis, before and after."""
+    if creeps(state, senses, body, losses):
+        after, gain = creeping_step(state, senses, body, losses, h)
+    else:
+        after, gain = contact_step(state, senses, body, losses, h)
+    _, path, rolled, pivoted, rubbed, damped, blown = gain
+    return after, (_turned_by(state, after), path, rolled, pivoted, rubbed, damped, blown)
 
 
 @kernel
@@ -82,7 +104,7 @@ def contact_rests(state, senses, case):
 @kernel
 def step_length(state, senses, case):
     """See `kernels.lossy_disk.follow.step_length`."""
-    n1, n2, S, p1, p2, v = state
+    S = state[2]
     body, losses, share = case.inertia, case.losses, case.relative_step
     h, (n, _, radius) = share * time_scale(state, body), shape(S, body)
     wide = max(n, radius)
@@ -93,11 +115,12 @@ def step_length(state, senses, case):
             h = _SHARE_OF_RELAXING * share / relaxing
         if grips(losses):
             size, _, change = horizontal_rate(state, senses, body, losses)
-            if change * h > _SHARE_UNTIL_REST * share * size:
+            slow = creeps(state, senses, body, losses)
+            if change * h > _SHARE_UNTIL_REST * share * size and not slow:
                 h = _SHARE_UNTIL_REST * share * size / change
             # friction turns its direction; one that rolls straight has nothing across
-            stiff = (losses.rolling + losses.contour * wide * wide / min(n, radius)) * yields
-            if stiff * h > size and not (v == 0.0 and p1 * n1 + p2 * n2 == 0.0):
+            stiff = stiffness(S, body, losses)
+            if stiff * h > size and not rolls_straight(state) and not slow:
                 h = size / stiff
     return min(h, case.longest)
 

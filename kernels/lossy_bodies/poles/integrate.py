@@ -7,11 +7,16 @@ in whose functions the names of `DIFFERENT` mean those of a body that rolls thro
 
 from kernels.lanes.binding import bind
 from kernels.lanes.interface import LaneModel
-from kernels.lossy_bodies.poles import cell, dry_friction, equations, follow, layout
+from kernels.lossy_bodies.poles import cell, creeping, dry_friction, equations, follow, layout
+
+#: Steps after which a motion is abandoned, of which each takes a microsecond.
+_MOST_STEPS = 1.0e6
 
 #: Names of the modules of the disk with losses -> what stands for them here.
 DIFFERENT = {
+    "MOST_STEPS": _MOST_STEPS,
     "decided": dry_friction.decided,
+    "next_state": follow.next_state,
     "step_length": follow.step_length,
     "_margins": follow.margins,
     "_heading": follow.heading,
@@ -20,9 +25,13 @@ DIFFERENT = {
     **{
         name: getattr(equations, name)
         for name in (
-            "contact_forces", "contact_rates", "energy_of", "horizontal_rate", "is_above", "moved", "next_state",
-            "tilt_of", "tilting_of", "turning_of",
+            "contact_forces", "contact_rates", "energy_of", "horizontal_rate", "is_above", "moved", "tilt_of",
+            "tilting_of", "time_scale", "turning_of",
         )
+    },
+    **{
+        name: getattr(creeping, name)
+        for name in ("accelerations", "along", "creeps", "growing", "parted", "placed", "stiffness_at")
     },
 }  # fmt: skip
 
