@@ -14,7 +14,7 @@ import numpy as np
 from kernels.bodies.shapes import Body
 from sweep.model.bodies.shape import body_of
 from sweep.model.description import Request
-from sweep.model.lossy_disk.sample import _ABSOLUTE, _RELATIVE, MEASURES
+from sweep.model.lossy_disk.sample import MEASURES, solution
 from sweep.model.quantity import Array
 
 #: Square of the cosine of the tilt below which the energy says more of it than the sine does, and below which the
@@ -36,8 +36,6 @@ def smooth_motion(spec: Request, start: Mapping[str, float], energy: float) -> d
     energy : float
         Of the start, over m g R.
     """
-    from scipy.integrate import solve_ivp
-
     given = {name: np.array([value]) for name, value in start.items()}
     body = Body(*(float(np.ravel(each)[0]) for each in body_of(spec, given)))
     unit, tilt = math.sqrt(start["radius"] / start["gravity"]), start["tilt"]
@@ -48,15 +46,7 @@ def smooth_motion(spec: Request, start: Mapping[str, float], energy: float) -> d
     def turning(_: float, state: Any) -> float:
         return float(state[1])
 
-    found = solve_ivp(
-        _equations(body, start, unit),
-        (0.0, spec.duration / unit),
-        [*first, *[0.0] * 7],
-        method="DOP853",
-        rtol=_RELATIVE,
-        atol=_ABSOLUTE,
-        events=[turning],
-    )
+    found = solution(_equations(body, start, unit), [*first, *[0.0] * 7], spec.duration / unit, [turning])
     states = np.concatenate([found.y.T[[0, -1]], *(each for each in found.y_events if len(each))])
     tilts = np.array([_tilt(state, body) for state in states])
     *sums, path = found.y[5:, -1]
