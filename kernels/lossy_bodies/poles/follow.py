@@ -95,7 +95,8 @@ def heading(state, senses, case):
 @kernel
 def contact_rests(state, senses, case):
     """Whether the horizontal turning rate has all but vanished, and still falls."""
-    if not grips(case.losses):
+    _, _, _, p1, p2, _ = state
+    if not grips(case.losses) or p1 * p1 + p2 * p2 > _REST * _REST:
         return False
     size, change, _ = horizontal_rate(state, senses, case.inertia, case.losses)
     return size < _REST and change < 0.0
