@@ -118,6 +118,10 @@ class LossyBodies(LossyDisk):
         """Return the size of the perturbation in each start, as of the body without losses."""
         return BODIES.perturbation(spec, starts)
 
+    def drawn_of(self, spec: Request) -> str:
+        """Return what maps show: of a body on its end the amplification, as its motion ends with the duration."""
+        return "amplification" if BODIES.on_its_end(spec) else super().drawn_of(spec)
+
     def disturbed_motion(self, spec: Request) -> str:
         """Return what the starts disturb."""
         return BODIES.disturbed_motion(spec)
