@@ -207,7 +207,8 @@ def needs_integration(cell, lane, run, lanes, measures, counts):
     """Follow the motion of a cell, with half the step each time until it is known well enough, and write it."""
     relative_step, refinements = _FIRST * run.relative_step, 0.0
     before = after = _outcome(lane, relative_step, run, lanes)
-    known, goes_on = False, before.record.steps < _MOST_LOST
+    # many steps that do not end a motion will not with more of them
+    known, goes_on = False, before.ending != UNRESOLVED or before.record.steps < _MOST_LOST
     while goes_on:
         relative_step *= 0.5
         after = _outcome(lane, relative_step, run, lanes)

@@ -18,6 +18,10 @@ from kernels.lossy_bodies.poles.equations import (
 from kernels.lossy_disk.contact_motion import Senses
 from kernels.lossy_disk.dry_friction import _HALVINGS, _INSTANT, sign
 
+#: Share of its bounds by which friction may be needed more than that and still hold a body at rest, and hold on: where
+#: damping lets a body come nearer and nearer to where it is held, rounding does not decide.
+AT_REST, STILL_AT_REST = 1.0 + 1.0e-9, 1.0 + 2.0e-9
+
 #: Horizontal turning rate of which only the direction matters.
 _HARDLY = 1.0e-60
 
@@ -69,11 +73,15 @@ def _is_within(along, across, semi_axes, arm):
 
 
 @kernel
-def is_held(state, turn, body, losses):
-    """Whether friction holds the horizontal turning rate of a body that has none; `turn` is the sense of v."""
+def is_held(state, turn, strength, body, losses):
+    """Whether friction holds the horizontal turning rate of a body that has none.
+
+    `turn` is the sense of v, and `strength` multiplies the bounds of friction.
+    """
     n, _, radius = shape(state[2], body)
     along, across, _ = _needed(state, -losses.pivoting * turn, body)
-    return _is_within(along, across, (losses.contour * radius, losses.contour * n), losses.rolling)
+    contour = strength * losses.contour
+    return _is_within(along, across, (contour * radius, contour * n), strength * losses.rolling)
 
 
 @kernel
@@ -123,7 +131,7 @@ def decided(state, senses, vanished, strength, body, losses):
     turn = 0.0 if no_turn and losses.pivoting > 0.0 else senses.turn
     if no_rolling:
         still = n1, n2, S, 0.0, 0.0, 0.0 if no_turn else v
-        if is_held(still, turn, body, losses):
+        if is_held(still, turn, AT_REST, body, losses):
             return still, Senses(0.0, turn, 0.0), 0.0
         return _set_going(still, turn, body, losses)
     if no_turn and losses.pivoting > 0.0:

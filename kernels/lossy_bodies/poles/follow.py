@@ -4,7 +4,7 @@ import math
 
 from kernels.jit import kernel
 from kernels.lossy_bodies.poles.creeping import creeps, rolls_straight, stiffness
-from kernels.lossy_bodies.poles.dry_friction import is_held
+from kernels.lossy_bodies.poles.dry_friction import STILL_AT_REST, is_held
 from kernels.lossy_bodies.poles.equations import (
     arm_of,
     contact_forces,
@@ -178,12 +178,12 @@ def turned(motion, case, until):
     if slowing * h >= abs(v):
         h, event = abs(v) / slowing, RESTS
     later = 0.0 if event == RESTS else _turning_later(v, h, slowing)
-    if not is_held((n1, n2, S, 0.0, 0.0, later), turn, body, losses):
+    if not is_held((n1, n2, S, 0.0, 0.0, later), turn, STILL_AT_REST, body, losses):
         held, let = 0.0, h
         for _ in range(_HALVINGS):
             h = 0.5 * (held + let)
             rate = _turning_later(v, h, slowing)
-            if is_held((n1, n2, S, 0.0, 0.0, rate), turn, body, losses):
+            if is_held((n1, n2, S, 0.0, 0.0, rate), turn, STILL_AT_REST, body, losses):
                 held = h
             else:
                 let = h
