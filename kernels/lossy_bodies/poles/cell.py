@@ -158,7 +158,9 @@ def _case_of(lane, relative_step, run, lanes):
         lanes[at.CONTOUR + lane], lanes[at.DAMPING + lane], lanes[at.ROLLING + lane],
         lanes[at.PIVOTING + lane], 0.0, 0.0,
     )  # fmt: skip
-    longest = run.step / lanes[at.UNIT + lane] if run.step > 0.0 else math.inf
+    # a longest step is halved as well
+    share = relative_step / run.relative_step
+    longest = share * run.step / lanes[at.UNIT + lane] if run.step > 0.0 else math.inf
     return Case(
         _body_of(lane, lanes), losses, run.flat_tilt, run.cos_flat_tilt, lanes[at.FRICTION + lane],
         lanes[at.REFERENCE + lane], relative_step, longest,

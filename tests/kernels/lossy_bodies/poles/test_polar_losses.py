@@ -219,6 +219,17 @@ def test_a_heading_that_jumps_at_a_pole_is_stated_as_uncertain():
     assert beside.heading_error[0] < 1e-5
 
 
+def test_errors_are_stated_of_steps_that_are_given():
+    """A longest step that is too long for the motion makes errors, and the cell says so."""
+    _, _, given = drawn_many("spheroid", 30, 46)
+    coarse, fine = (run(given, "spheroid", duration=4.0, tolerance=each, step=0.25) for each in (1e-2, 1e-10))
+    known = (coarse.ending == fine.ending) & (coarse.ending == HORIZON)
+    apart = np.abs(coarse.end_tilt - fine.end_tilt)[known]
+    stated = coarse.tilt_error[known] - 1e-2
+    assert np.median(apart) > 1e-6
+    assert np.mean(apart <= 2.0 * stated + 1e-9) > 0.9
+
+
 def test_starts_without_a_motion():
     """Upright and undisturbed, impossible ones, and with air, which has no face to act on."""
     lens = {"flattening": 0.4, "axial_moment": 0.4, "transverse_moment": 0.272, "rolling_friction": 1e-3}
