@@ -21,8 +21,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 import body_runner
 from body_referee import Body
-from lossy_body_referee import starts
-from lossy_pole_referee import drawn_polar, run
+from lossy_body_referee import run, starts
+from lossy_pole_referee import drawn_polar
 
 from kernels.bodies.arrays import PARAMETERS, REDUCED
 from kernels.bodies.shapes import NAMES, RIM, arc_of, solid_moments, torus_moments

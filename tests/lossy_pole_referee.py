@@ -7,18 +7,12 @@ from the angular velocity is asked of the geometry, one direction after the othe
 
 import math
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 import numpy as np
 from body_referee import UP, Body, cross
 from body_runner import drawn
 from lossy_body_referee import ARMS, LEDGER, some
 from scipy.integrate import solve_ivp
-
-from kernels.bodies.shapes import NAMES
-from kernels.lossy_bodies.arrays import SETTINGS
-from kernels.lossy_disk.arrays import COUNTS, MEASURES
-from sweep.model.kernel import Kernel
 
 
 @dataclass(frozen=True)
@@ -89,18 +83,6 @@ class Polar:
         met = [each for each in found.y_events if len(each)]
         x, y, z = np.concatenate([found.y[:, [0, -1]].T, *met])[:, :3].T
         return found, np.arctan2(z, np.hypot(x, y))
-
-
-def run(given, body, **settings):
-    """Integrate starts (`lossy_body_referee.starts`) of a ball or a spheroid; returns its measures and counts."""
-    values = {"duration": 30.0, "flat_tilt": 1.5, "tolerance": 1e-8, "body": NAMES.index(body)}
-    row = np.array([float({**values, **settings}.get(name, 0.0)) for name in SETTINGS])
-    measures = np.full((len(MEASURES), given.shape[1]), -777.0)
-    counts = np.full((len(COUNTS), given.shape[1]), -777, np.int32)
-    Kernel("kernels.lossy_bodies.poles.integrate", "integrate").load()(
-        np.ascontiguousarray(given), row, measures, counts
-    )
-    return SimpleNamespace(**dict(zip((*MEASURES, *COUNTS), (*measures, *counts), strict=True)))
 
 
 def drawn_polar(name, rng, most=-1.3):

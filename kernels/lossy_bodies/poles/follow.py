@@ -18,10 +18,10 @@ from kernels.lossy_bodies.poles.equations import (
     yielding,
 )
 from kernels.lossy_disk.contact import all_held
-from kernels.lossy_disk.contact_motion import Senses, contact_step, entered
+from kernels.lossy_disk.contact_motion import Senses, contact_step
 from kernels.lossy_disk.creeping import creeping_step
 from kernels.lossy_disk.dry_friction import HOLDS_ON, SEIZES, sign
-from kernels.lossy_disk.events import _REST, CONTACT_RESTS, NO_EVENT, RESTS, beyond
+from kernels.lossy_disk.events import _REST, beyond
 from kernels.lossy_disk.follow import (
     _ROUNDING,
     _SHARE_OF_RELAXING,
@@ -31,9 +31,6 @@ from kernels.lossy_disk.follow import (
     _switched,
     ending_of,
 )
-
-#: Halvings of the interval of turning rates in which friction lets a body go.
-_HALVINGS = 60
 
 
 @kernel
@@ -155,46 +152,23 @@ def begun(start, case, reach):
 
 
 @kernel
-def _turning_later(v, h, slowing):
-    """Turning rate about the vertical a time later, which pivoting friction slows evenly."""
-    return math.copysign(max(abs(v) - slowing * h, 0.0), v)
+def inertia_of_turning(state, body):
+    """Moment of inertia about the vertical through the contact point, in m R^2."""
+    n1, n2, S, _, _, _ = state
+    axis = n1, n2, S
+    return whole_of_vertical(axis, arm_of(axis, body), body)[2]
 
 
 @kernel
-def turned(motion, case, until):
-    """See `kernels.lossy_disk.follow._turned`.
+def still_held(state, later, turn, case):
+    """See `kernels.lossy_disk.follow.still_held`."""
+    n1, n2, S, _, _, _ = state
+    return is_held((n1, n2, S, 0.0, 0.0, later), turn, STILL_AT_REST, case.inertia, case.losses)
 
-    As the turning slows, its centrifugal torque may no longer balance the weight: then friction lets the body go. What
-    it needs to hold is linear in the square of the rate, and what it can do is convex: it holds in between where it
-    holds at both ends.
-    """
-    n1, n2, S, _, _, v = motion.state
-    turn, losses, body = motion.senses.turn, case.losses, case.inertia
-    if v == 0.0:
-        return motion, RESTS
-    axis = n1, n2, S
-    slowing = losses.pivoting / whole_of_vertical(axis, arm_of(axis, body), body)[2]
-    h, event, lets_go = until - motion.time, NO_EVENT, False
-    if slowing * h >= abs(v):
-        h, event = abs(v) / slowing, RESTS
-    later = 0.0 if event == RESTS else _turning_later(v, h, slowing)
-    if not is_held((n1, n2, S, 0.0, 0.0, later), turn, STILL_AT_REST, body, losses):
-        held, let = 0.0, h
-        for _ in range(_HALVINGS):
-            h = 0.5 * (held + let)
-            rate = _turning_later(v, h, slowing)
-            if is_held((n1, n2, S, 0.0, 0.0, rate), turn, STILL_AT_REST, body, losses):
-                held = h
-            else:
-                let = h
-        h, event, lets_go = let, CONTACT_RESTS, True
-        later = _turning_later(v, h, slowing)
-    mean = 0.5 * (v + later)
-    gain = (mean, 0.0, 0.0, losses.pivoting * abs(mean), 0.0, 0.0, 0.0)
-    cosine, sine = math.cos(mean * h), math.sin(mean * h)
-    state = n1 * cosine - n2 * sine, n1 * sine + n2 * cosine, S, 0.0, 0.0, later
-    time = until if event == NO_EVENT else motion.time + h
-    after = Motion(state, motion.senses, time, entered(motion.ledger, h, gain))
-    if lets_go:
-        after = _switched(after, (True, later == 0.0, False), SEIZES, case)
-    return after, event
+
+@kernel
+def turned_by(state, angle, later):
+    """See `kernels.lossy_disk.follow.turned_by`."""
+    n1, n2, S, _, _, _ = state
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return n1 * cosine - n2 * sine, n1 * sine + n2 * cosine, S, 0.0, 0.0, later

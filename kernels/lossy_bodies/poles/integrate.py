@@ -21,7 +21,9 @@ DIFFERENT = {
     "_margins": follow.margins,
     "_heading": follow.heading,
     "_contact_rests": follow.contact_rests,
-    "_turned": follow.turned,
+    "inertia_of_turning": follow.inertia_of_turning,
+    "still_held": follow.still_held,
+    "turned_by": follow.turned_by,
     **{
         name: getattr(equations, name)
         for name in (

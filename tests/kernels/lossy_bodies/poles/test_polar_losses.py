@@ -7,8 +7,8 @@ import body_runner
 import numpy as np
 import pytest
 from body_referee import UP, Body, cross
-from lossy_body_referee import LEDGER, scaled, starts
-from lossy_pole_referee import Polar, drawn_polar, run
+from lossy_body_referee import LEDGER, run, scaled, starts
+from lossy_pole_referee import Polar, drawn_polar
 
 from kernels.bodies import arrays as of_bodies
 from kernels.lossy_disk.arrays import MOFFATT
