@@ -237,7 +237,7 @@ def _turned(motion, case, until):
     """Return a disk that friction holds but for its turning about the vertical, at a later time, and the event.
 
     The turning of another body may balance its weight: as it slows friction may let the body go. What friction has to
-    hold is linear in the square of the rate, and what it can is convex: it holds in between where it holds at both ends.
+    hold is linear in the square of the rate, and what it can is convex: it holds in between where it does at both ends.
     """
     turn, arm, v = motion.senses.turn, case.losses.pivoting, turning_of(motion.state)
     I_v = inertia_of_turning(motion.state, case.inertia)
