@@ -1,4 +1,4 @@
-"""The stages of a cell of a ball or a spheroid with losses: its start, its motion, its results.
+"""A cell of a ball or a spheroid with losses: its start, its motion, its results.
 
 Each motion is followed twice or more in scalar code, with half the step each time, and what two of them differ by is
 stated as the error: it knows how late a motion is that passes a maximum of its potential slowly, and how far beside a
@@ -11,9 +11,8 @@ from typing import NamedTuple
 from kernels.bodies import arrays as body_row
 from kernels.bodies.shapes import Body
 from kernels.bodies.stages import body_of, is_possible
-from kernels.jit import kernel, simd
+from kernels.jit import kernel
 from kernels.lossy_bodies import arrays as row
-from kernels.lossy_bodies.poles import layout as at
 from kernels.lossy_bodies.poles.equations import energy_of, tilt_of
 from kernels.lossy_bodies.poles.follow import begun
 from kernels.lossy_bodies.stages import RunSettings, losses_allowed, losses_of_start, undisturbed
@@ -39,6 +38,33 @@ _OF_TILT, _OF_WAY = 1.0, 1.0
 
 #: What `RunSettings.from_start` says: the criterion measures from the tilt of the start, or from the pole next to it.
 FROM_START, FROM_POLE = 1.0, 2.0
+
+
+class Start(NamedTuple):
+    """A start, scaled.
+
+    Attributes
+    ----------
+    first : tuple of 5 floats
+        As of `kernels.lossy_bodies.poles.follow.begun`.
+    unit, radius : float
+        sqrt(R/g) [s]; the radius [m].
+    body : kernels.bodies.shapes.Body
+    losses : kernels.lossy_disk.loss_laws.Losses
+    friction : float
+        Friction coefficient.
+    reference, reach : float
+        Tilt from which the criterion measures, distance that breaks it [rad].
+    """
+
+    first: tuple
+    unit: float
+    radius: float
+    body: Body
+    losses: Losses
+    friction: float
+    reference: float
+    reach: float
 
 
 class Outcome(NamedTuple):
@@ -83,96 +109,37 @@ def _criterion(tilt, scaled_rate, body, run):
 
 
 @kernel
-def read_start(cell, lane, starts, run, lanes, measures, counts):
-    """Put a start into a lane, in SI units; an impossible one and one without a motion are written at once."""
-    body = body_of(starts, cell, run.body)
-    possible = is_possible(starts, cell, run.body, body) and losses_allowed(cell, starts, run)
-    if not possible or run.air_law != NO_AIR or undisturbed(cell, starts, body):
-        ending = UNDISTURBED if possible and run.air_law == NO_AIR else INVALID
-        _write_at_once(cell, ending, math.nan, math.nan, measures, counts)
-        fill_idle(lane, lanes)
-        return False
-    tilt, tilt_rate = starts[body_row.TILT, cell], starts[body_row.TILT_RATE, cell]
-    radius = starts[body_row.RADIUS, cell]
-    unit, losses = (
-        math.sqrt(radius / starts[body_row.GRAVITY, cell]),
-        losses_of_start(cell, starts, run, 1.0),
-    )
-    lanes[at.TILT_0 + lane], lanes[at.TILT_RATE_0 + lane] = tilt, tilt_rate
-    lanes[at.PRECESSION_RATE_0 + lane] = starts[body_row.PRECESSION_RATE, cell]
-    lanes[at.ROLL_RATE_0 + lane] = starts[body_row.ROLL_RATE, cell]
-    lanes[at.UNIT + lane], lanes[at.RADIUS + lane] = unit, radius
-    lanes[at.SHIFT + lane], lanes[at.SQUARE + lane] = body.shift, body.square
-    lanes[at.AXIAL + lane], lanes[at.TRANSVERSE + lane] = body.axial, body.transverse
-    lanes[at.CONTOUR + lane], lanes[at.DAMPING + lane] = losses.contour, losses.damping
-    lanes[at.ROLLING + lane], lanes[at.PIVOTING + lane] = losses.rolling, losses.pivoting
-    lanes[at.FRICTION + lane] = starts[row.FRICTION, cell]
-    lanes[at.REFERENCE + lane], lanes[at.REACH + lane] = _criterion(tilt, unit * tilt_rate, body, run)
-    return True
-
-
-@kernel
-def fill_idle(lane, lanes):
-    """Leave a lane without a cell as it is: no lane steps."""
-
-
-@simd
-def prepare(lane, run, lanes):
-    """Compute nothing: `needs_integration` does."""
-
-
-@simd
-def set_off(lane, run, lanes):
-    """Set off nothing."""
-
-
-@simd
-def advance(lane, run, lanes):
-    """Return that a leg has ended: there is none."""
-    return True
-
-
-@simd
-def land(lane, run, lanes):
-    """Compute nothing."""
-
-
-@kernel
-def finish_leg(cell, lane, run, lanes, measures, counts):
-    """Return that the cell has been written: there is no leg."""
-    return False
-
-
-@kernel
-def _body_of(lane, lanes):
-    axial, transverse = lanes[at.AXIAL + lane], lanes[at.TRANSVERSE + lane]
-    return Body(
-        0.0, lanes[at.SHIFT + lane], 1.0, lanes[at.SQUARE + lane], axial, transverse, axial / transverse
-    )
-
-
-@kernel
-def _case_of(lane, relative_step, run, lanes):
-    """Return what does not change along a motion with this step over its time scale."""
-    losses = Losses(
-        lanes[at.CONTOUR + lane], lanes[at.DAMPING + lane], lanes[at.ROLLING + lane],
-        lanes[at.PIVOTING + lane], 0.0, 0.0,
+def _start_of(cell, starts, run, body):
+    """Return the `Start` of a cell."""
+    tilt, radius = starts[body_row.TILT, cell], starts[body_row.RADIUS, cell]
+    unit, (S, C) = math.sqrt(radius / starts[body_row.GRAVITY, cell]), sine_cosine_of_tilt(tilt)
+    w = unit * starts[body_row.TILT_RATE, cell]
+    turning, f = unit * starts[body_row.PRECESSION_RATE, cell], unit * starts[body_row.ROLL_RATE, cell]
+    reference, reach = _criterion(tilt, w, body, run)
+    return Start(
+        (S, C, w, turning, f), unit, radius, body, losses_of_start(cell, starts, run, 1.0),
+        starts[row.FRICTION, cell], reference, reach,
     )  # fmt: skip
+
+
+@kernel
+def _case_of(start, relative_step, run):
+    """Return what does not change along a motion with this step over its time scale."""
     # a longest step is halved as well
     share = relative_step / run.relative_step
-    longest = share * run.step / lanes[at.UNIT + lane] if run.step > 0.0 else math.inf
+    longest = share * run.step / start.unit if run.step > 0.0 else math.inf
     return Case(
-        _body_of(lane, lanes), losses, run.flat_tilt, run.cos_flat_tilt, lanes[at.FRICTION + lane],
-        lanes[at.REFERENCE + lane], relative_step, longest,
+        start.body, start.losses, run.flat_tilt, run.cos_flat_tilt, start.friction, start.reference,
+        relative_step, longest,
     )  # fmt: skip
 
 
 @kernel
-def _breach(start, record, case, end, reach):
+def _breach(first, record, case, end, reach):
     """Return the record with the time at which the motion first breaks the criterion, if it does."""
     if max(record.greatest - case.reference, case.reference - record.least) <= reach:
         return record
-    motion, event = begun(start, case, reach)
+    motion, event = begun(first, case, reach)
     tilt = tilt_of(motion.state)
     found = Record(tilt, tilt, 0.0 if event == BREACHES else math.nan, 0.0, 0.0)
     if ending_of(event) == MOVING:
@@ -183,47 +150,53 @@ def _breach(start, record, case, end, reach):
 
 
 @kernel
-def _outcome(lane, relative_step, run, lanes):
-    """Follow the motion of a lane to its ending; no other result may depend on the criterion."""
-    unit, case = lanes[at.UNIT + lane], _case_of(lane, relative_step, run, lanes)
-    S, C = sine_cosine_of_tilt(lanes[at.TILT_0 + lane])
-    start = (
-        S, C, unit * lanes[at.TILT_RATE_0 + lane], unit * lanes[at.PRECESSION_RATE_0 + lane],
-        unit * lanes[at.ROLL_RATE_0 + lane],
-    )  # fmt: skip
-    first, event = begun(start, case, math.inf)
-    motion, tilt, ending, end = first, tilt_of(first.state), ending_of(event), run.duration / unit
+def _outcome(start, relative_step, run):
+    """Follow a motion to its ending; no other result may depend on the criterion."""
+    case = _case_of(start, relative_step, run)
+    motion, event = begun(start.first, case, math.inf)
+    tilt, ending, end = tilt_of(motion.state), ending_of(event), run.duration / start.unit
     record = Record(tilt, tilt, math.nan, 0.0, 0.0)
     if ending == MOVING:
-        motion, record, ending = follow(first, record, case, end, math.inf, math.inf)
-    record = _breach(start, record, case, motion.time, lanes[at.REACH + lane])
+        motion, record, ending = follow(motion, record, case, end, math.inf, math.inf)
+    record = _breach(start.first, record, case, motion.time, start.reach)
     n1, n2, S, _, _, _ = motion.state
-    S0, C0, w, turning, f = start
+    S0, C0, w, turning, f = start.first
     begin = energy_of((-C0, 0.0, S0, -C0 * f, w, turning + f * S0), case.inertia)
     won = energy_of(motion.state, case.inertia) - begin + lost_energy(motion.ledger)
     return Outcome(motion, record, ending, abs(won) + abs(n1 * n1 + n2 * n2 + S * S - 1.0))
 
 
 @kernel
-def needs_integration(cell, lane, run, lanes, measures, counts):
+def treat(cell, starts, run, measures, counts):
+    """Write what becomes of a cell: an impossible one and one without a motion at once."""
+    body = body_of(starts, cell, run.body)
+    possible = is_possible(starts, cell, run.body, body) and losses_allowed(cell, starts, run)
+    if not possible or run.air_law != NO_AIR or undisturbed(cell, starts, body):
+        ending = UNDISTURBED if possible and run.air_law == NO_AIR else INVALID
+        _write_at_once(cell, ending, math.nan, math.nan, measures, counts)
+    else:
+        _follow_and_write(cell, _start_of(cell, starts, run, body), run, measures, counts)
+
+
+@kernel
+def _follow_and_write(cell, start, run, measures, counts):
     """Follow the motion of a cell, with half the step each time until it is known well enough, and write it."""
     relative_step, refinements = _FIRST * run.relative_step, 0.0
-    before = after = _outcome(lane, relative_step, run, lanes)
+    before = after = _outcome(start, relative_step, run)
     # many steps that do not end a motion will not with more of them
     known, goes_on = False, before.ending != UNRESOLVED or before.record.steps < _MOST_LOST
     while goes_on:
         relative_step *= 0.5
-        after = _outcome(lane, relative_step, run, lanes)
+        after = _outcome(start, relative_step, run)
         known = after.ending == before.ending and after.imbalance <= run.tolerance
         known = known and after.ending != UNRESOLVED
         goes_on = not known and refinements < _MOST_REFINEMENTS and after.record.steps < _MOST_LOST
         if goes_on:
             before, refinements = after, refinements + 1.0
     if known:
-        _finish(cell, lane, before, after, refinements, run, lanes, measures, counts)
+        _finish(cell, start, before, after, refinements, run, measures, counts)
     else:
         _write_lost(cell, after, refinements, measures, counts)
-    return False
 
 
 @kernel
@@ -236,9 +209,9 @@ def _write_lost(cell, after, refinements, measures, counts):
 
 
 @kernel
-def _finish(cell, lane, before, after, refinements, run, lanes, measures, counts):
+def _finish(cell, start, before, after, refinements, run, measures, counts):
     """Write a cell, with what its last two motions differ by as its errors."""
-    unit, radius = lanes[at.UNIT + lane], lanes[at.RADIUS + lane]
+    unit, radius = start.unit, start.radius
     motion, record = after.motion, after.record
     turned, path, rolled, pivoted, rubbed, damped, blown = motion.ledger
     turned_before, path_before, _, _, _, _, _ = before.motion.ledger

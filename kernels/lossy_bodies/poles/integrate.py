@@ -2,12 +2,17 @@
 
 `integrate(starts, settings, measures, counts)`, with the rows of `kernels.lossy_bodies.arrays`; it knows all laws but
 those of the air, and flat_tilt is not read. Events, switches of friction and endings are those of the disk with losses,
-in whose functions the names of `DIFFERENT` mean those of a body that rolls through its poles.
+in whose functions the names of `DIFFERENT` mean those of a body that rolls through its poles. Each motion is followed
+in scalar code, none in lanes.
 """
 
-from kernels.lanes.binding import bind
-from kernels.lanes.interface import LaneModel
-from kernels.lossy_bodies.poles import cell, creeping, dry_friction, equations, follow, layout
+from kernels.lanes.binding import variant
+from kernels.lossy_bodies.poles import creeping, dry_friction, equations, follow
+from kernels.lossy_bodies.poles.cell import prepared_settings, treat
+from kernels.native.entry import parallel
+
+#: Cells that a thread takes at a time: each takes milliseconds.
+_CHUNK = 16
 
 #: Steps after which a motion is abandoned, of which each takes a microsecond.
 _MOST_STEPS = 1.0e6
@@ -37,20 +42,28 @@ DIFFERENT = {
     },
 }  # fmt: skip
 
-#: The functions of a ball or a spheroid for the machinery of `kernels.lanes`, whose lanes do not step.
-LANE_MODEL = LaneModel(
-    name="lossy_poles",
-    layout=layout,
-    prepared_settings=cell.prepared_settings,
-    read_start=cell.read_start,
-    fill_idle=cell.fill_idle,
-    prepare=cell.prepare,
-    needs_integration=cell.needs_integration,
-    set_off=cell.set_off,
-    advance=cell.advance,
-    land=cell.land,
-    finish_leg=cell.finish_leg,
-    flags=DIFFERENT,
-)
 
-integrate = bind(LANE_MODEL)
+@parallel(
+    _CHUNK, starts="float64[:, ::1]", settings="float64[::1]", measures="float64[:, ::1], written",
+    counts="int32[:, ::1], written",
+)  # fmt: skip
+def _integrate(start, stop, starts, settings, measures, counts):
+    """Follow every cell until its ending is known.
+
+    Parameters
+    ----------
+    starts : float64[len(PARAMETERS), n]
+    settings : float64[len(SETTINGS)]
+    measures : float64[len(MEASURES), n], written
+    counts : int32[len(COUNTS), n], written
+
+    Notes
+    -----
+    Never raises. A cell's bits depend on the cell and the settings alone.
+    """
+    run = prepared_settings(settings)
+    for cell in range(start, stop):
+        treat(cell, starts, run, measures, counts)
+
+
+integrate = variant(_integrate, "lossy_poles", DIFFERENT)
