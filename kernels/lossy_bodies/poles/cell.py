@@ -32,10 +32,6 @@ _MOST_REFINEMENTS = 5
 #: The step of the first motion over that which the tolerance asks for.
 _FIRST = 2.0
 
-#: What is stated beside the difference of two motions: of the tilts over the tolerance, of time, heading and path over
-#: the tolerance and their size.
-_OF_TILT, _OF_WAY = 1.0, 1.0
-
 #: What `RunSettings.from_start` says: the criterion measures from the tilt of the start, or from the pole next to it.
 FROM_START, FROM_POLE = 1.0, 2.0
 
@@ -136,29 +132,29 @@ def _case_of(start, relative_step, run):
 
 @kernel
 def _breach(first, record, case, end, reach):
-    """Return the record with the time at which the motion first breaks the criterion, if it does."""
+    """Time when a motion first breaks the criterion, on which no other result may depend; NaN if it does not."""
     if max(record.greatest - case.reference, case.reference - record.least) <= reach:
-        return record
+        return math.nan
     motion, event = begun(first, case, reach)
+    if event == BREACHES:
+        return 0.0
     tilt = tilt_of(motion.state)
-    found = Record(tilt, tilt, 0.0 if event == BREACHES else math.nan, 0.0, 0.0)
+    found = Record(tilt, tilt, math.nan, 0.0, 0.0)
     if ending_of(event) == MOVING:
-        motion, found, _ = follow(motion, found, case, end, reach, math.inf)
+        _, found, _ = follow(motion, found, case, end, reach, math.inf)
     # a tilt may reach the limit by less than an error
-    breach = found.breach if found.breach == found.breach else end
-    return Record(record.least, record.greatest, breach, record.steps, record.switches)
+    return found.breach if found.breach == found.breach else end
 
 
 @kernel
 def _outcome(start, relative_step, run):
-    """Follow a motion to its ending; no other result may depend on the criterion."""
+    """Follow a motion to its ending, whatever the criterion."""
     case = _case_of(start, relative_step, run)
     motion, event = begun(start.first, case, math.inf)
     tilt, ending, end = tilt_of(motion.state), ending_of(event), run.duration / start.unit
     record = Record(tilt, tilt, math.nan, 0.0, 0.0)
     if ending == MOVING:
         motion, record, ending = follow(motion, record, case, end, math.inf, math.inf)
-    record = _breach(start.first, record, case, motion.time, start.reach)
     n1, n2, S, _, _, _ = motion.state
     S0, C0, w, turning, f = start.first
     begin = energy_of((-C0, 0.0, S0, -C0 * f, w, turning + f * S0), case.inertia)
@@ -194,7 +190,9 @@ def _follow_and_write(cell, start, run, measures, counts):
         if goes_on:
             before, refinements = after, refinements + 1.0
     if known:
-        _finish(cell, start, before, after, refinements, run, measures, counts)
+        case = _case_of(start, relative_step, run)
+        breach = _breach(start.first, after.record, case, after.motion.time, start.reach)
+        _finish(cell, start, before, after, (refinements, breach), run, measures, counts)
     else:
         _write_lost(cell, after, refinements, measures, counts)
 
@@ -209,9 +207,9 @@ def _write_lost(cell, after, refinements, measures, counts):
 
 
 @kernel
-def _finish(cell, start, before, after, refinements, run, measures, counts):
+def _finish(cell, start, before, after, found, run, measures, counts):
     """Write a cell, with what its last two motions differ by as its errors."""
-    unit, radius = start.unit, start.radius
+    (refinements, breach), unit, radius = found, start.unit, start.radius
     motion, record = after.motion, after.record
     turned, path, rolled, pivoted, rubbed, damped, blown = motion.ledger
     turned_before, path_before, _, _, _, _, _ = before.motion.ledger
@@ -220,11 +218,10 @@ def _finish(cell, start, before, after, refinements, run, measures, counts):
         abs(record.least - before.record.least), abs(record.greatest - before.record.greatest),
         abs(tilt - tilt_of(before.motion.state)),
     )  # fmt: skip
-    tilt_error = apart + _OF_TILT * run.tolerance
-    share = _OF_WAY * run.tolerance
-    time_error = (
-        abs(motion.time - before.motion.time) + share * motion.time if after.ending != HORIZON else 0.0
-    )
+    # two steps may err alike
+    tilt_error, share = apart + run.tolerance, run.tolerance
+    late = abs(motion.time - before.motion.time) + share * motion.time
+    time_error = 0.0 if after.ending == HORIZON else late
     heading_error = abs(turned - turned_before) + share * (1.0 + abs(turned) + motion.time)
     # a motion that passes a pole within its error may pass it on the other side
     if max(abs(record.least), abs(record.greatest)) + tilt_error > 0.5 * math.pi:
@@ -233,7 +230,7 @@ def _finish(cell, start, before, after, refinements, run, measures, counts):
     ledger = turned, radius * path, rolled, pivoted, rubbed, damped, blown
     errors = after.imbalance, tilt_error, unit * time_error, heading_error, radius * path_error
     _write(
-        cell, after.ending, (unit * motion.time, unit * record.breach),
+        cell, after.ending, (unit * motion.time, unit * breach),
         (record.least, record.greatest, tilt), ledger, errors,
         (record.steps, refinements, record.switches), measures, counts,
     )  # fmt: skip
