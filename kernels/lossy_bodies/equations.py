@@ -25,18 +25,9 @@ from kernels.bodies.equations import (
     whole_energy,
 )
 from kernels.jit import kernel, simd
-from kernels.lossy_disk.contact import all_held
-from kernels.lossy_disk.contact_motion import Forces, spin_state
-from kernels.lossy_disk.loss_laws import (
-    Load,
-    Losses,
-    drag,
-    dry_force,
-    horizontal_rate,
-    normal_force,
-    rolling_friction,
-    rub_force,
-)
+from kernels.lossy_disk.contact import _forces
+from kernels.lossy_disk.contact_motion import spin_state
+from kernels.lossy_disk.loss_laws import Load, Losses
 
 
 class Rolling(NamedTuple):
@@ -180,41 +171,22 @@ def _load_of(S, C, w, here, body):
     return Load(1.0 - w * w * excess(S, C, body), here.lever, here.per)
 
 
-@kernel
-def contact_rates(state, senses, body, losses):
-    """See `kernels.lossy_disk.contact_motion.contact_rates`.
+@simd
+def circle(S, C, body):
+    """See `kernels.lossy_disk.contact_motion.circle`."""
+    a, _, _ = levers(S, C, body)
+    return a
 
-    Notes
-    -----
-    The equations for o and s in f and v. What holds a rate is what leaves its derivative zero.
-    """
+
+@kernel
+def unforced(state, body):
+    """See `kernels.lossy_disk.contact_motion.unforced`."""
     S, C, w, f, v = state
     T, heading = S / C, v - f * S
     o, s = C * heading, f * C * C + v * S
-    here, laws = place_at(S, C, T, body), losses_here(S, C, body, losses)
+    here = place_at(S, C, T, body)
     free = _free_torque((S, C, w, o, s, S * heading, T), here, body)
-    pace, opposed = (senses.tilt * w, senses.tilt) if senses.roll == 0.0 else (1.0, w)
-    load = _load_of(S, C, w, here, body)
-    turning = horizontal_rate((C, opposed, f))
-    torque, _, rolled, slid, _ = rolling_friction((C, opposed, f), turning, free, load, laws.rolling, 1.0)
-    normal, (blown, _) = normal_force(load, torque), drag(f, (S, C, T), laws)
-    rubbed = dry_force(f, senses.roll, load, torque, laws)
-    roll = -(rub_force(f, rubbed, laws) + blown + slid)
-    turn = -laws.pivoting * normal * senses.turn
-    free_roll, free_turn = _free_rates((S, C, T, w, o, s, f), here, body)
-    G_ff, G_fv, G_vv = compliance(S, C, body)
-    if senses.roll == 0.0:
-        roll = -(free_roll + G_fv * turn) / G_ff
-    elif senses.turn == 0.0:
-        turn = -(free_turn + G_fv * roll) / G_vv
-    rolling = free_roll + G_ff * roll + G_fv * turn if senses.roll != 0.0 else 0.0
-    turning = free_turn + G_fv * roll + G_vv * turn if senses.turn != 0.0 else 0.0
-    changes = C * w, -(S * w), here.per * torque, rolling, turning
-    ledger = (
-        heading, here.a * (senses.roll * f), pace * rolled, laws.pivoting * normal * (senses.turn * v),
-        rubbed * f, laws.damping * f * f, blown * f,
-    )  # fmt: skip
-    return changes, ledger, Forces(normal, roll, turn)
+    return free, _load_of(S, C, w, here, body), *_free_rates((S, C, T, w, o, s, f), here, body)
 
 
 @simd
@@ -265,7 +237,7 @@ def contact_forces(state, senses, body, losses):
     T, heading = S / C, v - f * S
     o, s = C * heading, f * C * C + v * S
     here = place_at(S, C, T, body)
-    tilting, forces = _acceleration_and_forces(state, senses, body, losses)
+    tilting, forces = _forces(state, senses, body, losses)
     twist = _twist(w, o, s, S, here, body)
     ds = here.s_roll * forces.roll + here.s_turn * forces.turn - body.transverse * here.a * twist
     do = here.o_roll * forces.roll + here.o_turn * forces.turn - body.axial * here.b * twist
@@ -281,17 +253,6 @@ def _pushes(state, changes, heading, here, body):
     across = height(S, C, body) * tilting - here.lever * (w * w) - heading * (here.a * s + here.b * o)
     along = here.a * ds + here.b * do + w * (heading * height(S, C, body) - here.radius * (S * s + C * o))
     return across, along
-
-
-@kernel
-def _acceleration_and_forces(state, senses, body, losses):
-    if all_held(senses):
-        S, C, _, _, _ = state
-        pivoted = -losses.pivoting * senses.turn
-        G_ff, G_fv, _ = compliance(S, C, body)
-        return 0.0, Forces(1.0, -G_fv * pivoted / G_ff, pivoted)
-    (_, _, tilting, _, _), _, forces = contact_rates(state, senses, body, losses)
-    return tilting, forces
 
 
 @kernel

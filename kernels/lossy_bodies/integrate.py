@@ -24,14 +24,14 @@ DIFFERENT = {
     **{
         name: getattr(equations, name)
         for name in (
-            "beginning_roll", "compliance", "contact_forces", "contact_rates", "energy_of",
+            "beginning_roll", "circle", "compliance", "contact_forces", "energy_of",
             "length_of_step", "lever", "losses_here", "nutation", "pull_and_stiffness", "pull_at_rest",
-            "rate_near_flat", "state_without_losses", "time_scale", "turning_inertia",
+            "rate_near_flat", "state_without_losses", "time_scale", "turning_inertia", "unforced",
         )
     },
     **{
         name: getattr(lane_step, name)
-        for name in ("changes", "changes_near", "entries", "fastest_rate", "grips")
+        for name in ("changes", "changes_near", "fastest_rate", "grips")
     },
 }  # fmt: skip
 

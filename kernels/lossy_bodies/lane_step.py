@@ -26,6 +26,7 @@ from kernels.lossy_disk.loss_laws import (
     rolling_friction,
     rub_force,
 )
+from kernels.lossy_disk.rk4 import _moved
 from kernels.lossy_disk.simd_stages import SURE_GRIP
 
 
@@ -81,24 +82,6 @@ def changes(state, sense, body, losses):
 def changes_near(state, sense, body, losses, last):
     """See `kernels.lossy_disk.rk4.changes_near`: here the same as `changes`."""
     return changes(state, sense, body, losses)
-
-
-@simd
-def entries(state, sense, forces):
-    """See `kernels.lossy_disk.rk4.entries`."""
-    S, C, T, _, o, _ = state
-    f = forces.f
-    return (
-        o * (C + S * T), sense[0] * forces.way, forces.rolled, forces.pivoted,
-        forces.dry * f, (forces.rub - forces.dry) * f, forces.blow * f,
-    )  # fmt: skip
-
-
-@simd
-def _moved(state, h, change):
-    S, C, T, w, o, s = state
-    dS, dC, dT, dw, do, ds = change
-    return S + h * dS, C + h * dC, T + h * dT, w + h * dw, o + h * do, s + h * ds
 
 
 @simd

@@ -63,8 +63,8 @@ def inertia_of(lane, lanes):
 
 
 @kernel
-def _possible(cell, starts, run, body):
-    """Whether the numbers of a start are those of a body with losses."""
+def losses_allowed(cell, starts, run):
+    """Whether the losses of a start are such that a body can have."""
     radius, mass = starts[body_row.RADIUS, cell], starts[row.MASS, cell]
     arms = (
         0.0 <= starts[row.ROLLING_FRICTION, cell] < radius
@@ -77,15 +77,20 @@ def _possible(cell, starts, run, body):
     # a law of forces that are not proportional to the weight needs the mass
     heavy = (damping == 0.0 and still) or 0.0 < mass < math.inf
     allowed = _not_negative(damping) and starts[row.FRICTION, cell] >= 0.0 and (still or air)
-    # no film is known under a ring
-    faced = still or run.body != TORUS
-    return (
-        is_possible(starts, cell, run.body, body) and arms and heavy and allowed and faced and body.core > 0.0
-    )
+    return arms and heavy and allowed
 
 
 @kernel
-def _undisturbed(cell, starts, body):
+def _possible(cell, starts, run, body):
+    """Whether the numbers of a start are those of a body with losses."""
+    # no film is known under a ring
+    faced = run.air_law == NO_AIR or run.body != TORUS
+    possible = is_possible(starts, cell, run.body, body) and losses_allowed(cell, starts, run)
+    return possible and faced and body.core > 0.0
+
+
+@kernel
+def undisturbed(cell, starts, body):
     """Whether a start stands upright and nothing tilts it: the gyroscopic torque vanishes with a rate."""
     still = starts[body_row.TILT, cell] == 0.0 and starts[body_row.TILT_RATE, cell] == 0.0
     return (
@@ -124,7 +129,7 @@ def _ending_at_once(cell, starts, run, body):
         return FLAT
     if run.body == RIM and tilt == 0.0:
         return EDGE_CHANGE
-    return UNDISTURBED if _undisturbed(cell, starts, body) else MOVING
+    return UNDISTURBED if undisturbed(cell, starts, body) else MOVING
 
 
 @kernel

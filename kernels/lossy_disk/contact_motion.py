@@ -120,6 +120,45 @@ def pull_at_rest(S, C, turning, inertia):
     return S * (1.0 + turning * turning * C / inertia.i_tilt)
 
 
+@simd
+def tilting_of(state):
+    """Tilt rate of a state (S, C, w, f, v), or what has its sign."""
+    return state[2]
+
+
+@simd
+def turning_of(state):
+    """Turning rate about the vertical of a state (S, C, w, f, v)."""
+    return state[4]
+
+
+@simd
+def is_above(state):
+    """Whether a state (S, C, w, f, v) is not behind flat, where no disk comes."""
+    return state[1] > 0.0
+
+
+@simd
+def circle(S, C, inertia):
+    """Radius of the circle along which the contact runs over what rolls, over R."""
+    return 1.0
+
+
+@kernel
+def unforced(state, inertia):
+    """What friction meets: the torque that tilts a motion without it, its `Load`, and f' and v'.
+
+    `state` is S, C, w, f, v.
+    """
+    S, C, w, f, v = state
+    T, heading = S / C, v - f * S
+    o, s = C * heading, f * C * C + v * S
+    free = S + o * (inertia.i_roll * s - inertia.i_spin * (S * heading))
+    free_roll = w * (2.0 * f * T - (1.0 + inertia.i_inverse) * o)
+    free_turn = -w * (s * C + inertia.i_inverse * o * S)
+    return free, Load(1.0 - w * w * C, S, inertia.i_tilt), free_roll, free_turn
+
+
 @kernel
 def contact_rates(state, senses, inertia, losses):
     """How a motion and its ledger change in scaled time, if friction does not hold the tilt.
@@ -144,19 +183,16 @@ def contact_rates(state, senses, inertia, losses):
     """
     S, C, w, f, v = state
     T, heading = S / C, v - f * S
-    o, s = C * heading, f * C * C + v * S
-    free = S + o * (inertia.i_roll * s - inertia.i_spin * (S * heading))
+    free, load, free_roll, free_turn = unforced(state, inertia)
+    laws = losses_here(S, C, inertia, losses)
     # while f is held the sign of the tilt rate holds for the whole step, as that of f does elsewhere
     pace, opposed = (senses.tilt * w, senses.tilt) if senses.roll == 0.0 else (1.0, w)
-    load = Load(1.0 - w * w * C, S, inertia.i_tilt)
     turning = size_of_horizontal_rate((C, opposed, f))
-    torque, _, rolled, slid, _ = rolling_friction((C, opposed, f), turning, free, load, losses.rolling, 1.0)
-    normal, (blown, _) = normal_force(load, torque), drag(f, (S, C, T), losses)
-    rubbed = dry_force(f, senses.roll, load, torque, losses)
-    roll = -(rub_force(f, rubbed, losses) + blown + slid)
-    turn = -losses.pivoting * normal * senses.turn
-    free_roll = w * (2.0 * f * T - (1.0 + inertia.i_inverse) * o)
-    free_turn = -w * (s * C + inertia.i_inverse * o * S)
+    torque, _, rolled, slid, _ = rolling_friction((C, opposed, f), turning, free, load, laws.rolling, 1.0)
+    normal, (blown, _) = normal_force(load, torque), drag(f, (S, C, T), laws)
+    rubbed = dry_force(f, senses.roll, load, torque, laws)
+    roll = -(rub_force(f, rubbed, laws) + blown + slid)
+    turn = -laws.pivoting * normal * senses.turn
     G_ff, G_fv, G_vv = compliance(S, C, inertia)
     if senses.roll == 0.0:
         roll = -(free_roll + G_fv * turn) / G_ff
@@ -164,10 +200,10 @@ def contact_rates(state, senses, inertia, losses):
         turn = -(free_turn + G_fv * roll) / G_vv
     rolling = free_roll + G_ff * roll + G_fv * turn if senses.roll != 0.0 else 0.0
     turning = free_turn + G_fv * roll + G_vv * turn if senses.turn != 0.0 else 0.0
-    changes = C * w, -(S * w), inertia.i_tilt * torque, rolling, turning
+    changes = C * w, -(S * w), load.i_tilt * torque, rolling, turning
     ledger = (
-        heading, senses.roll * f, pace * rolled, losses.pivoting * normal * (senses.turn * v), rubbed * f,
-        losses.damping * f * f, blown * f,
+        heading, circle(S, C, inertia) * (senses.roll * f), pace * rolled,
+        laws.pivoting * normal * (senses.turn * v), rubbed * f, laws.damping * f * f, blown * f,
     )  # fmt: skip
     return changes, ledger, Forces(normal, roll, turn)
 

@@ -55,20 +55,35 @@ def creeps(state, senses, inertia, losses):
 
 
 @kernel
-def _placed(place, angle):
+def stiffness_at(place, losses, inertia):
+    """`stiffness` at a place."""
+    S, C, _, _ = place
+    G_ff, _, _ = compliance(S, C, inertia)
+    return stiffness(S, C, G_ff, losses, inertia)
+
+
+@kernel
+def parted(state):
+    """(S, C, size, v) of the horizontal turning rate of a state, and the angle of its direction."""
+    S, C, w, f, v = state
+    return (S, C, math.sqrt(w * w + C * C * f * f), v), math.atan2(C * f, w)
+
+
+@kernel
+def placed(place, angle):
     """State (S, C, w, f, v) of (S, C, size, v) of the horizontal turning rate, in the direction of an angle."""
     S, C, size, v = place
     return S, C, size * math.cos(angle), size * math.sin(angle) / C, v
 
 
 @kernel
-def _accelerations(place, angle, senses, inertia, losses):
+def accelerations(place, angle, senses, inertia, losses):
     """Acceleration of the horizontal turning rate along its direction and across it; `contact_rates`.
 
     Within a step at whose end friction has stopped the rate, what is beyond is as if it had not yet.
     """
     S, C, size, v = place
-    S, C, w, f, _ = state = _placed((S, C, max(size, _LEAST), v), angle)
+    S, C, w, f, _ = state = placed((S, C, max(size, _LEAST), v), angle)
     changes, ledger, _ = contact_rates(state, senses, inertia, losses)
     _, _, dw, df, _ = changes
     cosine, sine, dx = math.cos(angle), math.sin(angle), C * df - S * w * f
@@ -78,17 +93,16 @@ def _accelerations(place, angle, senses, inertia, losses):
 @kernel
 def _balanced(place, angle, swing, senses, inertia, losses):
     """Angle near another one at which the acceleration turns the rate as fast as `swing`: by the secant method."""
-    S, C, size, _ = place
-    G_ff, _, _ = compliance(S, C, inertia)
-    _, turning, _, _ = _accelerations(place, angle, senses, inertia, losses)
+    size = place[2]
+    _, turning, _, _ = accelerations(place, angle, senses, inertia, losses)
     across = turning - max(size, _LEAST) * swing
-    change = across / stiffness(S, C, G_ff, losses, inertia)
+    change = across / stiffness_at(place, losses, inertia)
     for _ in range(_MOST_TRIALS):
         if abs(change) <= _SHARP * abs(angle):
             break
         angle += change
         before = across
-        _, turning, _, _ = _accelerations(place, angle, senses, inertia, losses)
+        _, turning, _, _ = accelerations(place, angle, senses, inertia, losses)
         across = turning - max(size, _LEAST) * swing
         if across == before:
             break
@@ -97,7 +111,7 @@ def _balanced(place, angle, swing, senses, inertia, losses):
 
 
 @kernel
-def _along(place, h, change):
+def along(place, h, change):
     """`place` + h * `change`, of four numbers each."""
     S, C, size, v = place
     dS, dC, growth, dv = change
@@ -105,9 +119,9 @@ def _along(place, h, change):
 
 
 @kernel
-def _growth(place, angle, senses, inertia, losses):
+def growing(place, angle, senses, inertia, losses):
     """Derivatives of (S, C, size, v) and of the ledger."""
-    growth, _, changes, ledger = _accelerations(place, angle, senses, inertia, losses)
+    growth, _, changes, ledger = accelerations(place, angle, senses, inertia, losses)
     dS, dC, _, _, dv = changes
     return (dS, dC, growth, dv), ledger
 
@@ -116,41 +130,39 @@ def _growth(place, angle, senses, inertia, losses):
 def _direction(place, angle, senses, inertia, losses):
     """Angle near another one in which friction keeps the horizontal turning rate."""
     angle = _balanced(place, angle, 0.0, senses, inertia, losses)
-    change, _ = _growth(place, angle, senses, inertia, losses)
-    _, _, size, _ = place
-    _, _, growth, _ = change
-    scale = time_scale(_placed(place, angle), inertia)
+    change, _ = growing(place, angle, senses, inertia, losses)
+    size, growth = place[2], change[2]
+    scale = time_scale(placed(place, angle), inertia)
     h = _AHEAD * (scale if abs(growth) * scale < abs(size) else abs(size / growth))
     if h == 0.0:
         # at rest the angle may change at any rate
         return angle
-    later = _balanced(_along(place, h, change), angle, 0.0, senses, inertia, losses)
+    later = _balanced(along(place, h, change), angle, 0.0, senses, inertia, losses)
     return _balanced(place, angle, (later - angle) / h, senses, inertia, losses)
 
 
 @kernel
 def _slopes(place, angle, senses, inertia, losses):
-    """`_growth` in the direction near an angle, and that direction."""
+    """`growing` in the direction near an angle, and that direction."""
     angle = _direction(place, angle, senses, inertia, losses)
-    change, ledger = _growth(place, angle, senses, inertia, losses)
+    change, ledger = growing(place, angle, senses, inertia, losses)
     return change, ledger, angle
 
 
 @kernel
 def creeping_step(state, senses, inertia, losses, h):
     """`kernels.lossy_disk.contact_motion.contact_step` of a motion that creeps."""
-    S, C, w, f, v = state
-    place, angle = (S, C, math.sqrt(w * w + C * C * f * f), v), math.atan2(C * f, w)
+    place, angle = parted(state)
     total, gained, angle = _slopes(place, angle, senses, inertia, losses)
-    change, more, angle = _slopes(_along(place, 0.5 * h, total), angle, senses, inertia, losses)
-    total, gained = _along(total, 2.0, change), entered(gained, 2.0, more)
-    change, more, angle = _slopes(_along(place, 0.5 * h, change), angle, senses, inertia, losses)
-    total, gained = _along(total, 2.0, change), entered(gained, 2.0, more)
-    change, more, angle = _slopes(_along(place, h, change), angle, senses, inertia, losses)
+    change, more, angle = _slopes(along(place, 0.5 * h, total), angle, senses, inertia, losses)
+    total, gained = along(total, 2.0, change), entered(gained, 2.0, more)
+    change, more, angle = _slopes(along(place, 0.5 * h, change), angle, senses, inertia, losses)
+    total, gained = along(total, 2.0, change), entered(gained, 2.0, more)
+    change, more, angle = _slopes(along(place, h, change), angle, senses, inertia, losses)
     sixth, nothing = h / 6.0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    there = _along(place, sixth, _along(total, 1.0, change))
+    there = along(place, sixth, along(total, 1.0, change))
     angle = _direction(there, angle, senses, inertia, losses)
-    return _placed(there, angle), entered(nothing, sixth, entered(gained, 1.0, more))
+    return placed(there, angle), entered(nothing, sixth, entered(gained, 1.0, more))
 
 
 @kernel

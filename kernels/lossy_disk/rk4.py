@@ -65,6 +65,8 @@ class Forces(NamedTuple):
         Of `loss_laws.drag`.
     near : tuple of 4 floats
         Of `loss_laws.rolling_friction_near`.
+    way : float
+        Speed, over R, of the contact along its circle on what rolls; signed as the roll rate.
     """
 
     f: float
@@ -81,6 +83,7 @@ class Forces(NamedTuple):
     slope: float
     drag: tuple
     near: tuple
+    way: float
 
 
 @simd
@@ -164,7 +167,7 @@ def _changes(state, now, rolling, blow, near, sense, inertia, losses):
     held = pivoting_force(inner, unheld, normal, sense[1], inertia, losses.pivoting)
     do, dp, pivoted = pivoting_friction(inner, unheld, held, sense[1], inertia)
     return (dS, -minus_dC, w + wT * T, torque, do, dp), Forces(
-        f, normal, dry, rub, blow[0], along, slowed, rolled, held, pivoted, torque, slope, blow, near
+        f, normal, dry, rub, blow[0], along, slowed, rolled, held, pivoted, torque, slope, blow, near, f
     )
 
 
@@ -187,7 +190,7 @@ def entries(state, sense, forces):
     S, C, T, _, o, _ = state
     f = forces.f
     return (
-        o * (C + S * T), sense[0] * f, forces.rolled, forces.pivoted,
+        o * (C + S * T), sense[0] * forces.way, forces.rolled, forces.pivoted,
         forces.dry * f, (forces.rub - forces.dry) * f, forces.blow * f,
     )  # fmt: skip
 

@@ -19,6 +19,7 @@ from sweep.model.bodies.exact import (
 )
 from sweep.model.bodies.shape import (
     all_on_end,
+    check_no_fall,
     check_shape,
     complete,
     has_poles,
@@ -123,6 +124,7 @@ class Bodies(Model):
         """Refuse rates that do not follow from the others, and what no body is."""
         check_steady_rates(values)
         check_shape(values)
+        check_no_fall(values, tables.SETTINGS["fall_tilt"])
 
     def cell_variables(self, spec: Request) -> Mapping[str, Quantity]:
         """Return the variables of an atlas; those that need an integration in time say so where there is none."""

@@ -8,11 +8,11 @@ import numpy as np
 from kernels.bodies import arrays, shapes, steady
 from kernels.bodies.shapes import Body
 from sweep.errors import RequestError
-from sweep.model.bodies.tables import CALLED, LENGTHS, NONE, OF_THE_BODY, OPTIONAL, PARAMETERS, SETTINGS
+from sweep.model.bodies.tables import CALLED, LENGTHS, NONE, OF_THE_BODY, OPTIONAL, PARAMETERS
 from sweep.model.description import Request, Starts
 from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.tables import WOBBLE
-from sweep.model.quantity import Array, Truths
+from sweep.model.quantity import Array, Input, Truths
 
 #: Thickest disk with a semicircular edge: two radii, a ball.
 _THICKEST_ROUNDED = 2.0
@@ -134,15 +134,29 @@ def _check_round(values: Mapping[str, Any], body: str) -> None:
             "Give a smaller offset, over the outer radius.",
             "offset",
         )
-    if values["fall_tilt"] != SETTINGS["fall_tilt"].default:
-        got, default = (
-            SETTINGS["fall_tilt"].spell(float(each), 6)
-            for each in (values["fall_tilt"], SETTINGS["fall_tilt"].default)
-        )
+
+
+def check_no_fall(values: Mapping[str, Any], setting: Input) -> None:
+    """Refuse a tilt at which a ball or a spheroid falls, or lies flat: there is none.
+
+    Parameters
+    ----------
+    values : mapping of str to value
+        Of every word of a request.
+    setting : Input
+        The row of that tilt.
+
+    Raises
+    ------
+    RequestError
+    """
+    body, name = str(values["body"]), setting.name
+    if has_poles(body) and values[name] != setting.default:
+        got, default = (setting.spell(float(each), 6) for each in (values[name], setting.default))
         _refuse(
-            f"A {body} does not fall: it rolls on through its poles, whatever fall_tilt says; got fall_tilt={got}.",
-            f"Leave fall_tilt out, or at its default, {default}.",
-            "fall_tilt",
+            f"A {body} does not fall: it rolls on through its poles, whatever {name} says; got {name}={got}.",
+            f"Leave {name} out, or at its default, {default}.",
+            name,
         )
 
 

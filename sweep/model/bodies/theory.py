@@ -141,13 +141,18 @@ def of_both(
     return found
 
 
-def pole_prediction(spec: Request, start: Mapping[str, float]) -> str:
-    """Return what linear theory says of a cell whose body spins on its end."""
+def critical_pole_spin(spec: Request, start: Mapping[str, float]) -> float | None:
+    """Return the spin [rad s-1] above which a body stays on its end; None if it does at every spin."""
     given = {name: np.array([value]) for name, value in start.items()}
     square = float(steady.critical_pole_spin_square(body_of(spec, given), np.copysign(1.0, given["tilt"]))[0])
-    if square <= 0.0:
+    return math.sqrt(square) / float(_unit(given)[0]) if square > 0.0 else None
+
+
+def pole_prediction(spec: Request, start: Mapping[str, float]) -> str:
+    """Return what linear theory says of a cell whose body spins on its end."""
+    critical = critical_pole_spin(spec, start)
+    if critical is None:
         return "linear      stable on its end at every spin"
-    critical = math.sqrt(square) / float(_unit(given)[0])
     spin = abs(start["roll_rate"] + start["precession_rate"] * math.sin(start["tilt"]))
     verdict, beside = ("stable", "above") if spin > critical else ("unstable", "at or below")
     held = f"its spin, {spin:.6g} rad/s, is {beside} the critical {critical:.6g} rad/s"

@@ -9,8 +9,8 @@ from sweep.model.bodies import tables as bodies
 from sweep.model.lossy_disk import tables as disk
 from sweep.model.quantity import OPEN, Ending, Endings, Input, Quantity, Word, table
 
-#: Bodies that have losses, the default first; those that have a flat face, under which air is.
-LOSSY, FACED = ("torus", "rounded", "rim", "arc"), ("rounded", "rim")
+#: The body of a request that names none; bodies that have a flat face, under which air is.
+DEFAULT, FACED = "torus", ("rounded", "rim")
 
 #: Lengths that may be left out: then they are 0. A torus without a tube is a hoop.
 OPTIONAL = (*bodies.OPTIONAL, "tube")
@@ -44,7 +44,7 @@ SETTINGS: Mapping[str, Input] = table(
 OPTIONS: Mapping[str, Word] = table(
     replace(
         bodies.OPTIONS["body"],
-        default=LOSSY[0],
+        default=DEFAULT,
         remark="disk, the thin one, is the model of a request without this word",
     ),
     bodies.OPTIONS["filling"],
@@ -66,7 +66,8 @@ ENDINGS = Endings(
 _CHANGED: Mapping[str, Mapping[str, object]] = {
     "path_length": {
         "long_name": "way of the contact point along its circle on the body",
-        "description": "its way across that, by which a rounded edge rolls to and fro, is not counted; "
+        "description": "its way across that, by which a rounded edge rolls to and fro, is not counted; of a ball or a "
+        "spheroid its whole way over the body, which is as long as that on the plane; "
         + disk.VARIABLES["path_length"].description,
     },
     "amplification": {"description": bodies.VARIABLES["amplification"].description},

@@ -63,8 +63,6 @@ def followed(
     motion : callable
         Derivatives in scaled time of (tilt, w, o, s, energy lost to each law, heading, path), all scaled.
     """
-    from scipy.integrate import solve_ivp
-
     unit = math.sqrt(start["radius"] / start["gravity"])
     tilt, rates = (
         start["tilt"],
@@ -79,20 +77,26 @@ def followed(
         return float(y[1])
 
     flat.terminal = True  # type: ignore[attr-defined]  # as SciPy asks for it
-    found = solve_ivp(
-        motion,
-        (0.0, spec.duration / unit),
-        [*first, *[0.0] * (len(LOSSES) + 2)],
-        method="DOP853",
-        rtol=_RELATIVE,
-        atol=_ABSOLUTE,
-        events=[flat, turning],
-    )
+    found = solution(motion, [*first, *[0.0] * (len(LOSSES) + 2)], spec.duration / unit, [flat, turning])
     # most extreme tilts lie between steps
     tilts = np.concatenate([found.y[0, [0, -1]], *(events[:, 0] for events in found.y_events if len(events))])
     *sums, path = found.y[4:, -1]
     values = (unit * found.t[-1], tilts.min(), tilts.max(), *sums, start["radius"] * path)
     return dict(zip(MEASURES, values, strict=True))
+
+
+def solution(
+    motion: Callable[[float, Any], list[float]],
+    first: list[float],
+    end: float,
+    events: list[Callable[[float, Array], float]],
+) -> Any:
+    """Return what SciPy's DOP853 finds of a motion from a state to a time, with its events."""
+    from scipy.integrate import solve_ivp
+
+    return solve_ivp(
+        motion, (0.0, end), first, method="DOP853", rtol=_RELATIVE, atol=_ABSOLUTE, events=events
+    )
 
 
 def _equations(spec: Request, start: Mapping[str, float], unit: float) -> Callable[[float, Any], list[float]]:

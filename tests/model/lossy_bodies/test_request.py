@@ -1,7 +1,9 @@
 """The words of bodies with losses: what they choose, and what is refused."""
 
+import numpy as np
 import pytest
 
+from kernels.lossy_bodies import arrays
 from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
 from sweep.model.lossy_bodies.model import LOSSY_BODIES
@@ -10,8 +12,10 @@ from sweep.request.spec import SweepSpec
 
 #: Words -> what the refusal says.
 REFUSED = {
-    "body=ball rolling_friction=10um": "There are no losses of a ball yet: it rolls on through its poles",
-    "body=spheroid flattening=0.2 contour_friction=10um": "no losses of a spheroid yet",
+    "body=ball air_law=moffatt air_viscosity=18e-6 mass=1": "under a flat face, and a ball has none",
+    "body=spheroid flattening=0.2 contour_friction=10um flat_tilt=80deg": "A spheroid does not fall: it rolls on",
+    "body=ball offset=0.1 contour_friction=10um": "moments of a ball whose centre of mass is not its centre",
+    "body=ball offset=1.1 axial_moment=0.4 transverse_moment=0.4 contour_friction=10um": "lies inside",
     "body=torus tube=0.2 air_law=moffatt air_viscosity=18e-6 mass=1": "under a flat face, and a torus has none",
     "body=rounded thickness=2 rolling_friction=10um": "no face left to lie on",
     "body=rim thickness=2 fillet=0.5:1:3 rolling_friction=10um": "no face left to lie on",
@@ -71,3 +75,16 @@ def test_each_set_of_laws_has_its_kernel():
     kernel = spec.model.integrator(spec)
     assert kernel.module == "kernels.lossy_bodies.integrate"
     assert kernel.function == "integrate_dry_bildsten_slipping"
+
+
+def test_balls_and_spheroids_have_one_kernel_with_all_laws():
+    """Whatever their laws; and a criterion measures from the pole that a body on its end stands on."""
+    egg = spec_of("pivoting_friction=10um", "egg")
+    assert egg.model is LOSSY_BODIES
+    lens = spec_of("body=spheroid flattening=0.4 contour_friction=10um rolling_friction=1um tilt=1deg:5deg:3")
+    for spec, measured_from in ((egg, 2.0), (lens, 0.0)):
+        assert spec.model.integrator(spec).module == "kernels.lossy_bodies.poles.integrate"
+        settings = dict(zip(arrays.SETTINGS, spec.model.kernel_settings(spec), strict=True))
+        assert settings["from_start"] == measured_from
+    starts = {name: np.array([1.5, -1.5]) for name in ("tilt", "tilt_rate")}
+    assert egg.model.undisturbed(egg, starts).tolist() == [np.pi / 2, -np.pi / 2]
