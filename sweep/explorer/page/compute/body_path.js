@@ -31,8 +31,9 @@ export const ROWS = [
 const [TILT, TILT_RATE, PRECESSION_RATE, ROLL_RATE, HEADING, ROLL_ANGLE, CONTACT, , CENTRE] = ROWS.keys();
 const FORCES = ROWS.indexOf("normal_force");
 
-/** First step times the fastest frequency, halvings at most, the difference that is small enough, and one worth a halving. */
+/** First step times the fastest frequency, halvings of it where only turns are sought, halvings at most, the difference that is small enough, and one worth a halving. */
 const STEP = 0.01;
+const ROUGH = -2;
 const MOST_REFINEMENTS = 6;
 const ALLOWED = 4e-9;
 const BETTER = 0.5;
@@ -61,23 +62,21 @@ export async function bodyPath(computation, start, duration, body, signal) {
     return traced(computation, "body_trajectory", start, settings, times, ROWS.length, signal);
   };
   const times = evenly(duration, SAMPLES);
-  // how fast it turns, and when it ends, is seen by the first step already
-  const rough = await once(times, 0);
-  if (rough.ending === UNRESOLVED) return settled((refinement) => once(times, refinement), null, body);
-  const closer = closerTimes(rough, times, body.poles);
-  if (!(closer[1] < times[1])) return settled((refinement) => once(times, refinement), rough, body);
-  return settled((refinement) => once(closer, refinement), null, body);
+  // how fast it turns, and when it ends, is seen by a longer step already
+  const rough = await once(times, ROUGH);
+  const closer = rough.ending === UNRESOLVED ? times : closerTimes(rough, times, body.poles);
+  const chosen = closer[1] < times[1] ? closer : times;
+  return settled((refinement) => once(chosen, refinement), body);
 }
 
 /**
  * A motion with a step that half of it hardly changes.
  * @param {(refinement: number) => Promise<Path>} once
- * @param {Path|null} first  the one without a halving, if it is there
  * @param {{unit: number, radius: number}} size
  * @returns {Promise<Path>}
  */
-async function settled(once, first, size) {
-  let before = first ?? (await once(0));
+async function settled(once, size) {
+  let before = await once(0);
   let [best, least] = [/** @type {Path|null} */ (null), Infinity];
   for (let refinement = 1; refinement <= MOST_REFINEMENTS; refinement += 1) {
     const path = await once(refinement);
