@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from kernels.lossy_disk.endings import EDGE_CHANGE
+from sweep.model.bodies.shape import has_poles
+from sweep.model.bodies.tables import LENGTHS
 from sweep.model.lossy_bodies import tables as lossy
 from sweep.model.lossy_bodies.model import LOSSY_BODIES
 from sweep.model.quantity import Input, Quantity, Tolerance, Word, table
@@ -16,10 +18,19 @@ _INPUTS: Mapping[str, Input] = table(
     *(of_a_body(LOSSY_INPUTS[name]) for name in ("duration", "interval", "step", "flat_tilt")),
 )
 
+#: Bodies that lie flat where their axis is vertical.
+_LYING = tuple(name for name in LENGTHS if not has_poles(name))
+
 _WORDS: Mapping[str, Word] = table(
     LOSSY_WORDS["title"],
     LOSSY_WORDS["method"],
-    *(lossy.OPTIONS[name] for name in ("body", "filling", "air_law")),
+    replace(
+        lossy.OPTIONS["body"],
+        default=_LYING[0],
+        choices=_LYING,
+        remark="atlases have balls and spheroids with losses, but no motion in time follows them through their poles",
+    ),
+    *(lossy.OPTIONS[name] for name in ("filling", "air_law")),
 )
 
 #: Stated error -> the unit, and what is known to it.
