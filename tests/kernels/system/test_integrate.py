@@ -190,26 +190,29 @@ def test_a_root_that_reaches_zero_is_unresolved():
 
 def test_events_at_the_very_end_and_levels_that_are_approached():
     """A ramp that reaches a level as the time ends, and a motion that comes to rest on one, run on; steps stay few."""
-    ramp = '@system(duration="2", ends={"over": "x > 1"})\ndef ramp(x=0.0, *, rate=0.5):\n    return rate\n'
-    endings, found, counts = run(ramp, {"rate": np.array([0.49, 0.5, 0.51])})
+    text = (
+        '@system(duration="2", ends={"over": "x > 1"})\n'
+        "def ramp(x=0.0, *, rate=0.5, pull=0.0):\n    return rate + pull*(1 - x)\n"
+    )
+    endings, found, counts = run(text, {"rate": np.array([0.49, 0.5, 0.51])})
     assert endings[-1].tolist() == [RUNS_ON, RUNS_ON, FIRST_EVENT]
-    rest = '@system(duration="100", ends={"over": "x > 1"})\ndef rest(x=0.0):\n    return 1 - x\n'
-    endings, found, counts = run(rest, {"x": np.array([0.0, 0.5, 1.0])})
+    rest = {"x": np.array([0.0, 0.5, 1.0]), "rate": np.zeros(3), "pull": np.ones(3)}
+    endings, found, counts = run(text, rest, 100.0)
     assert endings[-1].tolist() == [RUNS_ON] * 3
     assert np.all(np.abs(found[-1, 0] - 1.0) <= 1e-12)
     assert counts[0].max() <= 20_000
 
 
 def test_an_event_and_a_measure_without_a_value_are_unresolved():
-    """Where an ending or a measure has no value along the motion, nothing is said of the cell."""
-    still = "def still(y=1.0, *, r=0.1):\n    return -r\n"
-    for word in (
-        'ends={"big": "sqrt(y) > 2"}',
-        'measures={"top": "max sqrt(y)"}',
-        'ends={"big": "y/1e-310 > 1"}',
-    ):
-        endings, _, _ = run(f'@system(duration="3", {word})\n{still}', {"y": np.array([-1.0, -2.0])})
-        assert endings[-1].tolist() == [UNRESOLVED] * 2, word
+    """Where an ending or a measure has no value along the motion, nothing is said of the cell; else it runs on."""
+    text = (
+        '@system(duration="3", ends={"far": "sqrt(y+a) > 4", "big": "y/b > 1"}, measures={"top": "max sqrt(y+c)"})\n'
+        "def still(y=1.0, *, r=0.1, a=9.0, b=1.0, c=9.0):\n    return -r\n"
+    )
+    a, b, c = np.array([[9.0, 0.0, 9.0, 9.0], [1.0, 1.0, 1e-310, 1.0], [9.0, 9.0, 9.0, 0.0]])
+    for y in (-1.0, -2.0):
+        endings, _, _ = run(text, {"y": np.full(4, y), "a": a, "b": b, "c": c})
+        assert endings[-1].tolist() == [RUNS_ON, UNRESOLVED, UNRESOLVED, UNRESOLVED], y
 
 
 def test_a_state_of_rounding_alone_is_followed():
