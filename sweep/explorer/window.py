@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.engine.compute import compute, use_threads
-from sweep.engine.grid import blocks
 from sweep.explorer.fields import read_choice, read_count, refuse
 from sweep.explorer.quantities import shown_of
 from sweep.explorer.stored import Stored
@@ -22,7 +21,7 @@ from sweep.model.quantity import Truths
 #: Pixels of a window at most.
 MOST_PIXELS = 4_000_000
 
-#: Cells that are computed at a time: some tens of milliseconds of work, also of a user's system.
+#: Cells that are computed at a time, or one row of the window: some tens of milliseconds of work, also of a system.
 _PIECE, _OF_A_SYSTEM = 65_536, 256
 
 #: Whether the cell of a pixel is stored, and the code of a quantity where there is no cell.
@@ -109,17 +108,20 @@ def computed_window(
     spec, known = view.live, shown_of(view.live)
     shown = known[read_choice(fields, "quantity", tuple(known))]
     use_threads(None)
-    x, y = (each.ravel() for each in np.meshgrid(view.x.values(width), view.y.values(height)))
-    values, verdict = [], np.empty(x.size, np.uint8)
-    for span in blocks(x.size, _OF_A_SYSTEM if is_system(spec) else _PIECE):
+    x, y = view.x.values(width), view.y.values(height)
+    verdict = np.empty((height, width), np.uint8)
+    value = np.empty((height, width), np.float64 if shown.quantity.flags is None else np.uint8)
+    rows = max(1, (_OF_A_SYSTEM if is_system(spec) else _PIECE) // width)
+    for first in range(0, height, rows):
         check()
-        here = slice(span.start, span.stop)
+        here = y[first : first + rows]
         with KERNELS:
-            columns = compute(spec, view.starts(x[here], y[here]), verdicts_only=not shown.timed)
-        values.append(shown.values(spec, columns))
-        verdict[here] = columns["stability"]
-    value = np.concatenate(values).reshape(height, width)
-    return _head(view, value), {"value": value, "verdict": verdict.reshape(height, width)}
+            starts = view.starts(np.tile(x, here.size), np.repeat(here, width))
+            columns = compute(spec, starts, verdicts_only=not shown.timed)
+        shape = here.size, width
+        value[first : first + rows] = shown.values(spec, columns).reshape(shape)
+        verdict[first : first + rows] = columns["stability"].reshape(shape)
+    return _head(view, value), {"value": value, "verdict": verdict}
 
 
 def _size(fields: Mapping[str, Any]) -> tuple[int, int]:
