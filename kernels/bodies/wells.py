@@ -58,7 +58,8 @@ def _to_one_side(state, body, limit, has_wall, series):
             slope = _slope(series, length * (j + 1) / _PLACES)
             if before > 0.0 and slope <= 0.0:
                 wells += 1
-            before = slope if slope != 0.0 else before
+            # the bottom itself is no slope before the next place
+            before = slope if slope != 0.0 else -abs(before)
             first = before if first == 0.0 else first
         at.go_on(series, length)
         begun += length

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from kernels.disk.arrays import STATE
 from kernels.lossy_disk.arrays import LOSSES, SAMPLES
-from kernels.lossy_disk.endings import UNRESOLVED
+from kernels.lossy_disk.endings import HORIZON, UNRESOLVED
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.motion.body_path import check_edge
@@ -53,6 +53,6 @@ def _with_errors(
 
     found, errors = settled(spec, again, (*LOSSES, "energy"))
     found.samples[: len(STATE), 0] = start[: len(STATE)]
-    end = math.nan if math.isnan(rough.end) else float(found.times[-1])
+    end = math.nan if found.ending == HORIZON else float(found.times[-1])
     mass = float(start[list(spec.kind.model.parameters).index("mass")])
     return Sampled(found.times, found.samples, found.ending, end, rough.refinement), in_si(spec, errors, mass)

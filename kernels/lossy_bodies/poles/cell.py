@@ -166,7 +166,9 @@ def treat(cell, starts, run, measures, counts):
     """Write what becomes of a cell: an impossible one and one without a motion at once."""
     body = body_of(starts, cell, run.body)
     possible = is_possible(starts, cell, run.body, body) and losses_allowed(cell, starts, run)
-    if not possible or run.air_law != NO_AIR or undisturbed(cell, starts, body):
+    # a ball is disturbed from its end, however it lies
+    rests = run.body != BALL and undisturbed(cell, starts, body)
+    if not possible or run.air_law != NO_AIR or rests:
         ending = UNDISTURBED if possible and run.air_law == NO_AIR else INVALID
         _write_at_once(cell, ending, math.nan, math.nan, measures, counts)
     else:

@@ -33,7 +33,7 @@ from sweep.figures.panels_in_time import (
     write_head,
 )
 from sweep.figures.texts import number
-from sweep.model.bodies.shape import body_of
+from sweep.model.bodies.shape import body_of, on_end
 from sweep.model.quantity import Array
 from sweep.motion.contact import RollingLimit, rolling_limit
 from sweep.motion.sampling import closely_sampled, is_of_body, kind_of, request_of
@@ -75,9 +75,6 @@ _IN_VIEW, _UNBOUNDED = 3.0, 1.5
 _BEYOND: dict[str, Any] = {"color": "0.55", "linewidth": 1.0, "linestyle": (0, (1, 1))}
 
 _FINE = 4000
-
-#: Tilt [rad] beyond which a ball or a spheroid stands rather on its end.
-_ON_END = 0.25 * math.pi
 
 
 def figure(dataset: "xr.Dataset") -> Figure:
@@ -273,7 +270,7 @@ def _linear(dataset: "xr.Dataset") -> tuple[LinearMotion, Array]:
         linear = linear_motion(np.array([*start.values()]), times)
     far = np.abs(linear.tilt) > _SEEN * np.abs(dataset["tilt"].values).max()
     upto = int(np.argmax(far)) if far.any() else _FINE
-    if abs(start["tilt"]) > _ON_END and kind_of(dataset).rolls_on(request_of(dataset)):
+    if is_of_body(dataset) and on_end(request_of(dataset), start):
         upto = 0
     shown = LinearMotion(linear.coefficient, linear.tilt[:upto], linear.x[:upto], linear.y[:upto])
     return shown, times[:upto]

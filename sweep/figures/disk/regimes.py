@@ -43,6 +43,9 @@ _SEPARATRIX = "#b3261e"
 #: Endings of cells without a regime, beside falls.
 _LOST = ("edge_change", "unresolved", "invalid")
 
+#: Wells of which there is a name.
+_MOST_WELLS = 2
+
 #: Points on a curve of theory.
 _FINE = 400
 
@@ -87,7 +90,7 @@ def regimes(dataset: "xr.Dataset", look: Look | None = None) -> Regimes:
         exact = {name: grid.T for name, grid in exact.items()}
     ending = {name: exact["ending"] == endings.code(name) for name in endings.flags.values()}
     across = (exact["tilt_min"] < 0.0) & (exact["tilt_max"] > 0.0)
-    known = ending["bounded"] | ending["steady"]
+    known = (ending["bounded"] | ending["steady"]) & (exact["wells"] > 0) & (exact["wells"] <= _MOST_WELLS)
     return Regimes(
         panel=drawn,
         caption=(fixed_parameters(spec), "one side of upright, or crosses it"),

@@ -23,6 +23,7 @@ from sweep.model.bodies.shape import (
     check_shape,
     complete,
     has_poles,
+    may_be_on_end,
     on_end,
     with_body,
 )
@@ -209,7 +210,8 @@ class Bodies(Model):
         """Return the formula of the squared critical rate, or of the curve k = 0."""
         if all_on_end(spec):
             return theory.critical_pole_square(spec) if axis == "roll_rate" else ""
-        if not theory.has_steady_motion(spec):
+        # one formula for all rows, or none
+        if not theory.has_steady_motion(spec) or may_be_on_end(spec):
             return ""
         return "k = 0" if circling(spec) else theory.critical_square(spec, axis)
 

@@ -206,12 +206,24 @@ def on_end(spec: Request, starts: Mapping[str, Any]) -> Truths:
 
 
 def all_on_end(spec: Request) -> bool:
-    """Return whether all starts of a spec are `on_end`, by the ends of their tilts and offsets."""
+    """Return whether all starts of a spec are `on_end`, by their tilts and offsets."""
     if circling(spec) or not has_poles(spec.body):
         return False
-    tilt, offset = _ends(spec.tilt), _ends(spec.offset)
-    nearer = min(abs(each) for each in tilt) > _ON_END and tilt[0] * tilt[1] > 0.0
-    return spec.body == "ball" or nearer or offset[0] * offset[1] > 0.0
+    nearer, off = np.abs(_some(spec.tilt)) > _ON_END, _some(spec.offset) != 0.0
+    return spec.body == "ball" or bool(nearer.all() or off.all())
+
+
+def may_be_on_end(spec: Request) -> bool:
+    """Return whether some starts of a spec may be `on_end`, by their tilts and offsets."""
+    if circling(spec) or not has_poles(spec.body):
+        return False
+    nearer, off = np.abs(_some(spec.tilt)) > _ON_END, _some(spec.offset) != 0.0
+    return spec.body == "ball" or bool(nearer.any() or off.any())
+
+
+def _some(value: Any) -> Array:
+    """Return the values of a word, or of a random one or a column of a table some between its ends."""
+    return np.asarray(value.array() if hasattr(value, "array") else np.linspace(*_ends(value), 101))
 
 
 def moments(body: str, filling: str, starts: Starts) -> tuple[Array, Array]:

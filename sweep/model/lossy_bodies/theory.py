@@ -124,7 +124,8 @@ def predictions(spec: Request, start: Mapping[str, float], stored: Mapping[str, 
     if on_end(spec, start):
         return
     if spec.precession_rate == WOBBLE:
-        yield from _of_a_wobble(spec, start, stored)
+        # one that rolls through its poles is never flat
+        yield from () if has_poles(spec.body) else _of_a_wobble(spec, start, stored)
     elif theory.has_steady_motion(spec) and not circling(spec):
         starts = {name: np.array([value]) for name, value in start.items()}
         yield from upright.told(spec, start, _upright(spec, starts), CALLED[spec.body])
@@ -184,4 +185,4 @@ def _of_a_centred_ball(start: Mapping[str, float], unit: float, arm: float) -> I
         yield f"theory      friction slows the rolling of this ball evenly, to a stop after {time:.6g} s"
     if arm > 0.0 and turning != 0.0:
         time = unit * unit * abs(turning) * moment / arm
-        yield f"theory      and its turning about the vertical, to a stop after {time:.6g} s"
+        yield f"theory      friction slows its turning about the vertical evenly, to a stop after {time:.6g} s"

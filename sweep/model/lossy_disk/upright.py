@@ -36,8 +36,8 @@ _OTHER = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}
 
 #: What `unsteadied` means for a body that rolls and for one that spins.
 _UNSTEADIED = {
-    "roll_rate": "pivoting friction holds the turning of a disk that rolls upright, and another rate is critical",
-    "precession_rate": "what brakes the roll rate leaves no disk stable that spins upright",
+    "roll_rate": "pivoting friction holds the turning of a {} that rolls upright, and another rate is critical",
+    "precession_rate": "what brakes the roll rate leaves no {} stable that spins upright",
 }
 
 
@@ -276,11 +276,14 @@ def told(spec: Request, start: Mapping[str, float], body: Upright, called: str) 
     if axis is None:
         return
     arrays = {name: np.array([value]) for name, value in start.items()}
-    if unsteadied(spec, arrays, axis)[0]:
-        yield f"theory      no prediction: {_UNSTEADIED[axis]}"
-        return
     rate, critical = abs(start[axis]), float(body.critical(axis)[0])
     words = axis.replace("_", " ")
+    if not math.isfinite(critical):
+        yield f"theory      without losses the upright {called} is stable at every {words}"
+        return
+    if unsteadied(spec, arrays, axis)[0]:
+        yield f"theory      no prediction: {_UNSTEADIED[axis].format(called)}"
+        return
     if rate <= critical:
         yield f"theory      the {words} is below {critical:.6g} rad s-1, the critical one without losses"
         return

@@ -158,6 +158,11 @@ def _check_meridian(
     meridian: Meridian, ends: tuple[Node, ...], values: Mapping[str, float], given: str
 ) -> None:
     rolling = _TILTS[~ended(ends, {**values, TILT: _TILTS})]
+    if not rolling.size:
+        raise RequestError(
+            f"Every motion of this body has ended before it begins{f', for {given}' if given else ''}.",
+            hint="Let an ending leave some tilts at which the body rolls.",
+        )
     height, curvature = (
         each + np.zeros(rolling.shape)
         for each in evaluated([meridian.height, meridian.curvature], {**values, TILT: rolling})

@@ -88,6 +88,7 @@ export async function computedMotion(computation, tables, parameters, plans, req
   const largest = body?.poles ? RIGHT_ANGLE : lossy ? motion.flat_tilt : motion.fall_tilt;
   checkStart(tables, parameters, cell, largest, lossy ? "flat_tilt" : "fall_tilt", body ? "body" : "disk");
   const words = wordsOfMotion(tables, motion, losses);
+  if (body) checkBody(body, bodyOf(body, cell), cell, lossy ? words : {}, tables.no_air);
   if (lossy) checkArms(words, cell.radius);
   const duration = durationOf(cell, lossy, Boolean(body), request.duration ?? null);
   const { arrays, ending } =
@@ -167,6 +168,31 @@ function checkStart(tables, parameters, start, largest, largestName, called) {
     `This ${called} has fallen before it starts: |tilt| must be below ${largestName}; got tilt=${got("tilt")} ${largestName}=${limit}.`,
     `Start with a smaller tilt, or give a larger ${largestName}.`,
   );
+}
+
+/**
+ * Refuse a body that begins on both edges, and losses that are not derived for it, as the program does.
+ * @param {{name: string, called: string, faced: boolean}} body
+ * @param {{core: number}} shape
+ * @param {Record<string, number>} cell
+ * @param {Record<string, number|string|null>} words  of the losses, none without them
+ * @param {string} none  the law of no air
+ */
+function checkBody({ name, called, faced }, { core }, cell, words, none) {
+  if (name === "rim" && cell.tilt === 0) {
+    const ended =
+      "This motion has ended before it starts: upright, a disk with a rim stands on both of its edges.";
+    throw new Problem(ended, { hint: "Start with a tilt.", status: 400 });
+  }
+  if (!Object.keys(words).length) return;
+  if (core <= 0) {
+    const round = `A ${called} of this shape has no face left to lie on: there are no losses of it.`;
+    throw new Problem(round, { hint: "Give a smaller fillet or thickness.", status: 400 });
+  }
+  if (!faced && words.air_law && words.air_law !== none) {
+    const open = `The laws of the air are those of a film and a layer under a flat face, and a ${called} has none.`;
+    throw new Problem(open, { hint: `Say air_law=${none}.`, status: 400 });
+  }
 }
 
 /**
