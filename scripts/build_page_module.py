@@ -3,7 +3,7 @@
     python scripts/build_page_module.py [PATH]
 
 The same bytes each time with the same versions of Numba and llvmlite, which it notes, with the code that it is made of.
-tests/explorer/test_page_module.py looks whether that is the code of today, and with --fresh-seeds builds it again.
+tests/explorer/test_page_module.py looks whether that is the code of today, and in the slow lane builds it again.
 """
 
 import sys
