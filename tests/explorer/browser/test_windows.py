@@ -249,7 +249,7 @@ BOTH = """async (request) => {
 #: Explored -> a quantity, and whether the server computes windows of it.
 COMPUTED = {
     "rolling": [("peak_tilt", False), ("nutation_period", True)],
-    "torus": [("peak_tilt", True), ("nutation_period", True)],
+    "torus": [("nutation_period", False)],
     "henon_heiles": [("stability", True)],
 }
 
