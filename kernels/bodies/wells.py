@@ -12,7 +12,8 @@ from kernels.bodies import arrays as row
 from kernels.bodies import ellipse
 from kernels.bodies import pair as at
 from kernels.bodies.pair import expand
-from kernels.bodies.shapes import RIM, Body
+from kernels.bodies.reduction import _mirrored, _slope_at
+from kernels.bodies.shapes import RIM
 from kernels.bodies.stages import body_of, is_possible, side_of
 from kernels.disk.equations import scaled_state
 from kernels.jit import kernel
@@ -24,15 +25,6 @@ _CHUNK, _MOST_PANELS, _FARTHEST = 32, 400, 8.0
 
 #: Places in a panel at which the slope is looked at.
 _PLACES = 4
-
-
-@kernel
-def _slope(series, t):
-    """Slope of the kinetic energy over a panel."""
-    total = 0.0
-    for k in range(at.TERMS - 1, 0, -1):
-        total = total * t + k * series[at.KINETIC, k]
-    return total
 
 
 @kernel
@@ -55,7 +47,7 @@ def _to_one_side(state, body, limit, has_wall, series):
         if number == 0:
             first = before = series[at.KINETIC, 1]
         for j in range(_PLACES):
-            slope = _slope(series, length * (j + 1) / _PLACES)
+            slope = _slope_at(series, length * (j + 1) / _PLACES)
             if before > 0.0 and slope <= 0.0:
                 wells += 1
             # the bottom itself is no slope before the next place
@@ -80,9 +72,8 @@ def _wells(starts, cell, kind, series):
     # a rim stays on the edge on which it starts
     no_up, no_down = kind == RIM and edge < 0.0, kind == RIM and edge > 0.0
     up, down = -y if no_up else _FARTHEST - y, y if no_down else _FARTHEST + y
-    image = Body(body.core, -body.shift, body.edge, body.square, body.axial, body.transverse, body.ratio)
     above, slope = _to_one_side((S, C, T, w, o, s), body, up, not no_up, series)
-    below, back = _to_one_side((-S, C, -T, -w, -o, s), image, down, not no_down, series)
+    below, back = _to_one_side((-S, C, -T, -w, -o, s), _mirrored(body), down, not no_down, series)
     # the start itself is the bottom of a well
     at_bottom = 1 if slope <= 0.0 and back <= 0.0 else 0
     return above + below + at_bottom

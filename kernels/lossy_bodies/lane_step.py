@@ -31,7 +31,7 @@ from kernels.lossy_disk.simd_stages import SURE_GRIP
 
 
 class Forces(NamedTuple):
-    """As `kernels.lossy_disk.rk4.Forces`, and `way`: the speed of the contact along its circle on the body, over R."""
+    """As `kernels.lossy_disk.rk4.Forces`, without what only its step needs; `way` is along the circle on the body."""
 
     f: float
     normal: float

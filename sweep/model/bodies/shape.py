@@ -207,18 +207,19 @@ def on_end(spec: Request, starts: Mapping[str, Any]) -> Truths:
 
 def all_on_end(spec: Request) -> bool:
     """Return whether all starts of a spec are `on_end`, by their tilts and offsets."""
-    if circling(spec) or not has_poles(spec.body):
-        return False
-    nearer, off = np.abs(_some(spec.tilt)) > _ON_END, _some(spec.offset) != 0.0
-    return spec.body == "ball" or bool(nearer.all() or off.all())
+    return any(each.all() for each in _on_end_by(spec))
 
 
 def may_be_on_end(spec: Request) -> bool:
     """Return whether some starts of a spec may be `on_end`, by their tilts and offsets."""
-    if circling(spec) or not has_poles(spec.body):
-        return False
-    nearer, off = np.abs(_some(spec.tilt)) > _ON_END, _some(spec.offset) != 0.0
-    return spec.body == "ball" or bool(nearer.any() or off.any())
+    return any(each.any() for each in _on_end_by(spec))
+
+
+def _on_end_by(spec: Request) -> tuple[Truths, Truths]:
+    """Return which tilts of a spec are `on_end` without an offset, and which offsets upright: either is enough."""
+    tilts, offsets = _some(spec.tilt), _some(spec.offset)
+    of_tilts = on_end(spec, {"tilt": tilts, "offset": np.zeros_like(tilts)})
+    return of_tilts, on_end(spec, {"tilt": np.zeros_like(offsets), "offset": offsets})
 
 
 def _some(value: Any) -> Array:
