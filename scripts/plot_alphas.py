@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from steady_motions import marginal_curve
 
 import sweep
-from sweep.figures import drawing, plots
+from sweep.figures import plots
+from sweep.figures.sheet import sheet
 from sweep.files.paths import check_format
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ def curves(atlas: "xr.Dataset") -> "list[tuple[float, dict[str, Any]]]":
 def figure(atlas: "xr.Dataset") -> Figure:
     """Draw the nested boundaries by precession rate and by roll rate."""
     radius, gravity = float(atlas.radius), float(atlas.gravity)
-    with drawing.sheet(7.2, 3.6) as drawn:
+    with sheet(7.2, 3.6) as drawn:
         panels = drawn.subplots(1, 2)
         colours = colormaps["viridis"](np.linspace(0.0, 0.85, atlas.sizes["alpha"]))
         for axes, rate in zip(panels, ("precession_rate", "roll_rate"), strict=True):

@@ -11,7 +11,8 @@ from steady_motions import marginal_curve
 import sweep
 from kernels.disk import motion_arrays
 from kernels.disk.endings import HORIZON
-from sweep.figures import drawing, plots
+from sweep.figures import plots
+from sweep.figures.sheet import sheet
 from sweep.files.paths import check_format
 from sweep.model.disk.model import DISK
 from sweep.model.disk.theory import carried_rates
@@ -185,7 +186,7 @@ def family(c1: float, c2: float, tilt: Any) -> tuple[Any, Drift]:
 
 def figure() -> Figure:
     """Draw the plane of constants, the energies along sections of it, and the drift of the contact point."""
-    with drawing.sheet(10.6, 3.6) as drawn:
+    with sheet(10.6, 3.6) as drawn:
         left, middle, right = drawn.subplots(1, 3)
         _draw_plane(left)
         _draw_energies(middle)

@@ -9,7 +9,8 @@ import numpy as np
 from figure_cli import figure_parser, run_script
 from matplotlib.figure import Figure
 
-from sweep.figures import drawing, plots
+from sweep.figures import plots
+from sweep.figures.sheet import sheet
 from sweep.files.paths import check_format
 from sweep.model.quantity import Array
 from sweep.request.spec import SweepSpec
@@ -157,7 +158,7 @@ def table(found: Found) -> str:
 
 def figure(found: Found) -> Figure:
     """Draw the critical rates, how they are approached, and what is left after extrapolation."""
-    with drawing.sheet(10.4, 3.3) as drawn:
+    with sheet(10.4, 3.3) as drawn:
         left, middle, right = drawn.subplots(1, 3)
         _draw_values(left, found)
         _draw_approach(middle, found)

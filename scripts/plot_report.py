@@ -8,9 +8,10 @@ from figure_cli import run_script
 from matplotlib.font_manager import FontProperties
 
 import sweep
-from sweep.figures import drawing, plots
+from sweep.figures import plots
 from sweep.figures.disk import motion_plots
 from sweep.figures.panels_in_time import thin_panels
+from sweep.figures.sheet import sheet
 from sweep.files.paths import check_format
 
 #: The report's runs: uniform disk, R = 0.5 m, m = 1 kg, g = 9.81 m/s2 (the defaults).
@@ -43,7 +44,7 @@ FIGURES = {
 
 def side_by_side(motions: Any, draw: Any) -> Any:
     """Return a figure of motions, one panel each under its title."""
-    with drawing.sheet(3.5 * len(motions), 3.0) as drawn:
+    with sheet(3.5 * len(motions), 3.0) as drawn:
         panels = list(drawn.subplots(1, len(motions), squeeze=False).flat)
         for axes, motion in zip(panels, motions, strict=True):
             draw(axes, motion)

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from steady_motions import marginal_curve, with_coefficients
 
 import sweep
-from sweep.figures import drawing, plots
+from sweep.figures import plots
+from sweep.figures.sheet import sheet
 from sweep.files.paths import check_format
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 
@@ -88,7 +89,7 @@ def figure(atlases: "dict[str, xr.Dataset]") -> Figure:
     The map of the faster precession is not drawn: all of it is stable.
     """
     norm = TwoSlopeNorm(0.0, -4.0, 16.0)
-    with drawing.sheet(10.8, 4.4) as drawn:
+    with sheet(10.8, 4.4) as drawn:
         panels = drawn.subplots(1, 3)
         for axes, name in zip(panels, ("precession", "slow"), strict=False):
             background = _draw(axes, name, atlases[name], norm)

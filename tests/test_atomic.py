@@ -55,7 +55,7 @@ EXCEPTIONS = {
     "sweep/accessor.py verdict.rename",
     "sweep/model/disk/contact.py found.rename",
     # into memory
-    "sweep/figures/drawing.py self.savefig",
+    "sweep/figures/sheet.py self.savefig",
     "sweep/files/atlas_writer.py netCDF4.Dataset",
     "sweep/files/raw_chunks.py h5py.File",
     "sweep/commands/process.py os.open",

@@ -1,15 +1,11 @@
 """Draw a panel on matplotlib axes: map, strip or profile, boundary, lines of theory, hatching."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
-import matplotlib
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Colormap, LogNorm, Normalize
@@ -31,36 +27,6 @@ from sweep.model.quantity import Array, Truths
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["HALO", "INK", "STYLE", "hatch", "sheet", "styled"]
-
-
-def style(font_size: float) -> dict[Any, Any]:
-    """Return the matplotlib settings of a figure whose words have a size [points]."""
-    return {
-        "font.family": "DejaVu Sans",
-        "font.size": font_size,
-        "axes.titlesize": 9.0 / 8.0 * font_size,
-        "axes.titleweight": "bold",
-        "axes.titlelocation": "left",
-        "axes.labelsize": font_size,
-        "xtick.labelsize": 7.5 / 8.0 * font_size,
-        "ytick.labelsize": 7.5 / 8.0 * font_size,
-        "legend.fontsize": 7.5 / 8.0 * font_size,
-        "legend.title_fontsize": 7.0 / 8.0 * font_size,
-        "hatch.linewidth": 0.6,
-        "axes.linewidth": 0.7,
-        "pdf.fonttype": 42,
-        "svg.hashsalt": "eulerdisk",
-    }
-
-
-#: matplotlib settings of every figure of this package.
-STYLE = style(8.0)
-
-#: matplotlib's own defaults where the style says nothing. The backend is the program's.
-_DEFAULTS: dict[Any, Any] = {
-    name: value for name, value in matplotlib.rcParamsDefault.items() if not name.startswith("backend")
-}
 
 #: Largest number of points of the measured boundary, and of cells of a profile, that are drawn: more would merge.
 MOST_POINTS, _MOST_CELLS = 24, 60
@@ -112,33 +78,6 @@ class Colouring:
     colours: Colormap
     norm: Normalize
     levels: tuple[float, ...] = ()
-
-
-class ShownFigure(Figure):
-    """A figure that a notebook shows: IPython draws a plain one only in sessions in which pyplot was imported."""
-
-    def _repr_png_(self) -> bytes:
-        drawn = BytesIO()
-        self.savefig(drawn, format="png")
-        return drawn.getvalue()
-
-
-@contextmanager
-def styled(font_size: float = 8.0) -> Iterator[None]:
-    """Draw in the style of this package alone; settings of matplotlib by files or programs have no effect."""
-    with matplotlib.rc_context(_DEFAULTS | style(font_size)):
-        yield
-
-
-@contextmanager
-def sheet(
-    width: float, height: float, font_size: float = 8.0, layout: str = "constrained"
-) -> Iterator[Figure]:
-    """Give an empty figure [in] in the style of this package: on an Agg canvas, not registered with pyplot."""
-    with styled(font_size):
-        drawn = ShownFigure(figsize=(width, height), layout=layout)  # type: ignore[arg-type]
-        FigureCanvasAgg(drawn)
-        yield drawn
 
 
 def draw_map(axes: "Axes", panel: Panel, colouring: Colouring, second: bool = True) -> None:

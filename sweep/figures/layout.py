@@ -17,11 +17,12 @@ from matplotlib.container import ErrorbarContainer
 from matplotlib.transforms import ScaledTranslation
 
 from sweep.errors import RequestError
-from sweep.figures.drawing import OUTSIDE, Bar, analytic_lines, joined, joined_heights, sheet
+from sweep.figures.drawing import OUTSIDE, Bar, analytic_lines, joined, joined_heights
 from sweep.figures.look import DPI, Look, columns_of, inches, size_of
 from sweep.figures.panels import Panel
 from sweep.figures.room import Room, name_end, name_line, name_regions
 from sweep.figures.scales import name_ends, thin_ticks
+from sweep.figures.sheet import sheet
 from sweep.figures.texts import broken, wrapped
 from sweep.model.quantity import Array, Truths
 

@@ -14,19 +14,12 @@ from matplotlib.figure import Figure
 from sweep.atlas.dataset import require, spec_named
 from sweep.errors import RequestError, as_path, shown
 from sweep.figures import scatter
-from sweep.figures.drawing import (
-    bar_of,
-    check_same_quantity,
-    colours_of,
-    draw_map,
-    draw_profile,
-    draw_ratio,
-    styled,
-)
+from sweep.figures.drawing import bar_of, check_same_quantity, colours_of, draw_map, draw_profile, draw_ratio
 from sweep.figures.layout import Block, figure_of
 from sweep.figures.look import BAR, DPI, Look, check_friction, columns_of, size_of
 from sweep.figures.multiples import figure as figure_of_many
 from sweep.figures.panels import Panel, drawn_dims, panel
+from sweep.figures.sheet import styled
 from sweep.files.paths import check_format, check_target
 from sweep.files.publish import published
 from sweep.model.description import Model

@@ -13,10 +13,11 @@ from sweep.atlas.boundary import theory_lines
 from sweep.atlas.dataset import require, spec_named
 from sweep.atlas.share import Share, unstable_share
 from sweep.errors import RequestError, are, counted, plain_text
-from sweep.figures.drawing import HALO, LINES
+from sweep.figures.drawing import LINES
 from sweep.figures.layout import Block, figure_of
 from sweep.figures.look import LINEAR, Look
 from sweep.figures.panels import fixed_parameters, formula
+from sweep.figures.room import HALO
 from sweep.figures.scales import SQUEEZED, set_log_ticks
 from sweep.model.quantity import FAILED, MISSING, STABLE, UNDECIDED, UNSTABLE, Array, Input, Quantity
 from sweep.request.sources import Range

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from sweep.checks.explain import Explanation
 from sweep.errors import plain_text
-from sweep.figures.drawing import sheet
 from sweep.figures.panels_in_time import (
     MOTION,
     SHADE,
@@ -19,6 +18,7 @@ from sweep.figures.panels_in_time import (
     widened,
     write_head,
 )
+from sweep.figures.sheet import sheet
 from sweep.model.description import Model
 from sweep.model.system.cell_values import evaluated
 from sweep.model.system.definition import TIME as CLOCK

@@ -34,8 +34,8 @@ from sweep.figures.disk.disk_3d import (
 )
 from sweep.figures.disk.film_options import FilmOptions, Timing, timing
 from sweep.figures.disk.motion_plots import poses_at
-from sweep.figures.drawing import styled
 from sweep.figures.panels_in_time import SHADE
+from sweep.figures.sheet import styled
 from sweep.figures.texts import fitted, wrapped
 from sweep.files.publish import published
 from sweep.model.quantity import Array

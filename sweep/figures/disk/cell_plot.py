@@ -13,8 +13,8 @@ from sweep.checks.explain import Explanation, departure
 from sweep.errors import RequestError
 from sweep.figures.disk.captions import caption_of_start, length_unit
 from sweep.figures.disk.motion_plots import STAYS
-from sweep.figures.drawing import sheet
 from sweep.figures.panels_in_time import write_head
+from sweep.figures.sheet import sheet
 from sweep.model.disk.model import DISK
 from sweep.motion.origin import words_of_start
 from sweep.motion.request import TrajectorySpec

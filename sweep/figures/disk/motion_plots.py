@@ -22,7 +22,6 @@ from sweep.figures.disk.disk_3d import (
     draw_trace,
     frame_picture,
 )
-from sweep.figures.drawing import sheet
 from sweep.figures.panels_in_time import (
     MOTION,
     SHADE,
@@ -32,6 +31,7 @@ from sweep.figures.panels_in_time import (
     widened,
     write_head,
 )
+from sweep.figures.sheet import sheet
 from sweep.figures.texts import number
 from sweep.model.bodies.shape import body_of, on_end
 from sweep.model.quantity import Array

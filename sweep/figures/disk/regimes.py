@@ -14,10 +14,11 @@ from matplotlib.figure import Figure
 
 from sweep.engine.compute import use_threads
 from sweep.engine.grid import whole
-from sweep.figures.drawing import HALO, INK, draw_cells, explain_colour, hatch
+from sweep.figures.drawing import INK, draw_cells, explain_colour, hatch
 from sweep.figures.layout import Block, figure_of
 from sweep.figures.look import Look, columns_of
 from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, map_panel
+from sweep.figures.room import HALO
 from sweep.model.disk.exact import ExactReduction
 from sweep.model.disk.model import DISK
 from sweep.model.disk.theory import saddle_node_rates

@@ -13,9 +13,9 @@ from sweep.errors import RequestError
 from sweep.figures.disk.captions import spell_length
 from sweep.figures.disk.losses_map import COLOURS
 from sweep.figures.disk.motion_plots import draw_panels, draw_picture
-from sweep.figures.drawing import sheet
 from sweep.figures.panels_in_time import label_times, legend_above
 from sweep.figures.scales import set_log_ticks
+from sweep.figures.sheet import sheet
 from sweep.figures.texts import number
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.model.quantity import Array, Truths

@@ -14,10 +14,11 @@ import numpy.typing as npt
 
 from sweep.errors import counted
 from sweep.model.cells import ROUNDING, AuditedCells
-from sweep.model.description import Audit, CellCheck, Columns, Request, Starts
+from sweep.model.description import Columns, Request, Starts
 from sweep.model.lossy_disk import tables
 from sweep.model.lossy_disk.sample import AGAIN, COMPARED, OTHER, Sample, smooth_motion
 from sweep.model.quantity import DECISION, OPEN, PROMISED, Array, Quantity, Tolerance, Truths, table
+from sweep.model.reference import Audit, CellCheck
 
 NOT_COMPUTED, CONSISTENT, AGREES, UNRESOLVED, INVALID, CONTRADICTORY, DIFFERS, OTHER_DIFFERS = range(8)
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from sweep.errors import counted
 from sweep.model.cells import ROUNDING, AuditedCells
-from sweep.model.description import Audit, CellCheck, Columns, Request, Starts
+from sweep.model.description import Columns, Request, Starts
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import (
     DECISION,
@@ -28,6 +28,7 @@ from sweep.model.quantity import (
     Tolerance,
     table,
 )
+from sweep.model.reference import Audit, CellCheck
 from sweep.model.system import tables
 from sweep.model.system.cell_values import evaluated, labels_of, sizes
 from sweep.model.system.definition import TIME, Definition
