@@ -101,7 +101,8 @@ def estimated_error(ending, state, drifts, uncertain, constants):
     if C > _NO_MAXIMUM and stiffness < 0.0 and beside:
         return math.inf, math.inf
     divisor *= pull
-    # between turning points that mirror one another the energy drifts to and fro, the tilts do not
-    hidden = _HIDDEN * uncertain
+    # between turning points that mirror one another the energy drifts to and fro, the tilts do not; shorter steps
+    # leave what is rounding
+    hidden = _HIDDEN * (uncertain - _ROUNDING_SHARE * rounding)
     beyond = beyond if beyond > hidden else hidden
     return (beyond + left) / divisor, (uncertain + left) / divisor

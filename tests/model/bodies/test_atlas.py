@@ -99,6 +99,13 @@ def test_every_cell_is_held_against_the_reduction(rings):
     assert sweep.compare(rings, rings).same
 
 
+def test_every_cell_of_the_presets_is_resolved():
+    """No cell near a separatrix is left out by what is said of its error."""
+    for preset in ("egg", "torus", "thick_coin", "true_edge"):
+        spec = sweep.SweepSpec.preset(preset)
+        assert not np.any(sweep.run(spec).ending == spec.model.endings.code("unresolved")), preset
+
+
 def test_an_atlas_has_no_length_that_its_body_lacks(rings):
     """Nor a moment that follows from the body; what it has are coordinates."""
     assert "tube" in rings.coords
