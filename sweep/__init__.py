@@ -1,4 +1,4 @@
-"""Stability atlases of a disk rolling without slip.
+"""Stability atlases of rolling disks and other bodies, and of systems of your own.
 
 ``sweep.run(spec)`` computes an atlas, ``sweep.SweepSpec`` says which; datasets have the accessor ``dataset.eulerdisk``.
 The names in ``__all__`` are public: docs/names.md lists them with their arguments, and promises how they may change.

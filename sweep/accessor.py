@@ -222,6 +222,7 @@ class Eulerdisk:
         contours: Any = None,
         family: bool = False,
         losses: bool = False,
+        regimes: bool = False,
         friction: float | None = None,
         bare: bool = False,
         without: "str | Sequence[str] | None" = None,
@@ -249,6 +250,8 @@ class Eulerdisk:
             Draw an atlas of more than two axes as a family of boundary curves, not as a map each.
         losses : bool
             Of a disk with losses: draw how long it stays aloft, and which law took most of its energy.
+        regimes : bool
+            Without losses: draw how many wells the potential has, and which motions cross upright.
         friction : float, optional
             Hatch where rolling without slip needs a larger friction coefficient.
         bare : bool
@@ -273,25 +276,25 @@ class Eulerdisk:
             "height": height, "font_size": font_size, "dpi": dpi, "bare": bare, "without": without,
         }  # fmt: skip
         if is_motion(self._dataset):
-            return self._plot_motion({**words, "losses": losses, "ax": ax, "friction": friction})
+            maps = {"losses": losses, "regimes": regimes, "ax": ax, "friction": friction}
+            return self._plot_motion({**words, **maps})
         from sweep.figures import plots
         from sweep.figures.look import Look
 
-        if not losses:
+        if not losses and not regimes:
             return plots.figure([self.atlas], friction, Look.read(**words), ax)
-        others = {
-            "quantity": quantity,
-            "contours": contours,
-            "family": family or None,
-            "friction": friction,
-            "ax": ax,
-        }
+        others: dict[str, Any] = {
+            "quantity": quantity, "contours": contours, "family": family or None, "friction": friction, "ax": ax,
+            "losses": (losses and regimes) or None,
+        }  # fmt: skip
+        drawn, shown = ("regimes", "kinds of motion") if regimes else ("losses", "times and laws")
         if given := [name for name, value in others.items() if value is not None]:
             raise RequestError(
-                f"A map of losses has times and laws, and nothing else; got losses with {' and '.join(given)}.",
+                f"A map of {drawn} has {shown}, and nothing else; got {drawn} with {' and '.join(given)}.",
                 hint=f"Leave {' and '.join(given)} out.",
             )
-        return plots.losses([self.atlas], Look.read(**words))
+        draw = plots.regimes if regimes else plots.losses
+        return draw([self.atlas], Look.read(**words))
 
     def _plot_motion(self, words: "dict[str, Any]") -> "Figure":
         if given := [name for name, value in words.items() if value is not None and value is not False]:

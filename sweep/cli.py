@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from typer import Typer
 
 _HELP = (
-    "Stability atlases of a disk rolling without slip: how fast must it roll or spin to stay up?\n\n"
+    "Stability atlases of rolling disks and other bodies, and of systems of your own: how fast to stay up?\n\n"
     "Exit status: 0 done; 1 the check failed, or too many cells could not be computed; 2 the request was wrong, "
     "nothing was touched; 3 the system takes no more (file, output or memory); 70 a defect of the program, please "
     "report it; 130, 143 interrupted."
@@ -38,7 +38,7 @@ _COMMANDS = {
     "plot": ("inspect", "Draw maps of stability, with the measured and analytic boundary."),
     "info": ("inspect", "Say what is in an atlas, or how far an unfinished run is."),
     "boundary": ("inspect", "Print the measured boundary beside the lines of theory."),
-    "verify": ("check", "Check every cell of an atlas against the exact reduction."),
+    "verify": ("check", "Check an atlas against the exact reduction, or with losses a second method."),
     "compare": ("check", "Check an atlas against a trusted one."),
     "explain": ("check", "Explain one cell: its numbers, and why it has its verdict."),
     "explore": ("explore", "Look around in an atlas that is computed while you look."),

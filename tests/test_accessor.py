@@ -279,6 +279,21 @@ def test_a_map_of_losses_is_a_word_of_plot():
         sweep.simulate(duration=0.1).eulerdisk.plot(losses=True)
 
 
+def test_a_map_of_regimes_is_a_word_of_plot():
+    """It is that of the command, and has nothing else to draw."""
+    atlas = sweep.run("rolling", tilt="1deg,20deg", roll_rate="1,3")
+    shown = {text.get_text() for text in atlas.eulerdisk.plot(regimes=True).axes[0].get_legend().get_texts()}
+    assert shown <= {
+        "one well, one side",
+        "one well, crosses",
+        "two wells, one side",
+        "fold: one well above, two below (theory)",
+    }
+    assert shown
+    with pytest.raises(RequestError, match="regimes with friction and losses"):
+        atlas.eulerdisk.plot(regimes=True, friction=0.3, losses=True)
+
+
 @pytest.mark.parametrize(
     ("ask", "words"),
     [

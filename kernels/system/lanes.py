@@ -37,7 +37,7 @@ CONSTANTS: int = 0
 #: Number of the ending of each such expression; how many times there are.
 EVENT_ENDINGS: tuple = ()
 
-# Rows of lanes; see `kernels.system.layout`.
+# Rows of lanes, as `kernels.system.source` lays them out.
 Y: int = 0
 TIME: int = 0
 TOP: int = 0

@@ -95,16 +95,16 @@ Spec = Annotated[
     str,
     typer.Argument(
         metavar="SPEC",
-        help="A preset (rolling, spinning, circling; toy, coin with losses; torus, egg, thick_coin, true_edge) or a "
-        ".toml file.",
+        help="A preset (rolling, spinning, circling; toy, coin with losses; torus, egg, thick_coin, true_edge; "
+        "henon_heiles, kapitza and other systems), or a .toml or .py file.",
     ),
 ]
 OptionalSpec = Annotated[
     str | None,
     typer.Argument(
         metavar="SPEC",
-        help="A preset (rolling, spinning, circling; toy, coin with losses; torus, egg, thick_coin, true_edge) or a "
-        ".toml file; none with --from.",
+        help="A preset (rolling, spinning, circling; toy, coin with losses; torus, egg, thick_coin, true_edge; "
+        "henon_heiles, kapitza and other systems), or a .toml or .py file; none with --from.",
         show_default=False,
     ),
 ]

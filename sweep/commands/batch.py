@@ -19,7 +19,8 @@ def batch(
     specs: Annotated[
         list[str],
         typer.Argument(
-            metavar="SPEC...", help="Presets or .toml files; a file may hold several tables [[sweep]]."
+            metavar="SPEC...",
+            help="Presets, .toml or .py files; a .toml file may hold several tables [[sweep]].",
         ),
     ],
     *,
@@ -27,7 +28,7 @@ def batch(
         Path, typer.Option("--output", "-o", metavar="DIR", help="The folder for the atlases, NAME.nc each.")
     ],
     verify: Annotated[
-        bool, typer.Option("--verify", help="Verify every atlas against the exact reduction.")
+        bool, typer.Option("--verify", help="Verify every atlas against the reference of its model.")
     ] = False,
     reference: Annotated[
         Path | None,

@@ -20,13 +20,14 @@ def verify(
         typer.Option(
             parser=seed_number,
             metavar="INTEGER",
-            help="Which cells of an atlas with losses are computed a second time.",
+            help="Which cells of an atlas with losses, or of a system, are computed a second time.",
         ),
     ] = None,
 ) -> None:
-    """Check every cell of an atlas against the exact reduction.
+    """Check an atlas against the exact reduction, or with losses a second method.
 
-    With losses there is none: every cell is held against itself, a sample against a second computation.
+    Without losses every cell is held against the reduction, of a system of your own a sample against DOP853; with
+    losses every cell is held against itself, and a sample against a second computation.
     Exit status 0 if all cells agree within the tolerance that the atlas records, 1 otherwise.
     """
     from sweep.atlas.dataset import spec_named

@@ -15,7 +15,7 @@ def explore(
         str | None,
         typer.Argument(
             metavar="[WHAT]",
-            help="A preset, a .toml file or an atlas .nc; all presets if none is given.",
+            help="A preset, a .toml or .py file, or an atlas .nc; if none is given, the presets of the thin disk.",
             show_default=False,
         ),
     ] = None,
@@ -25,7 +25,7 @@ def explore(
     export: Annotated[
         Path | None,
         typer.Option(
-            metavar="PAGE.html", help="Write the cells into one page that needs no server, and end."
+            metavar="PAGE.html", help="Write one page that computes by itself, without a server, and end."
         ),
     ] = None,
     overwrite: Overwrite = False,

@@ -62,6 +62,7 @@ def run(
     eulerdisk run --from rolling.nc -o again.nc
 
     eulerdisk run rolling roll_rate=uniform:2:4 tilt=normal:1deg:0.2deg samples=1e6 -o random.nc
+
     A rate may be given in units of sqrt(gravity/radius): scaled_roll_rate=0.5:0.7:400, scaled_precession_rate=0.9,
     scaled_tilt_rate=0.01. So are the rates of the presets: with radius=12mm they cover the boundary of a coin. Instead
     of roll_rate the speed of the contact point may be given, speed=15cm/s.
@@ -216,10 +217,10 @@ def warmup() -> None:
     """Compile the kernels into the cache, for images and clusters, and say where it is.
 
     These are the kernels of every method, of contact forces, of the presets and of motions. Each other set of laws of
-    loss has its own, and so have spheroids: they are compiled by the first run with them.
+    loss has its own, and so have spheroids but for method=rk4: the first run with them compiles them.
 
-    EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them. A model that
-    cannot be loaded is reported and left out. With EULERDISK_NOTICES=no nothing is said of what takes seconds.
+    EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them. With
+    EULERDISK_NOTICES=no nothing is said of what takes seconds.
     """
     from sweep.model import registry
     from sweep.model.kernel import Kernel, cache_root, check_cache

@@ -67,7 +67,7 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
         ``quantities``, ``criteria``, ``losses``, ``atlas``. The page's types.js says what each of them holds.
     """
     bases, of_system = {} if given is None else {"": given}, is_system(given)
-    # one module of kernels is either that of the disk or that of a system
+    # one module of kernels is that of the disk, or of a body, or of a system
     if not has_own_module(given):
         bases |= {name: preset(name) for name in base_names()}
     by_base = {name: _shown(spec, stored if name == "" else None) for name, spec in bases.items()}

@@ -104,7 +104,7 @@ def subject_of(given: Any, changes: Mapping[str, Any]) -> Subject:
 
 def _subject_of_spec(spec: SweepSpec) -> Subject:
     """Return a spec as what is explored; refuse one of which no map can be computed while one looks."""
-    if spec.model.exact is None and not is_system(spec):
+    if spec.model.explored and spec.model.exact is None and not is_system(spec):
         raise RequestError(
             f"The model {spec.model.name} has no exact reduction: its cells are integrated in time, which takes too "
             "long for a map that is computed while one looks.",
@@ -232,7 +232,8 @@ def explore(given: Any = None, *, port: int = 0, open_browser: bool = False, **c
     Parameters
     ----------
     given : SweepSpec, xarray.Dataset, str or Path, optional
-        A spec, the name of a preset or a TOML file; an atlas or its file; all presets if not given.
+        A spec, the name of a preset, a file of a spec (TOML) or of a system (``.py``); an atlas or its file; the
+        presets of the thin disk without losses if not given.
     port : int
         Where the server listens, on this machine alone; any that is free if not given.
     open_browser : bool

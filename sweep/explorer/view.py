@@ -226,7 +226,7 @@ class View:
 
 
 def base_names() -> tuple[str, ...]:
-    """Return the presets of the models that have an exact reduction: what can be computed while one looks."""
+    """Return the presets of the disk without losses, which share the module of the page."""
     known = presets(registry.named(registry.DEFAULT))
     # the simplest first
     return tuple(sorted(known, key=lambda name: (name != "rolling", name)))

@@ -77,9 +77,11 @@ class SweepSpec:
         Tilt at which the disk counts as fallen, and largest estimated error of a cell before its step is
         reduced, rad.
     method, device, title : str
-        ``rk4`` or ``exact``; ``cpu`` or ``cuda``; what the atlas is about, in one line.
+        ``rk4`` or ``exact``, of a system ``taylor``; ``cpu`` or ``cuda``; what the atlas is about, in one line.
     contact : str
         ``yes`` also records the least normal force and the largest friction coefficient needed.
+    path : str
+        ``yes`` also records where the contact point goes (docs/bodies.md).
     boundary : str
         ``grid``: the boundary lies between neighbouring cells; ``refined`` or ``refined:WIDTH``: it is bisected
         until its bracket is no wider than WIDTH in the SI unit of the axis, and stored as curves too.
@@ -246,7 +248,7 @@ class SweepSpec:
 
     @classmethod
     def preset(cls, name: str, /, **changes: Any) -> Self:
-        """Return one of the specs that come with a model, for the disk: rolling, spinning, circling; with changes.
+        """Return one of the specs that come with a model, such as rolling, toy, egg or kapitza, with changes.
 
         Their rates are scaled: ``preset("rolling", radius="12mm")`` covers the boundary of that disk.
 

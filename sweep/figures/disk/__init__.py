@@ -1,1 +1,1 @@
-"""Figures of the disk alone: pictures and films of its motion, its regimes, and where it would slip."""
+"""Figures of disks and other bodies: pictures and films of a motion, regimes, losses, and where it would slip."""
