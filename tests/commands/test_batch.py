@@ -193,7 +193,7 @@ def test_an_atlas_that_states_what_is_wrong_is_not_verified(batch, tmp_path):
         file.license = "mine"
     status, out, _ = batch("--verify")
     assert (status, out.splitlines()[2].split()[4]) == (1, "WRONG")
-    assert "hoop: 0 cells disagree with the exact reduction, 0 lack a value; wrong: license. " in out
+    assert "hoop: 0 cells disagree with the reference of the model, 0 lack a value; wrong: license. " in out
 
 
 def test_cells_that_could_not_be_computed_are_counted(batch, spec_file):
