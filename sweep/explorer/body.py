@@ -7,6 +7,7 @@ from sweep.model.bodies.model import BODIES
 from sweep.model.bodies.shape import has_poles
 from sweep.model.bodies.tables import CALLED, LENGTHS, OF_THE_BODY
 from sweep.model.disk.path import PATH_VARIABLES
+from sweep.model.lossy_bodies.model import LOSSY_BODIES
 from sweep.model.lossy_bodies.tables import FACED
 from sweep.request.spec import SweepSpec
 
@@ -27,7 +28,7 @@ COST = 0.02
 
 def is_body(spec: SweepSpec | None) -> bool:
     """Return whether there is a spec, and it asks for another body than the thin disk."""
-    return spec is not None and spec.model is BODIES
+    return spec is not None and spec.model in (BODIES, LOSSY_BODIES)
 
 
 def is_of_body(spec: SweepSpec, name: str) -> bool:

@@ -34,13 +34,6 @@ class Subject:
     """
 
     def __init__(self, spec: SweepSpec | None = None, stored: Stored | None = None) -> None:
-        if spec is not None and not spec.model.explored:
-            raise RequestError(
-                "The explorer shows disks and other bodies, and systems of your own; it cannot draw the model "
-                f"{spec.model.name}.",
-                hint="Draw an atlas with eulerdisk plot, or ask for one cell with eulerdisk explain.",
-                where="model",
-            )
         self.spec, self.stored = spec, stored
         self._open = ExitStack()
 
@@ -104,7 +97,7 @@ def subject_of(given: Any, changes: Mapping[str, Any]) -> Subject:
 
 def _subject_of_spec(spec: SweepSpec) -> Subject:
     """Return a spec as what is explored; refuse one of which no map can be computed while one looks."""
-    if spec.model.explored and spec.model.exact is None and not is_system(spec):
+    if spec.model.exact is None and not is_system(spec):
         raise RequestError(
             f"The model {spec.model.name} has no exact reduction: its cells are integrated in time, which takes too "
             "long for a map that is computed while one looks.",

@@ -16,6 +16,7 @@ from sweep.model.lossy_disk.tables import (
     UNLIMITED,
 )
 from sweep.motion.body_tables import BODY_MOTION
+from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
 from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION
 from sweep.request.spec import SweepSpec
 
@@ -38,9 +39,14 @@ _DAMPING = (1e-6, 0.1)
 _MASSES, _FRICTION = (1e-3, 100.0), (0.02, 2.0)
 
 
+def has_losses(spec: SweepSpec) -> bool:
+    """Return whether the cells of a spec have losses."""
+    return spec.model in (LOSSY_MOTION.model, LOSSY_BODY_MOTION.model)
+
+
 def has_motions(spec: SweepSpec) -> bool:
     """Return whether the cells of a spec have motions in time."""
-    return spec.model in (DISK_MOTION.model, LOSSY_MOTION.model, BODY_MOTION.model)
+    return has_losses(spec) or spec.model in (DISK_MOTION.model, BODY_MOTION.model)
 
 
 def slider_rows() -> list[dict[str, Any]]:

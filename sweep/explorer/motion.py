@@ -8,10 +8,11 @@ import numpy as np
 
 from sweep.errors import NoMotionError, RequestError
 from sweep.explorer.body import is_body
-from sweep.explorer.losses import has_motions, loss_words
+from sweep.explorer.losses import has_losses, has_motions, loss_words
 from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.tables import NO_AIR
 from sweep.motion.body_tables import BODY_MOTION
+from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
 from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION
 from sweep.request.spec import SweepSpec
 
@@ -26,7 +27,7 @@ _STATE = ("tilt", "tilt_rate", "precession_rate", "roll_rate")
 
 def is_lossy(spec: SweepSpec, losses: Mapping[str, Any]) -> bool:
     """Return whether a motion has losses: those of its cells, or words that ask for some."""
-    return spec.model is LOSSY_MOTION.model or bool(loss_words(losses))
+    return has_losses(spec) or bool(loss_words(losses))
 
 
 def words_of(spec: SweepSpec, start: Mapping[str, float], losses: Mapping[str, Any]) -> dict[str, Any]:
@@ -48,13 +49,15 @@ def words_of(spec: SweepSpec, start: Mapping[str, float], losses: Mapping[str, A
     """
     words: dict[str, Any] = dict(start) | {name: getattr(spec, name) for name in spec.constants}
     lost = loss_words(losses)
-    has_losses = spec.model is LOSSY_MOTION.model
-    kind = LOSSY_MOTION if has_losses else BODY_MOTION if is_body(spec) else DISK_MOTION
-    words |= {name: getattr(spec, name) for name in spec.model.options if name in kind.words}
-    fall = (LOSSY_MOTION if has_losses or lost else DISK_MOTION).largest_tilt
+    lossy = has_losses(spec)
+    kinds = (LOSSY_BODY_MOTION, BODY_MOTION) if is_body(spec) else (LOSSY_MOTION, DISK_MOTION)
+    words |= {
+        name: getattr(spec, name) for name in spec.model.options if name in kinds[0 if lossy else 1].words
+    }
+    fall = (LOSSY_MOTION if lossy or lost else DISK_MOTION).largest_tilt
     if hasattr(spec, fall):
         words[fall] = getattr(spec, fall)
-    if has_losses and losses:
+    if lossy and losses:
         lost = lost or dict(losses)
         # what a law needs is added where the cells have none of it
         lost = {name: each for name, each in lost.items() if name in losses or words.get(name) in _NONE}

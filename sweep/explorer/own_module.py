@@ -5,6 +5,7 @@ import subprocess
 import sys
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from sweep.errors import RequestError
 from sweep.explorer.body import is_body
@@ -43,10 +44,12 @@ def kernels_of(spec: SweepSpec | None) -> bytes | None:
     """
     if spec is None or not has_own_module(spec):
         return None
+    arguments: list[Any]
     if is_system(spec):
         told, room, arguments = spec.model.integrate.told, "system", [spec.model.integrate.function]
     else:
-        told, room, arguments = f"the kernel of a {spec.body}", "bodies", [spec.body, spec.contact == "yes"]
+        records = getattr(spec, "contact", None) == "yes"
+        told, room, arguments = f"the kernel of a {spec.body}", "bodies", [spec.body, records]
     code = [f"kernels.page.{room}", "kernels.page.c_library", "kernels.native.wasm"]
     given = json.dumps(arguments)
     return kept_bytes(f"page_{room}", code, given, lambda: _made(told, _BUILD.format(room=room), given))

@@ -6,7 +6,7 @@ from typing import Any
 
 from sweep.errors import RequestError
 from sweep.explorer.body import body_cells, body_motion, check_columns, is_body
-from sweep.explorer.losses import AIR, LOSS_WORDS, MASS, has_motions, slider_rows
+from sweep.explorer.losses import AIR, LOSS_WORDS, MASS, has_losses, has_motions, slider_rows
 from sweep.explorer.quantities import described, shown_of
 from sweep.explorer.system import system_cells
 from sweep.explorer.view import View
@@ -95,7 +95,7 @@ def _to_the_end(spec: SweepSpec) -> SweepSpec:
 
 def _unjudged(spec: SweepSpec) -> dict[str, Any]:
     """Return how the starts of a spec are completed and reduced without a verdict."""
-    model = spec.model if is_body(spec) else DISK_MOTION.model
+    model = (BODY_MOTION if is_body(spec) else DISK_MOTION).model
     fall_tilt = min(getattr(spec, "fall_tilt", STEEPEST_EXACT), STEEPEST_EXACT)
     never = {"terms": [{"value": 0.0}, {"value": 1.0}], "signs": [">"]}
     outcomes = [[UNDECIDED] * 3] * (max(each.code for each in model.endings) + 1)
@@ -189,7 +189,7 @@ def _term(term: Term, names: Mapping[str, str]) -> dict[str, Any]:
 
 def _motion_of(spec: SweepSpec) -> dict[str, Any]:
     """Return how motions are followed: the words of the cells, in SI."""
-    lossy = spec.model is LOSSY_MOTION.model
+    lossy = has_losses(spec)
     tilts = {
         kind.largest_tilt: getattr(spec, kind.largest_tilt, kind.inputs[kind.largest_tilt].default)
         for kind in (DISK_MOTION, LOSSY_MOTION)

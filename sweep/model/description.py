@@ -151,8 +151,6 @@ class Model(ABC):
     motion : str
         ``module:object``, the kind of its motions in time (a ``MotionKind``), or a function that makes
         it of the model; empty if ``simulate`` follows none.
-    explored : bool
-        Whether the explorer shows it.
     in_time : str
         ``module:function`` that follows one cell in time and returns what that says of its variables, for ``explain``:
         (spec, start, stored) -> mapping of str to (value, error); empty if the model has none.
@@ -195,7 +193,6 @@ class Model(ABC):
     losses: str = ""
     in_time: str = ""
     motion: str = ""
-    explored: bool = True
 
     @abstractmethod
     def headline(self, spec: Request) -> str:

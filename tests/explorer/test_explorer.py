@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 from cases import case
 from explorer_client import about, ask, post, refused
 
@@ -415,6 +416,30 @@ def test_every_question_about_a_body_is_answered(tmp_path, monkeypatch, command,
     assert command(motion.removeprefix("eulerdisk "))[0] == 0
     assert command("export window.nc --to csv")[0] == 0
     assert (tmp_path / "window.csv").read_bytes() == cells.body
+
+
+def test_an_atlas_of_a_body_with_losses_is_shown(tmp_path, monkeypatch, command):
+    """Its cells are stored ones, its motions have the losses of the cells; the command of one makes it."""
+    monkeypatch.chdir(tmp_path)
+    words = {"tube": "20mm", "contour_friction": 5e-5, "tilt": "10deg,20deg", "roll_rate": "1,2,3"}
+    atlas = sweep.run("torus", **words, duration="1s", progress=False)
+    with explore(atlas) as explorer:
+        held = about(explorer.url)
+        (base,) = held["bases"]
+        view = base["view"]
+        place = {"view": view, "x": view["x"]["centre"], "y": view["y"]["centre"]}
+        plans = post(explorer.url, "plan", view=view)
+        assert (plans["cells"], plans["lossy"], held["atlas"]["live"]) == (None, None, False)
+        assert plans["motion"]["body"]["name"] == "torus"
+        assert (plans["motion"]["lossy"], plans["motion"]["losses"]["contour_friction"]) == (True, 5e-5)
+        stored = post(explorer.url, "point", **place)["stored"]
+        assert "end_time" in {number["name"] for number in stored["numbers"]}
+        assert "contour" in post(explorer.url, "explain", **place, losses={})["text"]
+        motion = post(explorer.url, "command", **place, duration=0.2)["command"]
+    status, _, messages = command(motion.removeprefix("eulerdisk "))
+    assert status == 0, messages
+    with xr.open_dataset(tmp_path / "motion.nc") as dataset:
+        assert float(dataset["contour_loss"][-1]) > 0.0
 
 
 def test_what_the_page_of_a_body_does_not_compute_is_said():

@@ -73,7 +73,7 @@ class LossyBodies(LossyDisk):
     chosen_by: tuple[str, ...] = ()
     does_without = ("alpha", "fall_tilt")
     endings, variables = tables.ENDINGS, tables.VARIABLES
-    lost_name, explored = "the body falls flat", False
+    lost_name = "the body falls flat"
     presets = Path(__file__).with_name("presets")
     integrate = integrator(
         contour=True, damping=False, rolling=False, pivoting=False, air=NO_AIR, slips=False,
