@@ -32,9 +32,8 @@ _ENERGIES = (*LAWS, "energy")
 _CHANGED: Mapping[str, Mapping[str, object]] = {
     "inclination": {"long_name": "angle between the axis of the body and the vertical"},
     "held": {
-        "description": LOSSY_TRAJECTORY["held"]
-        .description.replace("at the rim", "where the contact runs")
-        .replace("4: rolling friction holds", "4: rolling friction, of a ball or a spheroid with that of its contour, holds")
+        "description": LOSSY_TRAJECTORY["held"].description.replace("at the rim", "where the contact runs")
+        + "; of a ball or a spheroid rolling and contour friction together hold all but the turn"
     },
 }
 

@@ -110,7 +110,6 @@ def _apart(spec: MotionRequest, one: Found, other: Found, energies: Sequence[str
     first, second = one.at(other.times), other.at(other.times)
     unit, radius = math.sqrt(spec.radius / spec.gravity), spec.radius
     sin, cos = np.sin(second["tilt"]), np.cos(second["tilt"])
-
     tilting, turning, rolling = (
         second[name] - first[name] for name in ("tilt_rate", "precession_rate", "roll_rate")
     )
@@ -139,7 +138,8 @@ def turned_between(first: Mapping[str, Array], second: Mapping[str, Array]) -> A
 
     Notes
     -----
-    From their unit quaternions: at a pole one of heading plus and minus roll angle has no meaning, and no share in them.
+    From their unit quaternions: at a pole the sum or the difference of heading and roll angle has no meaning, and no
+    share in them.
     """
 
     def quaternions(of: Mapping[str, Array]) -> Array:
