@@ -19,7 +19,7 @@ from sweep.motion.request import MotionRequest
 from sweep.motion.stated_errors import Found, in_si, settled
 
 _FLAT = Kernel(LOSSY_BODY_MOTION.kernels, "trajectory", seconds=12.0)
-_POLES = Kernel("kernels.lossy_bodies.poles.trajectory", "trajectory", seconds=12.0)
+_POLES = Kernel("kernels.lossy_bodies.poles.trajectory", "trajectory", seconds=8.0)
 
 #: All that `follow` calls.
 KERNELS = (_FLAT, _POLES)
