@@ -9,6 +9,7 @@ from body_motion import in_space
 from body_referee import Body
 from lossy_body_referee import LEDGER, WITH_ALL_LAWS, drawn_lossy, scaled
 from lossy_pole_referee import Polar, drawn_polar
+from scipy.integrate import simpson
 from scipy.spatial.transform import Rotation
 
 import sweep
@@ -161,6 +162,23 @@ def test_without_losses_it_is_the_motion_of_the_other_engine(name):
         off = np.linalg.norm(here[each] - there[each], axis=-1)
         assert (off <= one[error] + other[error] + 2e-11).all(), each
     assert np.abs(one["energy"] - other["energy"]).max() < 1e-9
+
+
+def test_a_body_that_friction_lets_go_leaves_along_its_track():
+    """A lens that turns about the vertical and sets off at once: its path is the integral of its rates."""
+    motion = sweep.simulate(
+        body="spheroid", flattening=0.4, tilt="30deg", precession_rate=2.0, rolling_friction="1cm", radius=1.0,
+        gravity=1.0, duration="2s", interval=0.002,
+    )  # fmt: skip
+    of = {each: motion[each].values for each in motion.data_vars if motion[each].ndim}
+    sine, cosine, square = np.sin(of["tilt"]), np.cos(of["tilt"]), 0.36
+    normal = 1.0 / np.sqrt(cosine**2 + square * sine**2)
+    ahead, aside = normal * cosine * of["roll_rate"], square * normal**3 * of["tilt_rate"]
+    x = aside * np.cos(of["heading"]) - ahead * np.sin(of["heading"])
+    y = aside * np.sin(of["heading"]) + ahead * np.cos(of["heading"])
+    for name, rate in (("contact_x", x), ("contact_y", y)):
+        assert abs(of[name][-1]) > 0.1
+        assert simpson(rate, x=motion["elapsed_time"].values) == pytest.approx(of[name][-1], abs=3e-9)
 
 
 def test_the_angle_between_two_orientations():
