@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from body_referee import UP, Body, cross
 from body_runner import drawn
-from lossy_body_referee import ARMS, LEDGER, some
+from lossy_body_referee import ARMS, LEDGER, Lossy, some
 from scipy.integrate import solve_ivp
 
 
@@ -58,9 +58,7 @@ class Polar:
         )  # fmt: skip
         return np.concatenate([n_rate, free + normal * slowed, taken])
 
-    def energy(self, y):
-        """Return the energy that the body has, and what was taken."""
-        return self.body.energy(y[:6]) + sum(y[8:])
+    path, energy = Lossy.path, Lossy.energy
 
     def follow(self, start, end, method="DOP853", accuracy=1e-11):
         """Return SciPy's solution from (tilt, w, o, s), to a dry rate that vanishes, and its tilts."""

@@ -98,6 +98,29 @@ def height(S, C, inertia):
 
 
 @kernel
+def contact_velocity(state, heading, inertia):
+    """Velocity (x, y) of the contact point over the plane, over sqrt(g R)."""
+    ahead, aside = contact_speed(state, inertia)
+    sine, cosine = math.sin(heading), math.cos(heading)
+    return aside * cosine - ahead * sine, ahead * cosine + aside * sine
+
+
+@kernel
+def rolled(before, middle, after, h, turned):
+    """What the roll angle gains over a step of scaled length h between three states, in which the heading turns."""
+    return h / 6.0 * (before[3] + 4.0 * middle[3] + after[3])
+
+
+@kernel
+def seen(state, tilt):
+    """(S, C, w, f, v) of a state at its tilt, and the state as it is where the heading is 0."""
+    _, _, w, f, v = state
+    # the steps keep S^2 + C^2 = 1 no better than anything else
+    here = math.sin(tilt), math.cos(tilt), w, f, v
+    return here, here
+
+
+@kernel
 def case_of(begun, tilt, settings):
     """`Case` of the beginning at a tilt of a single motion, without a criterion."""
     relative, longest = settings[row.TRAJECTORY_RELATIVE_STEP], settings[row.TRAJECTORY_STEP]
@@ -114,27 +137,19 @@ def case_of(begun, tilt, settings):
 
 
 @kernel
-def _shift(state, heading, inertia):
-    """Velocity (x, y) of the contact point."""
-    ahead, aside = contact_speed(state, inertia)
-    sine, cosine = math.sin(heading), math.cos(heading)
-    return aside * cosine - ahead * sine, ahead * cosine + aside * sine
-
-
-@kernel
 def _carried(place, before, after, h, case):
     """Roll angle and contact point (over R), one leap later whose step has the scaled length h."""
     if all_held(before.senses):
         return place
     angle, x, y = place
     middle, gain = next_state(before.state, before.senses, case.inertia, case.losses, 0.5 * h)
-    end, _ = next_state(before.state, before.senses, case.inertia, case.losses, h)
+    end, whole = next_state(before.state, before.senses, case.inertia, case.losses, h)
     heading, sixth = before.ledger[0], h / 6.0
-    x_0, y_0 = _shift(before.state, heading, case.inertia)
-    x_1, y_1 = _shift(middle, heading + gain[0], case.inertia)
-    x_2, y_2 = _shift(end, after.ledger[0], case.inertia)
+    x_0, y_0 = contact_velocity(before.state, heading, case.inertia)
+    x_1, y_1 = contact_velocity(middle, heading + gain[0], case.inertia)
+    x_2, y_2 = contact_velocity(end, after.ledger[0], case.inertia)
     return (
-        angle + sixth * (before.state[3] + 4.0 * middle[3] + end[3]),
+        angle + rolled(before.state, middle, end, h, whole[0]),
         x + sixth * (x_0 + 4.0 * x_1 + x_2),
         y + sixth * (y_0 + 4.0 * y_1 + y_2),
     )
@@ -150,10 +165,8 @@ def _held(senses):
 
 @kernel
 def _record(samples, i, tilt, motion, place, case, unit, radius):
-    _, _, w, f, v = motion.state
     angle, x, y = place
-    # the steps keep S^2 + C^2 = 1 no better than anything else
-    S, C = math.sin(tilt), math.cos(tilt)
+    (S, C, w, f, v), state = seen(motion.state, tilt)
     samples[row.TILT, i] = tilt
     samples[row.TILT_RATE, i] = w / unit
     samples[row.PRECESSION_RATE, i] = (v - f * S) / unit
@@ -167,7 +180,7 @@ def _record(samples, i, tilt, motion, place, case, unit, radius):
     samples[row.SAMPLE_CONTOUR_LOSS, i] = motion.ledger[4]
     samples[row.SAMPLE_DAMPING_LOSS, i] = motion.ledger[5]
     samples[row.SAMPLE_AIR_LOSS, i] = motion.ledger[6]
-    across, along, forces = contact_forces(motion.state, motion.senses, case.inertia, case.losses)
+    across, along, forces = contact_forces(state, motion.senses, case.inertia, case.losses)
     samples[row.SAMPLE_NORMAL_FORCE, i] = forces.normal
     samples[row.SAMPLE_FRICTION_ACROSS, i], samples[row.SAMPLE_FRICTION_ALONG, i] = across, along
     samples[row.SAMPLE_HELD, i] = _held(motion.senses)
@@ -175,7 +188,7 @@ def _record(samples, i, tilt, motion, place, case, unit, radius):
     samples[row.SAMPLE_CENTRE_X, i] = radius * x + arm * math.cos(motion.ledger[0])
     samples[row.SAMPLE_CENTRE_Y, i] = radius * y + arm * math.sin(motion.ledger[0])
     samples[row.SAMPLE_CENTRE_Z, i] = radius * height(S, C, case.inertia)
-    samples[row.SAMPLE_ENERGY, i] = energy_of((S, C, w, f, v), case.inertia)
+    samples[row.SAMPLE_ENERGY, i] = energy_of(state, case.inertia)
 
 
 @entry(
@@ -203,7 +216,7 @@ def trajectory(start, settings, times, samples):
     radius, unit = begun.radius, begun.unit
     case = case_of(begun, start[row.TILT, 0], settings)
     motion, event = set_going(begun.state, case, math.inf)
-    tilt, place, ending = tilt_of(begun.state), (0.0, 0.0, 0.0), ending_of(event)
+    tilt, place, ending = tilt_of(motion.state), (0.0, 0.0, 0.0), ending_of(event)
     record = Record(tilt, tilt, math.nan, 0.0, 0.0)
     _record(samples, 0, tilt, motion, place, case, unit, radius)
     if ending != MOVING:

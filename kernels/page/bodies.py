@@ -9,7 +9,8 @@ from kernels.bodies.poles import trajectory as poles
 from kernels.bodies.shapes import BALL, FIRST_WITH_POLES, NAMES, ROUNDED, SPHEROID, TORUS
 from kernels.bodies.stages import body_of
 from kernels.jit import kernel
-from kernels.lossy_bodies.trajectory import trajectory as lossy_trajectory
+from kernels.lossy_bodies import trajectory as lossy
+from kernels.lossy_bodies.poles import trajectory as lossy_poles
 from kernels.native.entry import entry
 from kernels.page.starts import GIVEN, WOBBLE
 
@@ -112,14 +113,13 @@ def entries_and_sizes(body, contact):
     contact : bool
         Whether contact forces are asked for.
     """
-    is_ellipse = body == "spheroid"
+    is_ellipse, has_poles = body == "spheroid", NAMES.index(body) >= FIRST_WITH_POLES
     entries = {
         "complete": complete,
         "reduce": reduction.reduce_ellipses if is_ellipse else reduction.reduce,
-        "body_trajectory": (poles if NAMES.index(body) >= FIRST_WITH_POLES else trajectory).trajectory,
+        "body_trajectory": (poles if has_poles else trajectory).trajectory,
+        "body_lossy_trajectory": (lossy_poles if has_poles else lossy).trajectory,
     }
-    if NAMES.index(body) < FIRST_WITH_POLES:
-        entries["body_lossy_trajectory"] = lossy_trajectory
     if contact:
         entries["contact"] = contact_extremes.contact_ellipses if is_ellipse else contact_extremes.contact
     shapes_of = {

@@ -216,8 +216,8 @@ def plan(
 def warmup() -> None:
     """Compile the kernels into the cache, for images and clusters, and say where it is.
 
-    These are the kernels of every method, of contact forces, of the presets and of motions. Each other set of laws of
-    loss has its own, and so have spheroids but for method=rk4: the first run with them compiles them.
+    These are the kernels of every method, of contact forces, of balls, of the presets and of motions. Each other set of
+    laws of loss has its own, and so have spheroids but for method=rk4: the first run with them compiles them.
 
     EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them. With
     EULERDISK_NOTICES=no nothing is said of what takes seconds.
@@ -234,6 +234,8 @@ def warmup() -> None:
     for model in registry.every():
         specs = {method: SweepSpec(model=model.name, method=method) for method in model.methods}
         specs |= {word: SweepSpec(model=model.name, **dict([word.split("=")])) for word in model.additions}
+        if "body" in model.options:
+            specs["ball"] = SweepSpec(model=model.name, body="ball")
         # a preset may need a variant of the kernels; how long its motions last does not matter
         short = {"duration": 1e-3, "criterion": "departure:5deg"}
         specs |= {name: coarse(SweepSpec.preset(name, **short), 1) for name in presets(model)}

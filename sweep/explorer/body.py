@@ -77,8 +77,8 @@ def body_motion(spec: SweepSpec) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``name`` of the body; ``number`` of it; ``called``, in words; ``poles``, whether it rolls on through them and
-        has no losses; ``faced``, whether it has a face, under which air is.
+        ``name`` of the body; ``number`` of it; ``called``, in words; ``poles``, whether it rolls on through them;
+        ``faced``, whether it has a face, under which air is.
     """
     return {
         "name": spec.body,

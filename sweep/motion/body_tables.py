@@ -57,7 +57,7 @@ _WHICH = {
 #: What has another meaning than of the disk.
 _DESCRIBED = {
     "heading": "counted on from 0; beside a pole it turns by half a turn at once, and is known to orientation_error "
-    "over cos(tilt)",
+    "over cos(tilt); where it passes a pole within that error, it may have turned the other way",
     "vertical_momentum_rate": "tilt_rate times (height of the centre of mass times the speed of the contact point "
     "along the track, minus radius of curvature times the speed of the centre of mass)",
 }

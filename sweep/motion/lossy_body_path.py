@@ -9,6 +9,7 @@ import numpy.typing as npt
 from kernels.disk.arrays import STATE
 from kernels.lossy_disk.arrays import LOSSES, SAMPLES
 from kernels.lossy_disk.endings import HORIZON, UNRESOLVED
+from sweep.model.bodies.shape import has_poles
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.motion.body_path import check_edge
@@ -17,10 +18,11 @@ from sweep.motion.lossy_path import Sampled, later, once, sampled, variables
 from sweep.motion.request import MotionRequest
 from sweep.motion.stated_errors import Found, in_si, settled
 
-_TRAJECTORY = Kernel(LOSSY_BODY_MOTION.kernels, "trajectory", seconds=12.0)
+_FLAT = Kernel(LOSSY_BODY_MOTION.kernels, "trajectory", seconds=12.0)
+_POLES = Kernel("kernels.lossy_bodies.poles.trajectory", "trajectory", seconds=8.0)
 
 #: All that `follow` calls.
-KERNELS = (_TRAJECTORY,)
+KERNELS = (_FLAT, _POLES)
 
 
 def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
@@ -32,13 +34,17 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
         If the motion is too fast to be resolved, or ends where it begins.
     """
     check_edge(spec)
-    found = sampled(spec, start, _TRAJECTORY)
+    found = sampled(spec, start, _kernel_of(spec))
     if found.end == 0.0:
         # at rest nothing is integrated
         none = dict.fromkeys(ERRORS, np.zeros(found.times.size, np.float32))
         return found.times, variables(spec, start, found) | none
     found, errors = _with_errors(spec, start, found)
     return found.times, variables(spec, start, found) | errors
+
+
+def _kernel_of(spec: MotionRequest) -> Kernel:
+    return _POLES if has_poles(spec.body) else _FLAT
 
 
 def _with_errors(
@@ -48,7 +54,7 @@ def _with_errors(
     times = later(rough.times, rough.ending)
 
     def again(refinement: int) -> Found | None:
-        ending, moments, samples = once(spec, start, times, _TRAJECTORY, rough.refinement + refinement)
+        ending, moments, samples = once(spec, start, times, _kernel_of(spec), rough.refinement + refinement)
         return None if ending == UNRESOLVED else Found(SAMPLES, moments, samples, ending)
 
     found, errors = settled(spec, again, (*LOSSES, "energy"))

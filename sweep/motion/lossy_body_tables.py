@@ -4,8 +4,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from kernels.lossy_disk.endings import EDGE_CHANGE
-from sweep.model.bodies.shape import has_poles
-from sweep.model.bodies.tables import LENGTHS
 from sweep.model.lossy_bodies import tables as lossy
 from sweep.model.lossy_bodies.model import LOSSY_BODIES
 from sweep.model.quantity import Input, Quantity, Tolerance, Word, table
@@ -18,19 +16,10 @@ _INPUTS: Mapping[str, Input] = table(
     *(of_a_body(LOSSY_INPUTS[name]) for name in ("duration", "interval", "step", "flat_tilt")),
 )
 
-#: Bodies that lie flat where their axis is vertical.
-_LYING = tuple(name for name in LENGTHS if not has_poles(name))
-
 _WORDS: Mapping[str, Word] = table(
     LOSSY_WORDS["title"],
     LOSSY_WORDS["method"],
-    replace(
-        lossy.OPTIONS["body"],
-        default=_LYING[0],
-        choices=_LYING,
-        remark="atlases have balls and spheroids with losses, but no motion in time follows them through their poles",
-    ),
-    *(lossy.OPTIONS[name] for name in ("filling", "air_law")),
+    *(lossy.OPTIONS[name] for name in ("body", "filling", "air_law")),
 )
 
 #: Stated error -> the unit, and what is known to it.
@@ -41,10 +30,10 @@ ERRORS: Mapping[str, tuple[str, str]] = {
 
 _ENERGIES = (*LAWS, "energy")
 _CHANGED: Mapping[str, Mapping[str, object]] = {
-    "heading": {"description": LOSSY_TRAJECTORY["heading"].description.replace("the disk", "the body")},
     "inclination": {"long_name": "angle between the axis of the body and the vertical"},
     "held": {
         "description": LOSSY_TRAJECTORY["held"].description.replace("at the rim", "where the contact runs")
+        + "; of a ball or a spheroid rolling and contour friction together hold all but the turn"
     },
 }
 
@@ -88,7 +77,9 @@ LOSSY_BODY_MOTION = replace(
     "taken, and contact forces, with stated errors.",
     path="sweep.motion.lossy_body_path",
     kernels="kernels.lossy_bodies.trajectory",
+    turning=body_tables.BODY_MOTION.turning,
     keywords="rolling body of revolution, torus, Euler's disk, dissipation, dry friction, trajectory, contact forces",
     sample_size=300,
     called="body",
+    rolls_on=body_tables.BODY_MOTION.rolls_on,
 )

@@ -1,7 +1,7 @@
 """Stated errors of a motion of a body: from how far two integrations with different steps have been apart."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -103,25 +103,25 @@ def _apart(spec: MotionRequest, one: Found, other: Found, energies: Sequence[str
 
     Notes
     -----
-    Of the orientation the difference is hypot(d tilt, cos(tilt) d heading, d roll_angle + sin(tilt) d heading), which
-    is regular at a pole where heading and roll angle are not; likewise of the angular velocity.
+    Of the orientation the difference is the angle between both, whatever heading and roll angle say of it beside a
+    pole. Of the angular velocity it is hypot(d tilt_rate, cos(tilt) d precession_rate, d roll_rate + sin(tilt)
+    d precession_rate), which is regular there, too.
     """
     first, second = one.at(other.times), other.at(other.times)
     unit, radius = math.sqrt(spec.radius / spec.gravity), spec.radius
     sin, cos = np.sin(second["tilt"]), np.cos(second["tilt"])
-
-    def turned(tilting: str, turning: str, rolling: str) -> Array:
-        tilt, heading, angle = (second[name] - first[name] for name in (tilting, turning, rolling))
-        return np.asarray(np.sqrt(tilt**2 + (cos * heading) ** 2 + (angle + sin * heading) ** 2))
+    tilting, turning, rolling = (
+        second[name] - first[name] for name in ("tilt_rate", "precession_rate", "roll_rate")
+    )
 
     def moved(*names: str) -> Array:
         return np.asarray(np.sqrt(sum((second[name] - first[name]) ** 2 for name in names)))
 
     contact, centre = moved("contact_x", "contact_y"), moved("centre_x", "centre_y", "centre_z")
     found = {
-        "orientation_error": turned("tilt", "heading", "roll_angle"),
+        "orientation_error": turned_between(first, second),
         "path_error": np.maximum(contact, centre) / radius,
-        "rate_error": unit * turned("tilt_rate", "precession_rate", "roll_rate"),
+        "rate_error": unit * np.sqrt(tilting**2 + (cos * turning) ** 2 + (rolling + sin * turning) ** 2),
         "force_error": moved("normal_force", "friction_across", "friction_along"),
     }
     if energies:
@@ -131,6 +131,26 @@ def _apart(spec: MotionRequest, one: Found, other: Found, energies: Sequence[str
     rounding = _ROUNDING + _OF_RATES * start * (1.0 + other.times / unit)
     # differences cross zero where the motions meet: what has been apart is not known better afterwards
     return {name: _SAFETY * np.maximum.accumulate(each) + rounding for name, each in found.items()}
+
+
+def turned_between(first: Mapping[str, Array], second: Mapping[str, Array]) -> Array:
+    """Return the angles [rad] by which bodies are turned from samples to other ones, of tilt, heading and roll angle.
+
+    Notes
+    -----
+    From their unit quaternions: at a pole the sum or the difference of heading and roll angle has no meaning, and no
+    share in them.
+    """
+
+    def quaternions(of: Mapping[str, Array]) -> Array:
+        half = 0.25 * math.pi - 0.5 * of["tilt"]
+        more, less = (0.5 * (of["heading"] + sign * of["roll_angle"]) for sign in (1.0, -1.0))
+        near, far = np.cos(half), np.sin(half)
+        return np.stack([near * np.cos(more), near * np.sin(more), far * np.cos(less), far * np.sin(less)])
+
+    one, other = quaternions(first), quaternions(second)
+    chord = np.minimum(np.linalg.norm(one - other, axis=0), np.linalg.norm(one + other, axis=0))
+    return np.asarray(4.0 * np.arcsin(0.5 * chord))
 
 
 def in_si(spec: MotionRequest, errors: dict[str, Array], mass: float) -> dict[str, npt.NDArray[Any]]:

@@ -165,7 +165,7 @@ def test_warmup_fills_the_cache(tmp_path):
     names = ["disk rk4", "disk exact", "disk contact=yes", "disk path=yes", "disk motion"]
     names += ["lossy_disk rk4", "lossy_disk coin", "lossy_disk toy", "lossy_disk motion"]
     names += ["bodies rk4", "bodies exact", "bodies contact=yes", "bodies thick_coin"]
-    names += ["bodies motion", "lossy_bodies rk4", "lossy_bodies motion"]
+    names += ["bodies motion", "lossy_bodies rk4", "lossy_bodies ball", "lossy_bodies motion"]
     assert [line.split()[:3] for line in ready] == [[*name.split(), "ready"] for name in names]
     assert last.split() == ["cache", str(cache_root())]
     compiled = {path.name.partition("-")[0].rpartition(".")[2] for path in cache_root().rglob("*.nbc")}
@@ -214,7 +214,7 @@ def test_warmup_compiles_all_models(tmp_path):
     """A line for each set of kernels, and where they are kept; nothing on standard error."""
     done = run(tmp_path, "warmup")
     assert (done.returncode, done.stderr) == (0, "")
-    names = [*["disk"] * 5, *["lossy_disk"] * 4, *["bodies"] * 5, *["lossy_bodies"] * 2, "cache"]
+    names = [*["disk"] * 5, *["lossy_disk"] * 4, *["bodies"] * 5, *["lossy_bodies"] * 3, "cache"]
     assert [line.split()[0] for line in done.stdout.splitlines()] == names
 
 

@@ -385,6 +385,22 @@ def test_every_question_about_a_system_is_answered(tmp_path, monkeypatch, comman
     assert (tmp_path / "window.csv").read_bytes() == cells.body
 
 
+def test_what_is_explained_of_a_ball_with_losses_is_its_motion(tmp_path, monkeypatch, command):
+    """It ends as the motion of the copied command, which has the losses of the page."""
+    monkeypatch.chdir(tmp_path)
+    with explore("egg") as explorer:
+        view = about(explorer.url)["bases"][0]["view"]
+        place = {"view": view, "x": view["x"]["centre"], "y": view["y"]["centre"]}
+        place["losses"] = {"pivoting_friction": 1e-4, "rolling_friction": 1e-4}
+        text = post(explorer.url, "explain", **place)["text"]
+        line = post(explorer.url, "command", **place, duration=60.0)["command"]
+    assert "ending      rest" in text
+    end = float(re.search(r"^ *end_time +(\S+) s", text, re.MULTILINE)[1])
+    status, _, told = command(line.removeprefix("eulerdisk "))
+    assert status == 0, told
+    assert float(re.search(r"came to rest at (\S+) s", told)[1]) == pytest.approx(end, rel=1e-4)
+
+
 @pytest.mark.parametrize("given", ["torus", "egg", "true_edge"])
 def test_every_question_about_a_body_is_answered(tmp_path, monkeypatch, command, given):
     """A page has the lengths of its body alone; a command makes the cells of a window."""

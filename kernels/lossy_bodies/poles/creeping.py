@@ -8,6 +8,7 @@ import math
 
 from kernels.jit import kernel
 from kernels.lossy_bodies.poles.equations import (
+    bearings,
     contact_rates,
     horizontal_rate,
     shape,
@@ -52,17 +53,10 @@ def rolls_straight(state):
 
 
 @kernel
-def _bearings(n1, n2):
-    """Cosine of the tilt, cosine and sine of the heading."""
-    C = math.sqrt(n1 * n1 + n2 * n2)
-    return C, -n1 / C, -n2 / C
-
-
-@kernel
 def parted(state):
     """Place of a state, and the angle of its horizontal turning rate from the track."""
     n1, n2, S, p1, p2, v = state
-    _, cosine, sine = _bearings(n1, n2)
+    _, cosine, sine = bearings(n1, n2)
     along, across = p2 * cosine - p1 * sine, p1 * cosine + p2 * sine
     return (n1, n2, math.sqrt(p1 * p1 + p2 * p2), S, v), math.atan2(across, along)
 
@@ -71,7 +65,7 @@ def parted(state):
 def placed(place, angle):
     """State of a place and an angle."""
     n1, n2, size, S, v = place
-    _, cosine, sine = _bearings(n1, n2)
+    _, cosine, sine = bearings(n1, n2)
     along, across = size * math.cos(angle), size * math.sin(angle)
     return n1, n2, S, across * cosine - along * sine, across * sine + along * cosine, v
 
@@ -83,7 +77,7 @@ def accelerations(place, angle, senses, body, losses):
     n1, n2, S, p1, p2, _ = state = placed((n1, n2, max(size, _LEAST), S, v), angle)
     changes, ledger, _ = contact_rates(state, senses, body, losses)
     _, _, _, dp1, dp2, _ = changes
-    C, c, s = _bearings(n1, n2)
+    C, c, s = bearings(n1, n2)
     along, across = p2 * c - p1 * s, p1 * c + p2 * s
     turning = v + S * across / C
     tilting, rolling = dp2 * c - dp1 * s - across * turning, dp1 * c + dp2 * s + along * turning

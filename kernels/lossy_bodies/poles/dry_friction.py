@@ -10,6 +10,7 @@ import math
 from kernels.jit import kernel
 from kernels.lossy_bodies.poles.equations import (
     arm_of,
+    bearings,
     contact_rates,
     place_at,
     shape,
@@ -45,8 +46,7 @@ def _needed(state, pivoted, body):
     whole = whole_of_vertical(axis, arm_of(axis, body), body)
     change = (torque[2] + pivoted) / whole[2]
     first, second = change * whole[0] - torque[0], change * whole[1] - torque[1]
-    C = math.sqrt(n1 * n1 + n2 * n2)
-    cosine, sine = (-n1 / C, -n2 / C) if C > 0.0 else (1.0, 0.0)
+    _, cosine, sine = bearings(n1, n2)
     return second * cosine - first * sine, first * cosine + second * sine, (cosine, sine)
 
 
@@ -109,7 +109,7 @@ def _set_going(state, turn, body, losses):
             most = angle
     h = _INSTANT / (1.0 + abs(v))
     dp1, dp2, dv = rate
-    return (n1, n2, S, h * dp1, h * dp2, v + h * dv), senses, h
+    return (n1 - h * v * n2, n2 + h * v * n1, S, h * dp1, h * dp2, v + h * dv), senses, h
 
 
 @kernel

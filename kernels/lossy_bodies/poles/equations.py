@@ -165,7 +165,7 @@ def tilt_of(state):
 
 @kernel
 def contact_rates(state, senses, body, losses):
-    """See `kernels.lossy_disk.contact_motion.contact_rates`; the heading is not in the ledger.
+    """See `kernels.lossy_disk.contact_motion.contact_rates`; in the ledger is the heading of a body that stands.
 
     `senses.turn` is 0 where pivoting friction holds v. The normal force depends on the acceleration, which depends on
     it: both dependences are linear.
@@ -195,7 +195,7 @@ def contact_rates(state, senses, body, losses):
         rate = plus(free, normal, slowed)
     moving = cross(turning, axis)
     ledger = (
-        0.0, way, losses.rolling * normal * size, losses.pivoting * normal * (senses.turn * v),
+        v, way, losses.rolling * normal * size, losses.pivoting * normal * (senses.turn * v),
         losses.contour * normal * way, damping * (way * way), 0.0,
     )  # fmt: skip
     return (*moving, *rate), ledger, Forces(normal, 0.0, turn)
@@ -228,6 +228,13 @@ def contact_forces(state, senses, body, losses):
     )  # fmt: skip
     first, second = cross(arm_of(axis, body), rate), cross(arm_rate, turning)
     return first[0] + second[0], first[1] + second[1], forces
+
+
+@kernel
+def bearings(n1, n2):
+    """Cosine of the tilt, cosine and sine of the heading, which is 0 at a pole."""
+    C = math.sqrt(n1 * n1 + n2 * n2)
+    return (C, -n1 / C, -n2 / C) if C > 0.0 else (0.0, 1.0, 0.0)
 
 
 @kernel

@@ -275,8 +275,9 @@ def _turning(dataset: "xr.Dataset") -> Array:
     kind = kind_of(dataset)
     if kind.rolls_on(request_of(dataset)):
         # beside a pole it turns about the vertical with both, and the heading alone says nothing
-        return np.asarray(np.hypot(own, np.hypot(dataset["tilt_rate"].values, precession * np.cos(tilt))))
-    rates = np.maximum(np.abs(precession), own)
+        rates = np.hypot(own, np.hypot(dataset["tilt_rate"].values, precession * np.cos(tilt)))
+    else:
+        rates = np.maximum(np.abs(precession), own)
     if not kind.stops:
         return np.asarray(rates)
     times = dataset[TIME.name].values

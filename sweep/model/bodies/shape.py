@@ -137,7 +137,7 @@ def _check_round(values: Mapping[str, Any], body: str) -> None:
 
 
 def check_no_fall(values: Mapping[str, Any], setting: Input) -> None:
-    """Refuse a tilt at which a ball or a spheroid falls, or lies flat: there is none.
+    """Refuse a tilt at which a ball or a spheroid falls, or lies flat, and a time before which it does: there is none.
 
     Parameters
     ----------
@@ -157,6 +157,14 @@ def check_no_fall(values: Mapping[str, Any], setting: Input) -> None:
             f"A {body} does not fall: it rolls on through its poles, whatever {name} says; got {name}={got}.",
             f"Leave {name} out, or at its default, {default}.",
             name,
+        )
+    # a motion has no criterion
+    criterion = values.get("criterion")
+    if has_poles(body) and getattr(criterion, "kind", "") == "aloft":
+        _refuse(
+            f"A {body} does not fall: by the criterion {criterion} every motion of it is stable.",
+            "Write another criterion, as in departure:5deg.",
+            "criterion",
         )
 
 

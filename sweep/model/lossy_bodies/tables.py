@@ -70,6 +70,11 @@ _CHANGED: Mapping[str, Mapping[str, object]] = {
         "spheroid its whole way over the body, which is as long as that on the plane; "
         + disk.VARIABLES["path_length"].description,
     },
+    "energy_imbalance": {
+        "description": disk.VARIABLES["energy_imbalance"].description
+        + "; of a ball or a spheroid that at the ending: on the way the difference of two motions with different steps "
+        "tells its errors",
+    },
     "amplification": {"description": bodies.VARIABLES["amplification"].description},
 }
 

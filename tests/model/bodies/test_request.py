@@ -44,6 +44,7 @@ REFUSED = {
     "body=ball fall_tilt=89deg": "does not fall",
     "body=ball flattening=0.2": "A ball has no flattening",
     "body=spheroid": "needs its flattening",
+    "body=ball criterion=aloft:2s": "A ball does not fall: by the criterion",
     "body=spheroid flattening=0.9": "-2 <= flattening <= 0.8",
     "body=spheroid flattening=5mm": "takes no unit",
     "body=spheroid flattening=0.4 offset=0.1": "moments of a spheroid whose centre of mass",

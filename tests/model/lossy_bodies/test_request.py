@@ -12,6 +12,7 @@ from sweep.request.spec import SweepSpec
 #: Words -> what the refusal says.
 REFUSED = {
     "body=ball air_law=moffatt air_viscosity=18e-6 mass=1": "under a flat face, and a ball has none",
+    "body=ball rolling_friction=10um criterion=aloft:2s duration=5s": "A ball does not fall: by the criterion",
     "body=spheroid flattening=0.2 contour_friction=10um flat_tilt=80deg": "A spheroid does not fall: it rolls on",
     "body=ball offset=0.1 contour_friction=10um": "moments of a ball whose centre of mass is not its centre",
     "body=ball offset=1.1 axial_moment=0.4 transverse_moment=0.4 contour_friction=10um": "lies inside",

@@ -11,6 +11,7 @@ import {
   SAMPLES,
   MOST_SAMPLES,
   traced,
+  turning,
   unresolved,
   untilLater,
 } from "eulerdisk/compute/paths";
@@ -106,21 +107,6 @@ function closerTimes(path, times, poles) {
   if (path.ending === HORIZON) return evenly(/** @type {number} */ (times.at(-1)), count);
   // half an interval, so that no sample comes to lie at the end itself, which is one
   return untilLater(last / (count - 0.5), Math.ceil(LATER * count));
-}
-
-/**
- * How fast a body turns, and the contact point goes round it.
- * @param {Path} path
- * @param {boolean} poles  beside one the rates of heading and roll say nothing
- */
-function turning({ rows }, poles) {
-  return rows[TILT].map((tilt, i) => {
-    const [rate, precession, roll] = [rows[TILT_RATE][i], rows[PRECESSION_RATE][i], rows[ROLL_RATE][i]];
-    const about = Math.abs(roll + precession * Math.sin(tilt));
-    const across = Math.hypot(rate, precession * Math.cos(tilt));
-    if (poles) return Math.hypot(about, across);
-    return Math.max(about, across, Math.abs(precession), Math.abs(roll));
-  });
 }
 
 /**

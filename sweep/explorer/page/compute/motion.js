@@ -76,8 +76,7 @@ const FEW_DIGITS = 3;
 export async function computedMotion(computation, tables, parameters, plans, request, signal) {
   const { motion, disk } = plans;
   const { view } = request;
-  // there are no losses of what rolls on through its poles
-  const losses = motion?.body?.poles ? {} : (request.losses ?? {});
+  const losses = request.losses ?? {};
   if (!motion || !disk) {
     throw new Problem("The cells of this map have no motions in time here.", { status: 400 });
   }
@@ -115,7 +114,7 @@ export async function computedMotion(computation, tables, parameters, plans, req
     radius: cell.radius,
     gravity: cell.gravity,
     quantities: tables.quantities,
-    losses: body?.poles ? [] : lossControls(tables, motion, /** @type {any} */ (cell), losses),
+    losses: lossControls(tables, motion, /** @type {any} */ (cell), losses),
     ledger: lossy ? tables.ledger : null,
     ...swing(tables, cell, lossy, largest),
   };
@@ -172,20 +171,20 @@ function checkStart(tables, parameters, start, largest, largestName, called) {
 
 /**
  * Refuse a body that begins on both edges, and losses that are not derived for it, as the program does.
- * @param {{name: string, called: string, faced: boolean}} body
+ * @param {{name: string, called: string, poles: boolean, faced: boolean}} body
  * @param {{core: number}} shape
  * @param {Record<string, number>} cell
  * @param {Record<string, number|string|null>} words  of the losses, none without them
  * @param {string} none  the law of no air
  */
-function checkBody({ name, called, faced }, { core }, cell, words, none) {
+function checkBody({ name, called, poles, faced }, { core }, cell, words, none) {
   if (name === "rim" && cell.tilt === 0) {
     const ended =
       "This motion has ended before it starts: upright, a disk with a rim stands on both of its edges.";
     throw new Problem(ended, { hint: "Start with a tilt.", status: 400 });
   }
   if (!Object.keys(words).length) return;
-  if (core <= 0) {
+  if (core <= 0 && !poles) {
     const round = `A ${called} of this shape has no face left to lie on: there are no losses of it.`;
     throw new Problem(round, { hint: "Give a smaller fillet or thickness.", status: 400 });
   }
@@ -291,7 +290,7 @@ async function lossyArrays(
     computation,
     start,
     duration,
-    { flatTilt, law, body: body?.number ?? null },
+    { flatTilt, law, body: body?.number ?? null, poles: Boolean(body?.poles) },
     signal,
   );
   const needed = frictionNeeded(named(FORCES, rows.slice(LOSSY_FORCES)));

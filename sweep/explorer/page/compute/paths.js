@@ -19,7 +19,7 @@ const LOSSY = { flat: 1, rest: 2, horizon: 3, slip: 5, unresolved: 7 };
 
 /** Rows of the samples: the state, heading and roll angle, and of a motion with losses what each has taken. */
 
-const TILT_RATE = 1;
+const [TILT, TILT_RATE, PRECESSION_RATE, ROLL_RATE] = [0, 1, 2, 3];
 const STATE = 4;
 const TURNING = [0, 4, 5];
 const DISK_ROWS = 9;
@@ -107,11 +107,12 @@ export async function diskPath(computation, start, duration, fallTilt, signal) {
  * @param {Computation} computation
  * @param {number[]} start
  * @param {number} duration
- * @param {{flatTilt: number, law: number, body: number|null}} given  law of the air, number of the body
+ * @param {{flatTilt: number, law: number, body: number|null, poles: boolean}} given  law of the air, number of the body, and
+ *   whether it rolls on through its poles
  * @param {AbortSignal} signal
  * @returns {Promise<Path>}
  */
-export async function lossyPath(computation, start, duration, { flatTilt, law, body }, signal) {
+export async function lossyPath(computation, start, duration, { flatTilt, law, body, poles }, signal) {
   const name = body === null ? "lossy_trajectory" : "body_lossy_trajectory";
   const integrated = async (/** @type {Float64Array} */ times) => {
     for (let refinement = 0; ; refinement += 1) {
@@ -130,7 +131,7 @@ export async function lossyPath(computation, start, duration, { flatTilt, law, b
   let path = await integrated(first);
   if (path.times.at(-1) === 0) return held(path, first, body === null ? "disk" : "body");
   for (let pass = 0; pass < PASSES; pass += 1) {
-    const wanted = wantedBetween(path);
+    const wanted = wantedBetween(path, poles);
     if (largest(wanted) <= ENOUGH) break;
     path = await integrated(closerTo(path, wanted));
   }
@@ -253,19 +254,35 @@ function taken(rows, i) {
 }
 
 /**
+ * How fast a body turns, and the contact point goes round it.
+ * @param {{rows: Float64Array[]}} path
+ * @param {boolean} poles  beside one the rates of heading and roll say nothing
+ */
+export function turning({ rows }, poles) {
+  return rows[TILT].map((tilt, i) => {
+    const [rate, precession, roll] = [rows[TILT_RATE][i], rows[PRECESSION_RATE][i], rows[ROLL_RATE][i]];
+    const about = Math.abs(roll + precession * Math.sin(tilt));
+    const across = Math.hypot(rate, precession * Math.cos(tilt));
+    if (poles) return Math.hypot(about, across);
+    return Math.max(about, across, Math.abs(precession), Math.abs(roll));
+  });
+}
+
+/**
  * How many samples there should be in the place of each gap between two, by what turns in it.
  * @param {Path} path
+ * @param {boolean} poles  beside one the angles say nothing of how far a body turns
  */
-function wantedBetween({ times, rows, ending }) {
+function wantedBetween({ times, rows, ending }, poles) {
   const length = /** @type {number} */ (times.at(-1));
-  const turning = TURNING.map((row) => differences(rows[row]));
-  const rates = rows[TILT_RATE];
+  const angles = poles ? [] : TURNING.map((row) => differences(rows[row]));
+  const rates = poles ? turning({ rows }, true) : rows[TILT_RATE];
   const isTowardsEnd = ending === LOSSY.flat || ending === LOSSY.rest;
   const left = (/** @type {number} */ i) => length - times[i] + NEAREST * length;
   return differences(times).map((gap, i) => {
     // a swing of the tilt between two samples is not seen in their difference
     const swing = Math.max(Math.abs(rates[i]), Math.abs(rates[i + 1])) * gap;
-    const turns = Math.max(swing, ...turning.map((row) => Math.abs(row[i])));
+    const turns = Math.max(swing, ...angles.map((row) => Math.abs(row[i])));
     const wanted = Math.max(turns / LOSSY_TURN, (gap / length) * LEAST_SAMPLES);
     return isTowardsEnd ? Math.max(wanted, TOWARDS_END * Math.log(left(i) / left(i + 1))) : wanted;
   });
