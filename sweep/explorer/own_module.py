@@ -46,7 +46,11 @@ def kernels_of(spec: SweepSpec | None) -> bytes | None:
     if is_system(spec):
         told, room, arguments = spec.model.integrate.told, "system", [spec.model.integrate.function]
     else:
-        told, room, arguments = f"the kernel of a {spec.body}", "bodies", [spec.body, spec.contact == "yes"]
+        told, room, arguments = (
+            f"the kernel of a {spec.body}",
+            "bodies",
+            [spec.body, spec.contact == "yes", spec.path == "yes"],
+        )
     code = [f"kernels.page.{room}", "kernels.page.c_library", "kernels.native.wasm"]
     given = json.dumps(arguments)
     return kept_bytes(f"page_{room}", code, given, lambda: _made(told, _BUILD.format(room=room), given))

@@ -3,7 +3,7 @@
 import { Problem } from "eulerdisk/notice";
 
 /** The scripts of a worker: the last one begins it. */
-const SCRIPTS = ["verdicts", "disk_cells", "system_cells", "worker"].map(
+const SCRIPTS = ["kernels", "verdicts", "disk_cells", "path_cells", "system_cells", "worker"].map(
   (name) => `eulerdisk/compute/${name}`,
 );
 
@@ -12,9 +12,9 @@ const MOST_WORKERS = 6;
 
 /**
  * Cells of a piece of a window: some 10 ms, after which a worker looks what is wanted now; with periods they take longer,
- * those of other bodies some 20 us each, and those of a system up to a millisecond.
+ * those of other bodies some 20 us each, where their paths go 0.2 ms, and those of a system up to a millisecond.
  */
-const PIECES = { plain: 32768, timed: 24576, body: 2048, system: 256 };
+const PIECES = { plain: 32768, timed: 24576, body: 2048, path: 256, system: 256 };
 
 const HINT = "Open the page in a newer browser, one that has WebAssembly with vectors.";
 
