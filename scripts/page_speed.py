@@ -42,7 +42,7 @@ OTHERS = {
 WINDOW = """async ([text, plan, view, width, height, quantity]) => {
     const { Computation } = await import("eulerdisk/compute/computation");
     const { computedWindow } = await import("eulerdisk/compute/cells");
-    const { unpackedArray } = await import("eulerdisk/stored_cells");
+    const { unpackedArray } = await import("eulerdisk/packed");
     const kernels = document.getElementById("kernels").textContent;
     window.computation ??= new Computation(unpackedArray({ type: "u1", data: kernels }));
     const begun = performance.now();

@@ -1,6 +1,7 @@
 /** The workers of the page: who asks first is answered first, single cells before windows, and what nobody wants is left. */
 
 import { Problem } from "eulerdisk/notice";
+import { bytesOf } from "eulerdisk/packed";
 
 /** The scripts of a worker: the last one begins it. */
 const SCRIPTS = ["kernels", "verdicts", "disk_cells", "path_cells", "system_cells", "worker"].map(
@@ -38,7 +39,8 @@ export class Computation {
   constructor(content) {
     const count = Math.min(Math.max(navigator.hardwareConcurrency || 2, 1), MOST_WORKERS);
     const module = content.then((bytes) => WebAssembly.compile(bytes));
-    this.#workers = Array.from({ length: count }, () => new Processor(module, () => this.#go()));
+    const address = addressOf(SCRIPTS);
+    this.#workers = Array.from({ length: count }, () => new Processor(address, module, () => this.#go()));
     /** Until all have begun, or failed to. */
     this.ready = Promise.allSettled(this.#workers.map((each) => each.begun));
   }
@@ -86,17 +88,19 @@ export class Computation {
 /** A worker, and the question that it answers. */
 class Processor {
   busy = true;
-  #worker = new Worker(addressOf(SCRIPTS));
+  #worker;
   #free;
   /** @type {{resolve: (found: any) => void, reject: (problem: unknown) => void}|null} */
   #answered = null;
   begun;
 
   /**
+   * @param {string} address  of its script
    * @param {Promise<WebAssembly.Module>} module
    * @param {() => void} free  is called when it waits for a question
    */
-  constructor(module, free) {
+  constructor(address, module, free) {
+    this.#worker = new Worker(address);
     this.#free = free;
     this.#worker.onmessage = ({ data }) => {
       if (data.problem) this.#answered?.reject(new Problem(data.problem));
@@ -153,9 +157,7 @@ function addressOf(names) {
   const addresses = names.map((name) => import.meta.resolve(name));
   const last = addresses[addresses.length - 1];
   if (!last.startsWith("data:")) return last;
-  const texts = addresses.map((address) =>
-    Uint8Array.from(atob(address.slice(address.indexOf(",") + 1)), (letter) => letter.charCodeAt(0)),
-  );
+  const texts = addresses.map((address) => bytesOf(address.slice(address.indexOf(",") + 1)));
   return URL.createObjectURL(new Blob(texts, { type: "text/javascript" }));
 }
 
