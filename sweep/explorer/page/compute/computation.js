@@ -1,7 +1,6 @@
 /** The workers of the page: who asks first is answered first, single cells before windows, and what nobody wants is left. */
 
 import { Problem } from "eulerdisk/notice";
-import { bytesOf } from "eulerdisk/packed";
 
 /** The scripts of a worker: the last one begins it. */
 const SCRIPTS = ["kernels", "verdicts", "disk_cells", "path_cells", "system_cells", "worker"].map(
@@ -149,16 +148,12 @@ class Processor {
 }
 
 /**
- * Address of the script of a worker, which loads the others: its own, or of those that the page itself holds a copy of all
- * of them, which every browser takes.
+ * Address of a script that begins a worker with others one after the other, wherever the page holds them.
  * @param {string[]} names
  */
 function addressOf(names) {
-  const addresses = names.map((name) => import.meta.resolve(name));
-  const last = addresses[addresses.length - 1];
-  if (!last.startsWith("data:")) return last;
-  const texts = addresses.map((address) => bytesOf(address.slice(address.indexOf(",") + 1)));
-  return URL.createObjectURL(new Blob(texts, { type: "text/javascript" }));
+  const addresses = names.map((name) => JSON.stringify(import.meta.resolve(name)));
+  return URL.createObjectURL(new Blob([`importScripts(${addresses})`], { type: "text/javascript" }));
 }
 
 /**

@@ -1,8 +1,8 @@
 /**
  * What computes in a worker of the page: cells and motions, by the kernels of the program compiled to WebAssembly.
  *
- * A script that stands alone: browsers let no page of a file system make a worker of modules. It answers one message after
- * the other (computation.js).
+ * The last of several scripts, for browsers let no page of a file system make a worker of modules. It answers one message
+ * after the other (computation.js).
  */
 
 /** @import { Block, KernelModule } from "eulerdisk/compute/kernels" */
@@ -20,16 +20,6 @@ const COUNTS_OF_BODY = ["ending"];
 /** @typedef {Record<string, Values>} Columns */
 
 const scope = /** @type {any} */ (self);
-// a page that is one file begins a worker with all scripts in one
-if (!scope.verdicts) {
-  scope.importScripts(
-    "./kernels.js",
-    "./verdicts.js",
-    "./disk_cells.js",
-    "./path_cells.js",
-    "./system_cells.js",
-  );
-}
 /** @type {(plan: Plan, judged: Columns, ending: Values, count: number) => Uint8Array} */
 const verdicts = scope.verdicts;
 /** @type {(plan: Plan, starts: Columns, measured: Columns, count: number, wanted?: string) => Columns} */
