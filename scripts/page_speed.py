@@ -50,7 +50,7 @@ WINDOW = """async ([text, plan, view, width, height, quantity]) => {
     return performance.now() - begun;
 }"""
 
-#: Milliseconds in which windows are computed before one is timed: meanwhile a browser improves the code that it compiled.
+#: Milliseconds in which windows are computed before one is timed: meanwhile a browser improves its machine code.
 WARM = 1000.0
 
 
