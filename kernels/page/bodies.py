@@ -3,7 +3,7 @@
 import math
 
 from kernels.bodies import arrays as row
-from kernels.bodies import contact_extremes, reduction, shapes, trajectory
+from kernels.bodies import contact_extremes, path, reduction, shapes, trajectory
 from kernels.bodies.ellipse import levers
 from kernels.bodies.poles import trajectory as poles
 from kernels.bodies.shapes import BALL, FIRST_WITH_POLES, NAMES, ROUNDED, SPHEROID, TORUS
@@ -103,7 +103,7 @@ def complete(kind, hollow, axial, transverse, precession, roll, starts):
             starts[row.ROLL_RATE, i] = (spin - turn * S) / unit
 
 
-def entries_and_sizes(body, contact):
+def entries_and_sizes(body, contact, goes):
     """Return what `kernels.native.wasm.module` makes a module of: entry points, and the sizes that a page has to know.
 
     Parameters
@@ -112,6 +112,8 @@ def entries_and_sizes(body, contact):
         One of `kernels.bodies.shapes.NAMES`.
     contact : bool
         Whether contact forces are asked for.
+    goes : bool
+        Whether it is asked for where the contact point goes.
     """
     is_ellipse, has_poles = body == "spheroid", NAMES.index(body) >= FIRST_WITH_POLES
     entries = {
@@ -122,9 +124,11 @@ def entries_and_sizes(body, contact):
     }
     if contact:
         entries["contact"] = contact_extremes.contact_ellipses if is_ellipse else contact_extremes.contact
+    if goes:
+        entries["paths"] = path.paths_ellipses if is_ellipse else path.paths
     shapes_of = {
         name: [each.shape for each in entries[name].memory()]
-        for name in ("reduce", "contact")
+        for name in ("reduce", "contact", "paths")
         if name in entries
     }
     return entries, {"memory": shapes_of, "chunk": _CHUNK}

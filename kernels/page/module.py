@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from kernels.bodies.path import paths
 from kernels.disk.contact_extremes import contact_extremes
 from kernels.disk.exact.chunk_periods import periods
 from kernels.disk.exact.extremes import CHUNK, TABLES, reduce
@@ -27,6 +28,7 @@ ENTRIES = {
     "reduce": reduce,
     "periods": periods,
     "contact_extremes": contact_extremes,
+    "paths": paths,
     "trajectory": trajectory,
     "derived": derived,
     "lossy_trajectory": lossy_trajectory,
@@ -47,6 +49,7 @@ def sizes():
     memory = {
         "reduce": reduce.memory(np.empty((1, CHUNK)), 0.0, 0, np.ones(TABLES)),
         "contact_extremes": contact_extremes.memory(),
+        "paths": paths.memory(),
         "lossy_integrate": ENTRIES["lossy_integrate"].memory(),
     }
     return {

@@ -146,6 +146,7 @@ def base_of(name: str, spec: SweepSpec) -> dict[str, Any]:
         each: middle(value) if isinstance(value, Range | Values) else value for each, value in held.items()
     }
     words["criterion"] = str(spec.criterion)
+    goes = getattr(spec, "path", "no") == "yes"
     return {
         "name": name,
         "label": name or str(spec.title) or "as given",
@@ -153,7 +154,7 @@ def base_of(name: str, spec: SweepSpec) -> dict[str, Any]:
         "words": words,
         "view": {"base": name, "words": {}, **view},
         "hasMotions": has_motions(spec),
-        "cost": _SYSTEM_COST if is_system(spec) else COST if is_body(spec) else 0.0,
+        "cost": _SYSTEM_COST if is_system(spec) else COST if is_body(spec) or goes else 0.0,
     }
 
 

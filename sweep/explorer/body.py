@@ -2,11 +2,9 @@
 
 from typing import Any
 
-from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
 from sweep.model.bodies.shape import has_poles
 from sweep.model.bodies.tables import CALLED, LENGTHS, OF_THE_BODY
-from sweep.model.disk.path import PATH_VARIABLES
 from sweep.model.lossy_bodies.model import LOSSY_BODIES
 from sweep.model.lossy_bodies.tables import FACED
 from sweep.request.spec import SweepSpec
@@ -36,22 +34,6 @@ def is_of_body(spec: SweepSpec, name: str) -> bool:
     if name == "fall_tilt":
         return not has_poles(spec.body)
     return not any(name in lengths for lengths in LENGTHS.values()) or name in LENGTHS[spec.body]
-
-
-def check_columns(spec: SweepSpec) -> None:
-    """Refuse a criterion that judges by what the module of a page does not compute.
-
-    Raises
-    ------
-    RequestError
-    """
-    named = set(spec.criterion.needs(spec.model)) if "path" in spec.model.options else set()
-    if unknown := sorted(PATH_VARIABLES.keys() & named):
-        raise RequestError(
-            f"The page does not compute {unknown[0]}, which the criterion {spec.criterion} asks for.",
-            hint="Compute an atlas with eulerdisk run, and explore its file.",
-            where="criterion",
-        )
 
 
 def body_cells(spec: SweepSpec) -> dict[str, Any]:

@@ -48,8 +48,8 @@ def kernels_of(spec: SweepSpec | None) -> bytes | None:
     if is_system(spec):
         told, room, arguments = spec.model.integrate.told, "system", [spec.model.integrate.function]
     else:
-        records = getattr(spec, "contact", None) == "yes"
-        told, room, arguments = f"the kernel of a {spec.body}", "bodies", [spec.body, records]
+        contact, path = (getattr(spec, name, None) == "yes" for name in ("contact", "path"))
+        told, room, arguments = f"the kernel of a {spec.body}", "bodies", [spec.body, contact, path]
     code = [f"kernels.page.{room}", "kernels.page.c_library", "kernels.native.wasm"]
     given = json.dumps(arguments)
     return kept_bytes(f"page_{room}", code, given, lambda: _made(told, _BUILD.format(room=room), given))

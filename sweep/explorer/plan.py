@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from sweep.errors import RequestError
-from sweep.explorer.body import body_cells, body_motion, check_columns, is_body
+from sweep.explorer.body import body_cells, body_motion, is_body
 from sweep.explorer.losses import AIR, LOSS_WORDS, MASS, has_losses, has_motions, slider_rows
 from sweep.explorer.quantities import described, shown_of
 from sweep.explorer.system import system_cells
@@ -13,6 +13,7 @@ from sweep.explorer.view import View
 from sweep.model.description import Model
 from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.model import STEEPEST_EXACT
+from sweep.model.disk.path import PATH_VARIABLES
 from sweep.model.disk.tables import STEADY_PRECESSION, STEADY_ROLL, WOBBLE
 from sweep.model.lossy_disk.tables import AIR_LAWS, LOSSES, NO_AIR
 from sweep.model.quantity import FAILED, LOST, UNDECIDED, Input, Quantity
@@ -109,7 +110,6 @@ def _unjudged(spec: SweepSpec) -> dict[str, Any]:
 
 def cells_of(spec: SweepSpec) -> dict[str, Any]:
     """Return how the cells of a spec are computed: by the exact reduction, with losses, or of a system."""
-    check_columns(spec)
     system = {"system": system_cells(spec.model)} if isinstance(spec.model, SystemModel) else {}
     return {**_cells(spec, spec.model), "criterion": _criterion(spec), **system, **_body_of(spec)}
 
@@ -137,6 +137,7 @@ def _cells(spec: SweepSpec, model: Model) -> dict[str, Any]:
         "counts": list(model.counts),
         "losses": [measure for _, measure in LOSSES.values()] if lossy else [],
         "contact": getattr(spec, "contact", "no") == "yes",
+        "path": [name for name in PATH_VARIABLES if name in variables],
         "unresolved": endings.code("unresolved"),
         "lost": endings.codes(LOST),
         "failed": endings.codes(FAILED),

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.model.description import Columns
+from sweep.model.disk.path import PATH_VARIABLES
 from sweep.model.quantity import DECISION, FAILED, LOST, Quantity
 from sweep.request.spec import SweepSpec
 
@@ -51,7 +52,7 @@ def shown_of(spec: SweepSpec) -> dict[str, Shown]:
     names = (
         model.drawn_of(spec), model.peak, *model.shown, "peak_tilt", "stability",
         "amplification", "separatrix", "nutation_period", "fall_time",
-        "end_time", "largest_loss", "least_normal_force", "friction_needed",
+        "end_time", "largest_loss", "least_normal_force", "friction_needed", *PATH_VARIABLES,
     )  # fmt: skip
     unknown = model.unknown_to.get(spec.method, ())
     found = {

@@ -19,6 +19,7 @@ from sweep.explorer.explorer import Explorer, explore, subject_of_words
 from sweep.explorer.own_module import kernels_of
 from sweep.explorer.point import NO_CELL
 from sweep.figures.panels import panel
+from sweep.model.disk.path import PATH_VARIABLES
 from sweep.request.spec import SweepSpec
 
 SPEC = sweep.SweepSpec.preset("rolling", roll_rate="2:4:20", tilt="0.1deg:10deg:12:log")
@@ -458,8 +459,8 @@ def test_an_atlas_of_a_body_with_losses_is_shown(tmp_path, monkeypatch, command)
         assert float(dataset["contour_loss"][-1]) > 0.0
 
 
-def test_what_the_page_of_a_body_does_not_compute_is_said():
-    """A criterion on its path; any length can be an axis."""
+def test_paths_and_any_length_can_be_shown():
+    """The map of a request for paths has their columns, of a disk and of a body; any length can be an axis."""
     words = {
         "body": "torus",
         "tube": "0.1:0.3:3",
@@ -467,9 +468,18 @@ def test_what_the_page_of_a_body_does_not_compute_is_said():
         "tilt": "10deg",
         "precession_rate": 0.5,
     }
-    with explore(SweepSpec(**words, path="yes", criterion="path_drift > 10", method="exact")) as explorer:
-        view = about(explorer.url)["bases"][0]["view"]
-        assert "does not compute path_drift" in post(explorer.url, "plan", view=view)["refused"]["error"]
+    for given in (SweepSpec(**words), SweepSpec.preset("rolling")):
+        asked = given.replace(path="yes", criterion="path_drift > 10", method="exact")
+        with explore(asked) as explorer, explore(given) as other:
+            (first, *_), (without, *_) = (about(each.url)["bases"] for each in (explorer, other))
+            plans = post(explorer.url, "plan", view=first["view"])
+        assert plans["refused"] is None
+        assert set(first["quantities"]) - set(without["quantities"]) == set(PATH_VARIABLES)
+        assert (
+            set(plans["cells"]["path"])
+            == set(PATH_VARIABLES)
+            == set(PATH_VARIABLES) & set(plans["cells"]["shown"])
+        )
     for given, name in (("thick_coin", "fillet"), ("egg", "offset")):
         with explore(given) as explorer:
             view = about(explorer.url)["bases"][0]["view"]

@@ -37,7 +37,8 @@ def test_every_module_is_used():
     used = set().union(*(imported(name) for name in FILES))
     starts = set(re.findall(r'<script type="module" src="\./page/([^"]+)"', INDEX))
     # types hold no code; a worker is begun by the addresses of its scripts
-    scripts = {f"eulerdisk/compute/{name}" for name in ("verdicts", "disk_cells", "system_cells", "worker")}
+    names = ("kernels", "verdicts", "disk_cells", "path_cells", "system_cells", "worker")
+    scripts = {f"eulerdisk/compute/{name}" for name in names}
     others = {"eulerdisk/types", *scripts}
     assert {name for path, name in FILES.items() if path not in starts} - others <= used
 

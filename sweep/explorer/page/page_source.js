@@ -7,7 +7,8 @@ import { plansWith } from "eulerdisk/compute/plans";
 import { Computing } from "eulerdisk/compute/source";
 import { Problem } from "eulerdisk/notice";
 import { baseOf, isFixed, parameterOf } from "eulerdisk/state";
-import { StoredCells, unpackedArray } from "eulerdisk/stored_cells";
+import { unpackedArray } from "eulerdisk/packed";
+import { StoredCells } from "eulerdisk/stored_cells";
 
 /** @import { About, Line, MotionRequest, Place, Source, StoredPage, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 

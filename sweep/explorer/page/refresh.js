@@ -33,7 +33,7 @@ export class Refresh {
   /** @type {AbortController|null} */
   #fine = null;
   #timer = 0;
-  /** @type {Map<string, number>} milliseconds that a cell took, by bases */
+  /** @type {Map<string, number>} milliseconds that a cell took, by bases and quantities */
   #costs = new Map();
   #costOf;
   /** @type {Latest<Wanted>} */
@@ -78,8 +78,8 @@ export class Refresh {
   }
 
   /** @param {Wanted} wanted */
-  #cost({ view: { base } }) {
-    return this.#costs.get(base) ?? this.#costOf(base);
+  #cost({ view: { base }, quantity }) {
+    return this.#costs.get(`${base} ${quantity}`) ?? this.#costOf(base);
   }
 
   /**
@@ -109,7 +109,7 @@ export class Refresh {
       // stored cells cost nothing
       const computed = answer.stored ? answer.stored.filter((each) => each === 0).length : width * height;
       if (this.#costOf(view.base) && computed && answer.milliseconds !== undefined) {
-        this.#costs.set(view.base, answer.milliseconds / computed);
+        this.#costs.set(`${view.base} ${quantity}`, answer.milliseconds / computed);
       }
       // the fine picture of the same view may have come first
       if (signal?.aborted) return;

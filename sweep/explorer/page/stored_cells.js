@@ -1,10 +1,11 @@
 /** The cells of an atlas that an exported page holds. */
 
 import { pixelValue } from "eulerdisk/axis_window";
+import { unpackedArray } from "eulerdisk/packed";
 import { baseOf, verdictWords } from "eulerdisk/state";
 import { readable } from "eulerdisk/ticks";
 
-/** @import { PackedArray, Place, PointAnswer, Quantity, StoredPage, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
+/** @import { Place, PointAnswer, Quantity, StoredPage, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
 /** @typedef {Float32Array|Float64Array|Uint8Array} Values */
 
@@ -180,18 +181,6 @@ function toldValue({ flags, factor, unit }, values, index) {
   const value = values[index];
   if (flags) return { value, text: flags[String(value)] ?? String(value) };
   return Number.isFinite(value) ? toldNumber(value, factor, unit, DIGITS) : { value: null, text: "none" };
-}
-
-/**
- * Array of its compressed bytes.
- * @param {PackedArray} packed
- * @returns {Promise<Float32Array|Float64Array|Uint8Array>}
- */
-export async function unpackedArray({ type, data }) {
-  const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
-  const inflated = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const buffer = await new Response(inflated).arrayBuffer();
-  return new { f4: Float32Array, f8: Float64Array, u1: Uint8Array }[type](buffer);
 }
 
 /**

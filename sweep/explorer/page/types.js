@@ -180,7 +180,8 @@
 /**
  * How cells are computed. `parameters` are the rows of the kernels' array of starts, `held` the values of those that are no
  * axis (null: beyond all numbers), `rates` the numbers of the rules for precession and roll rate (kernels/page/starts.py);
- * `from_start` says that the undisturbed tilt is that of the start. `shown` are the quantities of the map, `timed` those
+ * `from_start` says that the undisturbed tilt is that of the start; `path` names the columns that say where the contact
+ * point goes, none if it is not asked for. `shown` are the quantities of the map, `timed` those
  * that take longer, `singles` the columns in single precision. `unresolved`, `lost` and `failed` are codes of endings.
  * @typedef {object} Plan
  * @property {string} model
@@ -194,6 +195,7 @@
  * @property {string[]} counts
  * @property {string[]} losses
  * @property {boolean} contact
+ * @property {string[]} path
  * @property {number} unresolved
  * @property {number[]} lost
  * @property {number[]} failed

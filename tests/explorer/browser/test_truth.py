@@ -6,12 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kernels.disk.motion_arrays import CONTACT
 from kernels.system.endings import DIFFERENT, FIRST_EVENT, RUNS_ON
 from sweep.engine.compute import compute
 from sweep.explorer.about import sides
 from sweep.explorer.plan import plan
 from sweep.explorer.view import View
 from sweep.model.disk.model import DISK
+from sweep.model.disk.path import PATH_VARIABLES
 from sweep.request.spec import SweepSpec
 
 #: Ask workers for cells; their columns come back as the bytes of doubles, in base64.
@@ -230,24 +232,28 @@ def test_cells_of_a_system(served_with, browser, rng, count, name, tmp_path, mon
     page.close()
 
 
-#: Bodies by their words: moments that follow and that are given, steady rates, contact forces, both kinds of criteria,
-#: upright, circling and on an end.
+#: Bodies by their words, and disks whose paths are asked for: moments that follow and that are given, steady rates,
+#: contact forces, criteria of all kinds, upright, circling and on an end.
 BODIES = {
-    "torus": ["body=torus", "tube=0.05:0.6:3", "roll_rate=1:4:3", "filling=hollow", "contact=yes"],
+    "disk": ["rolling", "path=yes", "precession_rate=2", "criterion=path_drift > 2 or path_class == closed"],
+    "torus": ["body=torus", "tube=0.05:0.6:3", "roll_rate=1:4:3", "filling=hollow", "contact=yes", "path=yes"],
     "rounded": ["body=rounded", "thickness=0.05:0.9:3", "tilt=5deg:40deg:3", "precession_rate=3", "roll_rate=steady",
-                "tilt_rate=0.3"],
+                "tilt_rate=0.3", "path=yes"],
     "rim": ["true_edge"],
     "arc": ["body=arc", "fillet=0:0.9:3", "offset=-0.1", "tilt=5deg:60deg:3", "precession_rate=4", "roll_rate=wobble",
             "tilt_rate=0.3", "criterion=departure:20deg", "axial_moment=0.4", "transverse_moment=0.3"],
     "ball": ["egg", "criterion=amplification:10"],
     "spheroid": ["body=spheroid", "flattening=-0.6:0.6:3", "tilt=1deg:85deg:3", "tilt_rate=0.5", "roll_rate=2",
-                 "criterion=departure:40deg"],
+                 "criterion=departure:40deg", "path=yes"],
 }  # fmt: skip
 
 
 @pytest.mark.parametrize(
     "name",
-    ["rounded", *(pytest.param(each, marks=pytest.mark.slow_lane) for each in BODIES if each != "rounded")],
+    [
+        *["disk", "rounded"],
+        *(pytest.param(each, marks=pytest.mark.slow_lane) for each in list(BODIES)[1:] if each != "rounded"),
+    ],
 )
 def test_cells_of_a_body(served_with, browser, rng, count, name):
     """Cells of other bodies have the program's endings and verdicts, and numbers within 1e-10 of its.
@@ -264,13 +270,15 @@ def test_cells_of_a_body(served_with, browser, rng, count, name):
     starts = {side.name: rng.uniform(*side.ends(), n) for side in (view.x, view.y)}
     expected = compute(view.live, view.starts(*(starts[each] for each in axes)))
     names = ["ending", "stability", "tilt_min", "tilt_max", "peak_tilt", "amplification", "nutation_period"]
-    more = ["contact_state", "least_normal_force", "friction_needed"] if "contact=yes" in words else []
-    found = columns_of_page(page, plan(view)["cells"], starts, [*names, *more])
-    for each in ("ending", "stability", *more[:1]):
+    whole = ["contact_state"] if "contact=yes" in words else []
+    whole += ["path_class", "closing_nutations", "closing_turns"] if "path=yes" in words else []
+    more = [name for name in (*CONTACT, *PATH_VARIABLES) if name in expected and name not in whole]
+    found = columns_of_page(page, plan(view)["cells"], starts, [*names, *whole, *more])
+    for each in ("ending", "stability", *whole):
         assert np.mean(found[each] == expected[each]) > 0.999, each
     assert len(set(expected["stability"])) > 1
     same = found["ending"] == expected["ending"]
-    for each in (*names[2:], *more[1:]):
+    for each in (*names[2:], *more):
         both = same & np.isfinite(found[each]) & np.isfinite(expected[each])
         assert np.mean(both | np.isnan(expected[each])) > 0.999, each
         off = np.abs(found[each] - expected[each])[both]

@@ -16,12 +16,24 @@ const SINGLE_DIGITS = 3;
 
 /**
  * Whether a window takes the page more than 1.5 times as long as the program, whose vectors are wider: measured by
- * scripts/page_speed.py. The kernel of bodies has no vectors.
+ * scripts/page_speed.py. The kernels of bodies and of paths have no vectors.
  * @param {Plan} plan
  * @param {string} quantity
  */
 export function isSlow(plan, quantity) {
-  return "system" in plan || (isTimed(plan, quantity) && !("body" in plan));
+  return ["system", "timed"].includes(kindOf(plan, quantity));
+}
+
+/**
+ * What makes the cells of a window take as long as they do.
+ * @param {Plan} plan
+ * @param {string} quantity
+ */
+function kindOf(plan, quantity) {
+  if ("system" in plan) return "system";
+  if ([quantity, ...plan.criterion.named].some((name) => plan.path.includes(name))) return "path";
+  if ("body" in plan) return "body";
+  return isTimed(plan, quantity) ? "timed" : "plain";
 }
 
 /**
@@ -46,7 +58,7 @@ export async function computedWindow(computation, plan, { view, width, height, q
   const timed = isTimed(plan, quantity);
   const byColumns = view.x.name === "alpha";
   const most = byColumns || view.y.name === "alpha" ? MOST_ALPHAS : Infinity;
-  const kind = "system" in plan ? "system" : "body" in plan ? "body" : timed ? "timed" : "plain";
+  const kind = kindOf(plan, quantity);
   const parts = pieces({ width, height, byColumns, kind, most, workers: computation.size });
   const side = (
     /** @type {"x"|"y"} */ which,

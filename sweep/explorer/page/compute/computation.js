@@ -3,7 +3,7 @@
 import { Problem } from "eulerdisk/notice";
 
 /** The scripts of a worker: the last one begins it. */
-const SCRIPTS = ["verdicts", "disk_cells", "system_cells", "worker"].map(
+const SCRIPTS = ["kernels", "verdicts", "disk_cells", "path_cells", "system_cells", "worker"].map(
   (name) => `eulerdisk/compute/${name}`,
 );
 
@@ -12,9 +12,9 @@ const MOST_WORKERS = 6;
 
 /**
  * Cells of a piece of a window: some 10 ms, after which a worker looks what is wanted now; with periods they take longer,
- * those of other bodies some 20 us each, and those of a system up to a millisecond.
+ * those of other bodies some 20 us each, where their paths go 0.2 ms, and those of a system up to a millisecond.
  */
-const PIECES = { plain: 32768, timed: 24576, body: 2048, system: 256 };
+const PIECES = { plain: 32768, timed: 24576, body: 2048, path: 256, system: 256 };
 
 const HINT = "Open the page in a newer browser, one that has WebAssembly with vectors.";
 
@@ -38,7 +38,8 @@ export class Computation {
   constructor(content) {
     const count = Math.min(Math.max(navigator.hardwareConcurrency || 2, 1), MOST_WORKERS);
     const module = content.then((bytes) => WebAssembly.compile(bytes));
-    this.#workers = Array.from({ length: count }, () => new Processor(module, () => this.#go()));
+    const address = addressOf(SCRIPTS);
+    this.#workers = Array.from({ length: count }, () => new Processor(address, module, () => this.#go()));
     /** Until all have begun, or failed to. */
     this.ready = Promise.allSettled(this.#workers.map((each) => each.begun));
   }
@@ -86,17 +87,19 @@ export class Computation {
 /** A worker, and the question that it answers. */
 class Processor {
   busy = true;
-  #worker = new Worker(addressOf(SCRIPTS));
+  #worker;
   #free;
   /** @type {{resolve: (found: any) => void, reject: (problem: unknown) => void}|null} */
   #answered = null;
   begun;
 
   /**
+   * @param {string} address  of its script
    * @param {Promise<WebAssembly.Module>} module
    * @param {() => void} free  is called when it waits for a question
    */
-  constructor(module, free) {
+  constructor(address, module, free) {
+    this.#worker = new Worker(address);
     this.#free = free;
     this.#worker.onmessage = ({ data }) => {
       if (data.problem) this.#answered?.reject(new Problem(data.problem));
@@ -145,18 +148,12 @@ class Processor {
 }
 
 /**
- * Address of the script of a worker, which loads the others: its own, or of those that the page itself holds a copy of all
- * of them, which every browser takes.
+ * Address of a script that begins a worker with others one after the other, wherever the page holds them.
  * @param {string[]} names
  */
 function addressOf(names) {
-  const addresses = names.map((name) => import.meta.resolve(name));
-  const last = addresses[addresses.length - 1];
-  if (!last.startsWith("data:")) return last;
-  const texts = addresses.map((address) =>
-    Uint8Array.from(atob(address.slice(address.indexOf(",") + 1)), (letter) => letter.charCodeAt(0)),
-  );
-  return URL.createObjectURL(new Blob(texts, { type: "text/javascript" }));
+  const addresses = names.map((name) => JSON.stringify(import.meta.resolve(name)));
+  return URL.createObjectURL(new Blob([`importScripts(${addresses})`], { type: "text/javascript" }));
 }
 
 /**

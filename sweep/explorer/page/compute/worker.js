@@ -1,22 +1,12 @@
 /**
  * What computes in a worker of the page: cells and motions, by the kernels of the program compiled to WebAssembly.
  *
- * A script that stands alone: browsers let no page of a file system make a worker of modules. It answers one message after
- * the other (computation.js).
+ * The last of several scripts, for browsers let no page of a file system make a worker of modules. It answers one message
+ * after the other (computation.js).
  */
 
+/** @import { Block, KernelModule } from "eulerdisk/compute/kernels" */
 /** @import { Axis, BodyPlan, Plan, SystemPlan } from "eulerdisk/types" */
-
-/** Address at which the stack of a module begins and the memory for arrays does (kernels/native/wasm.py). */
-const STACK = 1 << 18;
-
-/** Arrays begin at multiples of this many bytes. */
-const LINE = 64;
-
-const PAGE = 65536;
-
-/** Name of the section of a module that says how its functions are called. */
-const NOTE = "eulerdisk";
 
 /** The largest code of a quantity: the next one is for none. */
 const MOST_CODE = 254;
@@ -26,28 +16,10 @@ const MEASURES = ["tilt_min", "tilt_max", "nutation_period", "separatrix", "tilt
 const COUNTS = ["ending", "wells"];
 const COUNTS_OF_BODY = ["ending"];
 
-const VIEWS = { float64: Float64Array, int64: BigInt64Array, int32: Int32Array };
-
-/** @typedef {keyof typeof VIEWS} Element */
-/** @typedef {{at: number, element: Element, shape: number[], count: number}} Block  an array in the module's memory */
 /** @typedef {Float64Array|Int32Array|Uint8Array} Values */
 /** @typedef {Record<string, Values>} Columns */
 
-/**
- * What the note of a module holds; see kernels/page/module.py.
- * @typedef {object} Note
- * @property {Record<string, {arguments: [string, Element, number][], results: string[]}>} entries
- * @property {Record<string, number[][]>} memory
- * @property {number[]} panels
- * @property {number[]} nodes
- * @property {number[]} wide
- * @property {number} chunk
- * @property {number} tables
- */
-
 const scope = /** @type {any} */ (self);
-// a page that is one file begins a worker with all scripts in one
-if (!scope.verdicts) scope.importScripts("./verdicts.js", "./disk_cells.js", "./system_cells.js");
 /** @type {(plan: Plan, judged: Columns, ending: Values, count: number) => Uint8Array} */
 const verdicts = scope.verdicts;
 /** @type {(plan: Plan, starts: Columns, measured: Columns, count: number, wanted?: string) => Columns} */
@@ -73,122 +45,12 @@ function isOfBody(plan) {
   return "body" in plan;
 }
 
-/** Entry points of a module, and the memory in which they find their arrays. */
-class Kernels {
-  #functions;
-  #memory = new WebAssembly.Memory({ initial: 16 });
-  /** End of what is in use: what was made since goes when it is set back. */
-  top = STACK;
-  #returned;
-
-  /** @param {WebAssembly.Module} module */
-  constructor(module) {
-    const [section] = WebAssembly.Module.customSections(module, NOTE);
-    /** @type {Note} */
-    this.note = JSON.parse(new TextDecoder().decode(section));
-    const { exports } = new WebAssembly.Instance(module, {
-      env: {
-        __linear_memory: this.#memory,
-        __stack_pointer: new WebAssembly.Global({ value: "i32", mutable: true }, STACK),
-        __indirect_function_table: new WebAssembly.Table({ initial: 64, element: "anyfunc" }),
-      },
-    });
-    this.#functions = /** @type {Record<string, (...given: any[]) => any>} */ (exports);
-    // what an entry point returns, and where it would note an exception
-    this.#returned = this.array("float64", 16);
-  }
-
-  /**
-   * An array, not initialised.
-   * @param {Element} element
-   * @param {...number} shape
-   * @returns {Block}
-   */
-  array(element, ...shape) {
-    const count = shape.reduce((product, size) => product * size, 1);
-    const at = this.top;
-    this.top = Math.ceil((at + count * VIEWS[element].BYTES_PER_ELEMENT) / LINE) * LINE;
-    const missing = this.top - this.#memory.buffer.byteLength;
-    if (missing > 0) this.#memory.grow(Math.ceil(missing / PAGE));
-    return { at, element, shape, count };
-  }
-
-  /**
-   * Its numbers: valid until the next array is made, for which the memory may move.
-   * @param {Block} block
-   * @returns {any}
-   */
-  numbers({ at, element, count }) {
-    return new VIEWS[element](this.#memory.buffer, at, count);
-  }
-
-  /**
-   * The memory that an entry point is called with last.
-   * @param {string} name
-   */
-  memoryOf(name) {
-    const shapes = this.note.memory[name];
-    const types = this.note.entries[name].arguments.slice(-shapes.length);
-    return shapes.map((shape, i) => this.array(types[i][1], ...shape));
-  }
-
-  /**
-   * Place of an entry point, by which others call it.
-   * @param {string} name
-   * @returns {bigint}
-   */
-  placeOf(name) {
-    return this.#functions[`${name}_place`]();
-  }
-
-  /**
-   * Call an entry point; returns the numbers that it returns.
-   * @param {string} name
-   * @param {...(number|bigint|Block)} values
-   * @returns {number[]}
-   */
-  call(name, ...values) {
-    const { arguments: wanted, results } = this.note.entries[name];
-    const passed = values.flatMap((value, i) => passedAs(value, wanted[i][1]));
-    const { at } = this.#returned;
-    if (this.#functions[name](at, at + 64, ...passed)) throw new Error(`The kernel ${name} failed.`);
-    const told = new DataView(this.#memory.buffer, at);
-    return results.map((type, i) =>
-      type === "float64" ? told.getFloat64(8 * i, true) : Number(told.getBigInt64(8 * i, true)),
-    );
-  }
-
-  /**
-   * Call an entry point that treats `cells` cells, with a counter of the chunks that it has taken.
-   * @param {string} name
-   * @param {number} cells
-   * @param {...(number|bigint|Block)} values
-   */
-  treat(name, cells, ...values) {
-    const counter = this.array("int64", 1);
-    this.numbers(counter)[0] = 0n;
-    this.call(name, counter, cells, this.note.chunk, 1, ...values);
-  }
-}
-
-/**
- * Numbers that a value is passed as: of an array two references, its size, that of a number, its address, its shape, and
- * its strides in bytes.
- * @param {number|bigint|Block} value
- * @param {Element} element
- */
-function passedAs(value, element) {
-  if (typeof value !== "object") return [element === "int64" ? BigInt(value) : value];
-  const size = VIEWS[value.element].BYTES_PER_ELEMENT;
-  const strides = value.shape.map((_, i) => value.shape.slice(i + 1).reduce((a, b) => a * b, size));
-  return [0, 0, ...[value.count, size].map(BigInt), value.at, ...[...value.shape, ...strides].map(BigInt)];
-}
-
 /** Cells of a model: their starts, what is measured of them, and what follows. */
 class Cells {
   #kernels;
   #reducing;
   #meeting;
+  #paths;
   #base;
   #tablesEnd = 0;
   /** Values of alpha whose tables are there, and whether with wide panels. */
@@ -196,7 +58,7 @@ class Cells {
   /** @type {Record<string, Block>} */
   #tables = {};
 
-  /** @param {Kernels} kernels */
+  /** @param {KernelModule} kernels */
   constructor(kernels) {
     this.#kernels = kernels;
     // a module of a system has but its own kernel
@@ -204,6 +66,7 @@ class Cells {
       name in kernels.note.entries ? kernels.memoryOf(name) : [];
     this.#reducing = memoryOf("reduce");
     this.#meeting = [...memoryOf("contact_extremes"), ...memoryOf("contact")];
+    this.#paths = new scope.Paths(kernels);
     this.#base = kernels.top;
   }
 
@@ -223,8 +86,7 @@ class Cells {
     else this.#dropTables();
     const { parameters } = plan;
     const block = kernels.array("float64", parameters.length, count);
-    const rows = (/** @type {Block} */ each) => split(kernels.numbers(each), each.shape[0], count);
-    rows(block).forEach((row, i) => {
+    kernels.rows(block).forEach((row, i) => {
       const values = given[parameters[i]];
       if (values) row.set(values);
       else row.fill(plan.held[parameters[i]] ?? Infinity);
@@ -238,11 +100,13 @@ class Cells {
     }
     const body = isOfBody(plan) ? [plan.body.number, plan.body.hollow, ...plan.body.follows] : [];
     kernels.call("complete", ...body, ...plan.rates, block);
+    const paths = this.#paths.columns(plan, block, wanted);
     const measured =
       plan.model === "disk" || isOfBody(plan)
         ? this.#reduced(plan, block, alphas, given.alpha, count, timed)
         : this.#integrated(plan, block, count);
-    return diskColumns(plan, this.#columns(block, parameters), measured, count, wanted);
+    const starts = this.#columns(block, parameters);
+    return diskColumns(plan, starts, { ...paths, ...measured }, count, wanted);
   }
 
   /**
@@ -354,8 +218,7 @@ class Cells {
    * @returns {Columns}
    */
   #columns(block, names) {
-    const rows = split(this.#kernels.numbers(block), names.length, block.shape[1]);
-    return Object.fromEntries(rows.map((row, i) => [names[i], row]));
+    return Object.fromEntries(this.#kernels.rows(block).map((row, i) => [names[i], row]));
   }
 
   /**
@@ -377,7 +240,7 @@ class Cells {
       const extents = kernels.array("float64", 3, count);
       const endings = kernels.array("int64", count);
       const { tilt_min: least, tilt_max: greatest, tilt_error: error } = this.#columns(measures, MEASURES);
-      split(kernels.numbers(extents), 3, count).forEach((row, i) => row.set([least, greatest, error][i]));
+      kernels.rows(extents).forEach((row, i) => row.set([least, greatest, error][i]));
       kernels.numbers(endings).set(BigInt64Array.from(this.#columns(counts, COUNTS).ending, BigInt));
       kernels.treat("contact_extremes", count, starts, extents, endings, fall_tilt, ...found);
     }
@@ -405,17 +268,6 @@ class Cells {
     kernels.treat(name, count, starts, settings, measures, counts, ...kernels.memoryOf(name));
     return { ...this.#columns(measures, names), ...this.#columns(counts, counted) };
   }
-}
-
-/**
- * Rows of an array.
- * @param {any} numbers
- * @param {number} rows
- * @param {number} count
- * @returns {any[]}
- */
-function split(numbers, rows, count) {
-  return Array.from({ length: rows }, (_, i) => numbers.subarray(i * count, (i + 1) * count));
 }
 
 /**
@@ -460,7 +312,7 @@ function piece(cells, { plan, x, y, quantity, timed }) {
 
 /**
  * Call an entry point with numbers and arrays; returns what it returns, and the arrays as they are then.
- * @param {Kernels} kernels
+ * @param {KernelModule} kernels
  * @param {{name: string, values: (number|{shape: number[], numbers: Float64Array})[]}} asked
  */
 function called(kernels, { name, values }) {
@@ -476,12 +328,12 @@ function called(kernels, { name, values }) {
   return { results, arrays };
 }
 
-let /** @type {Cells} */ cells, /** @type {Kernels} */ kernels;
+let /** @type {Cells} */ cells, /** @type {KernelModule} */ kernels;
 
 /** @type {Record<string, (asked: any) => object>} */
 const ANSWERS = {
   begin: ({ module }) => {
-    kernels = new Kernels(module);
+    kernels = new scope.Kernels(module);
     cells = new Cells(kernels);
     return {};
   },

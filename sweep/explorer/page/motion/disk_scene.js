@@ -102,6 +102,7 @@ export class DiskScene {
     /** Length in m by which the scene is laid out: the radius, or how far a body reaches. */
     this.size = 1;
     this.look = "";
+    this.isCompiled = false;
     /** @type {Trail|undefined} */
     this.trail = undefined;
     this.canvas.tabIndex = 0;
@@ -192,7 +193,14 @@ export class DiskScene {
     this.frame ||= requestAnimationFrame((now) => {
       this.frame = 0;
       this.#keepPace(now);
-      this.renderer.render(this.scene, this.camera);
+      if (this.isCompiled) {
+        this.renderer.render(this.scene, this.camera);
+        return;
+      }
+      // the page goes on while the driver compiles
+      this.renderer.compile(this.scene, this.camera);
+      this.isCompiled = true;
+      this.draw();
     });
   }
 
@@ -232,6 +240,7 @@ export class DiskScene {
     this.scene.clear();
     this.trail = this.disk = this.force = this.table = this.shadow = this.light = undefined;
     this.look = "";
+    this.isCompiled = false;
   }
 
   /**

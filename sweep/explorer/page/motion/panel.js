@@ -165,8 +165,12 @@ export class MotionPanel {
       const answer = await this.source.motion({ ...this.request, losses: this.losses.losses }, asked.signal);
       if (asked.signal.aborted) return;
       const samples = new Samples(answer);
-      // the page goes on between what is computed and what is drawn
-      await new Promise((resolve) => setTimeout(resolve));
+      // the page goes on between what is computed, the scene, which takes some 30 ms once, and what is drawn
+      await turn();
+      if (this.scene === undefined) {
+        this.#makeScene();
+        await turn();
+      }
       if (asked.signal.aborted) return;
       this.#show(samples, this.fresh);
       this.fresh = false;
@@ -219,15 +223,7 @@ export class MotionPanel {
   }
 
   #showScene() {
-    if (!this.samples) return;
-    try {
-      if (this.scene === undefined) this.scene = this.#makeScene();
-    } catch (problem) {
-      if (!/webgl/i.test(/** @type {Error} */ (problem).message)) throw problem;
-      this.scene = null;
-      this.parts.stage.textContent = NO_WEBGL;
-    }
-    if (!this.scene) return;
+    if (!this.samples || !this.scene) return;
     this.scene.show(this.samples, this.#colours(), this.standpoint);
     this.scene.canvas.setAttribute(
       "aria-label",
@@ -252,17 +248,23 @@ export class MotionPanel {
   }
 
   #makeScene() {
-    const scene = new DiskScene(this.parts.stage, (standpoint) => {
-      this.standpoint = standpoint;
-      this.told();
-    });
-    scene.canvas.addEventListener("keydown", (event) => {
+    try {
+      this.scene = new DiskScene(this.parts.stage, (standpoint) => {
+        this.standpoint = standpoint;
+        this.told();
+      });
+    } catch (problem) {
+      if (!/webgl/i.test(/** @type {Error} */ (problem).message)) throw problem;
+      this.scene = null;
+      this.parts.stage.textContent = NO_WEBGL;
+      return;
+    }
+    this.scene.canvas.addEventListener("keydown", (event) => {
       if (event.key !== " " || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
       if (clock.playing) clock.pause();
       else clock.play();
     });
-    return scene;
   }
 
   /** Follow a motion that goes on for as long as the one beside it. */
@@ -446,4 +448,9 @@ class Transport {
     this.slide.setAttribute("aria-valuetext", text);
     this.speed.value = String(speed);
   }
+}
+
+/** Let the page go on with what else there is to do. */
+function turn() {
+  return new Promise((resolve) => setTimeout(resolve));
 }

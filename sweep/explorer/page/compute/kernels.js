@@ -1,0 +1,158 @@
+/**
+ * The module of WebAssembly of a worker: its entry points, and the memory in which they find their arrays.
+ *
+ * A part of the worker's script (worker.js), which finds the class under its name.
+ */
+
+/** Address at which the stack of a module begins and the memory for arrays does (kernels/native/wasm.py). */
+const STACK = 1 << 18;
+
+/** Arrays begin at multiples of this many bytes. */
+const LINE = 64;
+
+const PAGE = 65536;
+
+/** Name of the section of a module that says how its functions are called. */
+const NOTE = "eulerdisk";
+
+const VIEWS = { float64: Float64Array, int64: BigInt64Array, int32: Int32Array };
+
+/** @typedef {keyof typeof VIEWS} Element */
+/** @typedef {{at: number, element: Element, shape: number[], count: number}} Block  an array in the module's memory */
+/** @typedef {Kernels} KernelModule */
+
+/**
+ * What the note of a module holds; see kernels/page/module.py.
+ * @typedef {object} Note
+ * @property {Record<string, {arguments: [string, Element, number][], results: string[]}>} entries
+ * @property {Record<string, number[][]>} memory
+ * @property {number[]} panels
+ * @property {number[]} nodes
+ * @property {number[]} wide
+ * @property {number} chunk
+ * @property {number} tables
+ */
+
+/** Entry points of a module, and the memory in which they find their arrays. */
+class Kernels {
+  #functions;
+  #memory = new WebAssembly.Memory({ initial: 16 });
+  /** End of what is in use: what was made since goes when it is set back. */
+  top = STACK;
+  #returned;
+
+  /** @param {WebAssembly.Module} module */
+  constructor(module) {
+    const [section] = WebAssembly.Module.customSections(module, NOTE);
+    /** @type {Note} */
+    this.note = JSON.parse(new TextDecoder().decode(section));
+    const { exports } = new WebAssembly.Instance(module, {
+      env: {
+        __linear_memory: this.#memory,
+        __stack_pointer: new WebAssembly.Global({ value: "i32", mutable: true }, STACK),
+        __indirect_function_table: new WebAssembly.Table({ initial: 64, element: "anyfunc" }),
+      },
+    });
+    this.#functions = /** @type {Record<string, (...given: any[]) => any>} */ (exports);
+    // what an entry point returns, and where it would note an exception
+    this.#returned = this.array("float64", 16);
+  }
+
+  /**
+   * An array, not initialised.
+   * @param {Element} element
+   * @param {...number} shape
+   * @returns {Block}
+   */
+  array(element, ...shape) {
+    const count = shape.reduce((product, size) => product * size, 1);
+    const at = this.top;
+    this.top = Math.ceil((at + count * VIEWS[element].BYTES_PER_ELEMENT) / LINE) * LINE;
+    const missing = this.top - this.#memory.buffer.byteLength;
+    if (missing > 0) this.#memory.grow(Math.ceil(missing / PAGE));
+    return { at, element, shape, count };
+  }
+
+  /**
+   * Its numbers: valid until the next array is made, for which the memory may move.
+   * @param {Block} block
+   * @returns {any}
+   */
+  numbers({ at, element, count }) {
+    return new VIEWS[element](this.#memory.buffer, at, count);
+  }
+
+  /**
+   * Its rows: valid until the next array is made.
+   * @param {Block} block  of two dimensions
+   * @returns {any[]}
+   */
+  rows(block) {
+    const [rows, count] = block.shape;
+    const numbers = this.numbers(block);
+    return Array.from({ length: rows }, (_, i) => numbers.subarray(i * count, (i + 1) * count));
+  }
+
+  /**
+   * The memory that an entry point is called with last.
+   * @param {string} name
+   */
+  memoryOf(name) {
+    const shapes = this.note.memory[name];
+    const types = this.note.entries[name].arguments.slice(-shapes.length);
+    return shapes.map((shape, i) => this.array(types[i][1], ...shape));
+  }
+
+  /**
+   * Place of an entry point, by which others call it.
+   * @param {string} name
+   * @returns {bigint}
+   */
+  placeOf(name) {
+    return this.#functions[`${name}_place`]();
+  }
+
+  /**
+   * Call an entry point; returns the numbers that it returns.
+   * @param {string} name
+   * @param {...(number|bigint|Block)} values
+   * @returns {number[]}
+   */
+  call(name, ...values) {
+    const { arguments: wanted, results } = this.note.entries[name];
+    const passed = values.flatMap((value, i) => passedAs(value, wanted[i][1]));
+    const { at } = this.#returned;
+    if (this.#functions[name](at, at + 64, ...passed)) throw new Error(`The kernel ${name} failed.`);
+    const told = new DataView(this.#memory.buffer, at);
+    return results.map((type, i) =>
+      type === "float64" ? told.getFloat64(8 * i, true) : Number(told.getBigInt64(8 * i, true)),
+    );
+  }
+
+  /**
+   * Call an entry point that treats `cells` cells, with a counter of the chunks that it has taken.
+   * @param {string} name
+   * @param {number} cells
+   * @param {...(number|bigint|Block)} values
+   */
+  treat(name, cells, ...values) {
+    const counter = this.array("int64", 1);
+    this.numbers(counter)[0] = 0n;
+    this.call(name, counter, cells, this.note.chunk, 1, ...values);
+  }
+}
+
+/**
+ * Numbers that a value is passed as: of an array two references, its size, that of a number, its address, its shape, and
+ * its strides in bytes.
+ * @param {number|bigint|Block} value
+ * @param {Element} element
+ */
+function passedAs(value, element) {
+  if (typeof value !== "object") return [element === "int64" ? BigInt(value) : value];
+  const size = VIEWS[value.element].BYTES_PER_ELEMENT;
+  const strides = value.shape.map((_, i) => value.shape.slice(i + 1).reduce((a, b) => a * b, size));
+  return [0, 0, ...[value.count, size].map(BigInt), value.at, ...[...value.shape, ...strides].map(BigInt)];
+}
+
+Object.assign(self, { Kernels });

@@ -1,0 +1,103 @@
+/**
+ * Where the contact point of cells goes: sweep/model/disk/path.py, in the page.
+ *
+ * A part of the worker's script (worker.js), which finds the class under its name.
+ */
+
+/** @import { Block, KernelModule } from "eulerdisk/compute/kernels" */
+/** @import { BodyPlan, Plan } from "eulerdisk/types" */
+
+/** @typedef {Float64Array|Int32Array|Uint8Array} Values */
+/** @typedef {Record<string, Values>} Columns */
+
+// all scripts of a worker share their global names
+(() => {
+  /** Rows that the kernel writes, and classes (kernels/bodies/arrays.py). */
+  const ROWS = ["heading_per_nutation", "path_drift", "ring_inner", "ring_outer", "ring_x", "ring_y"];
+  const [ANNULAR_PATH, CLOSED_PATH] = [1, 3];
+
+  /** Nutations after which a path is told as closed at most, and how near the heading then is to whole turns. */
+  const MOST_NUTATIONS = 12;
+  const CLOSED = 1e-8;
+
+  class Paths {
+    #kernels;
+    #memory;
+
+    /** @param {KernelModule} kernels */
+    constructor(kernels) {
+      this.#kernels = kernels;
+      this.#memory = "paths" in kernels.note.entries ? kernels.memoryOf("paths") : [];
+    }
+
+    /**
+     * Columns of the paths of cells; none if they are not asked for.
+     * @param {Plan|BodyPlan} plan
+     * @param {Block} starts
+     * @param {string} [wanted]  the only column that is wanted beside the verdict
+     * @returns {Columns}
+     */
+    columns(plan, starts, wanted) {
+      const needed = wanted ? [wanted, ...plan.criterion.named] : plan.path;
+      if (!needed.some((name) => plan.path.includes(name))) return {};
+      const kernels = this.#kernels;
+      const count = starts.shape[1];
+      const [bodies, number] = "body" in plan ? [starts, plan.body.number] : [this.#tori(starts), 0];
+      const measures = kernels.array("float64", ROWS.length, count);
+      const classes = kernels.array("int64", count);
+      const { fall_tilt } = plan.settings;
+      kernels.treat("paths", count, bodies, number, fall_tilt, measures, classes, ...this.#memory);
+      const measured = kernels.rows(measures).map((row, i) => [ROWS[i], row.slice()]);
+      const headings = kernels.rows(measures)[0];
+      return { ...Object.fromEntries(measured), ...closing(headings, kernels.numbers(classes)) };
+    }
+
+    /**
+     * Thin disks as bodies: tori without a tube, whose moments are alpha and half of it.
+     * @param {Block} disks
+     */
+    #tori(disks) {
+      const kernels = this.#kernels;
+      const tori = kernels.array("float64", 13, disks.shape[1]);
+      const [tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, gravity] = kernels.rows(disks);
+      const none = new Float64Array(disks.shape[1]);
+      const half = alpha.map((/** @type {number} */ each) => 0.5 * each);
+      const lengths = [none, none, none, none, none];
+      const rows = [tilt, tilt_rate, precession_rate, roll_rate, ...lengths, alpha, half, radius, gravity];
+      kernels.rows(tori).forEach((row, i) => row.set(rows[i]));
+      return tori;
+    }
+  }
+
+  /**
+   * After how many nutations, each of which gains an angle, the heading is nearest to how many whole turns; and the
+   * classes of the paths, some of which close.
+   * @param {Float64Array} headings
+   * @param {BigInt64Array} classes  as the kernel has them
+   * @returns {Columns}
+   */
+  function closing(headings, classes) {
+    const [closing_nutations, closing_turns] = [headings, headings].map(
+      (each) => new Float64Array(each.length),
+    );
+    const closing_angle = new Float64Array(headings.length).fill(NaN);
+    const path_class = Uint8Array.from(classes, Number);
+    headings.forEach((gained, i) => {
+      for (let nutations = 1; nutations <= MOST_NUTATIONS; nutations += 1) {
+        const heading = nutations * gained;
+        const turns = Math.round(heading / (2 * Math.PI));
+        const angle = Math.abs(heading - 2 * Math.PI * turns);
+        // false of no heading
+        if (!(nutations === 1 ? angle >= 0 : angle < closing_angle[i])) continue;
+        [closing_nutations[i], closing_turns[i], closing_angle[i]] = [nutations, turns, angle];
+        if (angle > CLOSED * (1 + Math.abs(heading))) continue;
+        if (path_class[i] === ANNULAR_PATH) path_class[i] = CLOSED_PATH;
+        // after twice as many it closes, too
+        break;
+      }
+    });
+    return { closing_nutations, closing_turns, closing_angle, path_class };
+  }
+
+  Object.assign(self, { Paths });
+})();
