@@ -60,8 +60,12 @@ def begin():
     def nothing(*_):
         """Optimise nothing."""
 
+    def complete(library):
+        """Link nothing either: `module` links each function once, and not into every one that calls it."""
+        library._finalized = True
+
     compiler._PartLibrary._optimize_functions = nothing
-    compiler._PartLibrary._optimize_final_module = nothing
+    compiler._PartLibrary.finalize = complete
 
 
 def module(entries, c_library, more):
@@ -90,18 +94,23 @@ def module(entries, c_library, more):
     target = binding.Target.from_triple(_TRIPLE)
     machine = target.create_target_machine(opt=3, features=_FEATURES, reloc="static")
     head = f'target datalayout = "{machine.target_data}"\ntarget triple = "{_TRIPLE}"\n'
-    whole, listed = binding.parse_assembly(head), {}
+    whole, listed, linked = binding.parse_assembly(head), {}, set()
+
+    def link(text):
+        whole.link_in(binding.parse_assembly(head + text))
+
     for name, entry in entries.items():
-        text, made, results = _language(lazy()(entry._called()), entry._numba_types())
+        made, results, parts = _language(lazy()(entry._called()), entry._numba_types(), linked)
         listed[name] = {"arguments": [each[:3] for each in entry.arguments], "results": results}
-        whole.link_in(binding.parse_assembly(head + text.replace(f"@{made}(", f"@{name}(")))
+        for text in parts:
+            link(text.replace(f"@{made}(", f"@{name}("))
         arguments = ", ".join(str(each.type) for each in whole.get_function(name).arguments)
-        whole.link_in(binding.parse_assembly(head + _place(name, arguments)))
+        link(_place(name, arguments))
     # such a function may call others
     while called := [name for name in _outside(whole) if name.removeprefix("c_") in c_library]:
         for name in called:
-            text = _c_function(name, c_library[name.removeprefix("c_")])
-            whole.link_in(binding.parse_assembly(head + text))
+            for text in _c_function(name, c_library[name.removeprefix("c_")], linked):
+                link(text)
     exported = [each for name in entries for each in (name, f"{name}_place")]
     _optimise(whole, machine, exported)
     if missing := [name for name in _outside(whole) if not name.startswith("llvm.")]:
@@ -115,22 +124,40 @@ def _outside(whole):
     return [each.name for each in whole.functions if each.is_declaration]
 
 
-def _language(function, types):
-    """Return what Numba writes for a `LazyFunction`, the name of the function in it, and the types of its results."""
+def _language(function, types, linked):
+    """Return the name of the function that Numba makes of a `LazyFunction`, the types of its results, and its parts.
+
+    Each part is what Numba writes for the function, or for one that it calls and that is not `linked`, a set to which
+    it is added.
+    """
     from numba.core.compiler_lock import global_compiler_lock
 
-    with global_compiler_lock:
+    with global_compiler_lock, compiler.without_collecting():
         function.compiled.compile(types)
         made = function.compiled.overloads[types]
-        made.library._ensure_finalized()
-        text = _HOST.sub("", _PROCESSOR.sub('"of-a-kernel"', str(made.library._final_module)))
+        parts = [_as_text(each._final_module) for each in _libraries(made.library, linked)]
+    return made.fndesc.llvm_func_name, compiler.results_of(made.signature), parts
+
+
+def _libraries(library, linked):
+    """Yield what Numba has written and what that calls, each once; what is not of these kernels is linked already."""
+    if library not in linked:
+        linked.add(library)
+        library._ensure_finalized()
+        yield library
+        for each in library._linking_libraries if isinstance(library, compiler._PartLibrary) else ():
+            yield from _libraries(each, linked)
+
+
+def _as_text(module):
+    """Return a module in the language of LLVM: of no processor, with C functions by names that LLVM does not know."""
+    text = _HOST.sub("", _PROCESSOR.sub('"of-a-kernel"', str(module)))
     text = _USE_OF_RAISED.sub("null", _RAISED.sub("", text))
     text = _C_FUNCTION.sub(r"@c_\1(", text).replace("@sqrt(", "@llvm.sqrt.f64(")
     # variables that Numba shares between modules are each module's own: others have the same names
-    text = re.sub(
+    return re.sub(
         r"= (?:common|weak_odr|weak|linkonce_odr) ((?:\w+ )*(?:global|constant) )", r"= internal \1", text
     )
-    return text, made.fndesc.llvm_func_name, compiler.results_of(made.signature)
 
 
 def _place(name, arguments):
@@ -141,18 +168,20 @@ def _place(name, arguments):
     )
 
 
-def _c_function(name, function):
-    """Return a function as C calls it, of one that Numba has written: that writes its result, and a status."""
+def _c_function(name, function, linked):
+    """Return the parts of a function as C calls it, and as Numba does: writing its result, returning a status."""
     from numba import types
 
     numbers = function.py_func.__code__.co_argcount
-    text, made, _ = _language(function, numbers * (types.float64,))
+    made, _, parts = _language(function, numbers * (types.float64,), linked)
     given = ", ".join(f"double %x{i}" for i in range(numbers))
-    return (
-        f"{text}\ndefine double @{name}({given}) alwaysinline {{\n  %result = alloca double\n"
+    declared = f"declare i32 @{made}(ptr, ptr, {', '.join(numbers * ['double'])})"
+    return [
+        *parts,
+        f"{declared}\ndefine double @{name}({given}) alwaysinline {{\n  %result = alloca double\n"
         f"  %status = call i32 @{made}(ptr %result, ptr null, {given})\n"
-        "  %found = load double, ptr %result\n  ret double %found\n}\n"
-    )
+        "  %found = load double, ptr %result\n  ret double %found\n}\n",
+    ]
 
 
 def _optimise(whole, machine, exported):

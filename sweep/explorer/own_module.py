@@ -26,6 +26,9 @@ entries, sizes = entries_and_sizes(*json.load(sys.stdin))
 sys.stdout.buffer.write(wasm.module(entries, C_LIBRARY, sizes))
 """
 
+#: Body -> the one whose kernels compute it, with other numbers: their pages have the same module.
+_KERNELS_OF = dict.fromkeys(("rounded", "rim", "arc"), "torus")
+
 
 def has_own_module(spec: SweepSpec | None) -> bool:
     """Return whether there is a spec, and its cells are not those of the module that is there, of the disk."""
@@ -49,7 +52,8 @@ def kernels_of(spec: SweepSpec | None) -> bytes | None:
         told, room, arguments = spec.model.integrate.told, "system", [spec.model.integrate.function]
     else:
         contact, path = (getattr(spec, name, None) == "yes" for name in ("contact", "path"))
-        told, room, arguments = f"the kernel of a {spec.body}", "bodies", [spec.body, contact, path]
+        told, room = f"the kernel of a {spec.body}", "bodies"
+        arguments = [_KERNELS_OF.get(spec.body, spec.body), contact, path]
     code = [f"kernels.page.{room}", "kernels.page.c_library", "kernels.native.wasm"]
     given = json.dumps(arguments)
     return kept_bytes(f"page_{room}", code, given, lambda: _made(told, _BUILD.format(room=room), given))

@@ -14,11 +14,14 @@ from cases import case
 from explorer_client import about, ask, post, refused
 
 import sweep
+from kernels.bodies.shapes import NAMES
+from kernels.page.bodies import entries_and_sizes
 from sweep.errors import RequestError
 from sweep.explorer.explorer import Explorer, explore, subject_of_words
 from sweep.explorer.own_module import kernels_of
 from sweep.explorer.point import NO_CELL
 from sweep.figures.panels import panel
+from sweep.model.bodies.tables import LENGTHS
 from sweep.model.disk.path import PATH_VARIABLES
 from sweep.request.spec import SweepSpec
 
@@ -508,6 +511,23 @@ def test_the_module_of_a_page_is_kept(tmp_path, monkeypatch):
     for path in tmp_path.glob("*/page_bodies*"):
         path.write_bytes(path.read_bytes()[:-1] + b"!")
     assert (kernels_of(torus), len(made)) == (b"a module", 3)
+
+
+@pytest.mark.parametrize("contact", ["no", "yes"])
+def test_bodies_of_the_same_kernels_have_the_same_module(tmp_path, monkeypatch, contact):
+    """A page has the entry points of its body, whichever body the module was compiled for."""
+    made = []
+    monkeypatch.setattr(
+        "sweep.explorer.own_module._made", lambda *given: made.append(given[-1]) or b"a module"
+    )
+    moments = {"axial_moment": 0.5, "transverse_moment": 0.4, "contact": contact}
+    for body in NAMES:
+        monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path / body))
+        lengths = zip(LENGTHS[body], (0.4, 0.1), strict=False)
+        kernels_of(SweepSpec(body=body, **dict(lengths), **moments))
+        assert entries_and_sizes(*json.loads(made[-1])) == entries_and_sizes(body, contact == "yes")
+    assert len(made) == 6
+    assert len(set(made)) == 3
 
 
 def test_a_system_that_cannot_be_compiled_for_a_page_is_refused(tmp_path, monkeypatch):
