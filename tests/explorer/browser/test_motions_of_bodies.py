@@ -128,6 +128,10 @@ def test_a_motion_with_losses_is_that_of_the_program(shown):
         other = motion[name].values / unit
         size = max(1.0, float(np.abs(other).max()))
         assert abs(arrays[name][-1] - other[-1]) < 1e-6 * size, name
+    # a longer one needs more samples, as often as the body turns
+    _, arrays, _ = asked(0.45, 0.6, 20.0, losses)
+    count = sweep.simulate(**start | words | losses, duration=20.0).sizes["elapsed_time"]
+    assert arrays["time"].size == pytest.approx(count, rel=0.01)
 
 
 def test_the_potential_is_that_of_the_motion(shown):
