@@ -41,7 +41,7 @@ from sweep.explorer.view import View
 from sweep.files.paths import check_target
 from sweep.request.spec import SweepSpec
 
-#: Cells of a page at most: some 30 MB of text.
+#: Cells of a page at most: some 30 MB of text, with paths twice that.
 MOST_CELLS = 1_000_000
 
 #: Nothing is loaded from anywhere: modules stand in the file, as addresses that hold their content.

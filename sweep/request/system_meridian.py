@@ -170,7 +170,8 @@ def _of_a_solid(tree: Tree, height: Part, parameters: tuple[Declared, ...]) -> s
     axial, transverse, centre = solid(height.node, slope.node, curvature.node, values)
     if not math.isfinite(transverse):
         return ""
-    found = f" Those of a homogeneous body are {axial:.6g} and {transverse:.6g}"
+    # an ending may leave tilts out, as those of the flat side of a dome: these moments know nothing of it
+    found = f" Those of a homogeneous body with this height at all tilts are {axial:.6g} and {transverse:.6g}"
     shift = f", if {centre:.6g}*sin(tilt) is added to the height, which makes it that of the centre of mass"
     return f"{found}{shift if abs(centre) > _CENTRED else ''}."
 

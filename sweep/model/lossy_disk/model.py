@@ -64,11 +64,11 @@ def _refuse_unused_air(values: Mapping[str, Any]) -> None:
 
 
 def _check_arms(values: Mapping[str, Any]) -> None:
-    """Refuse a lever arm as long as the radius: such a disk would not move at all."""
+    """Refuse a lever arm as long as the radius: what has it would not move at all."""
     for name in ARMS:
         if told := _too_long(name, values[name], values["radius"]):
             raise RequestError(
-                f"A lever arm must be shorter than the radius of the disk; got {told}.",
+                f"A lever arm must be shorter than the radius; got {told}.",
                 hint="Give a shorter arm: that of a coin on glass is some micrometres, as in 10um.",
                 where=name,
             )

@@ -281,7 +281,11 @@ def test_cells_of_a_body(served_with, browser, rng, count, name):
     for each in (*names[2:], *more):
         both = same & np.isfinite(found[each]) & np.isfinite(expected[each])
         assert np.mean(both | np.isnan(expected[each])) > 0.999, each
-        off = np.abs(found[each] - expected[each])[both]
+        # where the heading gains nearly whole turns the centre is far away, and rounding moves it as far
+        near = (
+            np.abs(2.0 * np.sin(0.5 * expected["heading_per_nutation"])) if each.startswith("ring") else 1.0
+        )
+        off = (np.abs(found[each] - expected[each]) * np.minimum(near, 1.0))[both]
         assert np.max(off / (1.0 + np.abs(expected[each][both]))) < 1e-9, each
     page.close()
 

@@ -249,6 +249,7 @@ BOTH = """async (request) => {
 #: Explored -> a quantity, and whether the server computes windows of it.
 COMPUTED = {
     "rolling": [("peak_tilt", False), ("nutation_period", True)],
+    "rolling path=yes": [("nutation_period", False), ("path_drift", False), ("path_class", False)],
     "torus": [("nutation_period", False)],
     "henon_heiles": [("stability", True)],
 }
@@ -262,7 +263,7 @@ def test_windows_of_the_server_are_those_of_the_page(served_with, browser):
     Sums are taken in another order, and functions are of another library; a chaotic cell may be decided otherwise.
     """
     for given, quantities in COMPUTED.items():
-        address = served_with(given).url
+        address = served_with(*given.split()).url
         page = browser.new_page()
         page.goto(address)
         view = about(address)["bases"][0]["view"]

@@ -16,12 +16,13 @@ const SINGLE_DIGITS = 3;
 
 /**
  * Whether a window takes the page more than 1.5 times as long as the program, whose vectors are wider: measured by
- * scripts/page_speed.py. The kernels of bodies and of paths have no vectors.
+ * scripts/page_speed.py. The kernel of bodies has no vectors; where paths are asked for the program computes them always.
  * @param {Plan} plan
  * @param {string} quantity
  */
 export function isSlow(plan, quantity) {
-  return ["system", "timed"].includes(kindOf(plan, quantity));
+  const kind = kindOf(plan, quantity);
+  return kind === "system" || (kind === "timed" && plan.path.length === 0);
 }
 
 /**

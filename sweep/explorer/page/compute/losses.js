@@ -95,7 +95,7 @@ function refuse(words, hint = "Leave it out.") {
 }
 
 /**
- * Refuse a lever arm as long as the radius: such a disk would not move at all.
+ * Refuse a lever arm as long as the radius: what has it would not move at all.
  * @param {Words} words
  * @param {number} radius
  */
@@ -103,7 +103,7 @@ export function checkArms(words, radius) {
   for (const name of ARMS) {
     if (numberOf(words, name) < radius) continue;
     refuse(
-      `A lever arm must be shorter than the radius of the disk; got ${name}=${words[name]} radius=${radius}.`,
+      `A lever arm must be shorter than the radius; got ${name}=${words[name]} radius=${radius}.`,
       "Give a shorter arm: that of a coin on glass is some micrometres, as in 10um.",
     );
   }
