@@ -513,19 +513,19 @@ def test_the_module_of_a_page_is_kept(tmp_path, monkeypatch):
     assert (kernels_of(torus), len(made)) == (b"a module", 3)
 
 
-@pytest.mark.parametrize("contact", ["no", "yes"])
-def test_bodies_of_the_same_kernels_have_the_same_module(tmp_path, monkeypatch, contact):
+@pytest.mark.parametrize("records", ["no", "yes"])
+def test_bodies_of_the_same_kernels_have_the_same_module(tmp_path, monkeypatch, records):
     """A page has the entry points of its body, whichever body the module was compiled for."""
     made = []
     monkeypatch.setattr(
         "sweep.explorer.own_module._made", lambda *given: made.append(given[-1]) or b"a module"
     )
-    moments = {"axial_moment": 0.5, "transverse_moment": 0.4, "contact": contact}
+    moments = {"axial_moment": 0.5, "transverse_moment": 0.4, "contact": records, "path": records}
     for body in NAMES:
         monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path / body))
         lengths = zip(LENGTHS[body], (0.4, 0.1), strict=False)
         kernels_of(SweepSpec(body=body, **dict(lengths), **moments))
-        assert entries_and_sizes(*json.loads(made[-1])) == entries_and_sizes(body, contact == "yes")
+        assert entries_and_sizes(*json.loads(made[-1])) == entries_and_sizes(body, *[records == "yes"] * 2)
     assert len(made) == 6
     assert len(set(made)) == 3
 
