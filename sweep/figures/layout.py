@@ -311,8 +311,11 @@ class _Layout:
         # left, below, right, above, and the height of the legend; those of an empty place are 0
         around = np.zeros((self.rows * self.columns, 5))
         for i, block in enumerate(self.blocks):
-            around[i, :4] = np.maximum(self._around(block.axes), self._around(block.lowest) * (1, 0, 1, 0))
-            around[i, 1] = self._around(block.lowest)[1]
+            around[i, :4] = self._around(block.axes)
+            if block.strip is not None:
+                low = self._around(block.strip)
+                around[i, :4] = np.maximum(around[i, :4], low * (1, 0, 1, 0))
+                around[i, 1] = low[1]
             around[i, 4] = self._size(self.legends[i])[1] + _ABOVE * letter if self.legends else 0.0
         left, below, right, above, legends = around.reshape(self.rows, self.columns, 5).transpose(2, 0, 1)
         tops = above.max(axis=1) + margin
