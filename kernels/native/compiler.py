@@ -1,4 +1,4 @@
-"""Numba's compiler with two changes, for these kernels alone: full vectors, and no machine code for parts.
+"""Numba's compiler with three changes, for these kernels alone: full vectors, no machine code for parts, less to do.
 
 Vectors
     For most Intel processors with AVX-512 LLVM prefers vectors of half their width, because the early ones ran slower
@@ -9,7 +9,14 @@ Vectors
 Parts
     Numba makes machine code of every function, also of those that only other kernels call and that are part of these
     kernels' code too: that would double the time. Here only what Python calls becomes machine code.
+
+Less to do
+    Passes that look for what kernels do not have are left out, and Python looks for no cycles of objects meanwhile:
+    each is a tenth of the time.
 """
+
+import gc
+from contextlib import contextmanager
 
 from numba import njit, types
 from numba.core.cgutils import alloca_once
@@ -23,6 +30,9 @@ from numba.core.typed_passes import NativeLowering
 from kernels.native.machine_code import MachineCode, vector_bits
 
 _RESULTS = {"int64", "float64"}
+
+#: Numba's passes for closures, arithmetic of whole arrays, and functions of libraries that ask to be inlined.
+_NEEDLESS = {"InlineClosureLikes", "NopythonRewrites", "InlineOverloads"}
 
 
 class _Lower(Lower):
@@ -82,14 +92,16 @@ class _Lowering(NativeLowering):
 
 
 class KernelCompiler(Compiler):
-    """Numba's own compiler, but for the last pass, which writes the language of LLVM."""
+    """Numba's own compiler without needless passes, and with another last one, which writes the language of LLVM."""
 
     def define_pipelines(self):
         """Return Numba's passes for the function that is compiled."""
         pipelines = super().define_pipelines()
         for each in pipelines:
             each.passes = [
-                (_Lowering if one is NativeLowering else one, description) for one, description in each.passes
+                (_Lowering if one is NativeLowering else one, description)
+                for one, description in each.passes
+                if one.__name__ not in _NEEDLESS
             ]
             # anew, with the passes as they are now
             each._finalized = False
@@ -100,6 +112,18 @@ class KernelCompiler(Compiler):
 def compiled_function(function, options):
     """Return Numba's function, to be compiled for the types that it is called with."""
     return njit(pipeline_class=KernelCompiler, **options)(function)
+
+
+@contextmanager
+def without_collecting():
+    """Let Python look for no cycles of objects: a compilation makes many objects, and few that nothing needs."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
 
 
 def machine_code(dispatcher, argument_types):
@@ -114,7 +138,7 @@ def machine_code(dispatcher, argument_types):
     TypeError
         If the function returns anything but numbers of 64 bits.
     """
-    with global_compiler_lock:
+    with global_compiler_lock, without_collecting():
         dispatcher.compile(argument_types)
         made = dispatcher.overloads[argument_types]
         module, code = made.library.object_code()

@@ -132,7 +132,7 @@ def _language(function, types, linked):
     """
     from numba.core.compiler_lock import global_compiler_lock
 
-    with global_compiler_lock:
+    with global_compiler_lock, compiler.without_collecting():
         function.compiled.compile(types)
         made = function.compiled.overloads[types]
         parts = [_as_text(each._final_module) for each in _libraries(made.library, linked)]
