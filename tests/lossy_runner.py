@@ -52,7 +52,7 @@ def general_kernels():
     """Integrate specs by the kernels with all laws: each set of laws has its own, which takes seconds to compile."""
 
     def integrator(self, spec):
-        return Kernel("kernels.lossy_disk.integrate", WITH_ALL_LAWS[spec.air_law])
+        return Kernel(self.integrate.module, WITH_ALL_LAWS[spec.air_law])
 
     with mock.patch.object(LossyDisk, "integrator", integrator):
         yield

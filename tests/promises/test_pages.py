@@ -15,6 +15,7 @@ import sys
 from itertools import pairwise
 from pathlib import Path
 
+import lossy_runner
 import pytest
 from explorer_client import ask
 from matplotlib import pyplot
@@ -193,8 +194,9 @@ def test_the_blocks_of_a_page_run(page, run, command, capsys):
         Path(name).parent.mkdir(exist_ok=True)
         (text,) = (each for kind, each in found if kind == language)
         Path(name).write_text(smaller(text), encoding="utf-8")
-    for line in BEFORE.get(page, []):
-        run(page, line)
+    with lossy_runner.general_kernels():
+        for line in BEFORE.get(page, []):
+            run(page, line)
     exec(NAMES.get(page, ""), names)
     for language, text in found:
         if language == "text":

@@ -13,6 +13,7 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
+import lossy_runner
 import netCDF4
 import numpy as np
 import pytest
@@ -67,6 +68,13 @@ class Atlas:
     spec: sweep.SweepSpec
     name: str
     truth: Facts
+
+
+@pytest.fixture(scope="module", autouse=True)
+def general():
+    """Compile no kernel for the laws of this file alone."""
+    with lossy_runner.general_kernels():
+        yield
 
 
 @pytest.fixture(scope="module")

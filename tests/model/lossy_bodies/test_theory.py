@@ -2,28 +2,24 @@
 
 import math
 
+import lossy_runner
 import pytest
 from scipy.optimize import brentq
 
 import sweep
 from sweep.checks.explain import explain
 from sweep.engine.grid import whole
-from sweep.model.lossy_bodies.model import LOSSY_BODIES, LossyBodies
-from sweep.model.lossy_disk.model import integrator
+from sweep.model.lossy_bodies.model import LOSSY_BODIES
 from sweep.request.spec import SweepSpec
 
-pytestmark = [pytest.mark.compiled, pytest.mark.usefixtures("one_kernel")]
+pytestmark = pytest.mark.compiled
 
 
-@pytest.fixture
-def one_kernel(monkeypatch):
-    """Compute with a kernel that has every law, as other tests do: theirs alone would take a minute to compile.
-
-    A coefficient of zero takes nothing (tests/promises/test_losses.py); theory knows of no kernel.
-    """
-    laws = dict.fromkeys(("contour", "damping", "rolling", "pivoting", "slips"), True)
-    kernel = integrator(**laws, air="moffatt", module="kernels.lossy_bodies.integrate")
-    monkeypatch.setattr(LossyBodies, "integrator", lambda self, spec: kernel)
+@pytest.fixture(scope="module", autouse=True)
+def general():
+    """Compile no kernel for the laws of this file alone: there are five sets of them."""
+    with lossy_runner.general_kernels():
+        yield
 
 
 def drawn(rng):
