@@ -5,6 +5,7 @@ import subprocess
 import sys
 from functools import lru_cache
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 from sweep.errors import RequestError
@@ -28,6 +29,9 @@ sys.stdout.buffer.write(wasm.module(entries, C_LIBRARY, sizes))
 
 #: Body -> the one whose kernels compute it, with other numbers: their pages have the same module.
 _KERNELS_OF = dict.fromkeys(("rounded", "rim", "arc"), "torus")
+
+#: A page asks for its module from several threads at once: the first makes it.
+_making = Lock()
 
 
 def has_own_module(spec: SweepSpec | None) -> bool:
@@ -56,7 +60,8 @@ def kernels_of(spec: SweepSpec | None) -> bytes | None:
         arguments = [_KERNELS_OF.get(spec.body, spec.body), contact, path]
     code = [f"kernels.page.{room}", "kernels.page.c_library", "kernels.native.wasm"]
     given = json.dumps(arguments)
-    return kept_bytes(f"page_{room}", code, given, lambda: _made(told, _BUILD.format(room=room), given))
+    with _making:
+        return kept_bytes(f"page_{room}", code, given, lambda: _made(told, _BUILD.format(room=room), given))
 
 
 @lru_cache(maxsize=8)

@@ -4,6 +4,7 @@ import math
 import queue
 import re
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
@@ -511,6 +512,22 @@ def test_the_module_of_a_page_is_kept(tmp_path, monkeypatch):
     for path in tmp_path.glob("*/page_bodies*"):
         path.write_bytes(path.read_bytes()[:-1] + b"!")
     assert (kernels_of(torus), len(made)) == (b"a module", 3)
+
+
+def test_a_module_that_is_asked_for_twice_at_once_is_made_once(tmp_path, monkeypatch):
+    """A page asks for its module from several threads: who comes second waits for that of the first."""
+    monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
+    made = []
+
+    def make(*given):
+        made.append(given)
+        time.sleep(0.2)
+        return b"a module"
+
+    monkeypatch.setattr("sweep.explorer.own_module._made", make)
+    with ThreadPoolExecutor(3) as pool:
+        assert set(pool.map(kernels_of, 3 * [SweepSpec.preset("torus")])) == {b"a module"}
+    assert len(made) == 1
 
 
 @pytest.mark.parametrize("records", ["no", "yes"])
