@@ -4,7 +4,6 @@ import math
 import queue
 import re
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
@@ -15,14 +14,10 @@ from cases import case
 from explorer_client import about, ask, post, refused
 
 import sweep
-from kernels.bodies.shapes import NAMES
-from kernels.page.bodies import entries_and_sizes
 from sweep.errors import RequestError
 from sweep.explorer.explorer import Explorer, explore, subject_of_words
-from sweep.explorer.own_module import kernels_of
 from sweep.explorer.point import NO_CELL
 from sweep.figures.panels import panel
-from sweep.model.bodies.tables import LENGTHS
 from sweep.model.disk.path import PATH_VARIABLES
 from sweep.request.spec import SweepSpec
 
@@ -499,57 +494,3 @@ def test_a_system_without_a_plane_is_refused(tmp_path):
     )
     with pytest.raises(RequestError, match="one state and no parameter"):
         explore(str(path))
-
-
-def test_the_module_of_a_page_is_kept(tmp_path, monkeypatch):
-    """It is compiled once for all processes; a file that is not whole is made again."""
-    monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
-    made = []
-    monkeypatch.setattr("sweep.explorer.own_module._made", lambda *given: made.append(given) or b"a module")
-    torus, ball = SweepSpec.preset("torus"), SweepSpec.preset("egg")
-    assert kernels_of(torus) == kernels_of(torus.replace(tube=0.3)) == b"a module"
-    assert (kernels_of(ball), len(made)) == (b"a module", 2)
-    for path in tmp_path.glob("*/page_bodies*"):
-        path.write_bytes(path.read_bytes()[:-1] + b"!")
-    assert (kernels_of(torus), len(made)) == (b"a module", 3)
-
-
-def test_a_module_that_is_asked_for_twice_at_once_is_made_once(tmp_path, monkeypatch):
-    """A page asks for its module from several threads: who comes second waits for that of the first."""
-    monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
-    made = []
-
-    def make(*given):
-        made.append(given)
-        time.sleep(0.2)
-        return b"a module"
-
-    monkeypatch.setattr("sweep.explorer.own_module._made", make)
-    with ThreadPoolExecutor(3) as pool:
-        assert set(pool.map(kernels_of, 3 * [SweepSpec.preset("torus")])) == {b"a module"}
-    assert len(made) == 1
-
-
-@pytest.mark.parametrize("records", ["no", "yes"])
-def test_bodies_of_the_same_kernels_have_the_same_module(tmp_path, monkeypatch, records):
-    """A page has the entry points of its body, whichever body the module was compiled for."""
-    made = []
-    monkeypatch.setattr(
-        "sweep.explorer.own_module._made", lambda *given: made.append(given[-1]) or b"a module"
-    )
-    moments = {"axial_moment": 0.5, "transverse_moment": 0.4, "contact": records, "path": records}
-    for body in NAMES:
-        monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path / body))
-        lengths = zip(LENGTHS[body], (0.4, 0.1), strict=False)
-        kernels_of(SweepSpec(body=body, **dict(lengths), **moments))
-        assert entries_and_sizes(*json.loads(made[-1])) == entries_and_sizes(body, *[records == "yes"] * 2)
-    assert len(made) == 6
-    assert len(set(made)) == 3
-
-
-def test_a_system_that_cannot_be_compiled_for_a_page_is_refused(tmp_path, monkeypatch):
-    """What went wrong is said in one sentence."""
-    monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr("sweep.explorer.own_module._BUILD", "raise ValueError('no such target')")
-    with pytest.raises(RequestError, match="could not be compiled for a page: ValueError: no such target"):
-        kernels_of(SweepSpec.preset("thomas"))

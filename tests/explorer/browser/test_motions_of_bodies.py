@@ -49,7 +49,11 @@ CLICKS = """async (requests) => {
 @pytest.fixture(
     params=[
         "rounded",
-        *(pytest.param(each, marks=pytest.mark.slow_lane) for each in BODIES if each not in ("disk", "rounded")),
+        *(
+            pytest.param(each, marks=pytest.mark.slow_lane)
+            for each in BODIES
+            if each not in ("disk", "rounded")
+        ),
     ]
 )
 def shown(request, served_with, browser):
