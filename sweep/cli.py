@@ -38,7 +38,7 @@ _COMMANDS = {
     "plot": ("inspect", "Draw maps of stability, with the measured and analytic boundary."),
     "info": ("inspect", "Say what is in an atlas, or how far an unfinished run is."),
     "boundary": ("inspect", "Print the measured boundary beside the lines of theory."),
-    "verify": ("check", "Check an atlas against the exact reduction, or with losses a second method."),
+    "verify": ("check", "Check an atlas against the reference of its model."),
     "compare": ("check", "Check an atlas against a trusted one."),
     "explain": ("check", "Explain one cell: its numbers, and why it has its verdict."),
     "explore": ("explore", "Look around in an atlas that is computed while you look."),

@@ -62,7 +62,7 @@ class Beginning(NamedTuple):
     unit: float
 
 
-# Other bodies have other functions under these names (`kernels.lossy_bodies.trajectory`).
+# Other bodies have other functions under these names (`kernels.lossy_bodies.trajectory`, `poles.trajectory`).
 
 
 @kernel

@@ -9,7 +9,7 @@ import numpy as np
 
 from sweep.errors import RequestError
 from sweep.explorer.body import COST, SLIDERS, is_body, is_of_body
-from sweep.explorer.losses import LOSS_WORDS, has_motions
+from sweep.explorer.losses import LOSS_WORDS, has_losses, has_motions
 from sweep.explorer.own_module import has_own_module
 from sweep.explorer.plan import motion_tables
 from sweep.explorer.quantities import Shown, described, shown_of
@@ -154,7 +154,11 @@ def base_of(name: str, spec: SweepSpec) -> dict[str, Any]:
         "words": words,
         "view": {"base": name, "words": {}, **view},
         "hasMotions": has_motions(spec),
-        "cost": _SYSTEM_COST if is_system(spec) else COST if is_body(spec) or goes else 0.0,
+        "cost": _SYSTEM_COST
+        if is_system(spec)
+        else COST
+        if (is_body(spec) and not has_losses(spec)) or goes
+        else 0.0,
     }
 
 

@@ -18,6 +18,7 @@ from sweep.explorer.point import place
 from sweep.explorer.view import Side, View
 from sweep.explorer.waiting import KERNELS
 from sweep.explorer.window import MOST_PIXELS
+from sweep.model.bodies.model import BODIES
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_file import presets
@@ -132,7 +133,8 @@ def _base_of(view: View) -> tuple[str, SweepSpec]:
 
 def _preset_of(spec: SweepSpec) -> str:
     """Return the preset of the model that needs the fewest changes; of the disk that which people know."""
-    known = presets(spec.model)
+    # bodies with losses have those of bodies: the words of the losses choose their model
+    known = presets(spec.model) or presets(BODIES)
     return (
         "rolling"
         if "rolling" in known

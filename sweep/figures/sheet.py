@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 
-def style(font_size: float) -> dict[Any, Any]:
+def _style(font_size: float) -> dict[Any, Any]:
     """Return the matplotlib settings of a figure whose words have a size [points]."""
     return {
         "font.family": "DejaVu Sans",
@@ -30,9 +30,6 @@ def style(font_size: float) -> dict[Any, Any]:
     }
 
 
-#: matplotlib settings of every figure of this package.
-STYLE = style(8.0)
-
 #: matplotlib's own defaults where the style says nothing. The backend is the program's.
 _DEFAULTS: dict[Any, Any] = {
     name: value for name, value in matplotlib.rcParamsDefault.items() if not name.startswith("backend")
@@ -51,7 +48,7 @@ class ShownFigure(Figure):
 @contextmanager
 def styled(font_size: float = 8.0) -> Iterator[None]:
     """Draw in the style of this package alone; settings of matplotlib by files or programs have no effect."""
-    with matplotlib.rc_context(_DEFAULTS | style(font_size)):
+    with matplotlib.rc_context(_DEFAULTS | _style(font_size)):
         yield
 
 

@@ -147,6 +147,6 @@ def _attributes(spec: MotionRequest, command: str) -> dict[str, Any]:
         **model,
         "trajectory_request": spec.canonical(),
         "method": spec.method,
-        "kernel_hash": code_hash([kind.kernels]),
+        "kernel_hash": code_hash({kind.kernels, *(each.module for each in import_module(kind.path).KERNELS)}),
         "versions": versions(_PACKAGES),
     }

@@ -451,9 +451,14 @@ def test_an_atlas_of_a_body_with_losses_is_shown(tmp_path, monkeypatch, command)
         stored = post(explorer.url, "point", **place)["stored"]
         assert "end_time" in {number["name"] for number in stored["numbers"]}
         assert "contour" in post(explorer.url, "explain", **place, losses={})["text"]
+        assert "analytic" in {each["name"] for each in post(explorer.url, "lines", view=view)["lines"]}
+        window = post(explorer.url, "command", view=view, width=2, height=2)["command"]
         motion = post(explorer.url, "command", **place, duration=0.2)["command"]
-    status, _, messages = command(motion.removeprefix("eulerdisk "))
-    assert status == 0, messages
+    for line in (window, motion):
+        status, _, messages = command(line.removeprefix("eulerdisk "))
+        assert status == 0, messages
+    with sweep.open_atlas(tmp_path / "window.nc") as again:
+        assert again.eulerdisk.spec.contour_friction == 5e-5
     with xr.open_dataset(tmp_path / "motion.nc") as dataset:
         assert float(dataset["contour_loss"][-1]) > 0.0
 

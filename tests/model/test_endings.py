@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from sweep.errors import RequestError
-from sweep.model import description
-from sweep.model import quantity as endings
 from sweep.model.quantity import FAILED, FINAL, LOST, MISSING, OPEN, Ending, Endings
 
 ENDINGS = Endings(
@@ -50,10 +48,3 @@ def test_the_file_declares_every_ending():
     assert ENDINGS.quantity.flags == ENDINGS.flags
     with pytest.raises(TypeError):
         ENDINGS.flags[2] = "other"
-
-
-def test_a_model_finds_them_beside_its_base_class():
-    """What a model of another distribution imports from the module of `Model` is what the engine knows."""
-    for name in ("MISSING", "FINAL", "OPEN", "LOST", "UNDISTURBED", "FAILED", "Ending", "Endings"):
-        assert getattr(description, name) is getattr(endings, name)
-        assert name in description.__all__

@@ -113,7 +113,7 @@ export class Refresh {
       }
       // the fine picture of the same view may have come first
       if (signal?.aborted) return;
-      const isWhole = width === wanted.width || lane === "coarse" || !this.#cost(wanted);
+      const isWhole = width === wanted.width || lane === "coarse" || !this.#cost(wanted) || !computed;
       const { head } = answer;
       this.#deliver(
         wanted,

@@ -171,7 +171,7 @@ _MOST_FALLS = 20_000
 
 
 class ExactReduction:
-    """See `sweep.model.description.ExactReference`."""
+    """See `sweep.model.reference.ExactReference`."""
 
     variables = REDUCTION
     compared = ("tilt_min", "tilt_max", "nutation_period")

@@ -107,7 +107,7 @@ THIN_DISK = Mechanics(_energy_of_disk, _height_of_disk, smooth_motion)
 
 
 class SampledAudit:
-    """See `sweep.model.description.Reference`; one for each audit.
+    """See `sweep.model.reference.Reference`; one for each audit.
 
     Parameters
     ----------

@@ -70,7 +70,7 @@ _RULES = "the ending, which says where it is missing"
 
 
 class SampledReference:
-    """See `sweep.model.description.Reference`; one for each audit.
+    """See `sweep.model.reference.Reference`; one for each audit.
 
     Parameters
     ----------

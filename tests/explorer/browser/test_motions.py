@@ -278,6 +278,54 @@ def test_words_of_a_stored_atlas_are_those_of_the_place(tmp_path, served_with, o
     assert nearest["numbers"] == nearest["stored"]["numbers"]
 
 
+def _moved(page, explorer, place):
+    """Return what the page tells of the motion at a place and of the cell there, and when the motion ended."""
+    view = about(explorer.url)["bases"][0]["view"]
+    asked = {"view": view, "x": place[view["x"]["name"]], "y": place[view["y"]["name"]]}
+    _, arrays = ask(page, "motion", **asked)
+    return ask(page, "point", **asked, losses={}), arrays["time"][-1]
+
+
+def test_a_loss_may_be_a_side_of_the_map(tmp_path, served_with, opened):
+    """The motion of a place has the friction of the place."""
+    path, words = tmp_path / "toy.nc", {"precession_rate": 50.0, "duration": "20s", "criterion": "aloft:5s"}
+    axes = {"contour_friction": "1e-4:1e-3:3", "tilt": "60deg:70deg:3"}
+    sweep.run_to_file(SweepSpec.preset("toy", **words, **axes), path)
+    explorer = served_with(path)
+    place = {"contour_friction": 4e-4, "tilt": math.radians(63.0)}
+    _, ended = _moved(opened(url=explorer.url), explorer, place)
+    spec = SweepSpec.preset("toy", **words, **axes)
+    alone = {"roll_rate": spec.roll_rate, "precession_rate": spec.precession_rate}
+    expected = sweep.simulate("toy", **place, **alone, duration=20.0)
+    assert ended == pytest.approx(float(expected["elapsed_time"][-1]), rel=1e-5)
+    without = sweep.simulate("toy", **place | {"contour_friction": 0.0}, **alone, duration=20.0)
+    assert ended < 0.9 * float(without["elapsed_time"][-1])
+
+
+@pytest.mark.slow_lane
+def test_an_atlas_of_a_body_with_losses_has_motions(tmp_path, served_with, opened):
+    """A motion between cells has its own end and no verdict, which only that of a cell has."""
+    path = tmp_path / "rim.nc"
+    words = {"thickness": "12.8mm", "fillet": "2mm", "duration": "20s", "criterion": "aloft:5s"}
+    axes = {"contour_friction": "1e-4:1e-3:3", "tilt": "60deg:70deg:3"}
+    spec = SweepSpec.preset("toy", body="rim", precession_rate=50.0, **words, **axes)
+    sweep.run_to_file(spec, path)
+    explorer = served_with(path)
+    page = opened(url=explorer.url)
+    place = {"contour_friction": 4e-4, "tilt": math.radians(63.0)}
+    told, ended = _moved(page, explorer, place)
+    assert told["verdict"] == ""
+    assert told["stored"]["verdict"]
+    del words["criterion"]
+    expected = sweep.simulate(
+        "toy", body="rim", **place, precession_rate=50.0, roll_rate=spec.roll_rate, **words
+    )
+    assert ended == pytest.approx(float(expected["elapsed_time"][-1]), rel=1e-5)
+    cell = {name: float(getattr(spec, name).array()[1]) for name in place}
+    told, ended = _moved(page, explorer, cell)
+    assert told["verdict"] == told["stored"]["verdict"] != ""
+
+
 WORDS = """async ([tables, plan, losses]) => {
     const { wordsOfMotion } = await import("eulerdisk/compute/losses");
     return wordsOfMotion(tables, plan, losses);

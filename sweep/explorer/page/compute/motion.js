@@ -74,8 +74,9 @@ const FEW_DIGITS = 3;
  * @returns {Promise<MotionAnswer>}
  */
 export async function computedMotion(computation, tables, parameters, plans, request, signal) {
-  const { motion, disk } = plans;
+  const { disk } = plans;
   const { view } = request;
+  const motion = plans.motion && { ...plans.motion, losses: lossesAt(plans.motion.losses, request) };
   const losses = request.losses ?? {};
   if (!motion || !disk) {
     throw new Problem("The cells of this map have no motions in time here.", { status: 400 });
@@ -119,6 +120,18 @@ export async function computedMotion(computation, tables, parameters, plans, req
     ...swing(tables, cell, lossy, largest),
   };
   return { head, arrays };
+}
+
+/**
+ * Losses of the cell at a place: sides of the map may be among them.
+ * @param {MotionPlan["losses"]} losses
+ * @param {MotionRequest} request
+ * @returns {MotionPlan["losses"]}
+ */
+function lossesAt(losses, { view, x, y }) {
+  /** @type {Record<string, number>} */
+  const at = { [view.x.name]: x, [view.y.name]: y };
+  return Object.fromEntries(Object.entries(losses).map(([name, value]) => [name, at[name] ?? value]));
 }
 
 /**

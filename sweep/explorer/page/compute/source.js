@@ -101,7 +101,11 @@ export class Computing {
       const cell = await cellAt(this.#computation, plan, place, signal);
       return { ...toldCell(plan, cell, verdicts), stored };
     }
-    if (stored) return { ...stored, stored };
+    if (stored) {
+      // a motion with losses from another start than that of the cell may have another verdict
+      const isOther = place.losses && plans.motion?.lossy && !isAt(stored.start, place);
+      return { ...stored, verdict: isOther ? "" : stored.verdict, stored };
+    }
     if (plans.refused && !this.#stored) {
       throw new Problem(plans.refused.error, { hint: plans.refused.hint, status: 400 });
     }
@@ -120,6 +124,15 @@ export class Computing {
     ]);
     return computedMotion(this.#computation, motions, parameters, plans, request, signal);
   }
+}
+
+/**
+ * Whether a cell is that of a place, not only the nearest.
+ * @param {PointAnswer["start"]} start
+ * @param {Place} place
+ */
+function isAt(start, { view, x, y }) {
+  return start[view.x.name]?.value === x && start[view.y.name]?.value === y;
 }
 
 /**

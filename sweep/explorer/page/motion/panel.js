@@ -167,6 +167,7 @@ export class MotionPanel {
       const samples = new Samples(answer);
       // the page goes on between what is computed, the scene, which takes some 30 ms once, and what is drawn
       await turn();
+      if (asked.signal.aborted) return;
       if (this.scene === undefined) {
         this.#makeScene();
         await turn();
