@@ -13,9 +13,9 @@ from sweep.checks.statement import Checks, Statement, cell_in_words
 from sweep.checks.tally import difference
 from sweep.engine.compute import measure, measured_quantities
 from sweep.engine.grid import Span, starts_of
-from sweep.model.description import Columns, Starts
+from sweep.model.audit import CellCheck
+from sweep.model.description import Columns, Reference, Starts
 from sweep.model.quantity import MISSING, Quantity, Truths
-from sweep.model.reference import CellCheck, Reference
 from sweep.request.spec import SweepSpec
 from sweep.request.words import MOST_STEPS
 

@@ -8,8 +8,8 @@ import numpy.typing as npt
 
 from sweep.checks.distribution import Distribution
 from sweep.checks.statement import Statement
+from sweep.model.audit import Audit
 from sweep.model.quantity import Array
-from sweep.model.reference import Audit
 from sweep.request.spec import SweepSpec
 
 #: Number of disagreeing cells that are named.

@@ -10,8 +10,8 @@ import numpy as np
 
 from sweep.checks.tally import Tally
 from sweep.errors import counted
+from sweep.model.audit import CellCheck
 from sweep.model.quantity import Array, Truths
-from sweep.model.reference import CellCheck
 from sweep.request.spec import SweepSpec
 
 

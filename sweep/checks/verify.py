@@ -29,8 +29,8 @@ from sweep.engine.grid import Span, blocks, starts_of
 from sweep.errors import RequestError
 from sweep.files.cell_reader import CellReader, UnreadableError
 from sweep.files.reading import atlas_of
+from sweep.model.description import Reference
 from sweep.model.quantity import Array, Quantity
-from sweep.model.reference import Reference
 from sweep.progress.display import following
 from sweep.progress.timetable import SEARCHING, Progress, Show, Stage, Timetable
 from sweep.request.spec import SweepSpec

@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from sweep.model.audit import CellCheck
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.quantity import AMPLIFIED, EXTREME, PROMISED, Array, Quantity, Truths
-from sweep.model.reference import CellCheck
 
 #: Share of a time that the errors of a small swing may come to: more would say nothing of it.
 _MOST_OF_A_TIME = 0.5

@@ -15,9 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import RequestError
+from sweep.model.audit import Audit, CellCheck
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Endings, Input, Quantity, Substitute, Truths, Word
-from sweep.model.reference import ExactReference, Reference
 
 #: Values of named quantities, one per cell, shape (n,) each.
 Columns = Mapping[str, npt.NDArray[Any]]
@@ -77,6 +77,59 @@ class Request(Protocol):
 
     def __getattr__(self, name: str) -> Any:
         """Return the value of a word."""
+
+
+class Reference(Protocol):
+    """What `verify` holds the cells of an atlas against."""
+
+    @property
+    def audit(self) -> Audit:
+        """What `verify` stores."""
+
+    @property
+    def sampled(self) -> str:
+        """Which cells were held against more than themselves, in words, where these are only a sample; else empty."""
+
+    def needed(self, spec: Request) -> tuple[str, ...]:
+        """Return the variables of an atlas that `check` reads."""
+
+    def truth(self, spec: Request, starts: Starts, first: int, stored: Columns) -> Columns:
+        """Return what `check` holds cells with these starts, shape (n,), against: this calls kernels.
+
+        `first` is the number of the first of them in the atlas, which holds `stored`.
+        """
+
+    def check(
+        self, spec: Request, starts: Starts, stored: Columns, truth: Columns
+    ) -> tuple[dict[str, npt.NDArray[Any]], Sequence[CellCheck]]:
+        """Hold cells with these starts and stored values, shape (n,), against their `truth`; this calls no kernel.
+
+        `stored` has the variables `needed`, and others that the atlas holds of its cells. Returns the variables of
+        `audit`, and the check of each variable.
+        """
+
+
+class ExactReference(Reference, Protocol):
+    """A way to the extremes of a motion without time stepping; a model may lack it."""
+
+    @property
+    def variables(self) -> Mapping[str, Quantity]:
+        """The table of what an atlas of ``method=exact`` holds besides."""
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """Measures that have an exact value, in the order in which `explain` shows them."""
+
+    def measures(
+        self, spec: Request, starts: Starts, extremes_only: bool = False
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Return the measures and counts of a model, and `variables`, for starts of shape (n,).
+
+        With `extremes_only` measures may be NaN that no verdict needs.
+        """
+
+    def untimed(self, spec: Request) -> str:
+        """Return what an atlas of a spec does not know because it was made without time; empty if it knows all."""
 
 
 class Model(ABC):

@@ -7,7 +7,7 @@ import pytest
 
 from sweep.checks.statement import Checks
 from sweep.checks.tally import Tally, difference, other_bits
-from sweep.model.reference import CellCheck
+from sweep.model.audit import CellCheck
 
 
 def stated(wrong, judged, share=0.0, difference=2.0):

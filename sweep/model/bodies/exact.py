@@ -66,7 +66,7 @@ def contact_columns(spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]
 
 
 class BodyReduction(ExactReduction):
-    """See `sweep.model.reference.ExactReference`."""
+    """See `sweep.model.description.ExactReference`."""
 
     variables = REDUCTION
     audit = replace(

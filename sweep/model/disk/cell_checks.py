@@ -6,11 +6,11 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from sweep.model.audit import CellCheck
 from sweep.model.cells import LAST_BIT, AuditedCells, amplification, stated_error
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.disk.tables import REDUCTION, VARIABLES
 from sweep.model.quantity import PROMISED, UNDECIDED, Array, Truths
-from sweep.model.reference import CellCheck
 
 _EXACT = "the exact reduction"
 _PRESENT = "the ending, which says where it is missing"

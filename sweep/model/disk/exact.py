@@ -8,13 +8,13 @@ import numpy.typing as npt
 
 from kernels.disk import arrays
 from kernels.disk.exact import arrays as exact_arrays
+from sweep.model.audit import Audit, CellCheck
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.disk.cell_checks import MEASURES, ReducedCells, cell_checks
 from sweep.model.disk.initial_conditions import computed_rates
 from sweep.model.disk.tables import ENDINGS, REDUCTION, VARIABLES
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import DECISION, Array, Endings, Quantity, Tolerance, Truths, table
-from sweep.model.reference import Audit, CellCheck
 
 NOT_COMPUTED, AGREES, WITHIN, MARGINAL, ATLAS_UNRESOLVED, EXACT_UNRESOLVED, INVALID = range(7)
 AGREEING = (AGREES, WITHIN, MARGINAL)
@@ -171,7 +171,7 @@ _MOST_FALLS = 20_000
 
 
 class ExactReduction:
-    """See `sweep.model.reference.ExactReference`."""
+    """See `sweep.model.description.ExactReference`."""
 
     variables = REDUCTION
     compared = ("tilt_min", "tilt_max", "nutation_period")

@@ -11,7 +11,7 @@ from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
 from sweep.model.bodies.shape import all_on_end, check_no_fall, check_shape, complete, has_poles
 from sweep.model.bodies.tables import CALLED
-from sweep.model.description import Columns, LineWords, Request, Starts, Words
+from sweep.model.description import Columns, LineWords, Reference, Request, Starts, Words
 from sweep.model.disk.initial_conditions import check_steady_rates
 from sweep.model.kernel import Kernel
 from sweep.model.lossy_bodies import tables, theory
@@ -20,7 +20,6 @@ from sweep.model.lossy_disk.audit import SampledAudit
 from sweep.model.lossy_disk.model import LOSSY_DISK, LossyDisk, check_losses, integrator, with_constants
 from sweep.model.lossy_disk.tables import LOSSES, NO_AIR, some
 from sweep.model.quantity import Array, Truths
-from sweep.model.reference import Reference
 
 #: Of balls and spheroids, with all laws.
 _THROUGH_POLES = Kernel("kernels.lossy_bodies.poles.integrate", "integrate", seconds=20.0)

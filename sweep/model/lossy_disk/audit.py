@@ -13,12 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import counted
+from sweep.model.audit import Audit, CellCheck
 from sweep.model.cells import ROUNDING, AuditedCells
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.lossy_disk import tables
 from sweep.model.lossy_disk.sample import AGAIN, COMPARED, OTHER, Sample, smooth_motion
 from sweep.model.quantity import DECISION, OPEN, PROMISED, Array, Quantity, Tolerance, Truths, table
-from sweep.model.reference import Audit, CellCheck
 
 NOT_COMPUTED, CONSISTENT, AGREES, UNRESOLVED, INVALID, CONTRADICTORY, DIFFERS, OTHER_DIFFERS = range(8)
 
@@ -107,7 +107,7 @@ THIN_DISK = Mechanics(_energy_of_disk, _height_of_disk, smooth_motion)
 
 
 class SampledAudit:
-    """See `sweep.model.reference.Reference`; one for each audit.
+    """See `sweep.model.description.Reference`; one for each audit.
 
     Parameters
     ----------

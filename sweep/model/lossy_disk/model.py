@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from kernels.lossy_disk import arrays
 from sweep.errors import RequestError
-from sweep.model.description import Columns, LineWords, Model, Request, Starts, Words
+from sweep.model.description import Columns, LineWords, Model, Reference, Request, Starts, Words
 from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete
 from sweep.model.disk.model import DISK
 from sweep.model.kernel import Kernel
@@ -18,7 +18,6 @@ from sweep.model.lossy_disk import tables, theory, upright
 from sweep.model.lossy_disk.audit import SampledAudit
 from sweep.model.lossy_disk.tables import ARMS, BILDSTEN, MOFFATT, NO_AIR, UNKNOWN, some
 from sweep.model.quantity import Array, Input
-from sweep.model.reference import Reference
 
 
 def check_losses(values: Mapping[str, Any]) -> None:

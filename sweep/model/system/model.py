@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from sweep.model.description import Columns, LineWords, Model, Request, Starts, Words
+from sweep.model.description import Columns, LineWords, Model, Reference, Request, Starts, Words
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
-from sweep.model.reference import Reference
 from sweep.model.system import tables
 from sweep.model.system.cell_values import evaluated
 from sweep.model.system.definition import TIME, Definition, Node, Operation

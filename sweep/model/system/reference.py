@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from sweep.errors import counted
+from sweep.model.audit import Audit, CellCheck
 from sweep.model.cells import ROUNDING, AuditedCells
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.kernel import Kernel
@@ -28,7 +29,6 @@ from sweep.model.quantity import (
     Tolerance,
     table,
 )
-from sweep.model.reference import Audit, CellCheck
 from sweep.model.system import tables
 from sweep.model.system.cell_values import evaluated, labels_of, sizes
 from sweep.model.system.definition import TIME, Definition
@@ -70,7 +70,7 @@ _RULES = "the ending, which says where it is missing"
 
 
 class SampledReference:
-    """See `sweep.model.reference.Reference`; one for each audit.
+    """See `sweep.model.description.Reference`; one for each audit.
 
     Parameters
     ----------
