@@ -11,9 +11,7 @@ from sweep.explorer.body import is_body
 from sweep.explorer.losses import has_losses, has_motions, loss_words
 from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.tables import NO_AIR
-from sweep.motion.body_tables import BODY_MOTION
-from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
-from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION
+from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION, kind_of_model
 from sweep.request.spec import SweepSpec
 
 #: Rates over sqrt(g/R) are smaller: the energy has their squares.
@@ -50,10 +48,8 @@ def words_of(spec: SweepSpec, start: Mapping[str, float], losses: Mapping[str, A
     words: dict[str, Any] = dict(start) | {name: getattr(spec, name) for name in spec.constants}
     lost = loss_words(losses)
     lossy = has_losses(spec)
-    kinds = (LOSSY_BODY_MOTION, BODY_MOTION) if is_body(spec) else (LOSSY_MOTION, DISK_MOTION)
-    words |= {
-        name: getattr(spec, name) for name in spec.model.options if name in kinds[0 if lossy else 1].words
-    }
+    known = kind_of_model(spec.model).words
+    words |= {name: getattr(spec, name) for name in spec.model.options if name in known}
     fall = (LOSSY_MOTION if lossy or lost else DISK_MOTION).largest_tilt
     if hasattr(spec, fall):
         words[fall] = getattr(spec, fall)
