@@ -47,7 +47,7 @@ _COMMANDS = {
     "prepare": ("run", "Make the folder of a run without computing a cell."),
     "block": ("run", "Compute one part of a prepared run."),
     "assemble": ("run", "Write the file of a run whose blocks are all computed."),
-    "warmup": ("run", "Compile the kernels into the cache."),
+    "warmup": ("warmup", "Compile the kernels into the cache."),
 }
 
 

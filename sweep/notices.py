@@ -1,6 +1,7 @@
 """Notices of work that takes seconds: the command line shows them, a Python program is not told unless it listens.
 
-Nobody is told where EULERDISK_NOTICES is ``no``, as in scripts that expect nothing on standard error.
+EULERDISK_NOTICES=no silences them, and the lines of progress in a log: for scripts that expect nothing on standard
+error, however slow the machine is.
 """
 
 import os
@@ -17,5 +18,10 @@ def listen(listener: Callable[[str], None] | None) -> None:
 
 def notice(text: str) -> None:
     """Tell the listener what is going to take seconds, before it begins."""
-    if _listener is not None and os.environ.get("EULERDISK_NOTICES") != "no":
+    if _listener is not None and are_wanted():
         _listener(text)
+
+
+def are_wanted() -> bool:
+    """Return whether the environment lets notices be shown."""
+    return os.environ.get("EULERDISK_NOTICES") != "no"

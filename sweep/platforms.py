@@ -1,4 +1,7 @@
-"""The systems and processors that are supported; others are refused or warned, each in a sentence.
+"""The machine: all that the program asks of it, and the systems and processors that are supported.
+
+Processors, memory, free disk and the user's folder are asked for here and nowhere else, so that tests can put their own
+answers in place of these functions; whoever calls one calls it by its module, ``platforms.free_bytes(...)``.
 
 Supported are Linux and macOS on x86-64 and arm64 processors with fused multiply-add: there the tests run, and there the
 bits of the golden files were made. A system without file locks of the POSIX kind is refused: the journal of a run needs
@@ -10,10 +13,13 @@ import math
 import os
 import platform
 import re
+import shutil
 import sys
+import tempfile
 import warnings
 from collections.abc import Mapping
 from functools import lru_cache
+from pathlib import Path
 
 from sweep.errors import RequestError, SurroundingsWarning
 
@@ -55,11 +61,9 @@ def check_memory() -> None:
     ------
     RequestError
     """
-    import resource
-
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    needed = _LIBRARIES_BYTES + _THREAD_BYTES * min(_processors(), most_threads())
-    if limit != resource.RLIM_INFINITY and limit < needed:
+    limit = address_space()
+    needed = _LIBRARIES_BYTES + _THREAD_BYTES * min(processors(), most_threads())
+    if limit < needed:
         raise RequestError(
             f"The libraries need {needed / 1e6:.0f} MB of address space on this machine; this process may use "
             f"{limit / 1e6:.0f} MB.",
@@ -86,18 +90,12 @@ def most_threads() -> int:
             hint="Run `unset NUMBA_NUM_THREADS`.",
             where="NUMBA_NUM_THREADS",
         )
-    return int(asked or _processors())
+    return int(asked or processors())
 
 
 def available_threads() -> int:
-    """Return how many threads this process may use: its CPU affinity, and the CPU quota of its control group."""
-    affinity = _processors()
-    try:
-        with open("/sys/fs/cgroup/cpu.max", encoding="ascii") as file:
-            quota, period = file.read().split()
-        return max(1, min(affinity, -(-int(quota) // int(period))))
-    except (OSError, ValueError):
-        return affinity
+    """Return how many threads this process may use: its processors, within the CPU quota of its control group."""
+    return max(1, min(processors(), math.ceil(min(processor_quota(), 1e9))))
 
 
 def usual_threads() -> int:
@@ -105,9 +103,49 @@ def usual_threads() -> int:
     return min(available_threads(), most_threads())
 
 
-def _processors() -> int:
+def processors() -> int:
     """Return how many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def processor_quota() -> float:
+    """Return how many processors' time the control group of this process may take; infinite without a quota."""
+    try:
+        with open("/sys/fs/cgroup/cpu.max", encoding="ascii") as file:
+            quota, period = file.read().split()
+        return int(quota) / int(period)
+    except (OSError, ValueError, ZeroDivisionError):
+        return math.inf
+
+
+def address_space() -> float:
+    """Return how many bytes of addresses this process may use; infinite without a limit."""
+    import resource
+
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return math.inf if limit == resource.RLIM_INFINITY else limit
+
+
+def free_bytes(folder: Path) -> float:
+    """Return the bytes that are free on the disk of a folder; infinite if the file system does not say."""
+    # a file system that has no size does not say what it takes: /proc takes nothing, some network mounts anything
+    usage = shutil.disk_usage(folder)
+    return usage.free if usage.total else math.inf
+
+
+def cache_home() -> Path:
+    """Return the folder in which this user keeps what can be made again.
+
+    A user without a home, as in a container that runs under a bare number, has a folder among the temporary files.
+    """
+    import platformdirs
+
+    try:
+        folder = Path(platformdirs.user_cache_dir("eulerdisk", appauthor=False))
+    except RuntimeError:
+        folder = Path("~")
+    # older versions of platformdirs leave "~" as it is, which would name a folder here
+    return folder if folder.is_absolute() else Path(tempfile.gettempdir(), f"eulerdisk-{os.getuid()}")
 
 
 def processor() -> str:

@@ -1,11 +1,15 @@
-"""Compile what tests need beside the kernels of `eulerdisk warmup`: scripts/test runs it while one processor is idle.
+"""Compile what tests would compile one by one: the kernels of `eulerdisk warmup`, and what tests need besides.
 
-None of it is compiled by that command at the same time. What is missing here is compiled by the first test with it.
+scripts/test runs it first. What is missing here is compiled by the first test with it.
 """
+
+import sys
+from functools import partial
 
 import lossy_referee
 
 import sweep
+from sweep.commands.warmup import perform, usual_tasks
 
 LOSSES = [
     ("rolling", {"roll_rate": 3.0, "tilt": "5deg", "contour_friction": "1um"}),
@@ -22,9 +26,15 @@ LOSSES = [
 ]
 SYSTEMS = ["henon_heiles", "kapitza", "magnets"]
 
+
+def tasks():
+    """Return all tasks by their names."""
+    found = dict(usual_tasks()[0])
+    found["referee"] = partial(lossy_referee.run, lossy_referee.starts(tilt=0.1, roll_rate=1.0), duration=0.1)
+    found |= {f"losses {k}": partial(sweep.run, LOSSES[k][0], **LOSSES[k][1]) for k in range(len(LOSSES))}
+    return found | {name: partial(sweep.simulate, name, duration=1e-3) for name in SYSTEMS}
+
+
 if __name__ == "__main__":
-    lossy_referee.run(lossy_referee.starts(tilt=0.1, roll_rate=1.0), duration=0.1)
-    for preset, words in LOSSES:
-        sweep.run(preset, **words, progress=False)
-    for preset in SYSTEMS:
-        sweep.simulate(preset, duration=1e-3)
+    for name, seconds in perform(tasks()):
+        sys.stdout.write(f"{name:<20} {seconds:6.1f} s\n")

@@ -2,16 +2,19 @@
 
 import fcntl
 import os
+import random
 import secrets
 import shlex
 import signal
 import sys
 import zlib
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import settings
+from whole_run import WholeRun
+
+from sweep import platforms
 
 # Compiling the first kernel takes seconds; hypothesis would count them against the one example that met it.
 settings.register_profile("same", deadline=None, derandomize=True)
@@ -29,10 +32,8 @@ for name in ("FORCE_COLOR", "PY_COLORS", "GITHUB_ACTIONS"):
     os.environ.pop(name, None)
 os.environ.update(NO_COLOR="1", TERM="dumb", COLUMNS="200")
 
-# Commands and tests share one cache of compiled kernels, apart from the user's, that lasts to the next run.
-# which command compiles a kernel depends on the tests before: none of them says so
+# Which command compiles a kernel depends on the tests before, and which one is slow on the machine: none says so.
 os.environ["EULERDISK_NOTICES"] = "no"
-os.environ.setdefault("EULERDISK_CACHE_DIR", str(Path(__file__).parents[1] / ".pytest_cache" / "kernels"))
 
 
 def pytest_addoption(parser):
@@ -40,25 +41,30 @@ def pytest_addoption(parser):
     parser.addoption("--seed", type=int, default=0, help="draw other random numbers and examples than by day")
     fresh = {"action": "store_const", "const": secrets.randbits(32), "dest": "seed"}
     parser.addoption("--fresh-seeds", **fresh, help="the same, with a seed that is drawn and told")
+    pretend = (
+        "answer so where the program asks its machine, e.g. free_bytes=2e9 or processors=16 (sweep.platforms)"
+    )
+    parser.addoption("--pretend", action="append", default=[], metavar="NAME=NUMBER", help=pretend)
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config):
-    """Give hypothesis the seed, if there is one."""
+    """Watch over the whole run, and give hypothesis the seed, if there is one."""
+    config.pluginmanager.register(WholeRun(config))
     if config.option.seed:
         settings.load_profile("fresh")
         config.option.hypothesis_seed = config.option.seed
 
 
-def pytest_collection_modifyitems(items):
-    """Begin with the slow lane, so that no process is left alone with a long test at the end."""
-    items.sort(key=lambda item: item.get_closest_marker("slow_lane") is None)
-
-
-def pytest_terminal_summary(terminalreporter, config):
-    """Tell how to repeat what was drawn."""
+def pytest_collection_modifyitems(config, items):
+    """Begin with the slow lane, so that no process is left alone with a long test at the end; shuffle with a seed."""
     if config.option.seed:
-        terminalreporter.write_line(f"drawn with --seed {config.option.seed}")
+        # file by file, as most fixtures serve a file
+        dice, names = random.Random(config.option.seed), sorted({str(item.path) for item in items})
+        place = {name: dice.random() for name in names}
+        dice.shuffle(items)
+        items.sort(key=lambda item: place[str(item.path)])
+    items.sort(key=lambda item: item.get_closest_marker("slow_lane") is None)
 
 
 @pytest.fixture
@@ -71,6 +77,26 @@ def rng(request):
 def count(request):
     """Return a function of two numbers: how many examples a test draws by day, and how many with another seed."""
     return lambda by_day, fresh: fresh if request.config.option.seed else by_day
+
+
+@pytest.fixture
+def machine(monkeypatch):
+    """Return a function that answers for the machine: numbers by the names of functions of `sweep.platforms`."""
+
+    def answer(**answers):
+        for name, number in answers.items():
+            monkeypatch.setattr(platforms, name, lambda *_, number=number: number)
+
+    return answer
+
+
+@pytest.fixture(scope="session", autouse=True)
+def pretended(request):
+    """Let this process of tests find another machine, if it was asked for."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, _, number in (each.partition("=") for each in request.config.option.pretend):
+            patch.setattr(platforms, name, lambda *_, number=float(number): number)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -25,6 +25,7 @@ from kernels.disk.arrays import (
     TILT_MIN,
 )
 from kernels.native import workers
+from sweep import platforms
 from sweep.engine.compute import Block, compute, use_threads
 from sweep.engine.grid import BLOCK_CELLS, blocks, starts_of, whole
 from sweep.model.disk.model import DISK
@@ -78,7 +79,7 @@ def run(starts, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance=1e-8
     """Integrate starts, float64[len(PARAMETERS), n]; with all threads unless told otherwise."""
     n = starts.shape[1]
     measures, counts = unwritten(n)
-    workers.use(workers.processors() if threads is None else threads)
+    workers.use(platforms.processors() if threads is None else threads)
     try:
         # without the compiler the kernels are plain Python, whose floats warn of what compiled ones pass over
         with np.errstate(all="ignore"):

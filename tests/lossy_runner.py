@@ -8,6 +8,7 @@ import numpy as np
 
 from kernels.lossy_disk.arrays import COUNTS, FRICTION, LOSSES, MEASURES, SAMPLES, SETTINGS
 from kernels.native import workers
+from sweep import platforms
 from sweep.model.kernel import Kernel
 from sweep.model.lossy_disk.model import LossyDisk
 
@@ -38,7 +39,7 @@ def run(starts, *, air="none", variant="", threads=None, **settings):
     n = starts.shape[1]
     measures, counts = np.full((len(MEASURES), n), -777.0), np.full((len(COUNTS), n), -777, np.int32)
     kernel = Kernel("kernels.lossy_disk.integrate", variant or WITH_ALL_LAWS[air]).load()
-    workers.use(workers.processors() if threads is None else threads)
+    workers.use(platforms.processors() if threads is None else threads)
     try:
         with np.errstate(all="ignore"):
             kernel(np.ascontiguousarray(starts), row, measures, counts)

@@ -1,10 +1,15 @@
 """Systems and processors: what is supported is silent, what cannot work is refused, the rest is warned of once."""
 
+import math
 import os
 import platform
+import pwd
+import resource
 import subprocess
 import sys
+import tempfile
 import warnings
+from collections import namedtuple
 
 import pytest
 from llvmlite import binding
@@ -17,7 +22,7 @@ _NO_LOCKS = "import sys; sys.modules['fcntl'] = None; "
 
 
 @pytest.fixture
-def machine(monkeypatch):
+def simulated(monkeypatch):
     """Return a function that simulates a system, an architecture and the features of a processor."""
 
     def simulate(system, architecture, features=None):
@@ -61,9 +66,9 @@ def without_locks(statement):
     ("architecture", "features"),
     [("x86_64", {"fma": True}), ("AMD64", {"fma": True}), ("arm64", None), ("aarch64", None)],
 )
-def test_supported_machines_are_silent(machine, system, architecture, features):
+def test_supported_machines_are_silent(simulated, system, architecture, features):
     """Linux and macOS on x86-64 with fused multiply-add, or on arm64, which always has it."""
-    machine(system, architecture, features)
+    simulated(system, architecture, features)
     assert said() == []
 
 
@@ -78,21 +83,21 @@ def test_supported_machines_are_silent(machine, system, architecture, features):
         ("freebsd14", "x86_64", {"fma": True}, "freebsd14"),
     ],
 )
-def test_other_machines_are_warned_of_once(machine, system, architecture, features, named):
+def test_other_machines_are_warned_of_once(simulated, system, architecture, features, named):
     """One warning names what is not supported, what is, and what to expect of the atlas."""
-    machine(system, architecture, features)
+    simulated(system, architecture, features)
     (text,) = said()
     assert named in text
     assert "Linux and macOS on x86-64 and arm64" in text
     assert "last bits" in text
 
 
-def test_the_warning_comes_with_the_first_kernel(machine):
+def test_the_warning_comes_with_the_first_kernel(simulated):
     """A motion on an unknown processor is computed, and the warning comes when its kernel is loaded."""
     import sweep
     from sweep.model import kernel
 
-    machine("linux", "riscv64")
+    simulated("linux", "riscv64")
     kernel._loaded.cache_clear()
     with pytest.warns(SurroundingsWarning, match="riscv64") as caught:
         motion = sweep.simulate(sweep.TrajectorySpec.from_words(["tilt=0.1", "duration=0.1"]))
@@ -101,16 +106,66 @@ def test_the_warning_comes_with_the_first_kernel(machine):
 
 
 @pytest.mark.parametrize(
-    ("quota", "threads"),
-    [("max 100000", 8), ("150000 100000", 2), ("50000 100000", 1), ("9900000 100000", 8), ("nonsense", 8)],
+    ("text", "quota"),
+    [("max 100000", math.inf), ("150000 100000", 1.5), ("50000 0", math.inf), ("nonsense", math.inf)],
 )
-def test_threads_follow_the_cpu_quota(monkeypatch, tmp_path, quota, threads):
-    """A container's CPU quota counts, rounded up, besides the affinity."""
+def test_the_quota_of_a_control_group(monkeypatch, tmp_path, text, quota):
+    """A container's CPU quota is a number of processors; what cannot be read limits nothing."""
     file = tmp_path / "cpu.max"
-    file.write_text(quota + "\n")
-    monkeypatch.setattr(platforms.os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
+    file.write_text(text + "\n")
     monkeypatch.setattr(platforms, "open", lambda *_, **__: file.open(), raising=False)
-    assert platforms.available_threads() == threads
+    assert platforms.processor_quota() == quota
+
+
+@pytest.mark.parametrize(
+    ("quota", "asked", "available", "usual"),
+    [(math.inf, "", 8, 8), (1.5, "", 2, 2), (0.5, "", 1, 1), (99.0, "", 8, 8), (6.2, "3", 7, 3)],
+)
+def test_threads_follow_the_quota(machine, monkeypatch, quota, asked, available, usual):
+    """The quota counts, rounded up, besides the affinity; NUMBA_NUM_THREADS limits the kernels alone."""
+    monkeypatch.setenv("NUMBA_NUM_THREADS", asked)
+    machine(processors=8, processor_quota=quota)
+    assert (platforms.available_threads(), platforms.usual_threads()) == (available, usual)
+
+
+def test_processors_are_those_of_the_affinity(monkeypatch):
+    """Where the system has one; otherwise all that there are."""
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {1, 3, 5}, raising=False)
+    assert platforms.processors() == 3
+    monkeypatch.delattr(os, "sched_getaffinity")
+    monkeypatch.setattr(os, "cpu_count", lambda: 6)
+    assert platforms.processors() == 6
+
+
+def test_the_free_room_of_a_disk(monkeypatch, tmp_path):
+    """What the system says, and no limit where a file system has no size."""
+    usage = namedtuple("usage", "total used free")
+    monkeypatch.setattr(platforms.shutil, "disk_usage", lambda _: usage(10**12, 0, 31))
+    assert platforms.free_bytes(tmp_path) == 31
+    monkeypatch.setattr(platforms.shutil, "disk_usage", lambda _: usage(0, 0, 0))
+    assert platforms.free_bytes(tmp_path) == math.inf
+
+
+def test_the_limit_of_addresses(monkeypatch):
+    """The soft limit of `ulimit -v`, or none."""
+    monkeypatch.setattr(resource, "getrlimit", lambda kind: (2**31, resource.RLIM_INFINITY))
+    assert platforms.address_space() == 2**31
+    monkeypatch.setattr(resource, "getrlimit", lambda kind: (resource.RLIM_INFINITY,) * 2)
+    assert platforms.address_space() == math.inf
+
+
+def test_a_user_without_a_home_has_a_cache(monkeypatch, tmp_path):
+    """Under a bare number without HOME, as in a container, the cache is among the temporary files."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+    if sys.platform == "linux":
+        assert platforms.cache_home() == tmp_path / "xdg" / "eulerdisk"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert tmp_path in platforms.cache_home().parents
+    monkeypatch.delenv("HOME")
+    monkeypatch.setattr(pwd, "getpwuid", lambda number: {}[number])
+    monkeypatch.setattr(tempfile, "gettempdir", lambda: str(tmp_path))
+    assert platforms.cache_home() == tmp_path / f"eulerdisk-{os.getuid()}"
 
 
 def test_a_system_without_locks_is_refused_on_the_command_line():

@@ -4,12 +4,13 @@ Who can write such a file decides what runs here, as what is loaded is machine c
 used. Numba's own cache has neither check: a damaged file of it ends the process.
 """
 
+import fcntl
 import hashlib
 import json
 import os
 import re
 import stat
-from contextlib import suppress
+from contextlib import contextmanager, nullcontext, suppress
 
 from kernels.native.machine_code import MachineCode, vector_bits
 
@@ -78,10 +79,32 @@ class KernelCache:
         found = _kept(path, key) if path else b""
         if not found or not is_usable(found):
             self._announce()
-            found = make()
-            if path and found:
-                self._publish(path, _checksum(key, found) + found)
+            # processes that begin together, as tests and the jobs of an array, would each compile the same
+            with _one_at_a_time(path) if path else nullcontext():
+                found = _kept(path, key) if path else b""
+                if not found or not is_usable(found):
+                    found = make()
+                    if path and found:
+                        self._publish(path, _checksum(key, found) + found)
         return found
+
+
+@contextmanager
+def _one_at_a_time(path):
+    """Wait until no other process makes this file; one that is ended lets go of it, and without locks nobody waits."""
+    lock = path.with_suffix(".lock")
+    try:
+        handle = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o644)
+    except OSError:
+        yield
+        return
+    try:
+        with suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        lock.unlink(missing_ok=True)
+        os.close(handle)
 
 
 def _kept(path, key):

@@ -1,11 +1,10 @@
 """The threads that kernels run in."""
 
-import os
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor
 
 _chosen = threading.local()
-_usual = 0
+_usual = 1
 
 
 def use(threads):
@@ -20,13 +19,8 @@ def use_usually(threads):
 
 
 def used():
-    """Return how many threads the kernels use that this Python thread calls: chosen, usual, or one per processor."""
-    return getattr(_chosen, "threads", 0) or _usual or processors()
-
-
-def processors():
-    """Return how many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    """Return how many threads the kernels use that this Python thread calls: chosen, or usual."""
+    return getattr(_chosen, "threads", 0) or _usual
 
 
 def run(work, most):

@@ -1,12 +1,10 @@
 """Compute atlases: at once, in parts for array jobs, and what comes before a run.
 
-Commands: `run`; `prepare`, `block` and `assemble`; `plan` and `warmup`.
+Commands: `run`; `prepare`, `block` and `assemble`; `plan`.
 """
 
 import re
 import shlex
-import time
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -194,10 +192,10 @@ def plan(
     check_target(output, True)
     found, used, there = None, 1, 1
     if calibrate:
+        from sweep import platforms
         from sweep.engine.compute import usable_threads
-        from sweep.platforms import available_threads
 
-        used, there = usable_threads(threads), available_threads()
+        used, there = usable_threads(threads), platforms.available_threads()
         found = Forecast.measured(request, threads)
         block_cells = block_cells or suitable_block(found.rate, least_cells(threads))
     show("\n".join(describe(request, output, found, block_cells, used, there)))
@@ -211,48 +209,6 @@ def plan(
     except RequestError as problem:
         show(f"does not fit: {problem}")
         raise typer.Exit(1) from None
-
-
-def warmup() -> None:
-    """Compile the kernels into the cache, for images and clusters, and say where it is.
-
-    These are the kernels of every method, of contact forces, of balls, of the presets and of motions. Each other set of
-    laws of loss has its own, and so have spheroids but for method=rk4: the first run with them compiles them.
-
-    EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them. With
-    EULERDISK_NOTICES=no nothing is said of what takes seconds.
-    """
-    from sweep.model import registry
-    from sweep.model.kernel import Kernel, cache_root, check_cache
-    from sweep.motion.tables import kind_of_model
-    from sweep.request.spec import SweepSpec
-    from sweep.request.spec_file import presets
-    from sweep.runs.forecast import coarse
-    from sweep.runs.in_memory import run
-
-    kernels: list[Kernel] = []
-    for model in registry.every():
-        specs = {method: SweepSpec(model=model.name, method=method) for method in model.methods}
-        specs |= {word: SweepSpec(model=model.name, **dict([word.split("=")])) for word in model.additions}
-        if "body" in model.options:
-            specs["ball"] = SweepSpec(model=model.name, body="ball")
-        # a preset may need a variant of the kernels; how long its motions last does not matter
-        short = {"duration": 1e-3, "criterion": "departure:5deg"}
-        specs |= {name: coarse(SweepSpec.preset(name, **short), 1) for name in presets(model)}
-        for name, spec in specs.items():
-            if set(model.kernels(spec)) <= set(kernels):
-                continue
-            began = time.perf_counter()
-            run(spec)
-            kernels += model.kernels(spec)
-            show(f"{model.name} {name:<6} ready after {time.perf_counter() - began:.1f} s")
-        if model.motion:
-            began = time.perf_counter()
-            for kernel in import_module(kind_of_model(model).path).KERNELS:
-                kernel.make_ready()
-            show(f"{model.name} motion ready after {time.perf_counter() - began:.1f} s")
-    check_cache(kernels)
-    show(f"cache  {cache_root()}")
 
 
 def _warn(request: "SweepSpec", words: list[str] | None) -> None:

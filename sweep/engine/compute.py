@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from sweep import platforms
 from sweep.engine.grid import Span, completed, starts_at, starts_of
 from sweep.errors import RequestError, shown
 from sweep.model.description import Columns, Model, Starts
 from sweep.model.kernel import Kernel, code_hash
 from sweep.model.quantity import Quantity
-from sweep.platforms import most_threads, usual_threads
 from sweep.request.sources import Distribution, Range, Values, philox
 from sweep.request.spec import SweepSpec
 from sweep.request.start_table import Column
@@ -256,8 +256,8 @@ def usable_threads(threads: int | None) -> int:
     RequestError
         If `threads` is out of range.
     """
-    most = most_threads()
-    wanted = usual_threads() if threads is None else threads
+    most = platforms.most_threads()
+    wanted = platforms.usual_threads() if threads is None else threads
     if not _is_whole(wanted) or not 1 <= wanted <= most:
         raise RequestError(
             f"threads must be a whole number from 1 to {most}; got {shown(threads)}.",

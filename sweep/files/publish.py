@@ -8,6 +8,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from sweep import platforms
 from sweep.atomic import create_temporary, create_temporary_folder, publish, publish_folder
 from sweep.errors import RequestError, StorageError
 
@@ -85,7 +86,7 @@ def refusals(
 
 
 def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> StorageError:
-    free = shutil.disk_usage(path.parent).free
+    free = platforms.free_bytes(path.parent)
     # netCDF and HDF5 do not always tell the number of the system's error
     code = getattr(problem, "errno", None) or _probe(path.parent, int(needed))
     if code == errno.EFBIG:
@@ -105,8 +106,9 @@ def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> Storag
     else:
         wrong = "The file could not be written"
         hint = "Free some space, or give another name or folder"
+    room = f"; {free / 1e6:.0f} MB are free" if math.isfinite(free) else ""
     return StorageError(
-        f"{wrong}: {problem}; {free / 1e6:.0f} MB are free" + (f", {kept}." if kept else "."),
+        f"{wrong}: {problem}" + room + (f", {kept}." if kept else "."),
         hint=f"{hint}, and run the same command again." if kept else f"{hint}.",
         where=str(path),
     )
@@ -142,7 +144,7 @@ def check_room(path: Path, needed: float) -> None:
     ------
     RequestError
     """
-    free = free_bytes(path)
+    free = platforms.free_bytes(path.parent)
     if needed > free:
         raise RequestError(
             f"The atlas does not fit on the disk: the file and the journal that it is made from take about "
@@ -150,13 +152,6 @@ def check_room(path: Path, needed: float) -> None:
             hint=f"Free {size(needed - free)}, use fewer cells or another disk.",
             where=str(path),
         )
-
-
-def free_bytes(path: Path) -> float:
-    """Return the bytes that are free on the disk of a file, which need not exist; infinite if that is not known."""
-    # a file system that has no size does not say what it takes: /proc takes nothing, some network mounts anything
-    usage = shutil.disk_usage(path.parent)
-    return usage.free if usage.total else math.inf
 
 
 def size(count: float) -> str:

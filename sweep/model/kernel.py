@@ -19,10 +19,10 @@ from importlib.util import find_spec, resolve_name
 from pathlib import Path
 from typing import Any
 
+from sweep import platforms
 from sweep.atomic import publish_bytes
 from sweep.errors import RequestError, SurroundingsWarning, shown
 from sweep.notices import notice
-from sweep.platforms import usual_threads, warn_of_processor
 
 _CACHE = "kernels.native.cache"
 
@@ -70,8 +70,8 @@ class Kernel:
 @lru_cache
 def _loaded(kernel: Kernel) -> Callable[..., Any]:
     _check_vectors()
-    warn_of_processor()
-    import_module("kernels.native.workers").use_usually(usual_threads())
+    platforms.warn_of_processor()
+    import_module("kernels.native.workers").use_usually(platforms.usual_threads())
     found: Callable[..., Any] = getattr(import_module(kernel.module), kernel.function)
     # one notice for all entry points of the kernel
     announce = lru_cache(partial(_announce, kernel))
@@ -242,11 +242,9 @@ def _spec(module: str) -> ModuleSpec | None:
 
 
 def cache_root() -> Path:
-    """Return the folder of all caches: $EULERDISK_CACHE_DIR, or the user's cache folder."""
-    import platformdirs
-
+    """Return the folder of all caches: $EULERDISK_CACHE_DIR, or that of this user."""
     named = os.environ.get("EULERDISK_CACHE_DIR")
-    return Path(named or platformdirs.user_cache_dir("eulerdisk", appauthor=False))
+    return Path(named) if named else platforms.cache_home()
 
 
 def cache_folder(modules: Iterable[str]) -> Path:

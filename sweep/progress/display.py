@@ -8,6 +8,7 @@ from importlib import import_module
 from threading import Event, Thread
 from typing import TYPE_CHECKING, Any, TextIO
 
+from sweep import notices
 from sweep.errors import RequestError, shown
 from sweep.progress.timetable import Progress, Show, Status, duration
 
@@ -99,10 +100,11 @@ def _shown(opened: Callable[[], AbstractContextManager[Show]], patience: float) 
 def showing(stream: TextIO | None = None, quiet: bool = False) -> Iterator[Show]:
     """Yield a function that shows the status of a run: a bar on a terminal, a line every few seconds in a log.
 
-    The progress is shown on standard error if no stream is given, and not at all if `quiet`.
+    The progress is shown on standard error if no stream is given, and not at all if `quiet`, or in a log where notices
+    are not wanted.
     """
     stream = stream or sys.stderr
-    if quiet:
+    if quiet or not (stream.isatty() or notices.are_wanted()):
         yield lambda _: None
         return
     with _bar(stream) if stream.isatty() else _log(stream) as show:

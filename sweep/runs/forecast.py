@@ -12,6 +12,7 @@ from typing import Final, Self
 
 import numpy as np
 
+from sweep import platforms
 from sweep.atlas.cf_metadata import cell_declarations
 from sweep.engine.compute import (
     check_device,
@@ -25,7 +26,7 @@ from sweep.engine.compute import (
 )
 from sweep.engine.grid import MOST_BLOCK_CELLS, Span, whole
 from sweep.errors import RequestError, counted
-from sweep.files.publish import FILE_SHARE, check_room, free_bytes, size
+from sweep.files.publish import FILE_SHARE, check_room, size
 from sweep.files.raw_chunks import packed
 from sweep.model.kernel import chunk_cells
 from sweep.model.quantity import Quantity
@@ -379,7 +380,7 @@ def describe(
         taken = duration(found.seconds(spec, threads, processors))
         expected, about = f"about {taken} ({found.rate:.3g} cells per second)", "about"
         journal, file = found.journal_bytes(spec), found.file_bytes(spec)
-    free = free_bytes(path)
+    free = platforms.free_bytes(path.parent)
     room = f"{size(free)} free" if math.isfinite(free) else "free space unknown"
     return [
         f"cells    {spec.size} ({shape})",

@@ -12,12 +12,12 @@ from typing import Self
 
 import numpy as np
 
+from sweep import platforms
 from sweep.atlas.cf_metadata import PACKAGES
 from sweep.atomic import publish_bytes
 from sweep.engine.compute import arithmetic_hash
 from sweep.engine.grid import Span, blocks, starts_of
 from sweep.errors import RequestError
-from sweep.platforms import processor
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.values import both_written
@@ -37,7 +37,7 @@ SAME_BITS = (
 def machine_facts(spec: SweepSpec) -> dict[str, str]:
     """Return the kind of processor that kernels are compiled for, and the SHA-256 of the starts of a spec."""
     name, features = (os.environ.get(f"NUMBA_CPU_{each}", "") for each in ("NAME", "FEATURES"))
-    return {"processor": f"{name or processor()} {features}".rstrip(), "starts": starts_hash(spec)}
+    return {"processor": f"{name or platforms.processor()} {features}".rstrip(), "starts": starts_hash(spec)}
 
 
 def starts_hash(spec: SweepSpec) -> str:

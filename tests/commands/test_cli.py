@@ -17,11 +17,12 @@ CHECKOUT = Path(__file__).parents[2]
 SLOW_TO_LOAD = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "matplotlib", "pandas"}
 
 
-def test_a_request_that_this_machine_cannot_meet_has_one_message(command, tmp_path):
-    """Others are in tests/promises/frozen/refusals.txt. Each ends with 2 and one line; nothing is touched."""
+def test_a_request_that_this_machine_cannot_meet_has_one_message(command, machine, tmp_path):
+    """Status 2 and one line; nothing is touched."""
+    machine(free_bytes=50e9, processors=2)
     for line, facts in (
-        ("run rolling roll_rate=0:9:30000 tilt=0:1:33000 -o a.nc", ["GB", "free"]),
-        ("run rolling roll_rate=3 tilt=1deg --threads 0 -o a.nc", ["threads", "from 1 to", "got 0"]),
+        ("run rolling roll_rate=0:9:30000 tilt=0:1:33000 -o a.nc", ["50 GB", "a.nc"]),
+        ("run rolling roll_rate=3 tilt=1deg --threads 0 -o a.nc", ["threads", "1 to 2", "0"]),
     ):
         status, out, err = command(line)
         assert (status, out, err.count("\n")) == (2, "", 1)

@@ -2,7 +2,6 @@
 
 import io
 import os
-import resource
 import shlex
 import subprocess
 import sys
@@ -103,9 +102,9 @@ def test_files_may_not_become_large(atlas):
     assert not list(atlas.glob(".eulerdisk*"))
 
 
-def test_little_memory_is_refused_before_it_is_needed(monkeypatch, command, tmp_path):
+def test_little_memory_is_refused_before_it_is_needed(machine, command, tmp_path):
     """Under 400 MB the libraries would end the process or wait for ever: status 2, with the limit to set."""
-    monkeypatch.setattr(resource, "getrlimit", lambda kind: (400 * 2**20, resource.RLIM_INFINITY))
+    machine(address_space=400 * 2**20)
     status, out, told = command(SMALL)
     assert (status, out, told.count("\n")) == (2, "", 1)
     assert "419 MB" in told
@@ -114,13 +113,12 @@ def test_little_memory_is_refused_before_it_is_needed(monkeypatch, command, tmp_
     assert list(tmp_path.iterdir()) == []
 
 
-def test_memory_is_needed_for_each_thread(monkeypatch):
+def test_memory_is_needed_for_each_thread(machine, monkeypatch):
     """Each thread that may run counts, as many as NUMBA_NUM_THREADS at most."""
     monkeypatch.delenv("NUMBA_NUM_THREADS", raising=False)
-    monkeypatch.setattr(resource, "getrlimit", lambda kind: (950e6, resource.RLIM_INFINITY))
-    monkeypatch.setattr(platforms, "_processors", lambda: 1)
+    machine(address_space=950e6, processors=1)
     platforms.check_memory()
-    monkeypatch.setattr(platforms, "_processors", lambda: 8)
+    machine(processors=8)
     with pytest.raises(RequestError, match="need 1600 MB"):
         platforms.check_memory()
     monkeypatch.setenv("NUMBA_NUM_THREADS", "1")

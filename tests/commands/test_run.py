@@ -1,17 +1,16 @@
 """`run`, `plan` and `warmup`: the file is the atlas that was asked for; plan and warmup say what they found."""
 
+import math
 import os
 import re
 import subprocess
 import sys
-from collections import namedtuple
 from pathlib import Path
 
 import pytest
 import xarray as xr
 
 import sweep
-from sweep.files import publish
 from sweep.files.reading import open_atlas
 from sweep.model.kernel import cache_root
 
@@ -117,8 +116,9 @@ def test_plan_measures(command):
     assert re.search(r"time +about [\d.]+ (s|min) \([\d.e+]+ cells per second\)", out)
 
 
-def test_plan_says_what_does_not_fit(command):
+def test_plan_says_what_does_not_fit(command, machine):
     """A run larger than the disk: status 1."""
+    machine(free_bytes=50e9)
     status, out, _ = command("plan rolling roll_rate=0:9:30000 tilt=0:1:33000 contact=yes --no-calibrate")
     assert status == 1
     assert "does not fit" in out
@@ -132,11 +132,9 @@ def test_plan_refuses_an_output_that_cannot_be(command):
     assert "no such folder" in err
 
 
-def test_a_file_system_without_a_size_is_not_a_full_one(command, monkeypatch):
+def test_a_file_system_without_a_size_is_not_a_full_one(command, machine):
     """Some say that they have no room at all, and take what comes."""
-    monkeypatch.setattr(
-        publish.shutil, "disk_usage", lambda _: namedtuple("usage", "total used free")(0, 0, 0)
-    )
+    machine(free_bytes=math.inf)
     status, out, _ = command("plan rolling --no-calibrate")
     assert status == 0
     assert "free space unknown" in out

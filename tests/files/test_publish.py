@@ -81,9 +81,9 @@ def test_a_limit_of_files_is_told_in_the_units_of_the_shell(tmp_path, needed, hi
         (4.0e9, 1.0e6, "about 4000 MB, and 1.0 MB are free in .*: 3999 MB too little"),
     ],
 )
-def test_what_does_not_fit_is_told_with_what_lacks(tmp_path, monkeypatch, needed, free, told):
+def test_what_does_not_fit_is_told_with_what_lacks(tmp_path, machine, needed, free, told):
     """Two numbers that are written alike would not say why; nothing is written."""
-    monkeypatch.setattr(publish, "free_bytes", lambda path: free)
+    machine(free_bytes=free)
     with pytest.raises(RequestError, match=told):
         publish.check_room(tmp_path / "a.nc", needed)
     publish.check_room(tmp_path / "a.nc", free)

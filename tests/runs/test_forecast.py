@@ -1,13 +1,11 @@
 """What a run will take: its time from what was measured, and its bytes on disk as it then takes them."""
 
-from collections import namedtuple
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from sweep.errors import RequestError
-from sweep.files import publish
 from sweep.request.spec import SweepSpec
 from sweep.runs import forecast, journal
 from sweep.runs.forecast import Forecast, check_run_fits, coarse
@@ -70,13 +68,12 @@ def test_the_bytes_on_disk_are_foretold(peak, tmp_path, words):
     )
 
 
-def test_a_run_is_refused_only_where_it_does_not_fit(monkeypatch):
+def test_a_run_is_refused_only_where_it_does_not_fit(machine, monkeypatch):
     """Between the bound and what a sample shows it is begun; below that it is refused, with the bytes that it needs."""
     bound = forecast.journal_bytes(MILLION, MILLION.size) + forecast.file_bytes(MILLION)
-    usage = namedtuple("usage", "total used free")
 
     def with_free(size):
-        monkeypatch.setattr(publish.shutil, "disk_usage", lambda _: usage(10**12, 0, int(size)))
+        machine(free_bytes=size)
         check_run_fits(Path("atlas.nc"), MILLION, MILLION.size)
 
     monkeypatch.setattr(forecast, "_keeping", lambda spec, rate: (0.0, 20.0, 30.0))
@@ -86,10 +83,9 @@ def test_a_run_is_refused_only_where_it_does_not_fit(monkeypatch):
         with_free(49e6)
 
 
-def test_what_is_computed_already_needs_no_room_in_the_journal(monkeypatch):
+def test_what_is_computed_already_needs_no_room_in_the_journal(machine, monkeypatch):
     """A run that goes on needs room for the rest of the journal, and for the whole file."""
-    usage = namedtuple("usage", "total used free")
-    monkeypatch.setattr(publish.shutil, "disk_usage", lambda _: usage(10**12, 0, 31 * 10**6))
+    machine(free_bytes=31e6)
     monkeypatch.setattr(forecast, "_keeping", lambda spec, rate: (0.0, 20.0, 30.0))
     check_run_fits(Path("atlas.nc"), MILLION, 0)
     with pytest.raises(RequestError, match="does not fit"):

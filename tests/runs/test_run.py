@@ -4,7 +4,6 @@ import errno
 import json
 import os
 import tracemalloc
-from collections import namedtuple
 from functools import partial
 
 import netCDF4
@@ -157,10 +156,9 @@ def test_a_folder_that_cannot_be_written(path, monkeypatch):
     assert str(path.parent) in refused("folder cannot be written", run_to_file, SPEC, path)
 
 
-def test_a_disk_that_is_too_small(path, monkeypatch):
+def test_a_disk_that_is_too_small(path, machine, monkeypatch):
     """The room for atlas and journal is looked for before anything is computed; a disk that is large enough will do."""
-    usage = namedtuple("usage", "total used free")
-    monkeypatch.setattr(publish.shutil, "disk_usage", lambda _: usage(10**9, 0, 10**6))
+    machine(free_bytes=1e6)
     monkeypatch.setattr(executor, "measure_block", None)
     monkeypatch.setattr(forecast, "block_cells", None)
     large = SPEC.replace(tilt="1deg:5deg:20000")
@@ -170,14 +168,13 @@ def test_a_disk_that_is_too_small(path, monkeypatch):
     publish.check_room(path, 0.9e6)
 
 
-def test_a_run_that_goes_on_needs_room_too(path, monkeypatch):
+def test_a_run_that_goes_on_needs_room_too(path, machine, monkeypatch):
     """What is kept stays, and nothing is computed."""
     large = SPEC.replace(tilt="1deg:5deg:20000")
     journal = array_jobs.prepare(large, path, block_cells=10_000)
     array_jobs.compute_part(journal.folder, 1, 2)
     held = journal.held()
-    usage = namedtuple("usage", "total used free")
-    monkeypatch.setattr(publish.shutil, "disk_usage", lambda _: usage(10**9, 0, 10**6))
+    machine(free_bytes=1e6)
     monkeypatch.setattr(executor, "measure_block", None)
     refused("does not fit on the disk", run_to_file, large, path)
     assert journal.held() == held != {}

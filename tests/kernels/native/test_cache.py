@@ -1,7 +1,10 @@
 """The cache of compiled kernels: what is damaged is compiled again, and what others can write is not loaded."""
 
+import errno
 import os
 import stat
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -156,3 +159,42 @@ def test_the_owner_of_a_file_is_this_user_or_root(tmp_path):
     for owner, problem in [(os.geteuid(), ""), (0, ""), (4711, "belongs to another user (uid 4711)")]:
         status = os.stat_result((mode & ~0o022, *rest[:3], owner, *rest[4:]))
         assert cache.problem_of(status) == problem
+
+
+_BESIDE = """
+import sys, time, pathlib
+from kernels.native.cache import KernelCache
+from sweep.atomic import publish_bytes
+def make():
+    print("made", flush=True)
+    time.sleep(0.5)
+    return b"code"
+print(KernelCache(pathlib.Path(sys.argv[1]), publish_bytes, lambda: None).bytes_of("a", "key", make))
+"""
+
+
+def test_processes_that_begin_together_compile_once(tmp_path):
+    """The others wait for the first one, and find what it has made; no lock is left."""
+    begun = [
+        subprocess.Popen(
+            [sys.executable, "-c", _BESIDE, str(tmp_path)],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for _ in range(3)
+    ]
+    told = [each.communicate()[0].split() for each in begun]
+    assert sorted(told) == [["b'code'"], ["b'code'"], ["made", "b'code'"]]
+    assert [each.suffix for each in tmp_path.iterdir()] == [cache.ENDING]
+
+
+def test_where_nothing_can_be_locked_everybody_compiles(tmp_path, monkeypatch):
+    """As on some network mounts."""
+
+    def refuse(*_):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(cache.fcntl, "flock", refuse)
+    assert not found_in(tmp_path)
+    assert found_in(tmp_path)

@@ -1,0 +1,92 @@
+"""Compile kernels before they are needed, in as many processes as there are processors. Command: `warmup`."""
+
+import multiprocessing
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from sweep import platforms
+from sweep.commands.terminal import show
+
+if TYPE_CHECKING:
+    from sweep.model.kernel import Kernel
+
+#: Work whose first use of a kernel compiles it, by its name; it is sent to another process.
+Tasks = Mapping[str, Callable[[], object]]
+
+
+def warmup() -> None:
+    """Compile the kernels into the cache, for images and clusters, and say where it is.
+
+    These are the kernels of every method, of contact forces, of balls, of the presets and of motions. Each other set of
+    laws of loss has its own, and so have spheroids but for method=rk4: the first run with them compiles them.
+
+    EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them.
+    EULERDISK_NOTICES=no silences the notices of what takes seconds.
+    """
+    from sweep.model.kernel import cache_root, check_cache
+
+    tasks, kernels = usual_tasks()
+    for name, seconds in perform(tasks):
+        show(f"{name:<20} ready after {seconds:.1f} s")
+    check_cache(kernels)
+    show(f"cache  {cache_root()}")
+
+
+def usual_tasks() -> "tuple[Tasks, list[Kernel]]":
+    """Return a task for each set of kernels of methods, additions, presets and motions, and the kernels of the runs."""
+    from sweep.model import registry
+    from sweep.request.spec import SweepSpec
+    from sweep.request.spec_file import presets
+    from sweep.runs.forecast import coarse
+    from sweep.runs.in_memory import run
+
+    tasks: dict[str, Callable[[], object]] = {}
+    kernels: list[Kernel] = []
+    for model in registry.every():
+        specs = {method: SweepSpec(model=model.name, method=method) for method in model.methods}
+        specs |= {word: SweepSpec(model=model.name, **dict([word.split("=")])) for word in model.additions}
+        if "body" in model.options:
+            specs["ball"] = SweepSpec(model=model.name, body="ball")
+        # a preset may need a variant of the kernels; how long its motions last does not matter
+        short = {"duration": 1e-3, "criterion": "departure:5deg"}
+        specs |= {name: coarse(SweepSpec.preset(name, **short), 1) for name in presets(model)}
+        for name, spec in specs.items():
+            needed = model.kernels(spec)
+            if not set(needed) <= set(kernels):
+                kernels += needed
+                tasks[f"{model.name} {name}"] = partial(run, spec)
+        if model.motion:
+            tasks[f"{model.name} motion"] = partial(_compile_motion, model.name)
+    return tasks, kernels
+
+
+def _compile_motion(model: str) -> None:
+    from sweep.model import registry
+    from sweep.motion.tables import kind_of_model
+
+    for kernel in import_module(kind_of_model(registry.named(model)).path).KERNELS:
+        kernel.make_ready()
+
+
+def perform(tasks: Tasks) -> Iterator[tuple[str, float]]:
+    """Perform tasks in as many processes as there are processors; yield the name and the seconds of each, in order."""
+    if not tasks:
+        return
+    # spawned: a process that is forked would have the threads' locks without the threads
+    spawn = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(min(platforms.available_threads(), len(tasks)), mp_context=spawn) as pool:
+        try:
+            yield from zip(tasks, pool.map(_timed, tasks.values()), strict=True)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _timed(task: Callable[[], object]) -> float:
+    began = time.perf_counter()
+    task()
+    return time.perf_counter() - began
