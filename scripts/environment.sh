@@ -52,17 +52,17 @@ make_environment() {
 }
 
 find_python() {
-    local candidate candidates=(python3.13 python3.12 python3.11 python3)
+    local candidate candidates=(python3.14 python3.13 python3 "$HOME"/.pyenv/versions/3.1[3-9]*/bin/python3)
     [ -z "${PYTHON:-}" ] || candidates=("$PYTHON")
     for candidate in "${candidates[@]}"; do
         # Asked to run, not only looked up: a version manager's placeholder exists and fails.
-        if "$candidate" -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1; then
+        if "$candidate" -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 13))' >/dev/null 2>&1; then
             printf '%s\n' "$candidate"
             return
         fi
     done
     {
-        echo "No usable Python found. The project needs Python 3.11 or newer, with its venv and pip modules."
+        echo "No usable Python found. The project needs Python 3.13 or newer, with its venv and pip modules."
         echo "Tried: ${candidates[*]}."
         echo "Install one (Debian and Ubuntu keep venv in a package of its own, python3-venv), or name one:"
         echo "    PYTHON=/path/to/python3 $0"

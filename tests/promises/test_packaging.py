@@ -64,7 +64,7 @@ def test_one_list_of_systems(monkeypatch):
         classifiers = tomllib.load(file)["project"]["classifiers"]
     systems = {each.rpartition(" :: ")[2] for each in classifiers if each.startswith("Operating System")}
     assert systems == {"Linux", "MacOS"}
-    needed = "From a checkout, with Python 3.11 or newer (venv and pip) and bash, on Linux, macOS or WSL:"
+    needed = "From a checkout, with Python 3.13 or newer (venv and pip) and bash, on Linux, macOS or WSL:"
     for page in ("README.md", "docs/index.md"):
         assert needed in (CHECKOUT / page).read_text().splitlines()
     monkeypatch.setitem(sys.modules, "fcntl", None)
@@ -131,7 +131,7 @@ def test_metadata(wheel: zipfile.ZipFile) -> None:
     assert [fields[name] for name in names] == [
         "eulerdisk",
         sweep.__version__,
-        ">=3.11",
+        ">=3.13",
         "BSD-3-Clause AND MIT",
     ]
     assert metadata(wheel, "licenses/LICENSE") == (CHECKOUT / "LICENSE").read_text(encoding="utf-8")
@@ -167,7 +167,7 @@ def test_scripts_are_executable() -> None:
 
 
 def test_scripts_ask_for_a_usable_python(tmp_path: Path) -> None:
-    """Without Python 3.11 a script exits with 2, says what it needs, what it tried and what to do."""
+    """Without Python 3.13 a script exits with 2, says what it needs, what it tried and what to do."""
     checkout = tmp_path / "a check out"
     for folder in ("scripts", ".ci"):
         shutil.copytree(CHECKOUT / folder, checkout / folder, ignore=shutil.ignore_patterns("node_modules"))
@@ -180,6 +180,6 @@ def test_scripts_ask_for_a_usable_python(tmp_path: Path) -> None:
             [checkout / command], env=environment, capture_output=True, text=True, check=False
         )
         assert done.returncode == 2, command
-        for said in ("Python 3.11 or newer", str(placeholder), "PYTHON=/path/to/python3"):
+        for said in ("Python 3.13 or newer", str(placeholder), "PYTHON=/path/to/python3"):
             assert said in done.stderr, command
     assert not (checkout / ".venv").exists()
