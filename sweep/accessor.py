@@ -139,9 +139,7 @@ class Eulerdisk:
                 hint="Name a parameter and an edge, upper or lower.",
             )
         name = along[0]
-        names = dict(zip(edge_names(name, edge), given, strict=True))
-        status = status_name(name, edge)
-        names |= {status: "status"} if status in atlas else {}
+        names = dict(zip(edge_names(name, edge), given, strict=True)) | {status_name(name, edge): "status"}
         part = atlas[list(names)].rename(names)
         # it is not an atlas any more
         part.attrs = {}

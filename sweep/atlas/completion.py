@@ -16,7 +16,7 @@ from sweep.atlas.cf_metadata import (
     cell_declarations,
     created,
     edge_declarations,
-    edge_names,
+    edge_quantities,
 )
 from sweep.atlas.dataset import as_variable, coordinates, edge_variables
 from sweep.request.spec import SweepSpec
@@ -85,20 +85,18 @@ def without_boundary(dataset: "xr.Dataset") -> "xr.Dataset":
 
 
 def _lost_parameters(dataset: "xr.Dataset", spec: SweepSpec) -> list[str]:
-    """Return the fixed parameters that an atlas lacks, but for those that atlases of older versions never had."""
-    parameters = spec.model.parameters
-    return [name for name in spec.fixed if name not in dataset.variables and not parameters[name].added_later]
+    """Return the fixed parameters that an atlas lacks."""
+    return [name for name in spec.fixed if name not in dataset.variables]
 
 
 def _has_lost_boundary(dataset: "xr.Dataset", spec: SweepSpec) -> bool:
     """Return whether an atlas lacks an edge that every grid has along a control, or its curves."""
     if spec.is_list:
         return False
-    lost = [
-        name
+    lost = any(
+        name not in dataset.variables
         for axis in spec.model.controls(spec.axes)
-        for name in edge_names(axis, "upper")
-        if name not in dataset.variables
-    ]
+        for name in edge_quantities(spec.model, axis, "upper")
+    )
     has_curves = spec.boundary_width is not None and len(spec.axes) > 1
-    return bool(lost) or (has_curves and "curve_point_count" not in dataset.variables)
+    return lost or (has_curves and "curve_point_count" not in dataset.variables)

@@ -18,7 +18,7 @@ from sweep.atlas.cf_metadata import (
     global_attributes,
     status_name,
 )
-from sweep.atlas.row_edges import ROW_STATUS, ROW_UNDECIDED, RowEdges, legal
+from sweep.atlas.row_edges import ROW_STATUS, ROW_UNDECIDED
 from sweep.engine.grid import chunk_shape
 from sweep.errors import RequestError
 from sweep.model.description import Columns
@@ -159,26 +159,24 @@ def in_order(variable: "xr.DataArray | xr.Variable", dims: Sequence[Any]) -> npt
 def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.int8]:
     """Return why the rows of an edge have a boundary or none (`sweep.atlas.row_edges.RowEdges.status`).
 
-    In the dimensions of the measured boundary; from the verdicts, if the atlas is older than the variable that says so.
+    In the dimensions of the measured boundary.
 
     Raises
     ------
     RequestError
-        If the variable holds a code that there is not.
+        If the variable is missing, or holds a code that there is not.
     """
-    name, measured = status_name(axis, edge), edge_names(axis, edge)[0]
-    if name in dataset:
-        # where xarray has masked rows, flags are floats
-        stored: npt.NDArray[Any] = np.nan_to_num(dataset[name].values, nan=ROW_UNDECIDED)
-        if strange := sorted({*np.unique(stored).tolist()} - {*ROW_STATUS}):
-            raise RequestError(
-                f"The file is damaged: {name} holds {strange[0]}, which is none of {', '.join(map(str, ROW_STATUS))}.",
-                hint="Make it again with eulerdisk run.",
-                where=place_of(dataset),
-            )
-        return stored.astype(np.int8)
-    verdicts = legal(in_order(dataset["stability"], (*dataset[measured].dims, axis)))
-    return RowEdges.of(verdicts, verdicts.ndim - 1).status(edge)
+    name = status_name(axis, edge)
+    require(dataset, [name])
+    # where xarray has masked rows, flags are floats
+    stored: npt.NDArray[Any] = np.nan_to_num(dataset[name].values, nan=ROW_UNDECIDED)
+    if strange := sorted({*np.unique(stored).tolist()} - {*ROW_STATUS}):
+        raise RequestError(
+            f"The file is damaged: {name} holds {strange[0]}, which is none of {', '.join(map(str, ROW_STATUS))}.",
+            hint="Make it again with eulerdisk run.",
+            where=place_of(dataset),
+        )
+    return stored.astype(np.int8)
 
 
 def coordinates(spec: SweepSpec) -> list[tuple[Declaration, npt.NDArray[Any]]]:

@@ -18,7 +18,6 @@ from sweep.atlas.cf_metadata import (
     cell_declarations,
     curve_declarations,
     edge_declarations,
-    status_name,
 )
 from sweep.errors import RequestError, counted, printable, shown
 from sweep.model.quantity import Array, Quantity
@@ -151,11 +150,9 @@ def _groups(spec: SweepSpec) -> list[Sequence[Declaration]]:
 def _variable_problems(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     grid = dataset["ending"].dims
     declared = {each.name: each for each in cell_declarations(spec)}
-    # atlases of version 0.1 have no row status; it is derived for them
-    added = {status_name(axis, edge) for axis in spec.model.controls(spec.axes) for edge in EDGES}
     for group in _groups(spec):
         declared |= {each.name: each for each in group}
-        names = [each.name for each in group if each.name not in added]
+        names = [each.name for each in group]
         present = [name in dataset for name in names]
         if any(present) and not all(present):
             yield f"{names[present.index(False)]} is missing beside {names[present.index(True)]}"

@@ -31,7 +31,7 @@ FREE: Mapping[str, str] = {
     "versions": "the libraries that were there when the cells were computed",
 }
 
-#: Attributes of a variable that say what its values mean. The others are words that a later version may put otherwise.
+#: Attributes of a variable that say what its values mean. Other code may put the others in other words.
 _MEANING = (
     "units",
     "flag_values",
@@ -52,7 +52,7 @@ _READ_OTHERWISE = (
 #: What attributes of variables are held against.
 _TABLE = "the table of the model"
 
-#: Global attributes that a later version may put otherwise.
+#: Global attributes that other code may put in other words.
 _WORDS = (
     "Conventions", "summary", "keywords", "references", "criterion_meaning", "software", "license", "citation",
 )  # fmt: skip
@@ -109,8 +109,7 @@ def attribute_statements(
     boundary : iterable of Declaration
         The variables of the boundary that its verdicts have.
     own : bool
-        Whether the code that made the atlas is this code. If it, or the version, is not, words that a later version may
-        put otherwise, and variables that it may have added, are not judged.
+        Whether the code that made the atlas is this code. If it, or the version, is not, words are not judged.
     """
     # words may change with the version though the arithmetic stays
     own = own and str(dataset.attrs.get("source")).startswith(f"eulerdisk {__version__}, ")
@@ -127,10 +126,8 @@ def attribute_statements(
     for name, each in declared.items():
         if name in dataset:
             yield from _of_variable(each, dataset[name], own, "source" in dataset.encoding, scalars)
-        elif own:
-            yield _wrong(name, "what every atlas of its spec has", "missing")
         else:
-            yield Statement(name, "not in the file: made by other code, which may not have known it")
+            yield _wrong(name, "what every atlas of its spec has", "missing")
     for name in [str(each) for each in dataset.variables if each not in declared]:
         yield Statement(name, "no variable of an atlas of its spec")
 
@@ -139,9 +136,7 @@ def _of_global(
     spec: SweepSpec, stored: _Attributes, name: str, value: object, own: bool
 ) -> Iterator[Statement]:
     if name not in stored:
-        # older files may lack words, units, and numbers that the coordinates have too
-        if own or not (name in _WORDS or name.endswith("_units") or name in spec.fixed):
-            yield _wrong(name, "what every atlas has", "missing")
+        yield _wrong(name, "what every atlas has", "missing")
         return
     against, fits = _FORMS.get(name, ("its spec and this version", None))
     right = fits(spec, stored, str(stored[name])) if fits else _equal(stored[name], value)
@@ -177,7 +172,7 @@ def _of_variable(
     right = 0
     for name, value in expected.items():
         given = stored.get(name)
-        if given is not None and (_equal(given, value) or (not own and _older(name, given, value))):
+        if given is not None and _equal(given, value):
             right += 1
         elif own or name in _MEANING:
             words = "missing" if given is None else f"{shown(given)} instead of {shown(value)}"
@@ -205,14 +200,3 @@ def _equal(stored: Any, expected: Any) -> bool:
     if isinstance(stored, str) or isinstance(expected, str):
         return isinstance(stored, str) and isinstance(expected, str) and stored == expected
     return np.array_equal(np.asarray(stored), np.asarray(expected))
-
-
-def _older(name: str, given: Any, value: Any) -> bool:
-    """Return whether flags and coordinates are those of a version that knew fewer of them."""
-    if name == "flag_values":
-        return np.array_equal(given, np.asarray(value)[: np.size(given)])
-    if name == "coordinates":
-        return set(str(given).split()) <= set(str(value).split())
-    if name == "flag_meanings":
-        return isinstance(given, str) and str(value).split()[: len(given.split())] == given.split()
-    return False

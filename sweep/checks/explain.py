@@ -75,7 +75,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     measures = model.cell_variables(spec)
     require(dataset, ("stability", *spec.criterion.needs(model)))
     table = {**measures, **model.parameters}
-    # an older file has no measure that was added later
+    # another program may have left out some
     cell = {name: _value_at(dataset, name, place) for name in (*measures, *spec.computed) if name in dataset}
     stored = dict.fromkeys(measures, np.nan)
     stored |= {name: float(value) for name, value in cell.items()}

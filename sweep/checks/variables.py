@@ -75,11 +75,10 @@ def lacking(name: str, pair: Pair) -> str:
 
 
 def may_lack(variable: Variable, pair: Pair) -> bool:
-    """Return whether one atlas may lack a variable: the reference what a version has added, both what is foreign."""
+    """Return whether one atlas may lack a variable: the reference one of the cells, both what is foreign."""
     if variable.kind in (COORDINATE, FOREIGN):
         return True
-    added = variable.kind == CELL or (variable.kind == EDGE and variable.quantity.flags is not None)
-    return added and variable.name in pair.new
+    return variable.kind == CELL and variable.name in pair.new
 
 
 def cut_along(variable: Variable, pair: Pair) -> str:

@@ -169,7 +169,7 @@ class _Audit:
             self.spec,
             (*self._reference.needed(self.spec), *self.spec.model.cell_variables(self.spec)),
         )
-        # an older file lacks those that were added later
+        # another program may have left some out
         self._held = [
             name
             for name in dict.fromkeys(names)
@@ -287,11 +287,7 @@ def _checked(dataset: "xr.Dataset", seed: int | None) -> tuple[SweepSpec, Refere
             dataset,
             f"each variable must have the dimensions {', '.join(spec.axes) or '()'}; {', '.join(odd)} has others",
         )
-    # an older file has no coordinate for a parameter that was added later
-    later = {name for name in spec.fixed if spec.model.parameters[name].added_later}
     for each in coordinate_declarations(spec):
-        if each.name in later and each.name not in dataset:
-            continue
         shape = tuple(len(getattr(spec, name)) for name in each.dims)
         if each.name not in dataset or dataset[each.name].shape != shape:
             _refuse(dataset, f"the coordinate {each.name} does not have the values of its spec")

@@ -27,10 +27,8 @@ if TYPE_CHECKING:
 #: Characters of a line, and lines, of an attribute that are shown.
 _MOST_SHOWN, _MOST_LINES = 300, 30
 
-#: Attributes that may be missing, because another program has removed them.
+#: Attributes that say who made an atlas, and those that say on which terms it is used. Other programs remove some.
 _MAKERS = ("title", "history", "source", "sweep_fingerprint")
-
-#: Attributes that say on which terms an atlas is used; files of older versions have none.
 _TERMS = ("license", "citation")
 
 

@@ -76,7 +76,7 @@ class AuditedCells:
     spec : Request
     starts : mapping of str to array
     stored : mapping of str to array
-        What the atlas holds of the cells, or of an older atlas some of that.
+        What the atlas holds of the cells: another program may have left some out.
     """
 
     def __init__(self, spec: Request, starts: Starts, stored: Columns) -> None:
@@ -101,7 +101,7 @@ class AuditedCells:
 
     @cached_property
     def derived(self) -> Columns:
-        """What follows from the stored measures; one that an older atlas does not hold counts as missing."""
+        """What follows from the stored measures; one that the atlas lacks counts as missing."""
         model, missing = self.spec.model, np.full(self.every.shape, np.nan)
         measured = {**dict.fromkeys((*model.measures, *model.counts), missing), **self.stored}
         return {**model.derive(self.starts, measured), "amplification": amplification(self.reach, self.scale)}

@@ -150,8 +150,7 @@ class Input(Quantity):
     `allows` takes an array of values in `units` and returns an array of bool. Every rule is an interval, so a
     range is allowed if both its ends are. `words` may be given instead of a number; `meaning` says of several what each
     asks for; `constants` has those that stand for a number, which no request can write. The boundary of stability is
-    sought along every axis that is a `control`. `added_later` marks what older atlases do not mention: the canonical
-    text of a spec leaves it out while it has its default, which therefore must never change.
+    sought along every axis that is a `control`.
     """
 
     default: float | str
@@ -160,7 +159,6 @@ class Input(Quantity):
     words: tuple[str, ...] = ()
     meaning: str = ""
     control: bool = False
-    added_later: bool = False
     constants: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), hash=False)
 
 
@@ -181,7 +179,7 @@ class Substitute(Quantity):
 
 @dataclass(frozen=True)
 class Word:
-    """A setting that is text, not a number; one of `choices`, if there are any. `added_later` as in `Input`.
+    """A setting that is text, not a number; one of `choices`, if there are any.
 
     `decides` says whether it changes the cells of an atlas: one that only adds variables does not. `remark` says why
     there are no other choices, where that helps.
@@ -191,7 +189,6 @@ class Word:
     long_name: str
     default: str
     choices: tuple[str, ...] = ()
-    added_later: bool = False
     decides: bool = True
     remark: str = ""
 

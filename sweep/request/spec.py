@@ -120,7 +120,6 @@ class SweepSpec:
     device: str
     substitutes: Mapping[str, str]
     _values: Mapping[str, Any]
-    _stated: tuple[str, ...]
 
     # the names of words are the user's, and "self" may be one of them
     def __init__(self, /, **words: Any) -> None:
@@ -129,8 +128,7 @@ class SweepSpec:
         order = words.pop("axes", None)
         check_known(words, model)
         substitutes, words = substitutes_in(words, model), resolved(words, model)
-        defaults = _defaults(model)
-        values = {**defaults, **{name: read_word(name, raw, model) for name, raw in words.items()}}
+        values = {**_defaults(model), **{name: read_word(name, raw, model) for name, raw in words.items()}}
         given = tuple(name for name in words if isinstance(values[name], Range | Values))
         values, given = with_list(model, values, given, words)
         try:
@@ -144,7 +142,6 @@ class SweepSpec:
             ("model", model),
             ("axes", given if order is None else read_axes(order, given)),
             ("_values", MappingProxyType(values)),
-            ("_stated", _stated(values, defaults, model)),
             ("substitutes", MappingProxyType(substitutes)),
         ):
             object.__setattr__(self, name, value)
@@ -428,7 +425,7 @@ class SweepSpec:
 
     def canonical(self) -> str:
         """Return the spec as ASCII JSON with sorted keys, numbers in SI, the same text for equal specs."""
-        words = {name: _to_json(self._values[name]) for name in self._stated}
+        words = {name: _to_json(value) for name, value in self.words().items()}
         if self.model.name != registry.DEFAULT:
             words["model"] = self.model.name
         if self.model.text:
@@ -452,10 +449,9 @@ class SweepSpec:
         """
         try:
             words = with_system({name: _from_json(value) for name, value in json.loads(text).items()})
-            rows = _rows(model_for(words.get("model"), ()))
-            # a word that a later version brought is not in an older atlas: it has its default there
-            needed = ["axes", *(name for name, row in rows.items() if not row.added_later)]
-            missing = [name for name in needed if name not in words]
+            given = {**dict.fromkeys(WORDS, ""), **words}
+            needed = ("axes", *names(model_for(words.get("model"), ())))
+            missing = [name for name in needed if name not in words and not implied(name, given)]
             if missing:
                 raise ValueError(f"it lacks {', '.join(missing)}")
             return cls(**words)
@@ -473,24 +469,8 @@ def _unpickled(text: str, starts: StartTable | str) -> SweepSpec:
 
 
 def _defaults(model: Model) -> dict[str, Any]:
-    return {name: read_word(name, row.default, model) for name, row in _rows(model).items()}
-
-
-def _stated(values: Mapping[str, Any], defaults: Mapping[str, Any], model: Model) -> tuple[str, ...]:
-    """Return the words that a canonical text holds.
-
-    Older atlases do not mention what was added later: so their texts and fingerprints stay.
-    """
-    rows = _rows(model)
-    return tuple(
-        name
-        for name, value in values.items()
-        if not (rows[name].added_later and value == defaults[name]) and not implied(name, values)
-    )
-
-
-def _rows(model: Model) -> dict[str, Input | Word]:
-    return {**model.parameters, **model.settings, **options(model), **WORDS}
+    rows: dict[str, Input | Word] = {**model.parameters, **model.settings, **options(model), **WORDS}
+    return {name: read_word(name, row.default, model) for name, row in rows.items()}
 
 
 def _toml_value(value: object) -> str:

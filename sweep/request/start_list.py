@@ -37,13 +37,13 @@ def _counts(values: Array) -> Truths:
 START = Input(
     "start", "", "1", "number of the start", DECISION,
     "cells are a list of starts, not a grid; each has its own values of the parameters that are listed", "i4",
-    default="", rule="a whole number, at least 0", allows=_counts, added_later=True,
+    default="", rule="a whole number, at least 0", allows=_counts,
 )  # fmt: skip
 WORDS: Mapping[str, Word | Input] = {
     **table(
-        Word("samples", "how many random starts there are", "", added_later=True),
-        Word("seed", "which random starts they are", "0", added_later=True),
-        Word("starts", "a table of starts that are given one by one", "", added_later=True),
+        Word("samples", "how many random starts there are", ""),
+        Word("seed", "which random starts they are", "0"),
+        Word("starts", "a table of starts that are given one by one", ""),
     ),
     START.name: START,
 }

@@ -45,8 +45,8 @@ def options(model: Model) -> Mapping[str, Word]:
         Word("criterion", "what counts as unstable", model.default_criterion),
         Word("method", "how the motion is integrated", model.methods[0], model.methods, remark=no_exact),
         *model.options.values(),
-        Word("boundary", "how closely the boundary is sought", GRID, added_later=True),
-        Word("device", "what the cells are computed on", model.devices[0], model.devices, added_later=True),
+        Word("boundary", "how closely the boundary is sought", GRID),
+        Word("device", "what the cells are computed on", model.devices[0], model.devices),
     )
 
 

@@ -55,9 +55,8 @@ def starts_hash(spec: SweepSpec) -> str:
     return digest.hexdigest()
 
 
-#: Version of the journal: names and contents of its files. 1 stored all columns whole, 2 stored them as ZIP archives.
-#: 3 did not say on which kind of machine it was begun; 4 held a probe of how the machine rounds.
-FORMAT = 5
+#: Version of the journal: names and contents of its files.
+FORMAT = 1
 
 #: Packages whose versions decide the bits of a cell, and those that are recorded only.
 _ARITHMETIC = ("numba", "llvmlite", "numpy")

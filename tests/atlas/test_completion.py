@@ -25,6 +25,7 @@ def test_what_was_left_out_is_found_again(atlas):
     """To the bit, with the attributes that it had; `history` says that it was."""
     for names in [
         ["boundary_roll_rate"],
+        ["boundary_roll_rate_status"],
         ["critical_roll_rate", "predicted_roll_rate"],
         ["curve_point_count"],
         ["alpha", "gravity"],

@@ -159,7 +159,7 @@ def test_a_bracket_is_no_narrower_than_what_is_known():
         assert (half > 1e-11).all()
 
 
-def test_an_older_atlas_without_a_variable_is_refused():
+def test_an_atlas_without_a_variable_is_refused():
     """Another criterion on an atlas that lacks its variable is refused by name."""
     atlas = sweep.run(ROLLING)
     with pytest.raises(RequestError, match="lacks nutation_period"):

@@ -175,17 +175,17 @@ def test_a_cell_that_was_tampered_with(command, tmp_path):
     assert (status, "tilt_max DIFFER beyond the tolerance" in " ".join(out.split())) == (1, True)
 
 
-def test_a_measure_that_an_older_atlas_does_not_have():
-    """What a later version records besides is left out of the report; nothing is refused, and the rest is repeated."""
+def test_a_measure_that_the_atlas_lacks():
+    """The report leaves out a measure that was dropped from the atlas; nothing is refused, and the rest is repeated."""
     atlas = sweep.run(ROLLING)
     cell = {"roll_rate": 3.5, "tilt": "0.1deg"}
     whole = explain(atlas, cell)
-    older = explain(atlas.drop_vars(["nutation_period", "amplification", "steps"]), cell)
-    assert older.exactly
-    assert math.isnan(older.stored["nutation_period"])
-    lost = [line.split()[0] for line in whole.text.splitlines() if line not in older.text.splitlines()]
+    part = explain(atlas.drop_vars(["nutation_period", "amplification", "steps"]), cell)
+    assert part.exactly
+    assert math.isnan(part.stored["nutation_period"])
+    lost = [line.split()[0] for line in whole.text.splitlines() if line not in part.text.splitlines()]
     assert lost == ["amplification", "nutation_period", "steps", "nutation_period", "linear"]
-    assert cell_plot.figure(older).axes
+    assert cell_plot.figure(part).axes
     with pytest.raises(sweep.RequestError, match="lacks tilt_max, which this needs"):
         explain(atlas.drop_vars("tilt_max"), cell)
 

@@ -293,8 +293,8 @@ def test_a_missing_variable_is_named():
                     verify(dataset.drop_vars(name))
             else:
                 gone.append(name)
-        found = wrong_values(dataset.drop_vars(gone))
-        assert set(gone) <= found.keys()
+        for code in (dataset.attrs["kernel_hash"], "0" * 64):
+            assert set(gone) <= wrong_values(dataset.drop_vars(gone).assign_attrs(kernel_hash=code)).keys()
         assert {"fall_time", "tilt_error"} <= set(gone)
 
 
@@ -423,6 +423,19 @@ def test_a_corrupt_origin_is_named(files):
             assert name in wrong_values(stripped)
         with pytest.raises(RequestError, match="canonical"):
             verify(dataset.assign_attrs(sweep_spec="{}"))
+
+
+def test_what_other_code_left_out_is_named():
+    """Whoever made an atlas, it has all its global attributes, and all flags of a variable."""
+    dataset = atlas("rolling").assign_attrs(kernel_hash="0" * 64)
+    assert wrong_values(dataset) == {}
+    gone = {"license", "radius", "radius_units", "criterion_meaning"}
+    stripped = dataset.copy(deep=True)
+    stripped.attrs = {name: value for name, value in dataset.attrs.items() if name not in gone}
+    flags = stripped["ending"].attrs
+    flags["flag_values"] = flags["flag_values"][:-1]
+    flags["flag_meanings"] = flags["flag_meanings"].rpartition(" ")[0]
+    assert wrong_values(stripped).keys() == gone | {"ending:flag_values", "ending:flag_meanings"}
 
 
 def test_nothing_is_free_without_a_reason():

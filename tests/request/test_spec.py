@@ -1,8 +1,5 @@
 """The request for an atlas: the same in Python, TOML and words, kept in a text, and never changed."""
 
-import dataclasses
-import hashlib
-import json
 import math
 import os
 import pickle
@@ -14,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sweep.errors import RequestError
-from sweep.model.disk.model import DISK, Disk
+from sweep.model.disk.model import DISK
 from sweep.request.criterion import Criterion
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
@@ -105,87 +102,6 @@ def test_a_spec_reads_back_from_its_texts(tmp_path_factory, spec):
         assert same == spec
         assert hash(same) == hash(spec)
         assert same.fingerprint() == spec.fingerprint()
-
-
-def test_the_canonical_text():
-    """The canonical text is ASCII JSON with sorted keys that holds ranges as such, and its hash is SHA-256."""
-    spec = SweepSpec(tilt="0.1:0.2:3:log", alpha=[0.5, 1], title="Münze")
-    text = spec.canonical()
-    assert text.isascii()
-    words = json.loads(text)
-    assert list(words) == sorted(words)
-    assert words["axes"] == ["tilt", "alpha"]
-    assert words["tilt"] == {"start": 0.1, "stop": 0.2, "count": 3, "spacing": "log"}
-    assert words["alpha"] == {"values": [0.5, 1.0]}
-    assert words["criterion"] == {"kind": "departure", "limit": math.pi / 36}
-    assert spec.fingerprint() == hashlib.sha256(text.encode()).hexdigest()
-
-
-#: The canonical text of a file that is older than the words contact, boundary and device.
-OLDER = (
-    '{"alpha":0.5,"axes":["roll_rate","tilt"],"criterion":{"kind":"departure","limit":0.1},"duration":300.0,'
-    '"fall_tilt":1.4,"gravity":9.81,"method":"rk4","precession_rate":0.0,"radius":0.5,'
-    '"roll_rate":{"count":13,"spacing":"linear","start":1.0,"stop":4.0},"step":"auto",'
-    '"tilt":{"values":[0.1,0.2]},"tilt_rate":0.0,"title":"","tolerance":1e-08}'
-)
-
-
-def test_an_older_text_has_the_defaults_of_what_came_later():
-    """What an older text does not mention has its default, and the text is still its own canonical text."""
-    spec = SweepSpec.from_canonical(OLDER)
-    assert (spec.contact, spec.boundary, spec.device) == ("no", "grid", "cpu")
-    assert (spec.axes, spec.shape) == (("roll_rate", "tilt"), (13, 2))
-    assert spec.canonical() == OLDER
-
-
-def test_a_parameter_that_comes_later_leaves_older_texts_readable(monkeypatch):
-    """With one parameter more, marked as added later, an older text reads as the same request, with its default."""
-    later = dataclasses.replace(DISK.parameters["tilt_rate"], name="wobble", default=0.25, added_later=True)
-    monkeypatch.setattr(Disk, "parameters", {**DISK.parameters, "wobble": later})
-    spec = SweepSpec.from_canonical(OLDER)
-    assert spec.wobble == 0.25
-    assert spec.canonical() == OLDER
-    other = spec.replace(wobble=0.5)
-    assert json.loads(other.canonical())["wobble"] == 0.5
-    assert SweepSpec.from_canonical(other.canonical()) == other
-
-
-def test_other_text_is_not_canonical():
-    """What `canonical` did not write is refused: no JSON, missing words, unknown words, unknown models."""
-    for text, facts in [
-        ("", []),
-        ("[]", []),
-        ("{}", ["tilt", "axes", "criterion"]),
-        ("3", []),
-        ("{'tilt': 0.1}", []),
-        ("[" * 100_000, []),
-        (None, []),
-        (OLDER.replace('"radius":0.5,', ""), ["lacks radius"]),
-        (OLDER.replace('"axes":["roll_rate","tilt"],', ""), ["lacks axes"]),
-        (OLDER.replace('"radius"', '"size"'), ["radius"]),
-        (OLDER.replace('"method"', '"colour":"red","method"'), ["colour"]),
-        (OLDER.replace('"method"', '"model":"sphere","method"'), ["sphere", "disk"]),
-        (OLDER.replace('"linear"', '"linear","colour":"red"'), ["colour"]),
-        (OLDER.replace("9.81", "NaN"), ["gravity"]),
-    ]:
-        with pytest.raises(RequestError) as caught:
-            SweepSpec.from_canonical(text)
-        assert all(fact in str(caught.value) for fact in facts), str(caught.value)
-        assert caught.value.hint
-
-
-def test_different_specs_have_different_fingerprints():
-    """Any change to a request shows in its fingerprint, the order of the axes included."""
-    spec = SweepSpec(tilt="0.1:0.2:3", alpha=[0.5, 1])
-    others = [
-        spec.replace(tilt="0.1:0.2:3:log"),
-        spec.replace(tilt=[0.1, 0.15, 0.2]),
-        spec.replace(axes=["alpha", "tilt"]),
-        spec.replace(criterion="departure:4deg"),
-        spec.replace(step=0.01),
-        spec.replace(gravity=np.nextafter(9.81, 10)),
-    ]
-    assert len({each.fingerprint() for each in [spec, *others]}) == 1 + len(others)
 
 
 def test_a_spec_cannot_be_changed():

@@ -64,8 +64,8 @@ def test_differences_are_named(written, monkeypatch):
     assert one == "roll_rate: 3 there, 4 here"
     (close,) = made.differences(SPEC.replace(roll_rate=3.00000000001))
     assert close == "roll_rate: 3.0 there, 3.00000000001 here"
-    (younger,) = made.differences(SPEC.replace(contact="yes"))
-    assert younger == "contact: no there, yes here"
+    (option,) = made.differences(SPEC.replace(contact="yes"))
+    assert option == "contact: no there, yes here"
     monkeypatch.setattr(manifest, "arithmetic_hash", lambda spec: "0" * 64 if spec == SPEC else "1" * 64)
     for spec in (SPEC, SPEC.replace(contact="yes")):
         *_, last = made.differences(spec)
@@ -77,11 +77,11 @@ def test_a_journal_of_another_format_is_refused(tmp_path, monkeypatch):
     """A run begun by a program that stored blocks otherwise is not gone on with: the format is named."""
     with monkeypatch.context() as patch:
         patch.setattr(manifest, "FORMAT", 99)
-        older = Journal.create(tmp_path, Manifest.new(SPEC, 5, "t", "c"))
-    older = Journal.at(tmp_path)
+        Journal.create(tmp_path, Manifest.new(SPEC, 5, "t", "c"))
+    other = Journal.at(tmp_path)
     with pytest.raises(RequestError, match=r"blocks of another run.*format: 99 there, \d+ here.*rm -r"):
-        check_same_run(older, SPEC)
-    assert older.manifest.fingerprint != Manifest.new(SPEC, 5, "t", "c").fingerprint
+        check_same_run(other, SPEC)
+    assert other.manifest.fingerprint != Manifest.new(SPEC, 5, "t", "c").fingerprint
 
 
 def test_a_damaged_manifest_is_refused(written):

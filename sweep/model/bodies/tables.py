@@ -99,7 +99,7 @@ PARAMETERS: Mapping[str, Input] = table(
     Input("flattening", "f", "1", "flattening of a spheroid, 1 minus the radius to a pole over that of the equator",
           GRID, "negative: prolate", default=NONE, rule="-2 <= flattening <= 0.8",
           allows=lambda flattening: (flattening >= -2.0) & (flattening <= 0.8), words=(NONE,),
-          meaning="the body is no spheroid", constants={NONE: 0.0}, added_later=True),
+          meaning="the body is no spheroid", constants={NONE: 0.0}),
     _moment("axial_moment", "I", "moment of inertia about the axis of the body"),
     _moment("transverse_moment", "A", "moment of inertia about a line across the axis through the centre of mass"),
     replace(disk.PARAMETERS["radius"], long_name="outer radius of the body"),
@@ -120,7 +120,7 @@ OPTIONS: Mapping[str, Word] = table(
     Word("body", "what rolls", "ball", shapes.NAMES,
          remark="disk, the thin one, is the model of a request without this word"),
     PATH,
-    replace(disk.OPTIONS["contact"], added_later=True),
+    disk.OPTIONS["contact"],
     Word("filling", "whether a torus is solid, or all its mass is in its surface", "solid", ("solid", "hollow")),
 )
 

@@ -242,7 +242,7 @@ class ReducedCells(AuditedCells):
 
 
 def cell_checks(cells: ReducedCells) -> list[CellCheck]:
-    """Return the checks of all variables; those that an older atlas does not hold are left out.
+    """Return the checks of all variables that the atlas holds.
 
     Parameters
     ----------

@@ -57,17 +57,16 @@ def slipping(dataset: "xr.Dataset", friction: float) -> "xr.DataArray":
     RequestError
         If the atlas holds no contact forces.
     """
-    missing = [name for name in motion_arrays.CONTACT if name not in dataset]
-    if missing:
+    names = (*motion_arrays.CONTACT, "contact_state")
+    if missing := [name for name in names if name not in dataset]:
         raise RequestError(
-            f"This atlas holds no contact forces to compare friction={friction:g} with: {' and '.join(missing)} "
-            "are missing.",
+            f"This atlas does not hold the contact forces that friction={friction:g} needs: it lacks "
+            f"{', '.join(missing)}.",
             hint="Make it again with eulerdisk run SPEC contact=yes.",
             where=shown(plain_text(dataset.attrs.get("title", ""))) or None,
         )
-    least_force, needed = (dataset[name] for name in motion_arrays.CONTACT)
-    found: xr.DataArray = (least_force <= 0.0) | (needed > friction)
-    # an atlas of the first version has no states
-    if "contact_state" in dataset:
-        found = found | (dataset["contact_state"] == motion_arrays.UNRESOLVED_FORCES)
+    least_force, needed, state = (dataset[name] for name in names)
+    found: xr.DataArray = (
+        (least_force <= 0.0) | (needed > friction) | (state == motion_arrays.UNRESOLVED_FORCES)
+    )
     return found.rename(f"slips or lifts off at friction {friction:g}")

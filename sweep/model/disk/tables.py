@@ -82,12 +82,11 @@ def _input(
     rule: str,
     allows: Callable[[Array], Truths],
     words: tuple[str, ...] = (),
-    added_later: bool = False,
     description: str = "",
 ) -> Input:
     return Input(
         name, symbol, units, long_name, GRID, description,
-        default=default, rule=rule, allows=allows, words=words, added_later=added_later,
+        default=default, rule=rule, allows=allows, words=words,
     )  # fmt: skip
 
 
@@ -98,12 +97,11 @@ def _rate(
     words: tuple[str, ...] = (),
     meaning: str = "",
     control: bool = False,
-    added_later: bool = False,
     description: str = "",
 ) -> Input:
     return Input(
         name, symbol, "rad s-1", long_name, GRID, description,
-        default=0.0, words=words, meaning=meaning, control=control, added_later=added_later,
+        default=0.0, words=words, meaning=meaning, control=control,
     )  # fmt: skip
 
 
@@ -206,8 +204,8 @@ SETTINGS: Mapping[str, Input] = table(
 
 OPTIONS: Mapping[str, Word] = table(
     Word("contact", "whether the forces at the contact point are recorded: yes or no", "no", ("no", "yes"),
-         added_later=True, decides=False),
-    replace(PATH, added_later=True),
+         decides=False),
+    PATH,
 )
 
 VARIABLES: Mapping[str, Quantity] = table(

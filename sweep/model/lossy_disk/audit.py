@@ -142,7 +142,7 @@ class SampledAudit:
             "end_time",
             "end_tilt",
         )
-        more = (*_LOSSES, "largest_loss", "energy_imbalance", "tilt_error", "time_error")
+        more = (*_LOSSES, "largest_loss", "energy_imbalance", *_STATED.values())
         return tuple(dict.fromkeys((*own, *more, *spec.criterion.needs(spec.model))))
 
     def truth(self, spec: Request, starts: Starts, first: int, stored: Columns) -> Columns:
@@ -227,8 +227,7 @@ def _of_the_ending(cells: _SampledCells) -> Iterator[CellCheck]:
     stored, moved, spec = cells.stored, cells.moved, cells.spec
     for name in ("end_time", "end_tilt", "tilt_min", "tilt_max", *_LOSSES):
         yield cells.decided(name, _ENDING, np.isfinite(stored[name]) == moved)
-    # an older file lacks those of heading and path
-    for name in sorted(set(_STATED.values()) & set(stored)):
+    for name in sorted(set(_STATED.values())):
         error = np.asarray(stored[name], np.float64)
         yield cells.decided(name, "finite and 0 or more", (np.isfinite(error) & (error >= 0.0)) | ~moved)
     time, tilt, duration = stored["end_time"], stored["end_tilt"], np.full(moved.shape, float(spec.duration))
@@ -325,10 +324,8 @@ def _allowed(cells: _SampledCells, name: str, values: Array) -> Array:
 
 def _error(cells: _SampledCells, name: str, size: Array) -> Array:
     """Return the error of a value that a cell states, itself or with that of other values."""
-    stated = _STATED.get(name, "")
-    # an older file lacks those of heading and path
-    if stated in cells.stored:
-        return _number(cells, stated)
+    if name in _STATED:
+        return _number(cells, _STATED[name])
     # an error of the tilt is at most as large a share of the energy
     error = _number(cells, "tilt_error")
     if name == "breach_time":
