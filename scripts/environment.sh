@@ -6,7 +6,7 @@ checkout=$(CDPATH='' cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd -P) || 
 python=$checkout/.venv/bin/python
 # What is known of the environment: "ready GROUP FINGERPRINT", or "making" until it is complete.
 # No such file: an environment that the user has made; the project is installed into it, and it is replaced only if its
-# Python does not run.
+# Python does not run. One that was made here is also replaced if its Python is too old.
 state_file=$checkout/.venv/eulerdisk-state
 
 prepare_environment() {
@@ -15,7 +15,7 @@ prepare_environment() {
     is_ready "$group" "$state" && return
 
     echo "Setting up $checkout/.venv (minutes the first time, nothing after that) ..." >&2
-    if [ "$state" = making ] || ! "$python" -c '' 2>/dev/null; then
+    if [ "$state" = making ] || ! "$python" -c '' 2>/dev/null || { [ -n "$state" ] && ! is_usable "$python"; }; then
         make_environment || exit
     else
         rm -f -- "$state_file"
@@ -51,12 +51,17 @@ make_environment() {
     return 1
 }
 
+# Asked to run, not only looked up: a version manager's placeholder exists and fails.
+is_usable() {
+    "$1" -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 13))' >/dev/null 2>&1
+}
+
 find_python() {
-    local candidate candidates=(python3.14 python3.13 python3 "$HOME"/.pyenv/versions/3.1[3-9]*/bin/python3)
+    local candidate candidates=(python3.14 python3.13 python3 "${HOME:-}"/.pyenv/versions/3.1[3-9]*/bin/python3)
     [ -z "${PYTHON:-}" ] || candidates=("$PYTHON")
     for candidate in "${candidates[@]}"; do
-        # Asked to run, not only looked up: a version manager's placeholder exists and fails.
-        if "$candidate" -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 13))' >/dev/null 2>&1; then
+        # the last one is where pyenv keeps those that it was not told to show
+        if is_usable "$candidate"; then
             printf '%s\n' "$candidate"
             return
         fi

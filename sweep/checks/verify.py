@@ -199,7 +199,7 @@ class _Audit:
                 (timetable.report if span.start else timetable.measure_from)(span.stop)
         timetable.begin(SEARCHING)
 
-    def _read(self) -> Generator[tuple[Span, dict[str, npt.NDArray[Any]]], None, None]:
+    def _read(self) -> Generator[tuple[Span, dict[str, npt.NDArray[Any]]]]:
         try:
             yield from self._reader.blocks(self._held)
         except UnreadableError as problem:

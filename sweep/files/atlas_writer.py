@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypeVar
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -25,9 +25,6 @@ from sweep.files.one_thread import netcdf_to_itself
 from sweep.files.raw_chunks import RawChunks, packed
 from sweep.model.description import Columns
 from sweep.request.spec import SweepSpec
-
-T = TypeVar("T")
-S = TypeVar("S")
 
 #: Returns all variables of the cells of a span from the columns that there are of them.
 Completion = Callable[[Span, Columns], Columns]
@@ -187,7 +184,7 @@ def _filled(declared: Declaration, values: Any) -> Any:
 
 
 @contextlib.contextmanager
-def _in_order(
+def _in_order[S, T](
     function: Callable[[S, T], _Chunk], jobs: Iterable[tuple[S, T]], threads: int
 ) -> Iterator[Iterator[_Chunk]]:
     """Give what a function returns for each job, computed in threads, in the order of the jobs.

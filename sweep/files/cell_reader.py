@@ -63,7 +63,7 @@ class CellReader:
         }
         self._whole: dict[str, Values] = {}
 
-    def blocks(self, names: Collection[str]) -> Generator[tuple[Span, dict[str, Values]], None, None]:
+    def blocks(self, names: Collection[str]) -> Generator[tuple[Span, dict[str, Values]]]:
         """Yield all cells in C order: spans of whole chunks, and the columns of some variables, shape (len(span),).
 
         The names are looked at for each block anew.

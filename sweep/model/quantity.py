@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -193,10 +193,7 @@ class Word:
     remark: str = ""
 
 
-_Row = TypeVar("_Row", Quantity, Input, Substitute, Word)
-
-
-def table(*rows: _Row) -> Mapping[str, _Row]:
+def table[Row: (Quantity, Input, Substitute, Word)](*rows: Row) -> Mapping[str, Row]:
     """Return a read-only mapping from the name of each row to the row."""
     return MappingProxyType({row.name: row for row in rows})
 

@@ -275,7 +275,7 @@ def _number(tree: Tree, number: str, unit: str) -> Part:
     return tree.number(read_number(f"{number} {unit}", quantity), dimension)
 
 
-def _read(text: str, tree: Tree, read: Callable[[_Parser], _Read]) -> _Read:
+def _read[Read](text: str, tree: Tree, read: Callable[[_Parser], Read]) -> Read:
     if len(text) > MOST_CHARACTERS:
         raise RequestError(
             f"A string of a system has at most {MOST_CHARACTERS} characters; got {len(text)}.",

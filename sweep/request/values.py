@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from numbers import Real
-from typing import Any, NamedTuple, NoReturn, TypeVar
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -200,10 +200,8 @@ def _refuse(raw: object) -> NoReturn:
 
 # -- what is allowed
 
-_Given = TypeVar("_Given", float, Value, Source)
 
-
-def allowed(value: _Given, quantity: Input, raw: object) -> _Given:
+def allowed[Given: (float, Value, Source)](value: Given, quantity: Input, raw: object) -> Given:
     """Return a value that the rule of its quantity allows: of a normal distribution its mean has to be possible.
 
     Raises

@@ -7,13 +7,11 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from types import FrameType
-from typing import Final, TypeVar
+from typing import Final
 
 from sweep.engine.compute import measure_block, use_threads
 from sweep.errors import StoppedError
 from sweep.runs.journal import Columns, Journal
-
-T = TypeVar("T")
 
 #: Items that are being computed or wait to be used: one of each kind, so that neither thread waits for the other where
 #: items differ in their cost.
@@ -21,7 +19,7 @@ _AHEAD: Final = 2
 
 
 @contextmanager
-def prefetch(items: Generator[T, None, None]) -> Iterator[Iterator[T]]:
+def prefetch[T](items: Generator[T]) -> Iterator[Iterator[T]]:
     """Give the items of a generator that runs in another thread, always the same one.
 
     What the generator raises is raised where the consumer takes its next item. When the consumer stops early, the item
@@ -67,14 +65,14 @@ def local(threads: int | None) -> Executor:
     """
 
     def execute(journal: Journal, numbers: Sequence[int], stopping: Stopping) -> Iterator[FinishedBlock]:
-        def computed() -> Generator[tuple[int, Columns], None, None]:
+        def computed() -> Generator[tuple[int, Columns]]:
             use_threads(threads)
             for number in numbers:
                 if stopping():
                     return
                 yield number, measure_block(journal.spec, journal.spans[number])
 
-        def kept() -> Generator[FinishedBlock, None, None]:
+        def kept() -> Generator[FinishedBlock]:
             with prefetch(computed()) as blocks:
                 for number, measured in blocks:
                     journal.keep(number, measured)

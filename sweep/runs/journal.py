@@ -140,7 +140,7 @@ class Journal:
             seen(cells)
         return missing, damaged
 
-    def blocks(self) -> Generator[tuple[int, Columns], None, None]:
+    def blocks(self) -> Generator[tuple[int, Columns]]:
         """Yield the numbers and the measured columns of all blocks in order, by `read`."""
         held = self.held()
         for number in range(len(self.spans)):

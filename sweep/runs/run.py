@@ -240,7 +240,7 @@ def reported(
     missing: Sequence[int],
     timetable: Timetable,
     cells: int,
-) -> Generator[FinishedBlock, None, None]:
+) -> Generator[FinishedBlock]:
     """Yield the computed blocks and report progress; raise StoppedError if they end before the last missing one.
 
     `cells` is how many there are in the missing blocks and in those that were there.
@@ -308,7 +308,7 @@ def _write_and_publish(
 
 def _spanned_or_raise_stopped(
     journal: Journal, measured: Iterable[tuple[int, Columns]], stopping: Stopping
-) -> Generator[Block, None, None]:
+) -> Generator[Block]:
     """Yield measured blocks with their cells, and raise StoppedError at their end if the run is to stop."""
     for number, columns in measured:
         # once the run is to stop, the next blocks are still consumed, so that the journal keeps them, but not written

@@ -101,7 +101,7 @@ def check(
     # written so that NaN differs
     code[~(cells.difference <= cells.allowed)] = EXTREMES_DIFFER
     _mark_failed_cells(code, cells, follows)
-    variables = {
+    variables: dict[str, npt.NDArray[Any]] = {
         "audit": code,
         "tilt_difference": cells.difference,
         "period_difference": period_difference,

@@ -157,8 +157,8 @@ class Passes:
         if measure.kind == "last":
             return [evaluated(measure.expressions, self._at_end(n))[0] for n in range(len(PASSES))]
         rows = range(len(measure.expressions))
-        tops = [
-            np.max([self._measured[f"{name}: {measure.name} {row}"] for row in rows], axis=0)
+        tops: list[Array] = [
+            np.stack([self._measured[f"{name}: {measure.name} {row}"] for row in rows]).max(axis=0)
             for name in PASSES
         ]
         return tops if measure.kind == "max" else [-each for each in tops]

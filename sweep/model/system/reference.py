@@ -206,7 +206,7 @@ class SampledReference:
         for measure in self._definition.measures:
             rows = [TOP.format(next(numbers)) for _ in range(measure.tops)]
             if rows:
-                found = np.max([truth[prefix + name] for name in rows], axis=0)
+                found = np.stack([truth[prefix + name] for name in rows]).max(axis=0)
                 found = found if measure.kind == "max" else -found
                 off = np.max([truth[OFF + prefix + name] for name in rows], axis=0)
             else:
