@@ -18,7 +18,7 @@ SLOW_TO_LOAD = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "matplotlib",
 
 
 def test_a_request_that_this_machine_cannot_meet_has_one_message(command, tmp_path):
-    """Others are in tests/promises/frozen/refusals.txt. Each ends with 2 and one line; nothing is touched."""
+    """Others are in tests/promises/refusals.txt. Each ends with 2 and one line; nothing is touched."""
     for line, facts in (
         ("run rolling roll_rate=0:9:30000 tilt=0:1:33000 -o a.nc", ["GB", "free"]),
         ("run rolling roll_rate=3 tilt=1deg --threads 0 -o a.nc", ["threads", "from 1 to", "got 0"]),

@@ -1,18 +1,15 @@
-"""What must not change by accident: canonical texts with their fingerprints, and what refusals say.
+"""What must not change by accident: canonical texts with their fingerprints.
 
-They prove sameness, not truth. ``pytest tests/promises/test_frozen.py --eulerdisk-regen`` writes both files anew: read
+They prove sameness, not truth. ``pytest tests/promises/test_frozen.py --eulerdisk-regen`` writes the file anew: read
 the difference before it is committed. A canonical text that changes makes older atlases strangers to their own request.
 """
 
-import re
 import shlex
-import shutil
 from pathlib import Path
 
 import pytest
 
 import sweep
-from sweep import cli
 from sweep.errors import RequestError
 
 FROZEN = Path(__file__).with_name("frozen")
@@ -36,7 +33,7 @@ def _said_of(words):
 
 
 def _write_files():
-    """Write the files that the requests and command lines name into the current folder."""
+    """Write the files that the requests name into the current folder."""
     for name, text in FILES.items():
         Path(name).write_text(text, encoding="utf-8")
 
@@ -58,29 +55,7 @@ def test_canonical_texts(request, tmp_path, monkeypatch):
     _compare(FROZEN / "specs.txt", text, request.config.getoption("--eulerdisk-regen"))
 
 
-def test_refusals(request, tmp_path, monkeypatch, capsys):
-    """Each command line that is refused is refused in the same words, with the same status, and writes nothing."""
-    monkeypatch.chdir(tmp_path)
-    shutil.copy(Path(__file__).with_name("data") / "rolling.nc", "rolling.nc")
-    _write_files()
-    before = sorted(path.name for path in tmp_path.iterdir())
-    parts = []
-    lines = (FROZEN / "refusals.txt").read_text(encoding="utf-8").splitlines()
-    for line in (line[2:] for line in lines if line.startswith("$ ")):
-        monkeypatch.setattr("sys.argv", ["eulerdisk", *shlex.split(line)])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        out, err = capsys.readouterr()
-        said = re.sub(r"\s+\n", "\n", f"{out}{err}").replace(str(tmp_path), "FOLDER")
-        # netCDF's own message names the whole path, of which a refusal shows both ends
-        said = re.sub(r"'/[^']*text.nc'", "'.../text.nc'", said).strip()
-        assert end.value.code, f"{line} was not refused"
-        parts.append(f"$ {line}\n[{end.value.code}] {said}\n")
-        assert sorted(path.name for path in tmp_path.iterdir()) == before, f"{line} wrote a file"
-    _compare(FROZEN / "refusals.txt", "".join(parts), request.config.getoption("--eulerdisk-regen"))
-
-
-#: Files that the command lines name.
+#: Files that the requests name.
 FILES = {
     "two.toml": '[[sweep]]\nname = "a"\nspec = "rolling"\n[[sweep]]\nname = "b"\nspec = "spinning"\n',
     "typo.toml": 'roll_rate = "2:4:9"\ntlt = "1deg"\n',
