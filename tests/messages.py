@@ -19,7 +19,8 @@ def missing(message, facts):
 
 def assert_facts(message, *facts):
     """Assert that each fact is in a message."""
-    assert missing(message, facts) == [], message
+    lacking = missing(message, facts)
+    assert not lacking, f"{lacking} missing in: {message}"
 
 
 @contextmanager
