@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
+from messages import refused
 
 import sweep
 from sweep.errors import RequestError
@@ -98,6 +99,6 @@ def test_an_atlas_is_no_motion():
     """An atlas has no request for a motion."""
     atlas = sweep.run(sweep.SweepSpec(roll_rate="2:4:3"))
     assert not is_motion(atlas)
-    with pytest.raises(RequestError, match=r"This is no motion.*got a dataset of"):
+    with refused("motion", "dataset of"):
         check_motion(atlas)
     assert json.loads(sweep.simulate(**WORDS).attrs["trajectory_request"])["roll_rate"] == 2.0
