@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from cases import case
-from explorer_client import about, ask, post, refused
+from explorer_client import about, ask, post, post_refused
 from messages import assert_facts, refused
 
 import sweep
@@ -125,7 +125,7 @@ def test_what_integration_alone_tells_is_stored(file):
         head, arrays = post(explorer.url, "window", **asked, quantity="fall_time")
         assert head["note"] == ""
         assert (arrays["stored"] == 1).all()
-        status, problem = refused(explorer.url, "window", **asked, quantity="secret")
+        status, problem = post_refused(explorer.url, "window", **asked, quantity="secret")
         assert (status, problem["where"]) == (400, "quantity")
 
 

@@ -12,8 +12,8 @@ from urllib.parse import urlsplit
 
 import pytest
 from cases import case
-from explorer_client import ROLLING, ask, changed, post, raw, refused
-from messages import assert_facts, refused
+from explorer_client import ROLLING, ask, changed, post, post_refused, raw
+from messages import assert_facts
 
 from sweep.errors import RequestError
 from sweep.explorer import answers, server
@@ -176,7 +176,7 @@ def test_an_impossible_request_names_the_field(url):
         (changed(view={"words": {"criterion": "departure:900deg"}}), "criterion=departure:900deg"),
     ]:
         with case(fields, where):
-            status, error = refused(url, "window" if "width" in where else "plan", **fields)
+            status, error = post_refused(url, "window" if "width" in where else "plan", **fields)
             assert (status, error["where"]) == (400, where), error
             assert error["error"].endswith(".")
 
@@ -222,7 +222,7 @@ def test_a_defect_is_one_sentence_to_the_page(url, monkeypatch, capfd):
         raise ZeroDivisionError("secret place")
 
     monkeypatch.setattr(answers, "lines", broken)
-    status, error = refused(url, "lines", **changed())
+    status, error = post_refused(url, "lines", **changed())
     assert status == 500
     assert "secret" not in json.dumps(error)
     assert "secret place" in capfd.readouterr().err
@@ -261,9 +261,9 @@ def test_a_port_that_is_none_is_refused():
     """What no port can be is refused with the numbers that one can have."""
     for port in [-1, 65_536, 99_999_999]:
         with case(port):
-            with pytest.raises(RequestError) as refused:
+            with pytest.raises(RequestError) as caught:
                 explore(port=port)
-            assert_facts(refused.value.message, "0", "65535", f"{port}")
+            assert_facts(caught.value.message, "0", "65535", f"{port}")
 
 
 def test_the_command_prints_the_address_and_ends_with_ctrl_c():

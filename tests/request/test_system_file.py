@@ -237,7 +237,7 @@ REFUSED = {
     "two endings": (file(words='duration="1", ends={"a": "x > 1", "a": "x > 2"}'), 2, "a; twice", "own name"),
     "behind all": (file(words='duration="1", label={"a": True, "b": "x > 2"}'), 2, "label b; a", "True; last"),
     "one name": (file(words='duration="1", ends={"a": "x > 1"}, label={"a": "x > 2"}'), 2, "a; twice", "own name"),
-    "a word as measure": (file(words='duration="1", measures={"stability": "max x"}'), 2, "stability; word", "my_stability"),
+    "a word as measure": (file(words='duration="1", measures={"stability": "max x"}'), 2, "stability", "my_stability"),
     "a state as measure": (file(words='duration="1", measures={"x": "max x"}'), 2, "measure x; twice", "own name"),
     "stable": (file(words='duration="1", stable="peak < 2"'), 2, "peak; x, v, end_time", "names"),
     "theory of nothing": (file(words='duration="1", theory={"k": "x"}'), 2, "theory of k; x, v", "names"),
@@ -254,7 +254,7 @@ REFUSED = {
     "squares": (file("y = x\n    " + "y = y*y\n    " * 60 + "return v, y"), 18, "64; 300; 20000", "simplify"),
     "states": (file("return x1", THIRTY_TWO + ", v=0.1"), 3, "32 states; 64 parameters; 33", "smaller"),
     "squares in all": (
-        file("y = x0\n    " + "y = y*y\n    " * 10 + "return " + "y, " * 32, THIRTY_TWO), 15, "64; 300; 20000", "simplify"
+        file("y = x0\n    " + "y = y*y\n    " * 10 + "return " + "y, " * 32, THIRTY_TWO), 15, "300; 20000", "simplify"
     ),
     "long text": (file(words=f'duration="1", conserved=[{LONG}]'), 22, "16000 characters; 19504", "smaller"),
     "lines": (HEAD * 1001, 1000, "64000 characters; 1000 lines; 1002", "system"),
