@@ -11,7 +11,6 @@ from messages import assert_facts, missing, refused
 import sweep
 from sweep.checks.compare import compare
 from sweep.checks.comparison_report import in_words
-from sweep.errors import RequestError
 from sweep.model.disk import tables
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import VARIABLES
@@ -202,7 +201,7 @@ def test_another_model_or_criterion_is_refused(reference):
     ]:
         other = sweep.run(SPEC.replace(**changes))
         for common in (False, True):
-            with pytest.raises(RequestError, match="cannot be compared") as refusal:
+            with refused("differ in") as refusal:
                 compare(other, reference, common=common)
             message = refusal.value.message
             differing = re.findall(r"(\w+) \(([^ ]+) and ([^ ]+)\)", message)
@@ -410,5 +409,5 @@ def test_another_steady_rate_is_another_motion():
     """The slower and the faster of the two steady precessions are not compared, nor a computed rate and a given one."""
     slow = sweep.run(STEADY)
     for other in (STEADY.replace(precession_rate="steady-fast"), CIRCLING):
-        with refused("precession_rate ("):
+        with refused("precession_rate"):
             compare(slow, sweep.run(other))

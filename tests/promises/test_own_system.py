@@ -288,7 +288,7 @@ def test_a_model_and_the_system_of_another_one():
     """A text that names one model and carries the system of another is refused."""
     text = sweep.SweepSpec.read("mine.py").canonical()
     assert sweep.SweepSpec.from_canonical(text).model.name == "bead"
-    with pytest.raises(sweep.RequestError, match="The model is disk, and the system of the request is bead"):
+    with refused("disk", "bead"):
         sweep.SweepSpec.from_canonical(text.replace('"model":"bead"', '"model":"disk"'))
 
 

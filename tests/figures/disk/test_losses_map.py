@@ -138,7 +138,7 @@ def test_what_has_no_losses_or_no_two_axes_is_refused(atlas):
         plots.losses([atlas.isel(contour_friction=3)], Look())
     with refused("end_time"):
         figure([atlas.drop_vars("end_time")])
-    with refused("losses"):
+    with refused("atlas"):
         plots.losses([], Look())
 
 
