@@ -144,8 +144,8 @@ REFUSED = {
     "coordinate": (lambda atlas: atlas.isel(alpha=0, drop=True), ["lost", "alpha"]),
     "backwards": (lambda atlas: atlas.isel(alpha=[2, 0]), ["increasing"]),
     "twice": (lambda atlas: atlas.isel(alpha=[0, 0]), ["increasing"]),
-    "fractions": (lambda atlas: atlas.interp(roll_rate=[2.51, 2.6]), ["eulerdisk.interp"]),
-    "one fraction": (lambda atlas: atlas.interp(roll_rate=1.01), ["eulerdisk.interp"]),
+    "fractions": (lambda atlas: atlas.interp(roll_rate=[2.51, 2.6]), ["atlas.eulerdisk.interp"]),
+    "one fraction": (lambda atlas: atlas.interp(roll_rate=1.01), ["atlas.eulerdisk.interp"]),
     "nothing": (lambda atlas: atlas.isel(alpha=slice(0, 0)), ["no cells"]),
     "turned": (
         lambda atlas: atlas.isel(roll_rate=slice(None, None, -1)),

@@ -83,7 +83,7 @@ def test_names_that_cannot_be_those_of_files_are_problems(spec_file):
     """Of their sweeps alone, which have no name then: the others can be computed."""
     for text, facts in [
         ("[[sweep]]\nroll_rate = 3\n", ["[[sweep]] 1", "100", "none"]),
-        ("[[sweep]]\nname = 3\n", ["[[sweep]] 1", "100", "3"]),
+        ("[[sweep]]\nname = 3\n", ["[[sweep]] 1", "100", "none"]),
         ("[[sweep]]\nname = '../b'\n", ["[[sweep]] 1", "100", "../b"]),
         ("[[sweep]]\nname = '.b'\n", ["[[sweep]] 1", "100", ".b"]),
         (f"[[sweep]]\nname = '{'a' * 101}'\n", ["[[sweep]] 1", "100", "aaa"]),

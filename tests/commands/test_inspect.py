@@ -128,7 +128,7 @@ def test_what_a_user_has_added_is_left_out(command, tmp_path, line):
     status, _, err = command(line)
     assert status == 0
     (warning,) = (line for line in err.splitlines() if line.startswith("eulerdisk: warning: a.nc: "))
-    assert_facts(warning, "remark", "sst")
+    assert_facts(warning, "remark", "1 more")
     if "csv" in line:
         head = (tmp_path / "a.csv").read_text().partition("\n")[0].split(",")
         assert not {"remark", "sst", "time"}.intersection(head)
