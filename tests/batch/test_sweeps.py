@@ -86,7 +86,7 @@ def test_names_that_cannot_be_those_of_files_are_problems(spec_file):
         ("[[sweep]]\nname = 3\n", ["[[sweep]] 1", "100", "none"]),
         ("[[sweep]]\nname = '../b'\n", ["[[sweep]] 1", "100", "../b"]),
         ("[[sweep]]\nname = '.b'\n", ["[[sweep]] 1", "100", ".b"]),
-        (f"[[sweep]]\nname = '{'a' * 101}'\n", ["[[sweep]] 1", "100", "aaa"]),
+        (f"[[sweep]]\nname = '{'a' * 101}'\n", ["[[sweep]] 1", "100", "a" * 60]),
         ("[[sweep]]\nname = 'A'\n[[sweep]]\nname = 'a'\n", ["[[sweep]] 2", "name a"]),
         ("[[sweep]]\nname = 'rolling'\n", ["[[sweep]] 1", "name rolling"]),
     ]:

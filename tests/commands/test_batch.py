@@ -208,7 +208,7 @@ def test_bad_words_are_refused(batch, command, tmp_path):
     for words, facts in [
         ("batch two.toml -o two.toml/x", ["two.toml/x", "Not a directory"]),
         ("batch two.toml -o /proc/x", ["/proc/x", "No such file"]),
-        (f"batch two.toml -o {'a' * 300}", ["aaa", "File name too long"]),
+        (f"batch two.toml -o {'a' * 300}", ["File name too long"]),
         ("batch rolling -o tonight --threads 0", ["threads", "0"]),
     ]:
         status, out, err = command(words)

@@ -221,7 +221,7 @@ def test_a_second_run_of_one_output_is_refused(command, tmp_path):
         for line in (f"run {WORDS} -o a.nc", "block --run a.nc.run --part 1/1", "assemble a.nc.run"):
             status, _, err = command(line)
             assert status == 2
-            assert_facts(err, "a.nc", "being written")
+            assert_facts(err, "a.nc.run:", "being written")
             assert f"process {os.getpid()} on " in err
     assert {path: path.read_bytes() for path in tmp_path.rglob("*.block")} == before
 

@@ -211,7 +211,7 @@ def test_a_damaged_table_in_the_folder(tmp_path):
         with pytest.raises(RequestError) as caught:
             Journal.at(journal.folder)
         assert caught.value.where == str(path)
-        assert_facts(str(caught.value), "table")
+        assert_facts(str(caught.value), "starts")
         assert_facts(caught.value.hint, f"rm -r {journal.folder}")
 
 
@@ -270,7 +270,7 @@ def test_lists_that_can_be_compared(command):
     assert_facts(command("compare grid.nc few.nc")[2], "list of starts", "grid")
     status, _, errors = command("simulate --from grid.nc start=2 -o other.nc")
     assert status == 2
-    assert_facts(errors, "start", "samples")
+    assert_facts(errors, "start", "roll_rate")
 
 
 def test_parts_of_a_table_are_compared(command):
