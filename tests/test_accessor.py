@@ -180,7 +180,7 @@ def test_another_dataset_has_it_and_says_what_is_wrong():
 def test_what_lies_between_cells_says_so(atlas):
     """The package dropped the attributes itself: to keep them is no advice."""
     between = atlas.eulerdisk.interp(tilt="1.1deg")
-    with refused("eulerdisk.interp", "to_netcdf") as caught:
+    with refused("eulerdisk.interp", "dataset.to_netcdf") as caught:
         between.eulerdisk.plot()
     assert "keep" not in str(caught.value)
 
@@ -324,7 +324,7 @@ def test_what_a_motion_cannot_be_asked(fall, ask, facts, tmp_path, monkeypatch):
 
 def test_an_atlas_is_no_film(atlas):
     """An atlas says how to film the motion of a cell."""
-    with refused("motion", "eulerdisk.simulate"):
+    with refused("motion", 'atlas.eulerdisk.simulate(roll_rate=2.4, tilt="1deg")'):
         atlas.eulerdisk.animate("a.gif")
 
 
