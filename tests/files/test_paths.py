@@ -51,7 +51,7 @@ def test_a_target_may_be_replaced_only_when_asked(tmp_path):
         check_target(tmp_path / "a.nc", False)
     with refused("file"):
         check_target(tmp_path, True)
-    with refused("mkdir -p missing"):
+    with refused(f"mkdir -p {tmp_path / 'missing'}"):
         check_target(tmp_path / "missing" / "a.nc", False)
 
 
