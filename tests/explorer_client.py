@@ -60,7 +60,7 @@ def post(url, path, **fields):
     )
 
 
-def refused(url, path, **fields):
+def post_refused(url, path, **fields):
     """Post fields that are refused; return the status and the error."""
     answer = ask(url, path, json.dumps(fields).encode())
     assert answer.status != 200

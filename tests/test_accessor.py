@@ -11,10 +11,10 @@ import cf_xarray  # noqa: F401  (registers the accessor .cf)
 import numpy as np
 import pytest
 import xarray as xr
+from messages import assert_facts, refused
 from PIL import Image
 
 import sweep
-from sweep.errors import RequestError
 
 CHECKOUT = Path(__file__).parents[1]
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.1deg:30deg:5:log")
@@ -99,9 +99,9 @@ def test_boundaries_and_critical_rates(atlas):
     circling = sweep.run(CIRCLING)
     lower = circling.eulerdisk.boundary("precession_rate", "lower")
     np.testing.assert_array_equal(lower["measured"], circling["boundary_lower_precession_rate"])
-    for refused in (lambda: atlas.eulerdisk.boundary("tilt"), lambda: atlas.eulerdisk.boundary(edge="lower")):
-        with pytest.raises(RequestError, match="this atlas has boundary_roll_rate"):
-            refused()
+    for words, given in (({"axis": "tilt"}, "tilt"), ({"edge": "lower"}, "lower")):
+        with refused("boundary_roll_rate", given):
+            atlas.eulerdisk.boundary(**words)
 
 
 def test_a_cell_is_the_nearest(atlas):
@@ -119,20 +119,19 @@ def test_a_cell_is_the_nearest(atlas):
 def test_no_cell_is_refused(atlas):
     """A missing axis, a value outside, another disk and a word that is none are refused with what the atlas has."""
     for given, facts in [
-        ({"roll_rate": 2.4}, ["tilt="]),
-        ({"roll_rate": 9, "tilt": "1deg"}, ["roll_rate=9", "2 rad s-1 to 4 rad s-1"]),
+        ({"roll_rate": 2.4}, ["tilt=1.73deg"]),
+        ({"roll_rate": 9, "tilt": "1deg"}, ["roll_rate=9", "2 rad s-1", "4 rad s-1"]),
         ({"roll_rate": 2.4, "tilt": "1deg", "alpha": 1}, ["alpha=1", "0.5"]),
-        ({"rol_rate": 2.4, "tilt": "1deg"}, ["rol_rate", "Did you mean roll_rate?"]),
-        ({"roll_rate": "2.4m", "tilt": "1deg"}, ["roll_rate=2.4m", "does not fit", "rad/s"]),
+        ({"rol_rate": 2.4, "tilt": "1deg"}, ["rol_rate", "roll_rate?"]),
+        ({"roll_rate": "2.4m", "tilt": "1deg"}, ["roll_rate=2.4m", "rad/s", "rpm"]),
     ]:
-        with pytest.raises(RequestError) as caught:
+        with refused(*facts):
             atlas.eulerdisk.cell(**given)
-        assert all(fact in str(caught.value) for fact in facts), str(caught.value)
 
 
 def test_the_rate_that_is_computed_names_no_cell():
     """In an atlas of circling the roll rate follows from the cell."""
-    with pytest.raises(RequestError, match="computed in every cell"):
+    with refused("roll_rate=1", "computed", "tilt, precession_rate"):
         sweep.run(CIRCLING).eulerdisk.cell(roll_rate=1, tilt="5deg", precession_rate=1)
 
 
@@ -167,37 +166,37 @@ def test_a_few_lines_say_what_it_is(atlas):
 def test_another_dataset_has_it_and_says_what_is_wrong():
     """On a dataset that is no atlas the repr says so, and every question is refused with what to do."""
     foreign = xr.Dataset({"sst": ("x", [1.0])})
-    assert repr(foreign.eulerdisk) == "eulerdisk  not a stability atlas"
+    assert repr(foreign.eulerdisk).startswith("eulerdisk  not ")
     for ask in (
         lambda it: it.stable,
         lambda it: it.critical,
         lambda it: it.cell(tilt=1),
         lambda it: it.plot(),
     ):
-        with pytest.raises(RequestError, match=r"no stability atlas.*a dataset of sst"):
+        with refused("sweep_spec", "dataset of sst", "keep_attrs=True"):
             ask(foreign.eulerdisk)
 
 
 def test_what_lies_between_cells_says_so(atlas):
     """The package dropped the attributes itself: to keep them is no advice."""
     between = atlas.eulerdisk.interp(tilt="1.1deg")
-    with pytest.raises(RequestError, match="lies between the cells of one") as refused:
+    with refused("eulerdisk.interp", "dataset.to_netcdf") as caught:
         between.eulerdisk.plot()
-    assert "keep" not in str(refused.value)
+    assert "keep" not in str(caught.value)
 
 
 def test_places_outside_are_refused_by_the_words_given(atlas):
     """In their unit, and with limits that are inside."""
-    for words, said in [
-        ({"inclination": "50deg"}, r"inclination=50deg: .*: tilt is 0\.1 deg to 30 deg\. Give values inside"),
-        ({"inclination": 1.0}, r"inclination=1.0: .*: tilt is [\d.]+ rad to [\d.]+ rad\. Give values inside"),
-        ({"tilt": 2.0}, r"tilt=2.0: .* A bare number is in radians"),
-        ({"speed": "90m/s"}, r"speed=90m/s: .*: roll_rate is .* rad s-1"),
+    for words, facts in [
+        ({"inclination": "50deg"}, ["inclination=50deg", "tilt", "0.1 deg", "30 deg"]),
+        ({"inclination": 1.0}, ["inclination=1.0", "tilt", "0.001745329252 rad", "0.5235987755 rad"]),
+        ({"tilt": 2.0}, ["tilt=2.0", "radians", "tilt=2.0deg"]),
+        ({"speed": "90m/s"}, ["speed=90m/s", "roll_rate", "2 rad s-1", "4 rad s-1"]),
     ]:
-        with pytest.raises(RequestError, match=said) as refused:
+        with refused(*facts) as caught:
             atlas.eulerdisk.interp(**words)
         if words == {"tilt": 2.0}:
-            limits = re.findall(r"([\d.]+) rad", refused.value.message)
+            limits = re.findall(r"([\d.]+) rad", caught.value.message)
             assert len(atlas.eulerdisk.interp(tilt=[float(each) for each in limits]).tilt) == 2
 
 
@@ -234,7 +233,7 @@ def test_a_motion_is_drawn_and_filmed(fall, tmp_path):
         # 0.02 s at a tenth of the speed and 10 frames a second
         assert (read.size, read.n_frames) == ((200, 200), 4)
     before = film.read_bytes()
-    with pytest.raises(RequestError, match="the file exists"):
+    with refused(str(film), "--overwrite"):
         fall.eulerdisk.animate(film)
     assert film.read_bytes() == before
     fall.eulerdisk.animate(film, speed=1.0, fps=10, size=(200, 200), overwrite=True)
@@ -245,11 +244,11 @@ def test_a_motion_says_what_it_is(fall):
     """Disk and start, duration, fall, and from when on rolling is impossible; a part that is no motion says so."""
     lines = repr(fall.eulerdisk).splitlines()
     assert [line.split()[0] for line in lines] == ["motion", "disk", "time", "contact"]
-    assert lines[1].endswith("R = 12 mm, α = 0.5; start: tilt 1 deg, at rest")
-    assert "fell at 0.202681 s" in lines[2]
-    assert "slips at 0.18" in lines[3]
+    assert_facts(lines[1], "R = 12 mm", "α = 0.5", "tilt 1 deg")
+    assert_facts(lines[2], "fell", "0.202681 s")
+    assert re.search(r"slips .*0\.18\d* s", lines[3])
     assert "contact_x" in repr(fall.drop_vars("contact_x").eulerdisk)
-    assert "needs 0.45" in repr(sweep.simulate(tilt_rate=0.01, roll_rate=2.0).eulerdisk)
+    assert re.search(r"needs 0\.45", repr(sweep.simulate(tilt_rate=0.01, roll_rate=2.0).eulerdisk))
     assert "<th" in fall.eulerdisk._repr_html_()
 
 
@@ -258,14 +257,16 @@ def test_a_motion_with_losses_says_where_its_energy_went():
     motion = sweep.simulate("toy", tilt="80deg")
     lines = repr(motion.eulerdisk).splitlines()
     assert [line.split()[0] for line in lines] == ["motion", "disk", "time", "losses", "contact"]
-    assert f"flat at {float(motion['end_time']):.6g} s" in lines[2]
+    assert_facts(lines[2], "flat", f"{float(motion['end_time']):.6g} s")
     lost = {name: float(motion[name][-1]) for name in ("contour_loss", "air_loss")}
     share = lost["contour_loss"] / sum(lost.values())
-    assert (
-        f"{sum(lost.values()):.4g} J, of it contour friction {100.0 * share:.1f} %, the drag of air"
-        in lines[3]
+    assert_facts(
+        lines[3],
+        f"{sum(lost.values()):.4g} J",
+        f"contour friction {100.0 * share:.1f} %",
+        f"air {100.0 * (1 - share):.1f} %",
     )
-    assert "rolls all the time; it needs " in lines[4]
+    assert_facts(lines[4], "rolls all the time")
     assert "losses" not in repr(sweep.simulate(tilt=0.1, duration=0.1).eulerdisk)
 
 
@@ -273,9 +274,9 @@ def test_a_map_of_losses_is_a_word_of_plot():
     """It has nothing else to draw, and a motion has no map."""
     atlas = sweep.run("toy", tilt="60deg,80deg", precession_rate="60,80")
     assert atlas.eulerdisk.plot(losses=True).axes[-1].get_ylabel() == "time aloft (s)"
-    with pytest.raises(RequestError, match="losses with quantity and family"):
+    with refused("losses", "quantity", "family"):
         atlas.eulerdisk.plot(losses=True, quantity="steps", family=True)
-    with pytest.raises(RequestError, match="losses belongs to the map"):
+    with refused("losses", "map"):
         sweep.simulate(duration=0.1).eulerdisk.plot(losses=True)
 
 
@@ -290,51 +291,51 @@ def test_a_map_of_regimes_is_a_word_of_plot():
         "fold: one well above, two below (theory)",
     }
     assert shown
-    with pytest.raises(RequestError, match="regimes with friction and losses"):
+    with refused("regimes", "friction", "losses"):
         atlas.eulerdisk.plot(regimes=True, friction=0.3, losses=True)
 
 
 @pytest.mark.parametrize(
-    ("ask", "words"),
+    ("ask", "facts"),
     [
-        (lambda motion: motion.eulerdisk.stable, "one motion in time.*has plot and animate"),
-        (lambda motion: motion.eulerdisk.boundary(), "one motion in time"),
-        (lambda motion: motion.eulerdisk.spec, "one motion in time"),
-        (lambda motion: motion.eulerdisk.cell(tilt=0.1), "one motion in time"),
-        (lambda motion: motion.eulerdisk.atlas, "one motion in time"),
-        (lambda motion: motion.eulerdisk.interp(tilt=0.1), "one motion in time"),
-        (lambda motion: motion.eulerdisk.simulate(tilt=0.1), "one motion in time"),
-        (lambda motion: motion.eulerdisk.reclassify("departure:2deg"), "one motion in time"),
-        (lambda motion: motion.isel(elapsed_time=0).eulerdisk.plot(), "two samples"),
-        (lambda motion: motion.drop_vars("radius").eulerdisk.animate("a.gif"), "missing.*radius"),
-        (lambda motion: motion.eulerdisk.animate("a.gif", speed=0), "The speed of a film"),
-        (lambda motion: motion.eulerdisk.animate("a.avi"), "ends in .mp4 or .gif"),
-        (lambda motion: motion.eulerdisk.animate("absent/a.gif"), "no such folder"),
-        (lambda motion: xr.Dataset({"a": 1}).eulerdisk.animate("a.gif"), "This is no motion"),
+        (lambda motion: motion.eulerdisk.stable, ["motion", "plot", "animate"]),
+        (lambda motion: motion.eulerdisk.boundary(), ["motion", "plot", "animate"]),
+        (lambda motion: motion.eulerdisk.spec, ["motion", "plot", "animate"]),
+        (lambda motion: motion.eulerdisk.cell(tilt=0.1), ["motion", "plot", "animate"]),
+        (lambda motion: motion.eulerdisk.atlas, ["motion", "plot", "animate"]),
+        (lambda motion: motion.eulerdisk.interp(tilt=0.1), ["motion", "plot", "animate"]),
+        (lambda motion: motion.eulerdisk.simulate(tilt=0.1), ["motion", "plot", "animate"]),
+        (lambda motion: motion.eulerdisk.reclassify("departure:2deg"), ["motion", "plot", "animate"]),
+        (lambda motion: motion.isel(elapsed_time=0).eulerdisk.plot(), ["two samples"]),
+        (lambda motion: motion.drop_vars("radius").eulerdisk.animate("a.gif"), ["missing", "radius"]),
+        (lambda motion: motion.eulerdisk.animate("a.gif", speed=0), ["speed", "1e-09", "1e+09", "0"]),
+        (lambda motion: motion.eulerdisk.animate("a.avi"), ["a.avi", ".mp4", ".gif"]),
+        (lambda motion: motion.eulerdisk.animate("absent/a.gif"), ["absent/a.gif", "mkdir -p absent"]),
+        (lambda motion: xr.Dataset({"a": 1}).eulerdisk.animate("a.gif"), ["motion"]),
     ],
 )
-def test_what_a_motion_cannot_be_asked(fall, ask, words, tmp_path, monkeypatch):
+def test_what_a_motion_cannot_be_asked(fall, ask, facts, tmp_path, monkeypatch):
     """It is refused in words, and nothing is written."""
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(RequestError, match=words):
+    with refused(*facts):
         ask(fall)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_an_atlas_is_no_film(atlas):
     """An atlas says how to film the motion of a cell."""
-    with pytest.raises(RequestError, match=r"only a motion can be filmed.*eulerdisk.simulate"):
+    with refused("motion", 'atlas.eulerdisk.simulate(roll_rate=2.4, tilt="1deg").eulerdisk.animate(path)'):
         atlas.eulerdisk.animate("a.gif")
 
 
 def test_words_of_a_plot_that_cannot_be_are_refused(atlas):
-    """In a sentence that names them."""
-    for words, message in [
-        ({"friction": "x"}, "greater than 0; got x"),
-        ({"friction": -1}, "greater than 0; got -1"),
-        ({"friction": float("nan")}, "greater than 0; got nan"),
-        ({"ax": 3}, "ax is an Axes of matplotlib"),
-        ({"font_size": "x"}, "font_size=x"),
+    """The message names the word, its range and what was given."""
+    for words, facts in [
+        ({"friction": "x"}, ["friction", "0", "x"]),
+        ({"friction": -1}, ["friction", "0", "-1"]),
+        ({"friction": float("nan")}, ["friction", "0", "nan"]),
+        ({"ax": 3}, ["ax", "Axes", "matplotlib"]),
+        ({"font_size": "x"}, ["font_size=x"]),
     ]:
-        with pytest.raises(RequestError, match=message):
+        with refused(*facts):
             atlas.eulerdisk.plot(**words)

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from messages import refused
 
 from sweep.errors import RequestError
 from sweep.request.system_file import read_system_file
@@ -43,7 +44,7 @@ def test_constants_of_the_module_and_of_a_function_around_it():
     assert spring()[1] == pytest.approx(-4.5 + 0.25 * math.sin(1.5 * math.pi))
     assert repr(spring) == "<system spring of x, v>"
     for given, named in (((1.0, 2.0, 3.0), {}), ((), {"mass": 1.0}), ((1.0,), {"x": 1.0})):
-        with pytest.raises(TypeError, match="spring has the states x, v"):
+        with refused("spring", "x, v", error=TypeError):
             spring(*given, **named)
 
 
@@ -61,20 +62,20 @@ def test_a_time_of_the_motion():
 def test_what_is_refused_has_the_line_of_this_file():
     """The mark refuses when it is used, in the function of a test too."""
     first = test_what_is_refused_has_the_line_of_this_file.__code__.co_firstlineno
-    with pytest.raises(RequestError, match="duration is missing") as caught:
+    with refused("duration") as caught:
 
         @system(ends={})
         def falling(x=1.0):
             return -x
 
     assert str(caught.value).startswith(f"test_systems.py, line {first + 5}: ")
-    with pytest.raises(RequestError, match="has a kink"):
+    with refused("kink"):
 
         @system(duration="10")
         def bent(x=1.0):
             return -abs(x)
 
-    with pytest.raises(RequestError, match="@system has no words"):
+    with refused("@system", "duration"):
 
         @system
         def bare(x=1.0):
@@ -91,7 +92,7 @@ def test_what_is_no_function_with_a_source(value):
 def test_a_source_that_cannot_be_found():
     """Code from a text has none."""
     text = "from sweep.systems import system\n@system(duration='1')\ndef f(x=1.0):\n    return -x\n"
-    with pytest.raises(RequestError, match="source of this system cannot be found"):
+    with refused("source"):
         exec(compile(text, "<nowhere>", "exec"), {})
 
 

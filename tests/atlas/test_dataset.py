@@ -4,6 +4,7 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from messages import refused
 
 import sweep
 from sweep.atlas.dataset import edge_status, spec_of
@@ -60,24 +61,24 @@ def test_a_run_takes_the_name_of_a_preset_or_a_file_with_changes(tmp_path, rolli
 
 
 @pytest.mark.parametrize(
-    ("spec", "changes", "message"),
+    ("spec", "changes", "facts"),
     [
-        ("roling", {}, "There is no preset roling.*Did you mean rolling?"),
-        ("absent.toml", {}, "The spec file cannot be read"),
-        ("rolling", {"radus": 1}, "radus is no word.*Did you mean radius?"),
-        ("rolling", {"model": "bead"}, "model is no word.*a spec file names the model"),
-        ("rolling", {"mass": 1}, "mass is no word.*eulerdisk simulate"),
-        ("rolling", {"self": 1}, "self is no word"),
-        (ROLLING, {"self": 1}, "self is no word"),
-        (ROLLING, {"radius": -1}, "radius > 0"),
-        (None, {}, "A spec is a SweepSpec, the name of a preset or the path of a .toml file; got None"),
-        (3, {}, "A spec is a SweepSpec.*got 3"),
+        ("roling", {}, ["roling", "rolling?"]),
+        ("absent.toml", {}, ["absent.toml", "No such file"]),
+        ("rolling", {"radus": 1}, ["radus", "radius?"]),
+        ("rolling", {"model": "bead"}, ["model", 'model = "disk"']),
+        ("rolling", {"mass": 1}, ["mass", "eulerdisk simulate"]),
+        ("rolling", {"self": 1}, ["self"]),
+        (ROLLING, {"self": 1}, ["self"]),
+        (ROLLING, {"radius": -1}, ["radius > 0"]),
+        (None, {}, ["SweepSpec", ".toml", "None"]),
+        (3, {}, ["SweepSpec", ".toml", "3"]),
     ],
 )
-def test_a_run_of_nothing_that_is_a_spec_is_refused(tmp_path, spec, changes, message):
+def test_a_run_of_nothing_that_is_a_spec_is_refused(tmp_path, spec, changes, facts):
     """In memory and to a file, in the words of the command line; nothing is written."""
     for run in (sweep.run, lambda spec, **changes: sweep.run_to_file(spec, tmp_path / "a.nc", **changes)):
-        with pytest.raises(RequestError, match=message) as caught:
+        with refused(*facts) as caught:
             run(spec, **changes)
         assert caught.value.hint
     assert list(tmp_path.iterdir()) == []
@@ -264,5 +265,5 @@ def test_an_unknown_row_status_is_an_error_of_the_file():
     """A code that there is not is refused by name, as that of an ending is."""
     atlas = sweep.run(sweep.SweepSpec(roll_rate="2:3:4", tilt="1deg:2deg:3")).copy(deep=True)
     atlas["boundary_roll_rate_status"][1] = 114
-    with pytest.raises(RequestError, match="boundary_roll_rate_status holds 114, which is none of 0, 1"):
+    with refused("boundary_roll_rate_status", "114", "0, 1"):
         edge_status(atlas, "roll_rate", "upper")

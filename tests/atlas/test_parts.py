@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from messages import refused
 
 import sweep
 from sweep.atlas.parts import is_inside, nearest_cell, part_of
-from sweep.errors import RequestError
 from sweep.request.sources import Range
 from sweep.request.spec import SweepSpec
 
@@ -52,34 +52,34 @@ def test_words_pick_values(atlas):
 
 def test_bad_words_are_refused(atlas):
     """In sentences that name the axis."""
-    for words, message in [
-        ({"alpha": "2"}, r"alpha=2: 2 is outside this atlas, whose alpha is 0.5 to 1"),
-        ({"tilt": "0.5"}, "radians; for degrees write them, as in tilt=0.5deg"),
-        ({"tilt": "1,1.5"}, "tilt=1deg,1.5deg"),
-        ({"tilt": "0.5:1"}, "tilt=0.5deg:1deg"),
-        ({"alpha": "0.71:0.9"}, "No value of alpha lies from 0.71 to 0.9"),
-        ({"alpha": "0.8:0.6"}, "the smaller one first"),
-        ({"roll_rate": "1:2:3"}, "START:STOP"),
-        ({"radius": "0.5"}, "radius is no axis of this atlas, whose axes are alpha, roll_rate, tilt"),
-        ({"aplha": "1"}, "Did you mean alpha"),
-        ({"speed": "9m/s"}, "18 rad s-1 is outside this atlas, whose roll_rate is 1 rad s-1 to 4 rad s-1"),
+    for words, facts in [
+        ({"alpha": "2"}, ["alpha=2", "0.5", "1"]),
+        ({"tilt": "0.5"}, ["tilt=0.5", "radians", "tilt=0.5deg"]),
+        ({"tilt": "1,1.5"}, ["tilt=1deg,1.5deg"]),
+        ({"tilt": "0.5:1"}, ["tilt=0.5deg:1deg"]),
+        ({"alpha": "0.71:0.9"}, ["alpha", "0.71", "0.9"]),
+        ({"alpha": "0.8:0.6"}, ["alpha", "smaller"]),
+        ({"roll_rate": "1:2:3"}, ["roll_rate", "START:STOP"]),
+        ({"radius": "0.5"}, ["radius", "alpha, roll_rate, tilt"]),
+        ({"aplha": "1"}, ["aplha", "alpha?"]),
+        ({"speed": "9m/s"}, ["speed=9m/s", "18 rad s-1", "roll_rate", "1 rad s-1", "4 rad s-1"]),
         (
             {"sped": "9m/s"},
-            "alpha, roll_rate, tilt, scaled_roll_rate, speed, inclination. Did you mean speed",
+            ["sped", "alpha, roll_rate, tilt, scaled_roll_rate, speed, inclination", "speed?"],
         ),
-        ({"speed": "1:2:3"}, "START:STOP"),
-        ({"speed": "1:2:3"}, "got 1:2:3. Write speed=1:2."),
-        ({"inclination": "1"}, "inclination=1: .* Give a value inside.$"),
-        ({"inclination": "0.5:1"}, "Give two values with some of the axis between them"),
-        ({"speed": "1kg"}, "does not fit"),
-        ({"speed": "1", "roll_rate": "2"}, "roll_rate is given once: speed and roll_rate"),
-        ({"scaled_tilt_rate": "1"}, "tilt_rate is no axis of this atlas"),
-        ({"alpha": "1deg"}, "does not fit"),
-        ({"alpha": "nan"}, "finite"),
-        ({"alpha": ""}, "is no value"),
-        ({"alpha": ":"}, "is no value"),
+        ({"speed": "1:2:3"}, ["START:STOP"]),
+        ({"speed": "1:2:3"}, ["1:2:3", "speed=1:2"]),
+        ({"inclination": "1"}, ["inclination=1", "tilt"]),
+        ({"inclination": "0.5:1"}, ["inclination", "two values"]),
+        ({"speed": "1kg"}, ["speed=1kg", "m/s"]),
+        ({"speed": "1", "roll_rate": "2"}, ["speed", "roll_rate"]),
+        ({"scaled_tilt_rate": "1"}, ["tilt_rate", "alpha, roll_rate, tilt"]),
+        ({"alpha": "1deg"}, ["alpha=1deg", "deg"]),
+        ({"alpha": "nan"}, ["alpha=nan", "finite"]),
+        ({"alpha": ""}, ["alpha=", "start:stop:count[:log]"]),
+        ({"alpha": ":"}, ["alpha=:", "start:stop:count[:log]"]),
     ]:
-        with pytest.raises(RequestError, match=message):
+        with refused(*facts):
             part_of(atlas, words)
 
 
@@ -87,15 +87,15 @@ def test_a_start_has_no_nearest_one():
     """It is one of the numbers of the list, wherever it is named; between two numbers, all between are meant."""
     whole = sweep.run(SweepSpec(tilt="uniform:1deg:2deg", roll_rate=3, samples=12))
     part = whole.isel(start=[2, 5, 7]).eulerdisk.atlas
-    for atlas, words, says in (
-        (whole, "0.5", "There is no start 0.5: this list has 12, numbered from 0 to 11"),
-        (whole, "11.3", "There is no start 11.3"),
-        (whole, "3,7.5", "There is no start 7.5"),
-        (part, "6", "There is no start 6: this list has 3, numbered from 2 to 7"),
+    for atlas, words, facts in (
+        (whole, "0.5", ["12", "from 0 to 11"]),
+        (whole, "11.3", ["12", "from 0 to 11"]),
+        (whole, "3,7.5", ["12", "from 0 to 11"]),
+        (part, "6", ["3", "from 2 to 7"]),
     ):
-        with pytest.raises(RequestError, match=f"start={words.rpartition(',')[2]}: {says}"):
+        with refused(f"start={words.rpartition(',')[2]}", *facts):
             part_of(atlas, {"start": words})
-    with pytest.raises(RequestError, match="start=6: There is no start 6"):
+    with refused("start 6", "start=6", "3", "from 2 to 7"):
         nearest_cell(part.eulerdisk.spec, {"start": "6"})
     assert nearest_cell(part.eulerdisk.spec, {"start": "5"}) == {"start": 1}
     assert part_of(part, {"start": "3:7"})[0].start.values.tolist() == [5, 7]

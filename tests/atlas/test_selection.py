@@ -5,11 +5,11 @@ import pytest
 import xarray as xr
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from messages import refused
 
 import sweep
 from sweep.checks.compare import compare
 from sweep.checks.verify import findings_of
-from sweep.errors import RequestError
 from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas, opened
 from sweep.request.spec import SweepSpec
@@ -141,36 +141,39 @@ def test_variables_of_the_users_are_kept(atlases):
 
 
 REFUSED = {
-    "coordinate": (lambda atlas: atlas.isel(alpha=0, drop=True), "lost the coordinate alpha"),
-    "backwards": (lambda atlas: atlas.isel(alpha=[2, 0]), "strictly increasing"),
-    "twice": (lambda atlas: atlas.isel(alpha=[0, 0]), "strictly increasing"),
-    "fractions": (lambda atlas: atlas.interp(roll_rate=[2.51, 2.6]), "atlas.eulerdisk.interp"),
-    "one fraction": (lambda atlas: atlas.interp(roll_rate=1.01), "atlas.eulerdisk.interp"),
-    "nothing": (lambda atlas: atlas.isel(alpha=slice(0, 0)), "holds no cells"),
+    "coordinate": (lambda atlas: atlas.isel(alpha=0, drop=True), ["lost", "alpha"]),
+    "backwards": (lambda atlas: atlas.isel(alpha=[2, 0]), ["increasing"]),
+    "twice": (lambda atlas: atlas.isel(alpha=[0, 0]), ["increasing"]),
+    "fractions": (lambda atlas: atlas.interp(roll_rate=[2.51, 2.6]), ["atlas.eulerdisk.interp"]),
+    "one fraction": (lambda atlas: atlas.interp(roll_rate=1.01), ["atlas.eulerdisk.interp"]),
+    "nothing": (lambda atlas: atlas.isel(alpha=slice(0, 0)), ["no cells"]),
     "turned": (
         lambda atlas: atlas.isel(roll_rate=slice(None, None, -1)),
-        "coordinate roll_rate has other values",
+        ["roll_rate", "other values"],
     ),
-    "turned and cut": (lambda atlas: atlas.isel(roll_rate=slice(None, None, -1), alpha=1), "another order"),
-    "shuffled and cut": (lambda atlas: atlas.isel(tilt=[1, 0, 2, 3, 4], alpha=0), "another order"),
+    "turned and cut": (
+        lambda atlas: atlas.isel(roll_rate=slice(None, None, -1), alpha=1),
+        ["roll_rate", "order"],
+    ),
+    "shuffled and cut": (lambda atlas: atlas.isel(tilt=[1, 0, 2, 3, 4], alpha=0), ["tilt", "order"]),
     "renamed values": (
         lambda atlas: atlas.assign_coords(tilt=atlas.tilt * 2.0),
-        "coordinate tilt has other values",
+        ["tilt", "other values"],
     ),
     "renamed and cut": (
         lambda atlas: atlas.assign_coords(tilt=atlas.tilt * 2.0).isel(alpha=0),
-        "coordinate tilt",
+        ["tilt"],
     ),
-    "another disk": (lambda atlas: atlas.assign_coords(radius=0.1), "coordinate radius has other values"),
+    "another disk": (lambda atlas: atlas.assign_coords(radius=0.1), ["radius", "other values"]),
     "between": (
         lambda atlas: atlas.interp(roll_rate=np.linspace(1.1, 3.9, 16), method="nearest"),
-        "coordinate roll_rate has other values|eulerdisk.interp",
+        ["roll_rate"],
     ),
 }
 
 
-@pytest.mark.parametrize(("make", "words"), REFUSED.values(), ids=REFUSED)
-def test_what_is_no_selection_is_refused(atlases, tmp_path, make, words):
+@pytest.mark.parametrize(("make", "facts"), REFUSED.values(), ids=REFUSED)
+def test_what_is_no_selection_is_refused(atlases, tmp_path, make, facts):
     """By the accessor and before anything is saved."""
     part = make(atlases["three axes"])
     for ask in (
@@ -178,7 +181,7 @@ def test_what_is_no_selection_is_refused(atlases, tmp_path, make, words):
         lambda: part.eulerdisk.plot(),
         lambda: save(part, tmp_path / "part.nc"),
     ):
-        with pytest.raises(RequestError, match=words):
+        with refused(*facts):
             ask()
     assert not [*tmp_path.iterdir()]
 
@@ -225,27 +228,27 @@ def test_a_data_array_gives_points(atlases):
         single = atlas.eulerdisk.interp(roll_rate=rate, tilt=tilt)
         for name in ("peak_tilt", "stability", "steps"):
             np.testing.assert_allclose(found[name][i], single[name], rtol=1e-12)
-    for wrong, words in (
-        ({"roll_rate": xr.DataArray([2.0, 99.0], dims="point")}, "Outside of the cells nothing is known"),
-        ({"speed": xr.DataArray([1.0], dims="point")}, "are given as roll_rate"),
+    for wrong, facts in (
+        ({"roll_rate": xr.DataArray([2.0, 99.0], dims="point")}, ["roll_rate", "1 rad s-1", "4 rad s-1"]),
+        ({"speed": xr.DataArray([1.0], dims="point")}, ["speed", "roll_rate"]),
     ):
-        with pytest.raises(RequestError, match=words):
+        with refused(*facts):
             atlas.eulerdisk.interp(**wrong)
 
 
 def test_places_that_are_none_are_refused(atlases):
     """Outside of the axes, and along what is none."""
-    for raw, words in [
-        ({"roll_rate": 0.9}, "Outside of the cells nothing is known"),
-        ({"radius": 0.5}, "radius"),
-        ({"roll_rate": "2m"}, "does not fit"),
-        ({"rol_rate": 2}, "Did you mean roll_rate"),
-        ({"tilt": np.nan}, "finite"),
-        ({"tilt": 1.5}, "A bare number is in radians.*tilt=1.5deg"),
-        ({"speed": 1, "roll_rate": 2}, "given once"),
-        ({"sped": 1}, "Did you mean speed"),
+    for raw, facts in [
+        ({"roll_rate": 0.9}, ["roll_rate", "1 rad s-1", "4 rad s-1"]),
+        ({"radius": 0.5}, ["radius"]),
+        ({"roll_rate": "2m"}, ["roll_rate=2m", "rad/s"]),
+        ({"rol_rate": 2}, ["rol_rate", "roll_rate?"]),
+        ({"tilt": np.nan}, ["tilt", "finite"]),
+        ({"tilt": 1.5}, ["radians", "tilt=1.5deg"]),
+        ({"speed": 1, "roll_rate": 2}, ["speed", "roll_rate"]),
+        ({"sped": 1}, ["sped", "speed?"]),
     ]:
-        with pytest.raises(RequestError, match=words):
+        with refused(*facts):
             atlases["three axes"].eulerdisk.interp(**raw)
 
 
@@ -258,5 +261,5 @@ def test_a_list_with_other_starts_is_no_selection():
         atlas.assign_coords(tilt=atlas.tilt * 2.0),
         atlas.assign_coords(tilt=atlas.tilt * 2.0).isel(start=[1, 3]),
     ):
-        with pytest.raises(RequestError, match="has other values than its spec, or another order"):
+        with refused("other values", "order"):
             _ = part.eulerdisk.atlas

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from messages import refused
 from scipy.stats import binomtest
 
 import sweep
 from sweep.atlas.share import Share, in_words, unstable_share, wilson
-from sweep.errors import RequestError
 from sweep.model.disk.tables import ENDINGS
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 
@@ -75,7 +75,7 @@ def test_accessor():
 
 def test_a_grid_has_no_share():
     """It says where its axes end, and nothing of the motion."""
-    with pytest.raises(RequestError, match="this atlas is a grid"):
+    with refused("grid"):
         unstable_share(sweep.run(sweep.SweepSpec(roll_rate="2:4:5", tilt="1deg")))
 
 

@@ -4,6 +4,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from messages import assert_facts, refused
 
 import sweep
 from sweep.atlas.structure import check_structure
@@ -50,7 +51,7 @@ def test_every_unit_and_flag_is_looked_at(whole):
                 kept = found.attrs.pop(attribute)
                 for wrong in ({}, {attribute: "furlong"}, {attribute: 5.0}):
                     found.attrs.update(wrong)
-                    with pytest.raises(RequestError, match=f"{name} must "):
+                    with refused(f"{name}"):
                         check_structure(atlas, SPEC, "here")
                 found.attrs[attribute] = kept
         check_structure(atlas, SPEC, "here")
@@ -74,8 +75,8 @@ def test_coordinates_are_finite_and_increasing(edited, value):
     def edit(file):
         file["roll_rate"][1:3] = value
 
-    assert "the coordinate roll_rate must be finite and increasing" in edited(edit)
-    assert "the coordinate gravity must be finite" in edited(lambda file: file["gravity"].assignValue(np.nan))
+    assert_facts(edited(edit), "roll_rate", "finite")
+    assert_facts(edited(lambda file: file["gravity"].assignValue(np.nan)), "gravity", "finite")
 
 
 def test_an_axis_that_runs_backwards(edited):
@@ -84,7 +85,7 @@ def test_an_axis_that_runs_backwards(edited):
     def edit(file):
         file["roll_rate"][:] = file["roll_rate"][::-1]
 
-    assert "roll_rate runs backwards and must increase, as by dataset.sortby('roll_rate')" in edited(edit)
+    assert_facts(edited(edit), "roll_rate", "dataset.sortby('roll_rate')")
 
 
 def test_dimensions_and_types(edited):
@@ -94,14 +95,12 @@ def test_dimensions_and_types(edited):
         file.renameVariable("peak_tilt", "old_peak")
         file.createVariable("peak_tilt", kind, dims).units = "rad"
 
-    assert "peak_tilt must have the dimensions" in edited(lambda file: retyped(file, "f8", ("tilt",)))
-    assert "peak_tilt must have the dimensions" in edited(lambda file: retyped(file, "f8", ("tilt", "tilt")))
-    assert "peak_tilt must be of type f8; got int32" in edited(
-        lambda file: retyped(file, "i4", ("roll_rate", "tilt"))
-    )
+    assert_facts(edited(lambda file: retyped(file, "f8", ("tilt",))), "peak_tilt", "dimensions")
+    assert_facts(edited(lambda file: retyped(file, "f8", ("tilt", "tilt"))), "peak_tilt", "dimensions")
+    assert_facts(edited(lambda file: retyped(file, "i4", ("roll_rate", "tilt"))), "peak_tilt", "f8", "int32")
 
     assert "packed" in edited(lambda file: file["tilt_max"].setncattr("scale_factor", 2.0))
-    assert "title must be text" in edited(lambda file: file.setncattr("title", 5.0))
+    assert_facts(edited(lambda file: file.setncattr("title", 5.0)), "title", "text")
 
 
 @pytest.mark.parametrize(
@@ -162,7 +161,7 @@ def test_counts_that_wrap_do_not_add_up(whole):
             "curve_closed": atlas["curve_closed"].variable[:1].isel(curve=[0, 0, 0]),
         }
         changed = atlas.drop_dims("curve").assign(curves)
-        with pytest.raises(RequestError, match="curve_point_count must add up"):
+        with refused("curve_point_count"):
             check_structure(changed, SPEC, "here")
 
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from comparing import CIRCLING, REFINED, SPEC, STEADY, changed, finding, found
+from messages import assert_facts, missing, refused
 
 import sweep
 from sweep.checks.compare import compare
 from sweep.checks.comparison_report import in_words
-from sweep.errors import RequestError
 from sweep.model.disk import tables
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import VARIABLES
@@ -83,7 +83,7 @@ def test_a_verdict_may_flip_on_the_edge_alone(reference):
     comparison = compare(new, edge)
     assert comparison.same
     assert finding(comparison, "stability").on_edge == 1
-    assert "1 on an edge flipped" in in_words(comparison)
+    assert_facts(in_words(comparison), "1", "edge")
     # an ending that no neighbour has excuses no verdict
     assert found(compare(changed(new, "ending", place, 77), edge)) == {"ending": 1, "stability": 1}
     # the same flip where the limit is 1e-4 rad further is no matter of the last bit
@@ -149,18 +149,18 @@ def test_what_the_reference_has_of_its_cells_the_new_atlas_must_have(reference):
     """
     comparison = compare(reference.drop_vars("nutation_period"), reference)
     assert found(comparison) == {"nutation_period": SPEC.size}
-    assert finding(comparison, "nutation_period").note == "the new atlas does not have it"
+    assert finding(comparison, "nutation_period").note
     comparison = compare(reference, reference.drop_vars("nutation_period"))
     assert comparison.same
     assert not comparison.identical
     assert comparison.notes == ("nutation_period is not compared: the reference atlas does not have it",)
-    assert "not judged: nutation_period" in in_words(comparison)
+    assert_facts(in_words(comparison), "nutation_period")
     forces = sweep.run(SPEC.replace(contact="yes"))
     assert found(compare(reference, forces)) == dict.fromkeys(tables.CONTACT_VARIABLES, SPEC.size)
     comparison = compare(forces, reference)
     assert comparison.same
     for name in tables.CONTACT_VARIABLES:
-        assert f"{name} is not compared: the reference atlas does not have it" in comparison.notes
+        assert any(each.startswith(f"{name} is not compared") for each in comparison.notes)
 
 
 def test_a_boundary_that_one_does_not_have(reference):
@@ -201,7 +201,7 @@ def test_another_model_or_criterion_is_refused(reference):
     ]:
         other = sweep.run(SPEC.replace(**changes))
         for common in (False, True):
-            with pytest.raises(RequestError, match="cannot be compared") as refusal:
+            with refused("differ in") as refusal:
                 compare(other, reference, common=common)
             message = refusal.value.message
             differing = re.findall(r"(\w+) \(([^ ]+) and ([^ ]+)\)", message)
@@ -221,7 +221,7 @@ def test_another_option_of_the_model_is_refused(monkeypatch):
         reference = sweep.run(rough)
         other = sweep.run(rough.replace(grip="icy"))
         if decides:
-            with pytest.raises(RequestError, match=r"cannot be compared.* differ in grip \(icy and rough\)"):
+            with refused("grip", "icy and rough"):
                 compare(other, reference)
         else:
             assert compare(other, reference).same
@@ -230,7 +230,7 @@ def test_another_option_of_the_model_is_refused(monkeypatch):
 def test_another_grid_is_refused_unless_the_common_part_will_do(reference):
     """Cells that both have are compared when asked; what depends on a whole axis is then left out, and that is said."""
     finer = sweep.run(SPEC.replace(roll_rate="0:3:25", alpha="0.5,1"))
-    with pytest.raises(RequestError, match=r"not on the same grid.*roll_rate \(.*alpha \(.*--common"):
+    with refused("roll_rate (0:3:25 and 0:3:13)", "alpha (0.5,1 and 0.5)", "--common"):
         compare(finer, reference)
     comparison = compare(finer, reference, common=True)
     assert comparison.same
@@ -244,14 +244,14 @@ def test_another_grid_is_refused_unless_the_common_part_will_do(reference):
         "tilt": float(reference["tilt"][2]),
         "alpha": 0.5,
     }
-    with pytest.raises(RequestError, match="no cell in common"):
+    with refused("tilt"):
         compare(sweep.run(SPEC.replace(tilt="1deg,2deg")), reference, common=True)
 
 
 def test_the_order_of_axes_is_part_of_the_grid(reference):
     """The transposed atlas is the same in common, and not the same grid."""
     turned = sweep.run(SPEC.replace(axes=("tilt", "roll_rate")))
-    with pytest.raises(RequestError, match=r"differ in axes \("):
+    with refused("axes (tilt,roll_rate and roll_rate,tilt)", "--common"):
         compare(turned, reference)
     assert compare(turned, reference, common=True).same
     place = (1, 3)
@@ -263,7 +263,7 @@ def test_another_step_is_compared_by_its_results(reference):
     comparison = compare(sweep.run(SPEC.replace(tolerance=1e-9)), reference)
     assert comparison.same
     assert {"steps", "energy_drift"}.isdisjoint(each.name for each in comparison.findings)
-    assert "steps is not compared: tolerance differ" in comparison.notes
+    assert any(not missing(each, ["steps", "tolerance"]) for each in comparison.notes)
     # a coarse atlas is as near as it states, and no nearer
     coarse = compare(sweep.run(SPEC.replace(tolerance=0.01, step=0.1)), reference)
     assert coarse.same
@@ -276,7 +276,7 @@ def test_other_kernels_are_compared_by_their_results(reference):
     new = changed(reference, "steps", (2, 2), 10**6).assign_attrs(kernel_hash="0")
     comparison = compare(new, reference)
     assert comparison.same
-    assert "steps is not compared: the kernels differ" in comparison.notes
+    assert any(not missing(each, ["steps", "kernels"]) for each in comparison.notes)
     assert found(compare(changed(new, "nutation_period", (2, 2), 1.0), reference)) == {"nutation_period": 1}
 
 
@@ -300,7 +300,7 @@ def test_a_tolerance_of_the_caller_takes_the_place_of_what_is_stated(reference):
     for wide in ({"tilt_max": 1.1e-6}, {"tilt_max": "0.0001deg"}):
         comparison = compare(new, reference, tolerances=wide)
         assert comparison.outcome == "within tolerance"
-        assert finding(comparison, "tilt_max").reason == "it was given"
+        assert_facts(finding(comparison, "tilt_max").reason, "given")
     narrow = compare(new, reference, tolerances={"tilt_max": "1arcmin", "peak_tilt": 1e-10})
     assert found(narrow) == {"peak_tilt": 1}
     # what other kernels leave open is judged if it is asked for
@@ -312,15 +312,15 @@ def test_a_tolerance_of_the_caller_takes_the_place_of_what_is_stated(reference):
 def test_a_tolerance_that_cannot_be_is_refused(reference):
     """Unknown names, decisions, coordinates, other units and what is no size are refused, with the reason."""
     for tolerances, message in [
-        ({"tilt_mx": 1.0}, "no variable tilt_mx.*Did you mean tilt_max"),
-        ({"stability": 1.0}, "no variable stability whose differences are measured"),
-        ({"tilt": 1.0}, "no variable tilt whose differences are measured"),
-        ({"tilt_max": -1.0}, "must be 0 or more; got -1.0"),
-        ({"tilt_max": "1s"}, "unit 's' does not fit"),
-        ({"tilt_max": "nan"}, "must be finite"),
-        ({"tilt_max": "1,2"}, "one number here"),
+        ({"tilt_mx": 1.0}, ["tilt_mx", "tilt_max?"]),
+        ({"stability": 1.0}, ["stability=1.0", "tilt_min"]),
+        ({"tilt": 1.0}, ["tilt=1.0", "tilt_min"]),
+        ({"tilt_max": -1.0}, ["tilt_max", "0", "-1.0"]),
+        ({"tilt_max": "1s"}, ["tilt_max", "s", "deg", "arcmin"]),
+        ({"tilt_max": "nan"}, ["tilt_max=nan", "finite"]),
+        ({"tilt_max": "1,2"}, ["tilt_max=1,2", "one number"]),
     ]:
-        with pytest.raises(RequestError, match=message):
+        with refused(*message):
             compare(reference, reference, tolerances=tolerances)
 
 
@@ -343,7 +343,7 @@ def test_exact_means_bits(reference):
     assert compare(changed(zero, "tilt_min", (2, 2), -0.0), zero).outcome == "within tolerance"
     forces = sweep.run(SPEC.replace(contact="yes"))
     assert set(found(compare(forces, reference, exact=True))) == set(tables.CONTACT_VARIABLES)
-    with pytest.raises(RequestError, match="exact goes without tolerances"):
+    with refused("exact", "tolerances"):
         compare(reference, reference, exact=True, tolerances={"tilt_max": 1.0})
 
 
@@ -363,7 +363,7 @@ def test_a_moved_curve_differs(refined):
     comparison = compare(changed(refined, "curve_tilt", 2, float(refined.curve_tilt[2]) + 1e-3), refined)
     assert found(comparison) == {"curve_tilt": 1}
     assert finding(comparison, "curve_tilt").worst.where == {"curve_point": 2.0}
-    assert "worst cell: curve_point 2:" in in_words(comparison)
+    assert_facts(in_words(comparison), "curve_point 2")
 
 
 def test_a_curve_of_other_length_differs(refined):
@@ -373,7 +373,7 @@ def test_a_curve_of_other_length_differs(refined):
         "curve_roll_rate", "curve_roll_rate_halfwidth", "curve_tilt", "curve_tilt_halfwidth",
     }  # fmt: skip
     length = refined.sizes["curve_point"]
-    assert finding(comparison, "curve_tilt").note == f"{length - 1} values, in the reference {length}"
+    assert_facts(finding(comparison, "curve_tilt").note, f"{length - 1}", f"{length}")
 
 
 def test_curves_move_with_a_cell_that_flips_on_an_edge(refined):
@@ -411,5 +411,5 @@ def test_another_steady_rate_is_another_motion():
     """The slower and the faster of the two steady precessions are not compared, nor a computed rate and a given one."""
     slow = sweep.run(STEADY)
     for other in (STEADY.replace(precession_rate="steady-fast"), CIRCLING):
-        with pytest.raises(RequestError, match=r"differ in precession_rate \("):
+        with refused("precession_rate"):
             compare(slow, sweep.run(other))

@@ -2,11 +2,13 @@
 
 import json
 import math
+import re
 
 import netCDF4
 import numpy as np
 import pytest
 import referee
+from messages import assert_facts, refused
 
 import sweep
 from sweep.checks.explain import _folded, explain
@@ -69,12 +71,12 @@ def test_every_cell_is_repeated_to_the_bit(tmp_path):
 def test_the_words_say_why():
     """Each kind of ending and verdict has its reason, and the figure of a cell that moves is drawn."""
     for spec, given, verdict, because in [
-        (ROLLING, {"roll_rate": 2.0, "tilt": "1.45deg"}, "unstable", "left its steady value by 4"),
-        (ROLLING, {"roll_rate": 4, "tilt": "0.01deg"}, "stable", "both turning points were passed"),
-        (ROLLING, {"roll_rate": 1, "tilt": "40deg"}, "unstable", "reached fall_tilt, 85 deg after 0.39"),
-        (KICKED, {"roll_rate": 14, "tilt_rate": 0.01}, "undecided", "duration of 0.5 s was over"),
-        (KICKED, {"roll_rate": 20, "tilt_rate": 0.01}, "stable", "10 times the perturbation, 0.0289"),
-        (ROLLING.replace(roll_rate=3.0, tilt="0"), {}, "undecided", "exact steady motion"),
+        (ROLLING, {"roll_rate": 2.0, "tilt": "1.45deg"}, "unstable", "steady value .* 4"),
+        (ROLLING, {"roll_rate": 4, "tilt": "0.01deg"}, "stable", "turning points"),
+        (ROLLING, {"roll_rate": 1, "tilt": "40deg"}, "unstable", "fall_tilt, 85 deg .*0\\.39"),
+        (KICKED, {"roll_rate": 14, "tilt_rate": 0.01}, "undecided", "0\\.5 s"),
+        (KICKED, {"roll_rate": 20, "tilt_rate": 0.01}, "stable", "10 .* 0\\.0289"),
+        (ROLLING.replace(roll_rate=3.0, tilt="0"), {}, "undecided", "steady motion"),
         (
             CIRCLING.replace(tilt=0.1, precession_rate="-1,0,1"),
             {"precession_rate": 0},
@@ -84,8 +86,8 @@ def test_the_words_say_why():
     ]:
         found = explain(sweep.run(spec), given)
         words = " ".join(found.text.split())
-        assert f"verdict {verdict} by {spec.criterion} because" in words, (spec, given, verdict, because)
-        assert because in words.partition("verdict ")[2], (spec, given, verdict, because)
+        assert f"verdict {verdict} by {spec.criterion} " in words, (spec, given, verdict, because)
+        assert re.search(because, words.partition("verdict ")[2]), (spec, given, verdict, because)
 
 
 def test_linear_theory():
@@ -186,7 +188,7 @@ def test_a_measure_that_the_atlas_lacks():
     lost = [line.split()[0] for line in whole.text.splitlines() if line not in part.text.splitlines()]
     assert lost == ["amplification", "nutation_period", "steps", "nutation_period", "linear"]
     assert cell_plot.figure(part).axes
-    with pytest.raises(sweep.RequestError, match="lacks tilt_max, which this needs"):
+    with refused("lacks tilt_max"):
         explain(atlas.drop_vars("tilt_max"), cell)
 
 
@@ -218,15 +220,15 @@ def test_run_from_repeats_a_run_from_the_file_alone(command, tmp_path):
         spec = ROLLING.replace(alpha=1.0, tilt="1deg")
         assert json.loads(changed.attrs["sweep_spec"]) == json.loads(spec.canonical())
         assert changed.attrs["history"].endswith("eulerdisk run --from a.nc alpha=1 tilt=1deg -o c.nc")
-    for line, said in [
-        ("run rolling --from a.nc -o d.nc", "not both"),
-        ("run -o d.nc", "eulerdisk run rolling"),
-        ("run --from missing.nc -o d.nc", "no such file"),
-        ("run --from a.nc rol_rate=2 -o d.nc", "Did you mean roll_rate?"),
+    for line, facts in [
+        ("run rolling --from a.nc -o d.nc", ["SPEC", "rolling", "--from a.nc"]),
+        ("run -o d.nc", ["SPEC", "--from", "eulerdisk run rolling"]),
+        ("run --from missing.nc -o d.nc", ["missing.nc", "no such file"]),
+        ("run --from a.nc rol_rate=2 -o d.nc", ["rol_rate", "roll_rate?"]),
     ]:
         status, out, err = command(line)
         assert (status, out) == (2, "")
-        assert said in err
+        assert_facts(err, *facts)
     with netCDF4.Dataset("a.nc", "a") as file:
         file.kernel_hash = "0" * 64
-    assert "was made by other kernels" in command("run --from a.nc -o e.nc")[2]
+    assert_facts(command("run --from a.nc -o e.nc")[2], "a.nc", "other kernels")

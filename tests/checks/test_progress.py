@@ -5,13 +5,13 @@ import itertools
 import time
 
 import pytest
+from messages import refused
 
 import sweep
 from sweep.checks import verify as verifying
 from sweep.checks.cell_audit import CellAudit
 from sweep.checks.compare import COMPARING
 from sweep.checks.verify import CHECKING
-from sweep.errors import RequestError
 from sweep.progress.timetable import SEARCHING, Timetable
 
 #: More cells than a block of a reader has.
@@ -90,5 +90,5 @@ def test_another_wish_is_refused(atlas):
     """As by `sweep.run`."""
     calls = (sweep.verify, sweep.refine, functools.partial(sweep.compare, atlas))
     for call in calls:
-        with pytest.raises(RequestError, match="progress must be"):
+        with refused("progress"):
             call(atlas, progress="bar")

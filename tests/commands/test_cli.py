@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import get_args, get_type_hints
 
 import pytest
+from messages import assert_facts
 
 import sweep
 from sweep import cli
@@ -27,8 +28,7 @@ def test_a_request_that_this_machine_cannot_meet_has_one_message(command, machin
         status, out, err = command(line)
         assert (status, out, err.count("\n")) == (2, "", 1)
         assert err.startswith("eulerdisk: ")
-        for fact in facts:
-            assert fact in err
+        assert_facts(err, *facts)
         assert list(tmp_path.iterdir()) == []
 
 
@@ -44,11 +44,11 @@ def numbers():
 
 
 @pytest.mark.parametrize(("name", "option"), numbers())
-def test_every_option_that_is_a_number_refuses_others_in_the_same_words(command, name, option):
+def test_every_option_that_is_a_number_refuses_others(command, name, option):
     """So does one that is added: no other reader of numbers than that of `sweep.commands.arguments`."""
     status, _, err = command(f"{name} a.nc {option} ٣")
     assert status == 2
-    assert "'٣' is not a valid" in err
+    assert_facts(err, f"'{option}'", "'٣'")
 
 
 def test_no_command_at_all_shows_the_help(command):

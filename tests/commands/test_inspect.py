@@ -4,13 +4,13 @@ import csv
 import io
 import json
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import assert_facts
 
 import sweep
 from sweep.atlas.reclassify import reclassify
@@ -40,13 +40,12 @@ def test_an_expression_is_an_option_and_a_word(command, tmp_path):
     status, out, _ = command(f"boundary a.nc --criterion '{text}' -o b.nc")
     assert (status, out) == (0, command("boundary own.nc")[1])
     assert out != command("boundary a.nc")[1]
-    assert f"unstable if {text}" in command("info b.nc")[1]
+    assert_facts(command("info b.nc")[1], text)
     assert command("compare b.nc own.nc")[0] == 0
     assert command("verify b.nc")[0] == 0
     status, out, err = command("boundary a.nc --criterion 'friction_needed > 1' -o c.nc")
     assert (status, out) == (2, "")
-    assert "friction_needed" in err
-    assert "contact=yes" in err
+    assert_facts(err, "friction_needed", "contact=yes")
     assert not (tmp_path / "c.nc").exists()
 
 
@@ -58,7 +57,7 @@ def test_an_atlas_that_is_cut(command, tmp_path):
         status, out, err = command(line)
         assert (status, out) == (2, "")
         assert err.startswith("eulerdisk: b.nc: ")
-        assert "not a readable netCDF file" in err
+        assert_facts(err, "netCDF", f"{(tmp_path / 'b.nc').stat().st_size} bytes")
 
 
 def test_a_reader_that_leaves_early(tmp_path):
@@ -87,8 +86,7 @@ def test_regimes_are_drawn(command, tmp_path):
     for more in ("--criterion departure:2deg", "--friction 0.5"):
         status, _, err = command(f"plot a.nc --regimes {more} -o b.png")
         assert status == 2
-        assert "--regimes" in err
-        assert more.split()[0] in err
+        assert_facts(err, "--regimes", more.split()[0])
         assert not (tmp_path / "b.png").exists()
 
 
@@ -99,11 +97,13 @@ def test_a_bare_figure_prints_the_text_of_its_caption(command, tmp_path):
     for words in ("--bare", "--bare --without strip,bar", "--without caption"):
         status, out, _ = command(f"plot a.nc {words} -o a.png")
         assert status == 0
-        assert out.splitlines()[:2] == ["Nudged", "unstable: departure above 5°, or the disk falls"]
+        title, criterion = out.splitlines()[:2]
+        assert title == "Nudged"
+        assert_facts(criterion, "unstable", "departure", "5°")
     assert command("plot a.nc --without bar -o a.png")[:2] == (0, "")
     status, _, err = command("plot a.nc --without stripe -o b.png")
     assert status == 2
-    assert "title, caption, legend, strip or bar; got stripe. Did you mean strip" in " ".join(err.split())
+    assert_facts(err, "title", "caption", "legend", "bar", "stripe", "strip?")
     assert not (tmp_path / "b.png").exists()
 
 
@@ -121,13 +121,14 @@ def test_plot_takes_quantity_contours_size_and_rate(command, tmp_path):
     "line", ["info a.nc", "boundary a.nc", "export a.nc --to csv -o a.csv", "plot a.nc -o a.png"]
 )
 def test_what_a_user_has_added_is_left_out(command, tmp_path, line):
-    """A string and a variable of another dimension do not keep an atlas from being read; one line says so."""
+    """A string and a variable of another dimension do not keep an atlas from being read; one line names them."""
     atlas = sweep.run(sweep.SweepSpec(tilt="1deg:2deg:3", roll_rate="2:3:4"))
     added = atlas.assign(remark="of June", sst=("time", [1.0, 2.0]))
     added.to_netcdf(tmp_path / "a.nc", format="NETCDF4", engine="netcdf4")
     status, _, err = command(line)
-    assert (status, err.count("left out")) == (0, 1)
-    assert err.startswith("eulerdisk: warning: a.nc: no part of an atlas, and left out: ")
+    assert status == 0
+    (warning,) = (line for line in err.splitlines() if line.startswith("eulerdisk: warning: a.nc: "))
+    assert_facts(warning, "remark", "1 more")
     if "csv" in line:
         head = (tmp_path / "a.csv").read_text().partition("\n")[0].split(",")
         assert not {"remark", "sst", "time"}.intersection(head)
@@ -142,7 +143,9 @@ def test_words_pick_a_part(command, tmp_path):
     assert command("boundary a.nc alpha=1 tilt=1deg:3deg") == (0, table, "")
     status, out, err = command("boundary a.nc alpha=0.9 tilt=1deg:3deg -o part.nc")
     assert (status, out) == (0, table)
-    assert err == "eulerdisk: alpha 1 is the nearest of the atlas to 0.9\n"
+    assert err.startswith("eulerdisk: ")
+    assert err.count("\n") == 1
+    assert_facts(err, "alpha 1", "0.9")
     assert command("verify part.nc")[0] == 0
     assert command("info part.nc")[0] == 0
     assert command("plot a.nc part.nc alpha=1 -o a.png")[0] == 2
@@ -184,7 +187,7 @@ def test_info_as_json_is_for_finished_atlases(command, tmp_path):
     command(f"prepare rolling {' '.join(SMALL)} -o a.nc")
     status, out, err = command("info a.nc --json")
     assert (status, out) == (2, "")
-    assert "this run is not finished" in err
+    assert_facts(err, "a.nc", "--json", "finished")
 
 
 def test_the_boundary_for_programs(command, tmp_path):
@@ -209,10 +212,10 @@ def test_neither_the_atlas_nor_a_table_is_replaced(command, tmp_path):
     command("run rolling roll_rate=2:4:3 tilt=1deg -o a.nc")
     (tmp_path / "a").hardlink_to(tmp_path / "a.nc")
     (tmp_path / "a.csv").touch()
-    for words, told in (("-o a.csv", "add --overwrite"), ("-o a --overwrite", "would replace the atlas")):
+    for words, facts in (("-o a.csv", ["a.csv", "--overwrite"]), ("-o a --overwrite", ["replace", "atlas"])):
         status, out, err = command(f"boundary a.nc --to csv {words}")
         assert (status, out) == (2, "")
-        assert told in err
+        assert_facts(err, *facts)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "a.csv", "a.nc"]
 
 
@@ -235,8 +238,11 @@ def test_export_says_what_it_wrote(command, tmp_path):
     """Each file is named: the cells, and for csv the boundary, if there is one."""
     command(f"run rolling {' '.join(SMALL)} -o a.nc")
     command("run rolling roll_rate=3 tilt=1deg -o one.nc")
-    told = "eulerdisk: a.csv: 18 cells\neulerdisk: a.boundary.csv: the boundary\n"
-    assert command("export a.nc --to csv") == (0, "", told)
+    status, out, err = command("export a.nc --to csv")
+    assert (status, out) == (0, "")
+    cells, boundary = err.splitlines()
+    assert cells == "eulerdisk: a.csv: 18 cells"
+    assert boundary.startswith("eulerdisk: a.boundary.csv: ")
     assert command("export one.nc --to csv") == (0, "", "eulerdisk: one.csv: 1 cell\n")
     assert sorted(path.name for path in tmp_path.glob("*.csv")) == ["a.boundary.csv", "a.csv", "one.csv"]
     assert "OUT.boundary.csv" in command("export --help")[1]
@@ -249,9 +255,10 @@ def test_info_tells_what_an_option_has_added_and_on_which_terms(command, tmp_pat
     words, found = command("info a.nc")[1], json.loads(command("info a.nc --json")[1])
     with open_atlas(tmp_path / "a.nc") as atlas:
         force, friction = float(atlas.least_normal_force.min()), float(atlas.friction_needed.max())
-        assert f"added       least normal force of the motion over the weight: {force:.6g} to " in words
-        assert re.search(rf"added +largest friction coefficient .* needs: .* to {friction:.6g}\n", words)
-        assert "added       what is known of the contact forces: 18 presses\n" in words
+        added = [line for line in words.splitlines() if line.startswith("added")]
+        assert any(f": {force:.6g} to " in line for line in added)
+        assert any(line.endswith(f" to {friction:.6g}") for line in added)
+        assert any(line.endswith(": 18 presses") for line in added)
         assert (
             found["added"]["least_normal_force"]["smallest"],
             found["added"]["contact_state"]["presses"],

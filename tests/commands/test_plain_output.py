@@ -5,6 +5,7 @@ import shlex
 from pathlib import Path
 
 import pytest
+from messages import assert_facts
 
 import sweep
 from sweep.commands import terminal
@@ -51,7 +52,7 @@ def test_a_part_is_two_ascii_numbers(command, part):
     """Digits of other scripts are no part of a run."""
     status, _, err = command(shlex.join(["block", "--run", "nowhere", "--part", part]))
     assert status == 2
-    assert "A part is I/N with 1 <= I <= N" in err
+    assert_facts(err, "--part", "I/N", "1 <= I <= N")
 
 
 @pytest.mark.parametrize(
@@ -68,4 +69,4 @@ def test_numbers_of_options_are_ascii(command, option, text):
     """Digits of other scripts and underscores are refused, for a reader would not know what was meant."""
     status, out, err = command(f"{option} {text}")
     assert (status, out) == (2, "")
-    assert "is not a valid" in err
+    assert_facts(err, f"'{option.split()[-1]}'", f"'{text}'")

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from messages import assert_facts
 
 import sweep
 from sweep.files.reading import open_atlas
@@ -45,7 +46,7 @@ def test_an_existing_file_needs_overwrite(command, tmp_path):
     (tmp_path / "a.nc").write_text("old")
     status, _, err = command("run rolling roll_rate=3 tilt=1deg -o a.nc")
     assert status == 2
-    assert "--overwrite" in err
+    assert_facts(err, "a.nc", "--overwrite")
     assert (tmp_path / "a.nc").read_text() == "old"
     assert command("run rolling roll_rate=3 tilt=1deg -o a.nc --overwrite")[0] == 0
     assert command("info a.nc")[0] == 0
@@ -57,8 +58,7 @@ def test_a_time_that_is_none(command, tmp_path, monkeypatch, epoch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
     status, out, err = command("run rolling -o a.nc")
     assert (status, out, err.count("\n")) == (2, "", 1)
-    assert "SOURCE_DATE_EPOCH" in err
-    assert repr(epoch) in err
+    assert_facts(err, "SOURCE_DATE_EPOCH", repr(epoch))
     assert list(tmp_path.iterdir()) == []
 
 
@@ -66,9 +66,10 @@ def test_one_impossible_cell_does_not_stop_a_run(command):
     """Circling with a precession axis through zero runs; just those cells are invalid, and are listed and counted."""
     status, _, err = command("run circling tilt=10deg,20deg precession_rate=-1:1:5 --max-failed 20 -o a.nc")
     assert status == 0
-    assert err.splitlines() == [
-        "eulerdisk: a.nc: 10 cells",
-        "eulerdisk: 2 of 10 cells could not be computed (20 %): 2 invalid",
+    cells, failed, *listed = err.splitlines()
+    assert cells == "eulerdisk: a.nc: 10 cells"
+    assert_facts(failed, "2 of 10 cells", "(20 %)", "2 invalid")
+    assert listed == [
         "eulerdisk:     tilt=10deg precession_rate=0: invalid",
         "eulerdisk:     tilt=20deg precession_rate=0: invalid",
     ]
@@ -81,9 +82,9 @@ def test_too_many_failed_cells_end_with_1(command, tmp_path):
     for most, expected in (("", 1), ("--max-failed 2.43", 1), ("--max-failed 2.44", 0)):
         status, out, err = command(f"run circling {words} {most} -o a.nc --overwrite")
         assert (status, out) == (expected, "")
-        assert "12 of 492 cells could not be computed (2.44 %): 12 invalid" in err
+        assert_facts(err, "12 of 492 cells", "(2.44 %)", "12 invalid")
         assert err.count("precession_rate=0: invalid\n") == 10
-        assert ("the file is whole" in err) == (expected == 1)
+        assert ("--max-failed" in err) == (expected == 1)
         with open_atlas(tmp_path / "a.nc") as read:
             assert int((read.ending == 6).sum()) == 12
 
@@ -94,15 +95,14 @@ def test_plan_writes_nothing_and_counts_right(command, tmp_path):
         "plan rolling roll_rate=0.5:6:1000 tilt=0.1deg:9deg:300 --block-cells 70000 --no-calibrate"
     )
     assert (status, err) == (0, "")
-    assert out.splitlines()[:3] == [
-        "cells    300000 (1000 x 300)",
-        "blocks   5 of 70000 cells",
-        "time     not measured",
-    ]
+    cells, blocks, time, *others = out.splitlines()
+    assert cells == "cells    300000 (1000 x 300)"
+    assert_facts(blocks, "5 of 70000 cells")
+    assert time.split()[0] == "time"
+    assert not re.search(r"\d", time)
     # 46 bytes a cell, the types in the table of variables but for those that follow from the others; 63 in all
-    assert (
-        "disk     at most 14 MB for the journal, which goes at the end, and at most 15 MB for the file" in out
-    )
+    (disk,) = (line for line in others if line.startswith("disk "))
+    assert re.findall(r"\d+ [kMGT]?B", disk)[:2] == ["14 MB", "15 MB"]
     assert list(tmp_path.iterdir()) == []
 
 
@@ -111,9 +111,8 @@ def test_plan_measures(command):
     """With calibration a time is given, in the words in which a run says what it has to go."""
     status, out, _ = command("plan rolling")
     assert status == 0
-    assert "time     about " in out
     # on a busy machine it may be minutes
-    assert re.search(r"time +about [\d.]+ (s|min) \([\d.e+]+ cells per second\)", out)
+    assert re.search(r"\ntime .*\b[\d.]+ (s|min) \([\d.e+]+ cells per second\)", out)
 
 
 def test_plan_says_what_does_not_fit(command, machine):
@@ -121,7 +120,7 @@ def test_plan_says_what_does_not_fit(command, machine):
     machine(free_bytes=50e9)
     status, out, _ = command("plan rolling roll_rate=0:9:30000 tilt=0:1:33000 contact=yes --no-calibrate")
     assert status == 1
-    assert "does not fit" in out
+    assert_facts(out, "GB", "not fit")
 
 
 def test_plan_refuses_an_output_that_cannot_be(command):
@@ -129,7 +128,8 @@ def test_plan_refuses_an_output_that_cannot_be(command):
     status, out, err = command("plan rolling --no-calibrate -o nowhere/a.nc")
     assert (status, out) == (2, "")
     assert err.startswith("eulerdisk: nowhere/a.nc: ")
-    assert "no such folder" in err
+    assert err.count("\n") == 1
+    assert_facts(err, "mkdir -p nowhere")
 
 
 def test_a_file_system_without_a_size_is_not_a_full_one(command, machine):
@@ -137,7 +137,8 @@ def test_a_file_system_without_a_size_is_not_a_full_one(command, machine):
     machine(free_bytes=math.inf)
     status, out, _ = command("plan rolling --no-calibrate")
     assert status == 0
-    assert "free space unknown" in out
+    (disk,) = (line for line in out.splitlines() if line.startswith("disk "))
+    assert_facts(disk, "unknown")
     assert command("run rolling roll_rate=2:4:3 tilt=1deg -o a.nc")[0] == 0
 
 
@@ -184,9 +185,12 @@ def test_a_command_that_compiles_says_so(tmp_path):
     where = {"EULERDISK_CACHE_DIR": str(tmp_path / "cache"), "EULERDISK_NOTICES": "yes"}
     words = ["simulate", "tilt=0.1", "duration=0.1", "--overwrite", "-o", "a.nc"]
     told, again = (run(tmp_path, *words, **where).stderr.splitlines() for _ in range(2))
-    of = [line for line in told if "compiling kernels.disk.trajectory for this processor takes about" in line]
+    of = [line for line in told if "compiling kernels.disk.trajectory" in line]
     assert of
-    assert all(line.endswith(f"to be kept in {tmp_path / 'cache'}") for line in of)
+    for line in of:
+        assert re.search(r"\b\d+ s\b", line)
+        assert_facts(line, f"kept in {tmp_path / 'cache'}")
+        assert "cannot" not in line
     assert not [line for line in again if "compiling" in line or "measuring" in line]
 
 
@@ -199,12 +203,12 @@ def test_a_cache_that_others_can_write_is_told(tmp_path):
     where = {"EULERDISK_CACHE_DIR": str(cache), "EULERDISK_NOTICES": "yes", "PYTHONWARNINGS": "error"}
     done = run(tmp_path, "simulate", "tilt=0.1", "duration=0.1", "-o", "a.nc", **where)
     assert done.returncode == 0
-    (warning,) = [line for line in done.stderr.splitlines() if "can be written by others" in line]
-    assert warning.startswith("eulerdisk: warning: The cache of compiled kernels is not used")
-    assert "chmod -R go-w" in warning
+    (warning,) = [line for line in done.stderr.splitlines() if line.startswith("eulerdisk: warning: ")]
+    assert_facts(warning, str(cache), "chmod -R go-w")
     told = [line for line in done.stderr.splitlines() if "compiling" in line]
     assert told
-    assert all(line.endswith(f"cannot be kept in {cache}") for line in told)
+    for line in told:
+        assert_facts(line, "cannot", str(cache))
 
 
 @pytest.mark.compiled
@@ -220,20 +224,20 @@ def test_warmup_says_that_nothing_was_kept(tmp_path):
     """Where the kernels cannot be kept, here because nothing is compiled, it ends with 2 and says what to do."""
     done = run(tmp_path, "warmup", NUMBA_DISABLE_JIT="1", EULERDISK_CACHE_DIR=str(tmp_path / "cache"))
     assert done.returncode == 2
-    assert "could not be kept" in done.stderr
-    assert "Set EULERDISK_CACHE_DIR to a folder" in done.stderr
+    assert_facts(done.stderr, "kept", "EULERDISK_CACHE_DIR")
 
 
 def test_a_range_that_misses_the_boundary_is_warned_of(command, tmp_path):
     """`run`, `plan`, `prepare` and `info` say it on standard error with a range to paste; status and output stay."""
     words = "rolling radius=12mm roll_rate=2:4:9 tilt=0.1deg,1deg"
-    warning = "eulerdisk: warning: roll_rate=2.0:4.0:9 lies on the unstable side of the predicted boundary"
+    warning = "eulerdisk: warning: roll_rate=2.0:4.0:9 "
     ends = [command(line) for line in (f"plan {words} --no-calibrate", f"run {words} -o a.nc", "info a.nc")]
     ends.append(command(f"prepare {words} -o b.nc"))
     for status, out, err in ends:
         assert status == 0
         assert warning not in out
-        assert err.count(warning) == 1
+        (told,) = (line for line in err.splitlines() if line.startswith(warning))
+        assert_facts(told, "unstable")
     pasted = ends[0][2].split()[-1]
     for line in (
         f"plan {words} {pasted} --no-calibrate",
@@ -242,4 +246,4 @@ def test_a_range_that_misses_the_boundary_is_warned_of(command, tmp_path):
     ):
         assert "warning" not in command(line.replace("roll_rate=2:4:9 ", ""))[2]
     # a refusal comes after it
-    assert "the file exists" in command(f"run {words} -o a.nc")[2].splitlines()[-1]
+    assert_facts(command(f"run {words} -o a.nc")[2].splitlines()[-1], "a.nc", "--overwrite")

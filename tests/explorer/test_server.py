@@ -12,7 +12,8 @@ from urllib.parse import urlsplit
 
 import pytest
 from cases import case
-from explorer_client import ROLLING, ask, changed, post, raw, refused
+from explorer_client import ROLLING, ask, changed, post, post_refused, raw
+from messages import assert_facts
 
 from sweep.errors import RequestError
 from sweep.explorer import answers, server
@@ -134,20 +135,20 @@ def test_methods_have_their_addresses(url):
 def test_a_malformed_request_is_refused_in_words(url):
     """What is no request gets status 400 with a sentence, and the server goes on."""
     for body, said in [
-        (b"", "cannot be read"),
-        (b"{", "cannot be read"),
-        (b"[]", "an object"),
-        (b"\xff\xfe", "cannot be read"),
-        (b"[" * 60000, "cannot be read"),
-        (b'{"view": 1}', "view must be an object"),
-        (b'{"view": NaN}', "no number"),
-        (b'{"view": {"base": "/etc/passwd.toml"}}', "base must be one of"),
-        (b'{"view": {"base": "rolling", "x": {}, "y": {}}}', "name must be text"),
+        (b"", "read"),
+        (b"{", "read"),
+        (b"[]", "object"),
+        (b"\xff\xfe", "read"),
+        (b"[" * 60000, "read"),
+        (b'{"view": 1}', "view"),
+        (b'{"view": NaN}', "number"),
+        (b'{"view": {"base": "/etc/passwd.toml"}}', "base"),
+        (b'{"view": {"base": "rolling", "x": {}, "y": {}}}', "name"),
     ]:
         with case(body, said):
             answer = ask(url, "window", body)
             assert answer.status == 400
-            assert said in json.loads(answer.body)["error"]
+            assert_facts(json.loads(answer.body)["error"], said)
             assert ask(url, "about").status == 200
 
 
@@ -175,7 +176,7 @@ def test_an_impossible_request_names_the_field(url):
         (changed(view={"words": {"criterion": "departure:900deg"}}), "criterion=departure:900deg"),
     ]:
         with case(fields, where):
-            status, error = refused(url, "window" if "width" in where else "plan", **fields)
+            status, error = post_refused(url, "window" if "width" in where else "plan", **fields)
             assert (status, error["where"]) == (400, where), error
             assert error["error"].endswith(".")
 
@@ -221,7 +222,7 @@ def test_a_defect_is_one_sentence_to_the_page(url, monkeypatch, capfd):
         raise ZeroDivisionError("secret place")
 
     monkeypatch.setattr(answers, "lines", broken)
-    status, error = refused(url, "lines", **changed())
+    status, error = post_refused(url, "lines", **changed())
     assert status == 500
     assert "secret" not in json.dumps(error)
     assert "secret place" in capfd.readouterr().err
@@ -252,7 +253,7 @@ def test_a_port_that_is_taken_is_refused():
     """A port in use is refused in words."""
     with explore() as explorer:
         port = urlsplit(explorer.url).port
-        with pytest.raises(Exception, match=f"cannot listen at port {port}: Address already in use\\."):
+        with pytest.raises(Exception, match=rf"\b{port}\b.*Address already in use"):
             explore(port=port)
 
 
@@ -260,9 +261,9 @@ def test_a_port_that_is_none_is_refused():
     """What no port can be is refused with the numbers that one can have."""
     for port in [-1, 65_536, 99_999_999]:
         with case(port):
-            with pytest.raises(RequestError) as refused:
+            with pytest.raises(RequestError) as caught:
                 explore(port=port)
-            assert refused.value.message == f"A port is a number from 0 to 65535; got {port}."
+            assert_facts(caught.value.message, "0", "65535", f"{port}")
 
 
 def test_the_command_prints_the_address_and_ends_with_ctrl_c():

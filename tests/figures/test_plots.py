@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.container import ErrorbarContainer
 from matplotlib.text import Text
+from messages import assert_facts, refused
 
 import sweep
 from sweep.figures import plots
@@ -392,7 +393,7 @@ def test_negative_rates():
     assert axes.get_ylabel() == r"precession rate $\dot\psi_0$ (rad s$^{-1}$)"
     assert {round(sign * math.sqrt(FOUR_G_OVER_5R), 9) for sign in (-1, 1)} <= heights
     assert "analytic: $\\dot\\psi^2 = 4g/5R$" in said_in(plots.figure([atlas]))
-    with pytest.raises(sweep.RequestError, match=r"no sign: precession_rate has values from -6 rad s-1"):
+    with refused("precession_rate", "-6 rad s-1"):
         plots.figure([atlas], look=Look(rate="squared"))
 
 
@@ -420,9 +421,9 @@ def test_selection_from_a_larger_atlas():
 
 def test_nothing_to_draw():
     """A single cell and an empty list are refused."""
-    with pytest.raises(sweep.RequestError, match=r"one axis or two.*a single cell.*start:stop"):
+    with refused("one axis", "two", "single cell", "start:stop"):
         plots.figure([sweep.run(LINE.replace(roll_rate=3.0))])
-    with pytest.raises(sweep.RequestError, match="Give an atlas"):
+    with refused("atlas"):
         plots.figure([])
 
 
@@ -456,10 +457,7 @@ def test_a_figure_says_why_there_is_no_boundary(atlases):
     assert caption(low.isel(tilt=0))[-1] == "no boundary: unstable throughout"
     assert caption(low.drop_vars("boundary_roll_rate_status"))[-1] == "no boundary: unstable throughout"
     assert not any("boundary" in line for line in caption(atlases["rolling"].isel(tilt=slice(0, 5))))
-    assert (
-        caption(atlases["circling"])[-1]
-        == "no boundary in 12 of 30 rows along precession_rate: stable throughout"
-    )
+    assert_facts(caption(atlases["circling"])[-1], "12 of 30 rows", "precession_rate", "stable throughout")
     slow = sweep.run(CIRCLING.replace(precession_rate="0.05:1.5:9", tilt="10deg,20deg"))
     assert caption(slow)[-2:] == [
         "no upper edge: 1 stable throughout, 1 lower edge only",

@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from messages import assert_facts
 
 import sweep
 from sweep.figures.summary import as_html, as_text
@@ -48,7 +49,7 @@ def test_the_boundary_is_held_against_theory(atlas):
     text = as_text(atlas)
     measured = atlas["boundary_roll_rate"].values
     there = np.isfinite(measured)
-    assert f"in {there.sum()} of 36 rows along roll_rate" in line(text, "boundary")
+    assert_facts(line(text, "boundary"), f"{there.sum()} of 36 rows", "roll_rate")
     for name, words in (("predicted", "predicted for this criterion"), ("critical", "analytic limit")):
         theory = atlas[f"{name}_roll_rate"].values
         (stated,) = re.findall(rf"{words} .*: measured within (\S+) %", text)

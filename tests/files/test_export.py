@@ -9,10 +9,10 @@ import pandas as pd
 import pyarrow.parquet
 import pytest
 import xarray as xr
+from messages import refused
 
 import sweep
 from sweep.cli import main
-from sweep.errors import RequestError
 from sweep.files.export import FORMATS, Format, export
 from sweep.files.publish import published
 from sweep.model.disk.tables import PARAMETERS, VARIABLES
@@ -164,10 +164,10 @@ def test_what_exists_is_replaced_only_when_asked(tmp_path):
     for kind in ("csv", "zarr"):
         path = tmp_path / f"a.{kind}"
         export(atlas, path, kind)
-        with pytest.raises(RequestError, match=r"exists;.*add --overwrite"):
+        with refused("exists", "--overwrite"):
             export(atlas, path, kind)
         export(atlas, path, kind, overwrite=True)
-    with pytest.raises(RequestError, match="not a zarr store"):
+    with refused("zarr store"):
         export(atlas, tmp_path / "mine", "zarr", overwrite=True)
     assert (tmp_path / "mine" / "letter.txt").read_text() == "dear"
 
@@ -175,10 +175,10 @@ def test_what_exists_is_replaced_only_when_asked(tmp_path):
 def test_a_format_that_cannot_be(tmp_path, monkeypatch):
     """An unknown format and a missing library are refused with what to do, and nothing is written."""
     atlas = sweep.run(SPECS["cell"])
-    with pytest.raises(RequestError, match="csv, parquet, zarr"):
+    with refused("xls", "csv", "parquet", "zarr"):
         export(atlas, tmp_path / "a.xls", "xls")
     monkeypatch.setattr("sweep.files.export.find_spec", lambda _: None)
-    with pytest.raises(RequestError, match=r"pip install 'eulerdisk\[formats\]'"):
+    with refused("parquet", "pyarrow", "csv", "pip install 'eulerdisk[formats]'"):
         export(atlas, tmp_path / "a.parquet", "parquet")
     assert list(tmp_path.iterdir()) == []
 
@@ -202,7 +202,7 @@ def test_a_format_is_one_entry(tmp_path, monkeypatch):
     atlas = sweep.run(SPECS["cell"])
     written = json.loads((tmp_path / "a.extremes").read_text())
     assert written == [float(atlas.tilt_min), float(atlas.tilt_max)]
-    with pytest.raises(RequestError, match="csv, parquet, zarr, extremes"):
+    with refused("xls", "csv", "parquet", "zarr", "extremes"):
         export(atlas, tmp_path / "a.xls", "xls")
 
 

@@ -2,11 +2,11 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from messages import refused
 
 import sweep
 from sweep.checks.compare import compare
 from sweep.engine.grid import chunk_shape
-from sweep.errors import RequestError
 from sweep.files.netcdf import save
 from sweep.files.reading import open_atlas
 from sweep.model.disk.tables import PARAMETERS, VARIABLES
@@ -162,23 +162,23 @@ def test_what_netcdf_does_not_hold_is_refused(tmp_path, value):
     """An attribute that no file can hold is named, and no file appears."""
     atlas = sweep.run(sweep.SweepSpec(roll_rate="2:4:3", tilt="1deg,2deg")).copy()
     atlas["tilt_max"].attrs["mine"] = value
-    with pytest.raises(RequestError, match="what no file of the netCDF classic model can"):
+    with refused("a.nc", "netCDF classic"):
         sweep.save(atlas, tmp_path / "a.nc")
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
-    ("change", "why"),
+    ("change", "facts"),
     [
-        (lambda atlas: atlas.eulerdisk.interp(roll_rate=2.413), "lies between the cells of one"),
-        (lambda atlas: atlas.drop_vars("stability"), "any more: it lacks stability"),
-        (lambda atlas: atlas.drop_vars(["tilt_min", "ending"]), "it lacks ending, tilt_min"),
-        (lambda atlas: atlas.mean("tilt"), "floats, as where, mean and interp of xarray make them"),
-        (lambda atlas: atlas.where(atlas.tilt > 0.03, drop=True), "Select cells with isel or sel"),
-        (lambda atlas: atlas.tilt_min, "got a DataArray"),
+        (lambda atlas: atlas.eulerdisk.interp(roll_rate=2.413), ["eulerdisk.interp"]),
+        (lambda atlas: atlas.drop_vars("stability"), ["lacks stability"]),
+        (lambda atlas: atlas.drop_vars(["tilt_min", "ending"]), ["lacks ending, tilt_min"]),
+        (lambda atlas: atlas.mean("tilt"), ["floats", "mean", "xarray"]),
+        (lambda atlas: atlas.where(atlas.tilt > 0.03, drop=True), ["floats", "isel", "sel"]),
+        (lambda atlas: atlas.tilt_min, ["DataArray"]),
     ],
 )
-def test_what_is_no_atlas_any_more_is_refused(change, why, tmp_path):
+def test_what_is_no_atlas_any_more_is_refused(change, facts, tmp_path):
     """No command would open such a file; what takes an atlas refuses the dataset alike, and nothing is written."""
     atlas = sweep.run("rolling", roll_rate="2:4:5", tilt="1deg:4deg:4")
     other = change(atlas)
@@ -190,15 +190,14 @@ def test_what_is_no_atlas_any_more_is_refused(change, why, tmp_path):
         lambda: compare(other, atlas),
         lambda: compare(atlas, other),
     ):
-        with pytest.raises(sweep.RequestError) as refused:
+        with refused(*facts):
             ask()
-        assert why in str(refused.value)
     assert not list(tmp_path.iterdir())
 
 
 def test_a_dataset_is_no_spec():
     """``run`` takes specs: the message names that of an atlas, and does not print the dataset."""
     atlas = sweep.run("rolling", roll_rate=3, tilt="1deg")
-    with pytest.raises(sweep.RequestError, match=r"got a dataset\..*atlas\.eulerdisk\.spec"):
+    with refused("dataset", "atlas.eulerdisk.spec"):
         sweep.run(atlas)
     assert sweep.run(atlas.eulerdisk.spec).eulerdisk.spec == atlas.eulerdisk.spec

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from messages import refused
 
 from sweep.errors import RequestError
 from sweep.files.paths import _check_no_device, check_apart, check_atlas, check_format, check_target
@@ -16,7 +17,7 @@ CHECKOUT = Path(__file__).parents[2]
 def test_unknown_format():
     """A figure's name with another ending is refused; the message lists the endings."""
     for name in ["figure.jpg", "figure", "figure.png.gz"]:
-        with pytest.raises(RequestError, match=r"\.png, \.pdf, \.svg"):
+        with refused(".png", ".pdf", ".svg"):
             check_format(name)
 
 
@@ -31,10 +32,10 @@ def test_an_atlas_exists(tmp_path):
     for name, what in (
         ("missing.nc", "no such file"),
         ("y" * 300, "no such file"),
-        (".", "a folder"),
-        ("pipe", "not a regular file"),
+        (".", "folder"),
+        ("pipe", "regular file"),
     ):
-        with pytest.raises(RequestError, match=f"{what}; an atlas is a netCDF file") as caught:
+        with refused(what, "netCDF") as caught:
             check_atlas(tmp_path / name)
         assert caught.value.where == str(tmp_path / name)
     (tmp_path / "a.nc").touch()
@@ -46,11 +47,11 @@ def test_a_target_may_be_replaced_only_when_asked(tmp_path):
     check_target(tmp_path / "a.nc", False)
     (tmp_path / "a.nc").touch()
     check_target(tmp_path / "a.nc", True)
-    with pytest.raises(RequestError, match="--overwrite"):
+    with refused("--overwrite"):
         check_target(tmp_path / "a.nc", False)
-    with pytest.raises(RequestError, match="not a file"):
+    with refused("file"):
         check_target(tmp_path, True)
-    with pytest.raises(RequestError, match=r"no such folder.*mkdir"):
+    with refused(f"mkdir -p {tmp_path / 'missing'}"):
         check_target(tmp_path / "missing" / "a.nc", False)
 
 
@@ -69,7 +70,7 @@ def test_a_source_is_not_replaced(tmp_path):
     (tmp_path / "a.nc").touch()
     (tmp_path / "link.nc").symlink_to("a.nc")
     check_apart(tmp_path / "b.nc", tmp_path / "a.nc")
-    with pytest.raises(RequestError, match="would replace"):
+    with refused("replace"):
         check_apart(tmp_path / "link.nc", tmp_path / "a.nc")
 
 
@@ -92,9 +93,9 @@ def test_a_stream_is_no_target(tmp_path):
         os.symlink(f"/proc/self/fd/{file.fileno()}", tmp_path / "stream")
         os.symlink("stream", tmp_path / "link")
         for path in (tmp_path / "stream", tmp_path / "link", Path(f"/proc/self/fd/{file.fileno()}")):
-            with pytest.raises(RequestError, match="a name of the system"):
+            with refused("device"):
                 check_target(path, True)
-        with pytest.raises(RequestError, match="a name of the system"):
+        with refused("/dev/a.nc", "device"):
             _check_no_device(Path("/dev/a.nc"))
     _check_no_device(Path("/dev/shm/a.nc"))
     os.symlink("file", tmp_path / "plain")

@@ -2,9 +2,9 @@
 
 import netCDF4
 import pytest
+from messages import refused
 
 from sweep.atlas.cf_metadata import FORMAT
-from sweep.errors import RequestError
 from sweep.files.reading import open_atlas
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
@@ -16,13 +16,6 @@ SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
 def path(tmp_path):
     """Return where a test writes its atlas."""
     return tmp_path / "atlas.nc"
-
-
-def refused(match, function, *arguments, **options):
-    """Assert that a call is refused, and return the message."""
-    with pytest.raises(RequestError, match=match) as caught:
-        function(*arguments, **options)
-    return str(caught.value)
 
 
 def test_files_that_are_no_atlas(path, tmp_path):
@@ -37,33 +30,36 @@ def test_files_that_are_no_atlas(path, tmp_path):
     }
     for name, content in contents.items():
         (tmp_path / name).write_bytes(content)
-        assert refused("not a readable netCDF file", open_atlas, tmp_path / name).startswith(
-            str(tmp_path / name)
-        )
+        with refused(f"{tmp_path / name}:", "netCDF-4", f"{len(content)} bytes"):
+            open_atlas(tmp_path / name)
     with netCDF4.Dataset(tmp_path / "foreign.nc", "w") as file:
         file.title = "Ocean"
-    assert "Ocean" in refused("not a stability atlas", open_atlas, tmp_path / "foreign.nc")
+    with refused("foreign.nc:", "eulerdisk_format", "'Ocean'"):
+        open_atlas(tmp_path / "foreign.nc")
     for name in ("missing.nc", "y" * 300):
-        refused("no such file", open_atlas, tmp_path / name)
-    refused("a folder", open_atlas, tmp_path)
+        with refused("no such file"):
+            open_atlas(tmp_path / name)
+    with refused("folder"):
+        open_atlas(tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("change", "facts"),
     [
         (
             lambda file: file.setncattr("eulerdisk_format", FORMAT + 1),
-            "newer than this program",
+            ["newer", f"{FORMAT}", f"format {FORMAT + 1}"],
         ),
-        (lambda file: file.delncattr("sweep_spec"), "not a stability atlas"),
-        (lambda file: file.renameVariable("tilt_min", "least"), "lacks tilt_min"),
+        (lambda file: file.delncattr("sweep_spec"), ["sweep_spec"]),
+        (lambda file: file.renameVariable("tilt_min", "least"), ["lacks tilt_min"]),
     ],
 )
-def test_atlases_that_this_version_cannot_read(path, change, message):
+def test_atlases_that_this_version_cannot_read(path, change, facts):
     """A newer format and missing parts are refused, and the file is closed again."""
     run_to_file(SPEC, path)
     with netCDF4.Dataset(path, "a") as file:
         change(file)
-    refused(message, open_atlas, path)
+    with refused("atlas.nc:", *facts):
+        open_atlas(path)
     # HDF5 locks a file that is open for reading against writers
     netCDF4.Dataset(path, "a").close()

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from messages import refused
 
-from sweep.errors import RequestError
 from sweep.model.quantity import FAILED, FINAL, LOST, MISSING, OPEN, Ending, Endings
 
 ENDINGS = Endings(
@@ -24,7 +24,7 @@ def test_an_ending_is_found_by_its_name_and_by_its_code():
         assert ENDINGS.of(np.float64(each.code)) is each
     with pytest.raises(KeyError):
         ENDINGS.code("horizon")
-    with pytest.raises(RequestError, match="a cell has the ending 2, which is none of 0, 1, 3, 4, 7"):
+    with refused("2", "0, 1, 3, 4, 7"):
         ENDINGS.of(2)
 
 

@@ -1,11 +1,13 @@
 """Motions of bodies of revolution: errors that hold, ends as of a sweep, presets and cells, and what is refused."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 from body_motion import apart, referee_of
 from body_runner import drawn
+from messages import assert_facts, refused
 
 import sweep
 from kernels.bodies.shapes import NAMES
@@ -146,27 +148,30 @@ def test_a_preset_and_a_cell_of_an_atlas():
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "facts"),
     [
-        ({"body": "torus"}, "A torus needs its tube"),
-        ({"body": "torus", "tube": 0.2, "alpha": 1}, "alpha is for the thin disk"),
-        ({"body": "torus", "tube": 0.2, "tilt": "86deg"}, "This body has fallen before it starts"),
-        ({"body": "torus", "tube": 0.2, "path": "yes"}, "path is no word of this request"),
-        ({"body": "rim", "thickness": 0.2}, "a disk with a rim stands on both of its edges"),
-        ({"body": "ball", "tilt": "90deg"}, "tilt"),
-        ({"body": "torus", "tube": 0.2, "precession_rate": "steady-fast", "roll_rate": 2}, "precession_rate"),
+        ({"body": "torus"}, ["tube", "body=torus"]),
+        ({"body": "torus", "tube": 0.2, "alpha": 1}, ["alpha", "axial_moment"]),
+        ({"body": "torus", "tube": 0.2, "tilt": "86deg"}, ["fallen"]),
+        ({"body": "torus", "tube": 0.2, "path": "yes"}, ["path"]),
+        ({"body": "rim", "thickness": 0.2}, ["rim", "tilt=0", "body=rounded"]),
+        ({"body": "ball", "tilt": "90deg"}, ["tilt"]),
+        (
+            {"body": "torus", "tube": 0.2, "precession_rate": "steady-fast", "roll_rate": 2},
+            ["precession_rate"],
+        ),
     ],
 )
-def test_what_is_refused(words, told):
+def test_what_is_refused(words, facts):
     """In a sentence, as by a sweep."""
-    with pytest.raises(sweep.RequestError, match=told):
+    with refused(*facts):
         sweep.simulate(**words)
 
 
 def test_the_command(command, tmp_path):
     """`simulate`, `info` and `explain` say which body it is, `explain` follows its cell and its contact forces."""
     status, _, told = command("simulate body=rim thickness=0.2 tilt=4deg -o coin.nc --plot coin.png")
-    assert (status, "came down on its other edge at 0.4747" in told) == (0, True)
+    assert (status, bool(re.search(r"other edge .*0\.4747", told))) == (0, True)
     assert (tmp_path / "coin.png").stat().st_size > 10_000
     _, told, _ = command("info coin.nc")
     assert "start       tilt 4 deg, tilt_rate 0 rad s-1" in told
@@ -175,11 +180,11 @@ def test_the_command(command, tmp_path):
     status, told, _ = command("explain a.nc tube=0.3 scaled_roll_rate=0.6 --plot cell.svg")
     assert (status, "torus, R = 0.5 m, tube 0.15 m" in (tmp_path / "cell.svg").read_text()) == (0, True)
     assert "start       body torus, tilt 0.1 deg" in told
-    assert "in time     the motion followed in time: nothing contradicts it" in told
+    assert_facts(told, "nothing", "contradicts")
     line = next(each for each in told.splitlines() if each.startswith("motion "))
     assert command(line.split("eulerdisk ")[1])[0] == 0
     status, _, told = command("simulate body=torus tube=0.2 tilt=86deg -o new.nc")
-    assert (status, "This body has fallen" in told, (tmp_path / "new.nc").exists()) == (2, True, False)
+    assert (status, "fallen" in told, (tmp_path / "new.nc").exists()) == (2, True, False)
 
 
 def test_a_motion_goes_around_the_centre_of_its_ring():

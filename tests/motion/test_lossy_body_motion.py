@@ -9,6 +9,7 @@ from body_motion import in_space
 from body_referee import Body
 from lossy_body_referee import LEDGER, WITH_ALL_LAWS, drawn_lossy, scaled
 from lossy_pole_referee import Polar, drawn_polar
+from messages import assert_facts, refused
 from scipy.integrate import simpson
 from scipy.spatial.transform import Rotation
 
@@ -310,23 +311,23 @@ def test_a_cell_and_a_preset_keep_their_losses():
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "facts"),
     [
-        ({"body": "ball", "air_law": "moffatt", "mass": 1}, "a ball has none"),
-        ({"body": "ball", "rolling_friction": "1mm", "flat_tilt": "80deg"}, "A ball does not fall"),
-        ({"body": "torus", "tube": 0.2, "air_law": "moffatt", "mass": 1}, "a torus has none"),
-        ({"body": "rim", "thickness": 0.2, "rolling_friction": "1mm"}, "stands on both of its edges"),
-        ({"body": "torus", "tube": 0.2, "tilt": "89.95deg", "rolling_friction": "1mm"}, "This body has fallen before"),
-        ({"body": "torus", "tube": 0.2, "rolling_friction": "1mm", "fall_tilt": "80deg"}, "flat_tilt"),
-        ({"body": "torus", "tube": 0.2, "rolling_friction": "1mm", "path": "yes"}, "path"),
-        ({"body": "torus", "tube": 0.2, "rolling_friction": "1mm", "alpha": 1}, "alpha is for the thin disk"),
+        ({"body": "ball", "air_law": "moffatt", "mass": 1}, ["ball", "air_law=none"]),
+        ({"body": "ball", "rolling_friction": "1mm", "flat_tilt": "80deg"}, ["ball", "89.9 deg"]),
+        ({"body": "torus", "tube": 0.2, "air_law": "moffatt", "mass": 1}, ["torus", "air_law=none"]),
+        ({"body": "rim", "thickness": 0.2, "rolling_friction": "1mm"}, ["rim", "body=rounded"]),
+        ({"body": "torus", "tube": 0.2, "tilt": "89.95deg", "rolling_friction": "1mm"}, ["fallen"]),
+        ({"body": "torus", "tube": 0.2, "rolling_friction": "1mm", "fall_tilt": "80deg"}, ["flat_tilt"]),
+        ({"body": "torus", "tube": 0.2, "rolling_friction": "1mm", "path": "yes"}, ["path"]),
+        ({"body": "torus", "tube": 0.2, "rolling_friction": "1mm", "alpha": 1}, ["alpha", "axial_moment"]),
         ({"body": "torus", "tube": 0.2, "tilt": "60deg", "roll_rate": 3, "precession_rate": 5,
-          "contour_friction": "1mm"}, "ends where it begins: the body lifts off"),
+          "contour_friction": "1mm"}, ["lifts off"]),
     ],
 )  # fmt: skip
-def test_what_is_refused(words, told):
+def test_what_is_refused(words, facts):
     """In a sentence, as by a sweep."""
-    with pytest.raises(sweep.RequestError, match=told):
+    with refused(*facts):
         sweep.simulate(**words)
 
 
@@ -336,7 +337,7 @@ def test_the_commands(command, tmp_path):
     status, _, told = command(
         f"simulate {toy} tilt=84deg -o stop.nc --plot stop.svg --animate stop.gif --size 240x200 --fps 5 --speed 1"
     )
-    assert (status, "flat at " in told) == (0, True)
+    assert (status, "flat " in told) == (0, True)
     assert "disk with a rim, R = 37.55 mm, thickness 12.8 mm" in (tmp_path / "stop.svg").read_text()
     _, told, _ = command("info stop.nc")
     assert "body        disk with a rim, thickness 0.34" in told
@@ -346,7 +347,7 @@ def test_the_commands(command, tmp_path):
     film = "--animate egg.gif --size 240x200 --fps 2"
     assert command(f"simulate {egg} scaled_roll_rate=1 tilt=89deg -o egg.nc {film}")[0] == 0
     _, told, _ = command("info egg.nc")
-    assert "came to rest at" in told
+    assert_facts(told, "came to rest")
     status, told, _ = command("explain a.nc tilt=84deg scaled_precession_rate=4 --plot cell.png")
     assert (status, (tmp_path / "cell.png").stat().st_size > 10_000) == (0, True)
     line = next(each for each in told.splitlines() if each.startswith("motion "))

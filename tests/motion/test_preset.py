@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from messages import refused
 
 import sweep
 from sweep.errors import RequestError
@@ -71,7 +72,7 @@ def test_what_is_no_motion_is_refused():
 def test_a_list_of_starts_has_no_one_motion(spec_file):
     """Random starts are followed one by one from their atlas."""
     path = spec_file('roll_rate = "uniform:1:3"\nsamples = 5\ntilt = "2deg"\n')
-    with pytest.raises(RequestError, match="list of them"):
+    with refused("list"):
         request_of_preset(path, {"roll_rate": 2})
 
 

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from messages import refused
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import sweep
-from sweep.errors import RequestError
 from sweep.motion.contact import rolling_limit
 
 pytestmark = pytest.mark.compiled
@@ -95,5 +95,5 @@ def test_a_start_that_slips_and_a_stretch_that_does():
 
 def test_what_is_no_motion_has_no_limit():
     """Other datasets are refused."""
-    with pytest.raises(RequestError, match="This is no motion"):
+    with refused("motion"):
         rolling_limit(sweep.run(sweep.SweepSpec(roll_rate="2:4:3")))

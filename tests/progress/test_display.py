@@ -6,8 +6,8 @@ import threading
 import time
 
 import pytest
+from messages import refused
 
-from sweep.errors import RequestError
 from sweep.progress import display
 from sweep.progress.timetable import Status
 
@@ -218,7 +218,7 @@ def test_a_script_that_asks_gets_the_lines_of_a_log(monkeypatch, clock, ticks):
 def test_another_wish_is_refused():
     """In a sentence that says what is possible."""
     for wrong in ["yes", 1, []]:
-        with pytest.raises(RequestError, match=r"progress must be True, False, None or a function; got"):
+        with refused("progress", "True", "False", "None"):
             display.following(wrong).__enter__()
 
 

@@ -3,6 +3,7 @@
 import re
 
 import pytest
+from messages import assert_facts
 
 from sweep.errors import are, counted
 
@@ -45,5 +46,5 @@ def test_one_of_everything(command, spec_file):
         said += [out, messages]
     text = "\n".join(said)
     assert not re.findall(rf"(?<![\d.,:-])1 (?:\w+ )?(?:{_THINGS})\b[^\n]*", text)
-    assert "1 of 1 block is missing" in text
-    assert "the one sweep is as it should be" in text
+    assert_facts(text, "1 of 1 block")
+    assert_facts(text, "one sweep")

@@ -11,6 +11,7 @@ import fuzz
 import netCDF4
 import odd_words
 import pytest
+from messages import assert_facts
 
 import sweep
 from sweep import cli
@@ -119,7 +120,7 @@ def test_a_missing_part_of_a_boundary_is_named(folder, ended):
     for line in ("info half.nc", "boundary half.nc", "compare rolling.nc half.nc", "export half.nc --to csv"):
         end = ended(line.split())
         assert (end.status, end.out) == (2, "")
-        assert "boundary_roll_rate_halfwidth is missing" in end.err
+        assert_facts(end.err, "boundary_roll_rate_halfwidth")
 
 
 def test_texts_of_a_file_do_not_reach_the_terminal_raw(folder, ended):

@@ -3,6 +3,7 @@
 import h5py
 import netCDF4
 import pytest
+from messages import missing
 
 import sweep
 
@@ -45,13 +46,13 @@ def folder(tmp_path_factory):
 
 #: File -> what a refusal says it is, and what was expected.
 REFUSED = {
-    "text.nc": ("not a readable netCDF file", "a netCDF-4 file, whole"),
-    "cut.nc": ("not a readable netCDF file", "a netCDF-4 file, whole"),
-    "foreign.nc": ("not a stability atlas", "titled 'Sea surface temperature'"),
-    "newer.nc": ("newer than this program", "formats up to"),
-    "format.nc": ("not a stability atlas", "eulerdisk_format, a number"),
-    "verdict.nc": ("lacks stability", "as eulerdisk run made it"),
-    "missing.nc": ("no such file", "an atlas is a netCDF file"),
+    "text.nc": ("netCDF-4", "10 bytes"),
+    "cut.nc": ("netCDF-4", "bytes"),
+    "foreign.nc": ("stability atlas", "'Sea surface temperature'"),
+    "newer.nc": ("newer", "format 2"),
+    "format.nc": ("stability atlas", "eulerdisk_format, a number"),
+    "verdict.nc": ("lacks stability", "eulerdisk run"),
+    "missing.nc": ("no such file", "netCDF"),
 }
 
 
@@ -64,7 +65,7 @@ def refused(command, monkeypatch):
         before = {path.name: path.read_bytes() for path in folder.iterdir()}
         status, out, err = command(line)
         assert (status, out, err.count("\n")) == (2, "", 1), (line, err)
-        assert [each for each in said if each not in err] == [], (line, err)
+        assert missing(err, said) == [], (line, err)
         assert {path.name: path.read_bytes() for path in folder.iterdir()} == before, line
         return err
 
@@ -101,7 +102,7 @@ def test_a_damaged_part_is_found_out(folder, tmp_path, refused):
         "boundary {} --criterion departure:1deg",
         "verify {}",
     ):
-        err = refused(tmp_path, line.format("bad.nc"), "bad.nc: ")
+        err = refused(tmp_path, line.format("bad.nc"), "bad.nc:")
         assert "peak_tilt" in err or "ending" in err, err
         assert "can be read" in err or "cannot be read" in err, err
 
@@ -116,7 +117,7 @@ def test_what_a_command_needs_is_named(folder, tmp_path, refused):
         path = tmp_path / f"no_{name}.nc"
         with sweep.open_atlas(folder / "good.nc") as atlas:
             atlas.drop_vars(name).to_netcdf(path)
-        refused(tmp_path, line.format(path.name), f"{path.name}: ", f"lacks {name}")
+        refused(tmp_path, line.format(path.name), f"{path.name}:", f"lacks {name}")
 
 
 def test_provenance_that_was_taken_away_is_unknown(folder, tmp_path, command):
@@ -137,7 +138,7 @@ def test_a_spec_that_cannot_be_read_is_told_with_its_file(folder, tmp_path, refu
     with netCDF4.Dataset(tmp_path / "spec.nc", "a") as file:
         file.sweep_spec = "{}"
     for line in ("info spec.nc", "run --from spec.nc -o out.nc"):
-        refused(tmp_path, line, "spec.nc: {} is not what SweepSpec.canonical() wrote")
+        refused(tmp_path, line, "spec.nc:", "SweepSpec.canonical()")
 
 
 def test_an_atlas_is_not_lost_to_what_is_made_of_it(folder, tmp_path, refused):
@@ -151,4 +152,4 @@ def test_an_atlas_is_not_lost_to_what_is_made_of_it(folder, tmp_path, refused):
         "compare a.nc good.nc --junit a.nc",
         "compare good.nc a.nc --junit a.nc",
     ):
-        refused(tmp_path, line, "this would replace the atlas that is read")
+        refused(tmp_path, line, "replace")

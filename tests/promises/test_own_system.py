@@ -16,6 +16,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from messages import assert_facts, refused
 
 import sweep
 from sweep.checks.compare import compare
@@ -162,8 +163,8 @@ def test_a_criterion_of_ones_own():
     assert 0 < int(unstable.sum()) < unstable.size
     again = atlas.eulerdisk.reclassify("highest > 3deg")
     np.testing.assert_array_equal(again.stability == 2, atlas.highest > np.radians(3.0))
-    for wrong, told in (("peak_tilt > 3deg", "peak_tilt names nothing"), ("highest > 3s", "highest")):
-        with pytest.raises(sweep.RequestError, match=told):
+    for wrong, facts in (("peak_tilt > 3deg", ["peak_tilt", "highest"]), ("highest > 3s", ["highest", "s"])):
+        with refused(*facts):
             sweep.SweepSpec(model=str(BEAD), criterion=wrong)
 
 
@@ -184,7 +185,8 @@ def test_a_preset_and_a_name_behind_a_colon(command):
     assert command("run kapitza angle=1deg shake=80:120:5 -o k.nc")[0] == 0
     Path("two.py").write_text(BEAD.read_text() + OTHER)
     status, _, told = command("plan two.py --no-calibrate")
-    assert (status, "as in mine.py:bead" in told) == (2, True), told
+    assert status == 2
+    assert_facts(told, "mine.py:bead")
     assert command("run two.py:other -o o.nc")[0] == 0
     with sweep.open_atlas("o.nc") as atlas:
         assert float(atlas.x_end) == pytest.approx(np.exp(-1.0), abs=1e-14)
@@ -207,7 +209,7 @@ def test_atlases_of_other_models_are_not_compared(made):
     disk = sweep.run("rolling", roll_rate="2:3:3", tilt=0.01)
     with (
         sweep.open_atlas(made) as atlas,
-        pytest.raises(sweep.RequestError, match="different models: bead and disk"),
+        refused("bead and disk"),
     ):
         compare(atlas, disk)
 
@@ -216,7 +218,7 @@ def test_a_figure_in_python(made):
     """The accessor draws it; friction is refused without an advice that only the disk can follow."""
     with sweep.open_atlas(made) as atlas:
         plots.save(plots.figure([atlas]), "a.png")
-        with pytest.raises(sweep.RequestError, match="model bead has no contact forces") as caught:
+        with refused("bead") as caught:
             plots.figure([atlas], friction=0.3)
     assert "contact=yes" not in str(caught.value)
 
@@ -286,7 +288,7 @@ def test_a_model_and_the_system_of_another_one():
     """A text that names one model and carries the system of another is refused."""
     text = sweep.SweepSpec.read("mine.py").canonical()
     assert sweep.SweepSpec.from_canonical(text).model.name == "bead"
-    with pytest.raises(sweep.RequestError, match="The model is disk, and the system of the request is bead"):
+    with refused("disk", "bead"):
         sweep.SweepSpec.from_canonical(text.replace('"model":"bead"', '"model":"disk"'))
 
 

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from messages import assert_facts, missing, refused
 
 from sweep.atlas.parts import nearest_cell
 from sweep.errors import RequestError
@@ -79,13 +80,13 @@ def test_every_refusal_says_what_was_given():
                     assert same or in_si not in said, said
             if name == "inclination" and number in text:
                 tilts = [math.radians(90.0) / factor - float(each) for each in (number, "200000")]
-                assert any(f"a tilt of {tilt:.10g} {unit}, which is not" in said for tilt in tilts), said
+                assert any(not missing(said, [f"{tilt:.10g} {unit}"]) for tilt in tilts), said
             elif number is not None and number in text:
-                assert f"{number} {unit} is not" in said or f"{number} {unit}, which is not" in said
+                assert_facts(said, f"{number} {unit}")
 
 
 def test_what_is_allowed_is_said_in_the_unit_of_the_value():
-    """The whole sentence: the number as it was written, and the limits in its unit; bare numbers are SI."""
+    """The number stands there as it was written, and the limits in its unit; bare numbers are SI."""
     for name, raw, text, rule in [
         ("tilt", "100deg", "100 deg", "|tilt| < 90 deg"),
         ("tilt", "5500arcmin", "5500 arcmin", "|tilt| < 5400 arcmin"),
@@ -103,7 +104,7 @@ def test_what_is_allowed_is_said_in_the_unit_of_the_value():
     ]:
         with pytest.raises(RequestError) as refusal:
             SweepSpec(**{name: raw})
-        assert refusal.value.message == f"{text} is not possible: {rule}."
+        assert_facts(refusal.value.message, text, rule)
 
 
 def test_a_limit_in_a_message_may_be_copied():
@@ -116,42 +117,33 @@ def test_a_limit_in_a_message_may_be_copied():
 
 def test_lists_and_distributions_are_said_as_given():
     """Texts in a list of a file or of Python have units too; an inclination is a tilt in any form."""
-    for words, said, hint in [
-        ({"tilt": ["5deg", "1deg"]}, "got ['5deg', '1deg']", ""),
-        ({"speed": ("2km/h", "1km/h")}, "got ('2km/h', '1km/h')", ""),
-        ({"tilt": [0.5, 0.1]}, "got (0.5, 0.1)", ""),
-        ({"tilt": ["1deg", "100deg"]}, "100 deg is not possible", "Choose values with |tilt| < 90 deg."),
-        ({"tilt": "95°"}, "95 ° is not possible", "Choose values with |tilt| < 90 °."),
-        (
-            {"tilt": ["1", "80"]},
-            "80 rad is not",
-            "A bare number is in radians; for degrees write them, as in ",
-        ),
-        (
-            {"tilt": "1:80:5:log"},
-            "80 rad is not",
-            "A bare number is in radians; for degrees write them, as in ",
-        ),
+    for words, facts, hint in [
+        ({"tilt": ["5deg", "1deg"]}, ["['5deg', '1deg']"], []),
+        ({"speed": ("2km/h", "1km/h")}, ["('2km/h', '1km/h')"], []),
+        ({"tilt": [0.5, 0.1]}, ["(0.5, 0.1)"], []),
+        ({"tilt": ["1deg", "100deg"]}, ["100 deg", "|tilt| < 90 deg"], ["|tilt| < 90 deg"]),
+        ({"tilt": "95°"}, ["95 °", "|tilt| < 90 °"], ["|tilt| < 90 °"]),
+        ({"tilt": ["1", "80"]}, ["80 rad", "|tilt| < 1.570796326 rad"], ["radians"]),
+        ({"tilt": "1:80:5:log"}, ["80 rad", "|tilt| < 1.570796326 rad"], ["radians"]),
         (
             {"inclination": "uniform:0deg:10deg", "samples": 10},
-            "inclination=uniform:0deg:10deg: That is a tilt of 90 deg, which is not possible: |tilt| < 90 deg.",
-            "Choose values with |tilt| < 90 deg",
+            ["inclination=uniform:0deg:10deg", "tilt of 90 deg", "|tilt| < 90 deg"],
+            ["|tilt| < 90 deg"],
         ),
     ]:
-        with pytest.raises(RequestError) as refusal:
+        with refused(*facts) as refusal:
             SweepSpec(**words)
-        assert said in str(refusal.value)
-        assert refusal.value.hint.startswith(hint)
+        assert_facts(refusal.value.hint, *hint)
 
 
 def test_a_number_without_text_is_said_in_the_unit_of_the_other_word():
     """The duration of a preset, and numbers of Python or NumPy, have no unit of their own to be said in."""
-    with pytest.raises(RequestError, match=r"got duration=1e\+10ns interval=1ns"):
+    with refused("duration=1e+10ns", "interval=1ns", "10000000"):
         request_of_preset("rolling", {"tilt": "1deg", "roll_rate": "3", "interval": "1ns"})
     for step in (1e-9, np.float64(1e-9)):
-        with pytest.raises(RequestError, match="got duration=300s step=1e-09s"):
+        with refused("duration=300s", "step=1e-09s", "100000000"):
             SweepSpec(step=step)
-        with pytest.raises(RequestError, match=r"got duration=3min step=1\.666666667e-11min"):
+        with refused("duration=3min", "step=1.666666667e-11min", "100000000"):
             SweepSpec(step=step, duration="3min")
 
 
@@ -242,25 +234,15 @@ def test_a_motion_is_refused_in_the_units_of_its_words():
 
 def test_a_cell_outside_an_atlas_is_said_as_given():
     """The value, and the axis in its unit; of a speed the rate that it is."""
-    for given, said in [
-        (
-            {"tilt": "600arcmin"},
-            "tilt=600arcmin: 600 arcmin is outside the atlas, whose tilt is 60 arcmin to 300 arc",
-        ),
-        (
-            {"tilt": "0.5 rad"},
-            "0.5 rad is outside the atlas, whose tilt is 0.01745329252 rad to 0.0872664626 rad.",
-        ),
-        ({"tilt": 0.5}, "tilt=0.5: 0.5 rad is outside the atlas"),
-        (
-            {"inclination": "60deg"},
-            "inclination=60deg: 30 deg is outside the atlas, whose tilt is 1 deg to 5 deg.",
-        ),
-        ({"inclination": 1.0}, "Give a value inside, or compute an atlas that holds it."),
-        ({"tilt": 4.0}, "as in tilt=4.0deg"),
-        ({"tilt": "1deg", "speed": "9m/s"}, "speed=9m/s: 18 rad s-1 is outside the atlas"),
+    for given, facts in [
+        ({"tilt": "600arcmin"}, ["tilt=600arcmin", "600 arcmin", "60 arcmin", "300 arcmin"]),
+        ({"tilt": "0.5 rad"}, ["0.5 rad", "0.01745329252 rad", "0.0872664626 rad"]),
+        ({"tilt": 0.5}, ["tilt=0.5", "0.5 rad", "0.01745329252 rad", "0.0872664626 rad"]),
+        ({"inclination": "60deg"}, ["inclination=60deg", "tilt", "30 deg", "1 deg", "5 deg"]),
+        ({"inclination": 1.0}, ["inclination=1.0", "tilt"]),
+        ({"tilt": 4.0}, ["tilt=4.0deg"]),
+        ({"tilt": "1deg", "speed": "9m/s"}, ["speed=9m/s", "18 rad s-1", "1 rad s-1", "4 rad s-1"]),
     ]:
         spec = SweepSpec(roll_rate="1:4:4", tilt="1deg:5deg:5", radius=0.5)
-        with pytest.raises(RequestError) as refusal:
+        with refused(*facts):
             nearest_cell(spec, {"roll_rate": 2.0, **given} if "speed" not in given else given)
-        assert said in str(refusal.value)

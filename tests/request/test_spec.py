@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from messages import assert_facts, refused
 
 from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
@@ -107,11 +108,11 @@ def test_a_spec_reads_back_from_its_texts(tmp_path_factory, spec):
 def test_a_spec_cannot_be_changed():
     """Assignment is refused and points to replace; a name that is no word is no attribute."""
     spec = SweepSpec()
-    with pytest.raises(RequestError, match=r"spec\.replace\(tilt=\.\.\.\)") as caught:
+    with refused("spec.replace(tilt=...)") as caught:
         spec.tilt = 0.2
     assert caught.value.where == "tilt"
     assert spec.tilt == 0.0
-    with pytest.raises(AttributeError, match="mass"):
+    with refused("mass", error=AttributeError):
         _ = spec.mass
     assert not hasattr(spec, "_missing")
 
@@ -126,30 +127,24 @@ def test_a_spec_is_a_value():
 
 def test_headline_says_what_is_looked_at():
     """A preset with other words is not called what it no longer is; a title of one's own stays."""
-    for preset, changes, headline in [
-        ("rolling", {}, "Rolling along a line: stability of the upright disk"),
-        ("rolling", {"alpha": 1.0}, "Rolling along a line: stability of the upright disk"),
-        ("rolling", {"precession_rate": 0.5}, "Rolling and precessing: stability of the upright disk"),
-        (
-            "rolling",
-            {"precession_rate": "steady-slow"},
-            "Circling at constant tilt: stability of the steady motion",
-        ),
-        ("spinning", {}, "Spinning about the vertical: stability of the upright disk"),
-        ("spinning", {"precession_rate": 0.0}, "Neither rolling nor spinning: stability of the upright disk"),
-        ("circling", {}, "Circling at constant tilt: stability of the steady motion"),
-        ("circling", {"roll_rate": "1:3:5"}, "Rolling and precessing: stability of the upright disk"),
-        ("circling", {"title": "Mine", "alpha": 1.0}, "Mine"),
+    for preset, changes, facts in [
+        ("rolling", {}, ["Rolling along a line", "upright"]),
+        ("rolling", {"alpha": 1.0}, ["Rolling along a line", "upright"]),
+        ("rolling", {"precession_rate": 0.5}, ["Rolling", "precessing", "upright"]),
+        ("rolling", {"precession_rate": "steady-slow"}, ["Circling", "steady"]),
+        ("spinning", {}, ["Spinning", "vertical", "upright"]),
+        ("spinning", {"precession_rate": 0.0}, ["Neither", "rolling", "spinning", "upright"]),
+        ("circling", {}, ["Circling", "steady"]),
+        ("circling", {"roll_rate": "1:3:5"}, ["Rolling", "precessing", "upright"]),
     ]:
-        assert SweepSpec.preset(preset).replace(**changes).headline == headline
+        assert_facts(SweepSpec.preset(preset).replace(**changes).headline, *facts)
+    assert SweepSpec.preset("circling", title="Mine", alpha=1.0).headline == "Mine"
 
 
 def test_a_spec_file_that_nests_without_end_is_refused(spec_file):
     """Arrays, tables and dotted names nested too deep to be parsed are told with the file."""
     for text in ["a = " + "[" * 100_000, "a = " + "{b = " * 5000, ".".join("a" * 20_000) + " = 1"]:
-        with pytest.raises(
-            RequestError, match=r"sweep\.toml: The spec file is no request: .* nested too deep"
-        ):
+        with refused("sweep.toml:", "nested"):
             SweepSpec.from_toml(spec_file(text))
 
 
@@ -158,33 +153,33 @@ def test_a_spec_is_a_small_file(tmp_path):
     os.mkfifo(tmp_path / "pipe.toml")
     (tmp_path / "zero.toml").symlink_to("/dev/zero")
     (tmp_path / "large.toml").write_text("# \n" * 400_000, encoding="utf-8")
-    for name, what in (
-        ("pipe", "not a regular file"),
-        ("zero", "not a regular file"),
-        ("large", "of at most 1048576"),
+    for name, facts in (
+        ("pipe", ["regular file"]),
+        ("zero", ["regular file"]),
+        ("large", ["1200000 bytes", "1048576"]),
     ):
-        with pytest.raises(RequestError, match=f"The spec file cannot be read: .*{what}"):
+        with refused(f"{name}.toml:", *facts):
             SweepSpec.from_toml(tmp_path / f"{name}.toml")
 
 
 def test_any_word_of_a_file_is_a_word(spec_file):
     """A file may hold names that are those of arguments; a count may be beyond any number of the machine."""
-    with pytest.raises(RequestError, match="self is no word"):
+    with refused("sweep.toml:", "self"):
         SweepSpec.from_toml(spec_file("self = 1"))
     held = SweepSpec.preset("rolling").canonical()
     for count in (2**62, 10**400):
-        with pytest.raises(RequestError, match="at most 1099511627776 values"):
+        with refused("1099511627776"):
             SweepSpec.from_canonical(re.sub(r'"count":\d+', f'"count":{count}', held, count=1))
 
 
 def test_words_of_other_models_are_suggested_too():
     """A loss that is misspelt would have chosen the disk with losses."""
-    for word, hint in [
-        ("rolling_frcition", "Did you mean rolling_friction?"),
-        ("friktion", "Did you mean friction?"),
-        ("friction", "a disk with losses, beside a loss such as rolling_friction=10um"),
-        ("tillt", "Did you mean tilt?"),
+    for word, fact in [
+        ("rolling_frcition", "rolling_friction?"),
+        ("friktion", "friction?"),
+        ("friction", "rolling_friction=10um"),
+        ("tillt", "tilt?"),
     ]:
         with pytest.raises(RequestError) as caught:
             SweepSpec(**{word: 1e-5})
-        assert hint in caught.value.hint
+        assert_facts(caught.value.hint, fact)

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from messages import refused
 
 from sweep.engine.grid import whole
 from sweep.errors import RequestError
@@ -94,7 +95,7 @@ def test_a_data_frame_wherever_a_table_is_given():
     ]
     assert {spec.starts for spec in made} == {read(COLUMNS, DISK)}
     for make in (SweepSpec, SweepSpec.preset("rolling").replace):
-        with pytest.raises(RequestError, match="starts is a CSV file, or columns"):
+        with refused("starts", "CSV", "columns"):
             make(starts=np.zeros((2, 2)))
 
 
@@ -118,23 +119,23 @@ def test_a_spec_without_values(spec):
     bare = SweepSpec.from_canonical(spec.canonical())
     assert bare == spec
     assert bare.shape == (3,)
-    with pytest.raises(RequestError, match="holds only their SHA-256"):
+    with refused("3 starts of tilt, roll_rate", "SHA-256 e452eb151ee9"):
         whole(bare)
     filled = bare.replace(starts=bare.starts.filled(COLUMNS))
     assert whole(filled)["tilt"].tolist() == COLUMNS["tilt"]
-    with pytest.raises(RequestError, match="not those of the starts that were given"):
+    with refused("tilt, roll_rate", "SHA-256", "e452eb151ee9"):
         bare.starts.filled({**COLUMNS, "tilt": [0.01, 0.02, 0.0050000001]})
     assert whole(pickle.loads(pickle.dumps(spec)))["tilt"].tolist() == COLUMNS["tilt"]
     content = spec.starts.to_bytes()
     assert bare.starts.from_bytes(content).values("tilt").tolist() == COLUMNS["tilt"]
     for damaged in (content[:-1], content + b"x", content[:-8], bytes(48)):
-        with pytest.raises(RequestError, match="SHA-256"):
+        with refused("tilt, roll_rate", "SHA-256"):
             bare.starts.from_bytes(damaged)
 
 
 def test_texts_that_cannot_hold_a_table(spec):
     """TOML is refused; what Python shows cannot be mistaken for words that make the spec."""
-    with pytest.raises(RequestError, match=r"starts: A TOML file has no room .* 3 starts of tilt, roll_rate"):
+    with refused("starts:", "TOML", "3 starts of tilt, roll_rate", 'starts = "pushes.csv"'):
         spec.to_toml()
     shown = repr(spec)
     assert f"starts=<{spec.starts}>" in shown
@@ -150,7 +151,7 @@ def test_a_part_of_a_table(spec):
     assert SweepSpec.from_canonical(part.canonical()) == part
     again = part.replace(title="x").replace(start=[2])
     assert whole(again)["tilt"].tolist() == [0.005]
-    with pytest.raises(RequestError, match="There is no start 1"):
+    with refused("start 1", "2 starts", "from 0 to 2"):
         part.replace(start=[1])
 
 
@@ -160,7 +161,7 @@ def test_replacing(spec):
     assert spec.replace(alpha=1).alpha == 1.0
     random = SweepSpec.from_words("rolling", ["roll_rate=uniform:2:4", "tilt=1deg", "samples=5"])
     assert random.replace(starts=COLUMNS).starts == spec.starts
-    with pytest.raises(RequestError, match="Leave tilt out"):
+    with refused("tilt:", "3 starts of tilt, roll_rate", "tilt=0.1"):
         spec.replace(tilt=0.1)
 
 
@@ -171,76 +172,73 @@ def test_a_spec_file_names_a_table(tmp_path, table):
     spec = SweepSpec.from_toml(tmp_path / "sweep.toml")
     assert (spec.size, spec.alpha) == (1, 1.0)
     (tmp_path / "sweep.toml").write_text('starts = "other.csv"\n')
-    with pytest.raises(RequestError, match=r"sweep\.toml: .*other\.csv: .*cannot be read"):
+    with refused("sweep.toml:", "other.csv:", "No such file or directory"):
         SweepSpec.from_toml(tmp_path / "sweep.toml")
 
 
 def test_what_is_no_table(table):
     """The message names file, line and column, and what would do."""
-    for text, says in [
-        ("", "a column or more; got none"),
-        ("tilt,roll_rate\n", "1 to 10000000 starts; got 0"),
-        ("tilt,roll_rate\n0.1,2\n0.1\n", "line 3: Every line has 2 cells, as the first has; got 1"),
-        ("tilt,roll_rate\n# x\n\n0.1,2,3\n", "line 4: Every line has 2 cells"),
-        ("tilt,roll_rate\n0.1,abc\n", "line 2, column roll_rate: The value must be a number; got abc"),
-        ("tilt,roll_rate\n0.1,\n", "line 2, column roll_rate: The value must be a number; got nothing"),
-        ("tilt,roll_rate\n0.1,1deg\n", "stands in its head"),
-        ("tilt,roll_rate\n0.1,1_0\n", "must be a number; got 1_0"),
-        ("tilt,roll_rate\n0.1,\u0663\n", "must be a number"),
-        ("tilt,roll_rate\n0.1,nan\n", "line 2, column roll_rate: The value must be a finite number"),
-        ("tilt,roll_rate\n0.1,1e999\n", "must be a finite number"),
-        (
-            "tilt [deg],roll_rate\n1,2\n95,3\n",
-            "line 3, column tilt [deg]: The value must be possible, |tilt| < 90 deg",
-        ),
-        ("alpha,roll_rate\n0,2\n", "column alpha: The value must be possible, 0 < alpha <= 1; got 0"),
-        ("tilt,tilt [deg]\n1,2\n", "Each parameter has one column; tilt has 2"),
-        ("theta,roll_rate\n1,2\n", "Did you mean tilt?"),
-        ("tilt,\n1,2\n", "no column of a table"),
-        ("duration,roll_rate\n1,2\n", "'duration' is no column of a table of starts"),
-        ("tilt [m],roll_rate\n1,2\n", "column tilt [m]: The unit 'm' does not fit"),
-        ("tilt,roll_rate [1]\n0.1,2\n", "column roll_rate [1]: The unit '1' is not known"),
-        ("tilt,roll_rate -\n0.1,2\n", "column roll_rate -: The unit '-'"),
-        ("tilt [1],roll_rate\n0.1,2\n", "column tilt [1]: The unit '1' is not known"),
-        ("tilt [deg,roll_rate\n1,2\n", "no column"),
-        ('tilt,roll_rate\n0.1,"2\n', "no CSV file in UTF-8"),
-        ("tilt\n0.1\n", "Give roll_rate one number, or a column of the table"),
+    for text, facts in [
+        ("", ["column", "none"]),
+        ("tilt,roll_rate\n", ["1 to 10000000 starts", "0"]),
+        ("tilt,roll_rate\n0.1,2\n0.1\n", ["line 3", "2 cells", "1"]),
+        ("tilt,roll_rate\n# x\n\n0.1,2,3\n", ["line 4", "2 cells", "3"]),
+        ("tilt,roll_rate\n0.1,abc\n", ["line 2", "column roll_rate", "number", "abc"]),
+        ("tilt,roll_rate\n0.1,\n", ["line 2", "column roll_rate", "number", "nothing"]),
+        ("tilt,roll_rate\n0.1,1deg\n", ["line 2", "column roll_rate", "number", "1deg", "tilt [deg]"]),
+        ("tilt,roll_rate\n0.1,1_0\n", ["line 2", "column roll_rate", "number", "1_0"]),
+        ("tilt,roll_rate\n0.1,\u0663\n", ["line 2", "column roll_rate", "number", "\u0663"]),
+        ("tilt,roll_rate\n0.1,nan\n", ["line 2", "column roll_rate", "finite", "nan"]),
+        ("tilt,roll_rate\n0.1,1e999\n", ["line 2", "column roll_rate", "finite", "inf"]),
+        ("tilt [deg],roll_rate\n1,2\n95,3\n", ["line 3", "column tilt [deg]", "|tilt| < 90 deg", "95 deg"]),
+        ("alpha,roll_rate\n0,2\n", ["line 2", "column alpha", "0 < alpha <= 1", "0"]),
+        ("tilt,tilt [deg]\n1,2\n", ["one column", "tilt", "2"]),
+        ("theta,roll_rate\n1,2\n", ["'theta'", "tilt?"]),
+        ("tilt,\n1,2\n", ["''", "tilt_rate"]),
+        ("duration,roll_rate\n1,2\n", ["'duration'", "tilt_rate"]),
+        ("tilt [m],roll_rate\n1,2\n", ["column tilt [m]", "'m'", "deg", "arcmin"]),
+        ("tilt,roll_rate [1]\n0.1,2\n", ["column roll_rate [1]", "'1'", "rpm"]),
+        ("tilt,roll_rate -\n0.1,2\n", ["column roll_rate -", "'-'", "rpm"]),
+        ("tilt [1],roll_rate\n0.1,2\n", ["column tilt [1]", "'1'", "deg"]),
+        ("tilt [deg,roll_rate\n1,2\n", ["'tilt [deg'", "tilt_rate"]),
+        ('tilt,roll_rate\n0.1,"2\n', ["CSV", "UTF-8", "unexpected end of data"]),
     ]:
         path = table(text)
-        with pytest.raises(RequestError) as caught:
+        with refused(str(path), *facts):
             SweepSpec.from_words("rolling", [f"starts={path}"])
-        assert says in str(caught.value)
-        assert str(path) in str(caught.value) or "one number" in says
+    path = table("tilt\n0.1\n")
+    with refused("roll_rate:", "1 start of tilt", "roll_rate=2.0:4.0:801"):
+        SweepSpec.from_words("rolling", [f"starts={path}"])
 
 
 def test_other_encodings_and_missing_files(table, tmp_path):
     """Text in UTF-16, a folder and nothing are refused in a sentence."""
-    for path, says in (
+    for path, fact in (
         (table("tilt\n1\n", encoding="utf-16"), "UTF-8"),
         (tmp_path, "Is a directory"),
         (tmp_path / "no.csv", "No such file"),
     ):
-        with pytest.raises(RequestError, match=says):
+        with refused(str(path), fact):
             read(path, DISK)
 
 
 def test_what_are_no_columns():
     """They are refused with the name of the column and the number of the start."""
-    for raw, says in [
-        ({}, "a column or more"),
-        ({"tilt": [0.1], "roll_rate": [1, 2]}, "equally long; got tilt 1, roll_rate 2"),
-        ({"tilt": []}, "1 to 10000000 starts; got 0"),
-        ({"tilt": ["a"]}, "a column of numbers"),
-        ({"tilt": [[0.1]]}, r"shape \(1, 1\)"),
-        ({"tilt": [0.1, np.nan]}, "tilt, start 1: The value must be a finite number"),
-        ({"tilt": [0.1, 2.0]}, "tilt, start 1: The value must be possible"),
-        ({"tilt": [True]}, "a column of numbers"),
-        ({"tilt": np.ma.masked_array([0.1, 0.2], [False, True])}, "tilt: .*got 1 that are masked"),
-        (xr.Dataset({"roll_rate": ("n", [1.0], {"units": "1"})}), "The unit '1' is not known"),
-        (3, "starts is a CSV file, or columns"),
-        (xr.Dataset({"tilt": ("n", [1.0], {"units": "m"})}), "does not fit"),
+    for raw, facts in [
+        ({}, ["starts:", "column", "none"]),
+        ({"tilt": [0.1], "roll_rate": [1, 2]}, ["tilt 1", "roll_rate 2"]),
+        ({"tilt": []}, ["1 to 10000000 starts", "0"]),
+        ({"tilt": ["a"]}, ["tilt", "numbers"]),
+        ({"tilt": [[0.1]]}, ["tilt", "shape (1, 1)"]),
+        ({"tilt": [0.1, np.nan]}, ["tilt, start 1", "finite", "nan"]),
+        ({"tilt": [0.1, 2.0]}, ["tilt, start 1", "|tilt| <"]),
+        ({"tilt": [True]}, ["tilt", "numbers"]),
+        ({"tilt": np.ma.masked_array([0.1, 0.2], [False, True])}, ["tilt:", "1", "masked"]),
+        (xr.Dataset({"roll_rate": ("n", [1.0], {"units": "1"})}), ["roll_rate", "'1'", "rpm"]),
+        (3, ["starts", "CSV", "columns", "3"]),
+        (xr.Dataset({"tilt": ("n", [1.0], {"units": "m"})}), ["tilt", "'m'", "deg", "arcmin"]),
     ]:
-        with pytest.raises(RequestError, match=says):
+        with refused(*facts):
             SweepSpec.preset("rolling").replace(starts=raw, roll_rate=3.0) if not isinstance(raw, dict) or (
                 "roll_rate" not in raw
             ) else SweepSpec.preset("rolling").replace(starts=raw)
@@ -248,20 +246,19 @@ def test_what_are_no_columns():
 
 def test_what_does_not_go_with_a_table(table):
     """It is refused by its name."""
-    for words, where, says in [
-        (["tilt=2deg"], "tilt", "Leave tilt out"),
-        (["samples=2"], "samples", "Leave samples out"),
-        (["seed=2"], "seed", "Leave seed out"),
-        (["alpha=0.5,1"], "alpha", "Give alpha one number, or a column"),
-        (["alpha=uniform:0.5:1"], "alpha", "Give alpha one number, or a column"),
-        (["boundary=refined"], "boundary", "no rows in which a boundary is sought"),
-        (["start=7"], "start", "There is no start 7"),
+    for words, where, facts in [
+        (["tilt=2deg"], "tilt", ["tilt=2deg"]),
+        (["samples=2"], "samples", ["samples=2"]),
+        (["seed=2"], "seed", ["seed=2"]),
+        (["alpha=0.5,1"], "alpha", ["alpha=0.5,1"]),
+        (["alpha=uniform:0.5:1"], "alpha", ["alpha=uniform:0.5:1"]),
+        (["boundary=refined"], "boundary", ["boundary=refined", "rows"]),
+        (["start=7"], "start", ["start 7", "1 start", "0"]),
     ]:
         path = table("tilt [deg],roll_rate\n1,3\n")
-        with pytest.raises(RequestError) as caught:
+        with refused(*facts) as caught:
             SweepSpec.from_words("rolling", [f"starts={path}", *words])
         assert caught.value.where == where
-        assert says in str(caught.value)
 
 
 def test_a_damaged_text(spec):
@@ -290,7 +287,7 @@ def test_a_column_without_table(spec):
     """A text that lost its table is refused."""
     content = json.loads(spec.canonical())
     del content["starts"]
-    with pytest.raises(RequestError, match="there is no table"):
+    with refused("table"):
         SweepSpec.from_canonical(json.dumps(content))
 
 

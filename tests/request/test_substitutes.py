@@ -1,11 +1,13 @@
 """What may be given instead of a parameter: scaled rates and the speed, on the command line, in files and in Python."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from messages import assert_facts, refused
 
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.outlook import one_sided
@@ -100,7 +102,7 @@ def test_the_inclination_of_random_starts():
     assert np.degrees([uniform.first, uniform.second]) == pytest.approx([80.0, 89.0], rel=1e-14)
     normal = SweepSpec(inclination="normal:10deg:2deg", **random).tilt
     assert np.degrees([normal.first, normal.second]) == pytest.approx([80.0, 2.0], rel=1e-14)
-    with pytest.raises(RequestError, match="tilt is no multiple of inclination"):
+    with refused("inclination=loguniform:1deg:10deg", "tilt", "uniform"):
         SweepSpec(inclination="loguniform:1deg:10deg", **random)
 
 
@@ -108,21 +110,21 @@ def test_an_inclination_of_no_tilt_is_refused_by_its_name():
     """Flat and below, and degrees taken for radians: the message names what was given, and the rule of the tilt."""
     for raw in ["0", "-3deg", "180deg", 10, "1deg:200deg:5", "uniform:-1deg:3deg"]:
         random = {"samples": 3} if "uniform" in str(raw) else {}
-        with pytest.raises(RequestError, match=r"\|tilt\| < (90 deg|1.570796326 rad)") as caught:
+        with refused("|tilt| < 1.570796326 rad" if raw == 10 else "|tilt| < 90 deg") as caught:
             SweepSpec(inclination=raw, **random)
         assert str(caught.value.where).startswith("inclination=")
 
 
 def test_a_logarithmic_range_of_the_inclination_is_no_longer_than_a_list():
     """It would be written out: more than ten thousand values are refused, before they are made."""
-    with pytest.raises(RequestError, match="at most 10000 values; got 1000000000000") as caught:
+    with refused("10000", "1000000000000") as caught:
         SweepSpec(inclination="0.1deg:1deg:1000000000000:log")
     assert caught.value.where.startswith("inclination=")
 
 
 def test_tilt_and_inclination_are_one_word():
     """Both at once are refused; a change of one replaces the other, in its place."""
-    with pytest.raises(RequestError, match="tilt is given once"):
+    with refused("tilt=0.1", "inclination=0.2"):
         SweepSpec(tilt=0.1, inclination=0.2)
     spec = SweepSpec.preset("rolling", inclination="1deg:10deg:4")
     assert spec.axes == ("roll_rate", "tilt")
@@ -187,26 +189,22 @@ def test_a_preset_covers_the_boundary_of_every_disk():
 def test_what_cannot_be_resolved_is_refused():
     """Two ways at once, units that do not fit, numbers beyond any float, names that are nearly right."""
     for words, facts in [
-        (
-            "roll_rate=3 scaled_roll_rate=0.5",
-            ["roll_rate is given once", "roll_rate=3 and scaled_roll_rate=0.5"],
-        ),
-        ("speed=3 scaled_roll_rate=0.5", ["roll_rate is given once", "speed=3 and scaled_roll_rate=0.5"]),
-        ("scaled_roll_rate=3rad/s", ["scaled_roll_rate=3rad/s", "a pure number"]),
-        ("speed=3rad/s", ["speed=3rad/s", "m/s, cm/s, km/h"]),
-        ("speed=fast", ["speed=fast", "a number, a list"]),
+        ("roll_rate=3 scaled_roll_rate=0.5", ["roll_rate=3", "scaled_roll_rate=0.5"]),
+        ("speed=3 scaled_roll_rate=0.5", ["roll_rate", "speed=3", "scaled_roll_rate=0.5"]),
+        ("scaled_roll_rate=3rad/s", ["scaled_roll_rate=3rad/s", "pure number"]),
+        ("speed=3rad/s", ["speed=3rad/s", "m/s", "cm/s", "km/h"]),
+        ("speed=fast", ["speed=fast", "a,b,c", "start:stop:count[:log]"]),
         ("speed=nan", ["speed=nan", "finite"]),
-        ("speed=1e300 radius=1e-100", ["speed=1e300", "inf rad s-1"]),
-        ("speed=1:1e300:4 radius=1e-100", ["speed=1:1e300:4", "finite"]),
-        ("speed=2:1:4", ["speed=2:1:4", "got 2:1:4"]),
+        ("speed=1e300 radius=1e-100", ["speed=1e300", "inf rad s-1", "finite"]),
+        ("speed=1:1e300:4 radius=1e-100", ["speed=1:1e300:4", "finite", "1e300"]),
+        ("speed=2:1:4", ["speed=2:1:4", "start < stop"]),
         ("speed=2 radius=-1", ["radius=-1", "radius > 0"]),
-        ("spede=2", ["speed?"]),
-        ("scaled_rol_rate=2", ["scaled_roll_rate?"]),
-        ("velocity=2", ["Did you mean speed?"]),
+        ("spede=2", ["spede", "speed?"]),
+        ("scaled_rol_rate=2", ["scaled_rol_rate", "scaled_roll_rate?"]),
+        ("velocity=2", ["velocity", "speed?"]),
     ]:
-        with pytest.raises(RequestError) as caught:
+        with refused(*facts) as caught:
             SweepSpec.from_words("rolling", words.split())
-        assert all(fact in str(caught.value) for fact in facts), str(caught.value)
         assert caught.value.hint
         with pytest.raises(RequestError):
             SweepSpec.preset("rolling").replace(**dict(word.split("=") for word in words.split()))
@@ -214,7 +212,7 @@ def test_what_cannot_be_resolved_is_refused():
 
 def _instead(caught):
     """Return the words that a refusal says to write instead."""
-    return caught.value.hint.rpartition("for example ")[2].removesuffix(".").split()
+    return re.findall(r"\w+=\S+", caught.value.hint.removesuffix("."))
 
 
 def test_where_the_disk_varies_the_words_to_add_are_told():
@@ -251,10 +249,10 @@ def test_where_the_disk_of_starts_varies_the_words_to_add_are_told():
 
 def test_a_column_is_not_given_in_another_way():
     """The refusal names the word that was written."""
-    with pytest.raises(RequestError, match="speed: roll_rate is given once: speed and a column") as caught:
+    with refused("roll_rate", "speed=20cm/s", "column") as caught:
         SweepSpec.preset("rolling", speed="20cm/s", starts={"tilt": [0.1], "roll_rate": [2.0]})
-    assert "got speed=20cm/s and" in str(caught.value)
-    assert caught.value.hint.startswith("Leave speed out")
+    assert caught.value.where == "speed"
+    assert_facts(caught.value.hint, "speed")
 
 
 def test_an_axis_of_one_value_is_one_disk():
@@ -267,11 +265,11 @@ def test_an_axis_of_one_value_is_one_disk():
 def test_a_fault_is_placed_where_it_stands(spec_file):
     """A fault of the file is told with the file, one of the change with the change."""
     path = spec_file('speed = "1:2:3"\nscaled_roll_rate = 0.5\n')
-    with pytest.raises(RequestError, match="given once") as caught:
+    with refused("roll_rate", "speed=1:2:3", "scaled_roll_rate=0.5") as caught:
         SweepSpec.from_toml(path)
     assert caught.value.where == f"{path}: scaled_roll_rate"
     assert SweepSpec.from_words(path, ["roll_rate=3"]).roll_rate == 3.0
-    with pytest.raises(RequestError, match="other than 0") as caught:
+    with refused("roll_rate=steady", "precession_rate=0.0") as caught:
         SweepSpec.from_words("circling", ["scaled_precession_rate=0"])
     assert caught.value.where == "precession_rate"
 

@@ -1,8 +1,8 @@
 """The words of a request: what each may say, where they come from, and which one was meant by an unknown one."""
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from messages import refused
 
 from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
@@ -11,11 +11,10 @@ from sweep.request.start_list import WORDS
 from sweep.request.words import known_words, names, options, read_word
 
 
-def refused(facts, make, *given):
+def refusal(facts, make, *given):
     """Make a request, and return the refusal, which has to hold the facts and say what to do."""
-    with pytest.raises(RequestError) as caught:
+    with refused(*facts) as caught:
         make(*given)
-    assert all(fact in str(caught.value) for fact in facts), str(caught.value)
     assert caught.value.status == 2
     assert caught.value.message
     assert caught.value.hint
@@ -25,36 +24,36 @@ def refused(facts, make, *given):
 def test_an_impossible_request_is_refused():
     """Each broken rule has a message with the key, the rule, what was given and what to do."""
     for words, facts in [
-        ({"boundary": "refined:0"}, ["width above 0", "refined:0"]),
+        ({"boundary": "refined:0"}, ["boundary=refined:0", "refined:WIDTH"]),
         ({"boundary": "coarse"}, ["grid", "refined:WIDTH", "coarse"]),
         (
             {"precession_rate": "steady"},
-            ["steady-slow asks for the slower one", "precession_rate=steady-fast"],
+            ["steady-slow", "precession_rate=steady-fast"],
         ),
         ({"precession_rate": "steady-slo"}, ["steady-slow?"]),
         ({"tilt": "\u20131deg:1deg:5"}, ["hyphen"]),
-        ({"alpha": "0.5,1.5"}, ["1.5 is not possible", "0.5,1.5"]),
+        ({"alpha": "0.5,1.5"}, ["1.5", "alpha=0.5,1.5", "0 < alpha <= 1"]),
         ({"gravity": "0:9.81:5"}, ["gravity > 0"]),
-        ({"tilt": "-90deg:0:5"}, ["-90 deg is not possible"]),
-        ({"tilt": 5}, ["bare number is in radians", "tilt=5deg"]),
-        ({"tilt": [0, 5]}, ["bare number is in radians"]),
-        ({"roll_rate": "quick"}, ["quick", "steady", "a number"]),
-        ({"duration": "1,2"}, ["one number", "axis"]),
-        ({"step": "-1ms"}, ["-1 ms is not possible", "step > 0, or auto"]),
-        ({"step": 1e-8}, ["too many steps", "100000000", "step=1e-08", "duration=300s"]),
+        ({"tilt": "-90deg:0:5"}, ["-90 deg", "|tilt| < 90 deg"]),
+        ({"tilt": 5}, ["radians", "tilt=5deg"]),
+        ({"tilt": [0, 5]}, ["radians", "5"]),
+        ({"roll_rate": "quick"}, ["quick", "steady", "number"]),
+        ({"duration": "1,2"}, ["duration=1,2", "one number"]),
+        ({"step": "-1ms"}, ["-1 ms", "step > 0", "auto"]),
+        ({"step": 1e-8}, ["100000000", "step=1e-08s", "duration=300s"]),
         ({"fall_tilt": 80}, ["fall_tilt=80deg"]),
         ({"tolerance": 0.2}, ["tolerance <= 0.1 rad"]),
         ({"criterion": 5}, ["text", "5"]),
         ({"method": 4}, ["text", "4"]),
-        ({"contact": "maybe"}, ["no or yes", "maybe"]),
-        ({"title": "two\nlines"}, ["one line"]),
-        ({"tilt": "0:1:1000000", "roll_rate": "0:1:10000000"}, ["1000000 x 10000000", "at most 1000000000"]),
+        ({"contact": "maybe"}, ["contact=no", "contact=yes", "maybe"]),
+        ({"title": "two\nlines"}, ["title", "one line"]),
+        ({"tilt": "0:1:1000000", "roll_rate": "0:1:10000000"}, ["1000000 x 10000000", "1000000000"]),
         ({"tilt": [0.1], "axes": ["alpha"]}, ["alpha", "tilt"]),
         ({"tilt": [0.1], "axes": ["tilt", "tilt"]}, ["tilt"]),
         ({"tilt": [0.1], "axes": 3}, ["3", "tilt"]),
-        ({"tilt": None}, ["None", "a number"]),
+        ({"tilt": None}, ["None", "number"]),
     ]:
-        error = refused(facts, lambda words=words: SweepSpec(**words))
+        error = refusal(facts, lambda words=words: SweepSpec(**words))
         # a grid of too many cells is the fault of all axes
         assert str(error.where).partition("=")[0] in {*words, "grid"}
 
@@ -69,25 +68,25 @@ def test_impossible_words_are_refused():
         (["spin_rate=3"], "spin_rate", ["roll_rate", "precession_rate"]),
         (["rollrate=3"], "rollrate", ["roll_rate?"]),
     ]:
-        assert str(refused(facts, SweepSpec.from_words, "rolling", words).where).startswith(where)
+        assert str(refusal(facts, SweepSpec.from_words, "rolling", words).where).startswith(where)
 
 
 def test_a_faulty_file_is_named(spec_file, tmp_path):
     """A fault in a file is reported with the file and its line or key; so is one that cannot be read."""
     for text, facts in [
-        ("tilt = 0.1\nroll_rate = = 3\n", ["not TOML", "line 2"]),
+        ("tilt = 0.1\nroll_rate = = 3\n", ["TOML", "line 2"]),
         ("tilt = 0.1\ntilt_rat = 3\n", ["tilt_rat:", "tilt_rate?"]),
-        ("tilt = 1979-05-27\n", ["tilt=", "a number"]),
-        ("[tilt]\nstart = 1\n", ["tilt=", "a number"]),
+        ("tilt = 1979-05-27\n", ["tilt=datetime.date(1979, 5, 27)", "number"]),
+        ("[tilt]\nstart = 1\n", ["tilt={'start': 1}", "number"]),
         ("tilt = nan\n", ["tilt=nan", "finite"]),
-        ("alpha = 2\n", ["alpha=2", "2 is not possible"]),
+        ("alpha = 2\n", ["alpha=2", "0 < alpha <= 1"]),
         ('model = "sphere"\n', ["sphere", "disk"]),
     ]:
         path = spec_file(text)
-        assert str(refused(facts, SweepSpec.from_toml, path)).startswith(f"{path}: ")
+        assert str(refusal(facts, SweepSpec.from_toml, path)).startswith(f"{path}: ")
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
-    for name, fact in [("missing.toml", "No such file"), ("", "cannot be read"), ("binary.toml", "not TOML")]:
-        assert refused([fact], SweepSpec.from_toml, tmp_path / name).where == str(tmp_path / name)
+    for name, fact in [("missing.toml", "No such file"), ("", "Is a directory"), ("binary.toml", "TOML")]:
+        assert refusal([fact], SweepSpec.from_toml, tmp_path / name).where == str(tmp_path / name)
 
 
 def test_a_change_can_repair_a_file(spec_file):
@@ -104,7 +103,7 @@ def test_a_file_of_another_editor_is_read(tmp_path):
 
 def test_a_fault_that_a_preset_brings_is_placed_in_the_preset():
     """If a change makes a word of the preset impossible, the message says where that word stands."""
-    error = refused(["roll_rate=steady"], SweepSpec.from_words, "rolling", ["roll_rate=steady"])
+    error = refusal(["roll_rate=steady"], SweepSpec.from_words, "rolling", ["roll_rate=steady"])
     assert error.where == "preset rolling: precession_rate"
 
 
@@ -131,5 +130,5 @@ def test_anything_is_read_or_refused(words):
 def test_the_width_of_a_boundary_is_a_number_in_ascii():
     """Digits of other scripts, underscores and units are no width."""
     for width in ["\uff11e-6", "1_0e-6", "1e-6 m", "nan", "inf", "0"]:
-        with pytest.raises(RequestError, match="boundary is grid, refined or refined:WIDTH"):
+        with refused(f"boundary=refined:{width}", "grid", "refined:WIDTH"):
             read_word("boundary", f"refined:{width}", DISK)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from messages import assert_facts, refused
 
 from sweep.engine.compute import compute, derive_block, measure_block
 from sweep.engine.grid import Span, starts_of
@@ -96,7 +97,7 @@ def test_a_block_of_another_place_or_run_is_noticed(journal):
         (2, Journal(journal.folder, Manifest.new(SPEC, 4, "t", "c"))),
     ]
     for number, other in others:
-        with pytest.raises(DamagedBlockError, match="does not fit"):
+        with refused("fit", error=DamagedBlockError):
             other.read(number, [path])
 
 
@@ -122,7 +123,7 @@ def test_neither_of_two_results_for_one_block_is_trusted(journal):
     assert len(journal.held()[3]) == 2
     missing, damaged = journal.verify([3])
     assert missing == [3]
-    assert "twice with different results" in damaged[0]
+    assert_facts(damaged[0], "twice")
     assert 3 not in journal.held()
 
 
@@ -130,7 +131,7 @@ def test_all_blocks_in_order_or_none(journal):
     """Reading the whole journal gives every block once, in order, and refuses to leave one out."""
     for number in (3, 0):
         journal.keep(number, measure_block(SPEC, journal.spans[number]))
-    with pytest.raises(DamagedBlockError, match="block 1 is not there"):
+    with refused("block 1", error=DamagedBlockError):
         list(journal.blocks())
     journal.keep(1, measure_block(SPEC, journal.spans[1]))
     blocks = list(journal.blocks())

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import assert_facts, refused
 
 from sweep.errors import RequestError
 from sweep.platforms import processor
@@ -79,7 +80,7 @@ def test_a_journal_of_another_format_is_refused(tmp_path, monkeypatch):
         patch.setattr(manifest, "FORMAT", 99)
         Journal.create(tmp_path, Manifest.new(SPEC, 5, "t", "c"))
     other = Journal.at(tmp_path)
-    with pytest.raises(RequestError, match=r"blocks of another run.*format: 99 there, \d+ here.*rm -r"):
+    with refused("format: 99 there", "rm -r"):
         check_same_run(other, SPEC)
     assert other.manifest.fingerprint != Manifest.new(SPEC, 5, "t", "c").fingerprint
 
@@ -96,13 +97,13 @@ def test_a_damaged_manifest_is_refused(written):
         }
         assert changed[change] != text
         path.write_text(changed[change])
-        with pytest.raises(RequestError, match=r"manifest.*damaged.*rm -r"):
+        with refused("manifest", "damaged", "rm -r"):
             Manifest.read(path)
 
 
 def test_a_folder_without_a_run(tmp_path):
     """A folder that holds no manifest is refused, with how to make one."""
-    with pytest.raises(RequestError, match=r"not the folder of a run.*eulerdisk prepare"):
+    with refused("eulerdisk prepare"):
         Journal.at(tmp_path)
 
 
@@ -135,7 +136,7 @@ def test_a_part_from_another_kind_of_machine_is_refused(tmp_path, monkeypatch):
             patch.setattr(manifest, "machine_facts", lambda spec, fact=fact: here(spec) | {fact: "another"})
             with pytest.raises(RequestError) as caught:
                 array_jobs.compute_part(tmp_path / "a.nc.run", 1, 3)
-            assert f"{fact}: {here(AXIS)[fact][:16]} there, another here" in str(caught.value)
+            assert_facts(str(caught.value), f"{fact}: {here(AXIS)[fact][:16]} there")
             assert "NUMBA_CPU_NAME=x86-64-v3" in caught.value.hint
     assert array_jobs.compute_part(tmp_path / "a.nc.run", 1, 3)
     content = json.loads((tmp_path / "a.nc.run" / MANIFEST).read_text())

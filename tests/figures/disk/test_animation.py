@@ -5,6 +5,7 @@ from itertools import islice
 import numpy as np
 import pytest
 from figure_words import misplaced
+from messages import assert_facts, missing
 
 import sweep
 from sweep.figures.disk import animation
@@ -114,9 +115,8 @@ def test_no_word_of_a_film_is_cut(title, size, monkeypatch):
         assert misplaced(sheets[0]) == []
         words |= {" ".join(each.get_text().split()) for each in sheets[0].texts}
     assert (title or "Motion of a rolling disk") in words
-    assert any(
-        "tilt rate -12.34 rad/s, precession rate -12.34 rad/s, roll rate -123.4" in each for each in words
-    )
+    rates = "tilt rate -12.34 rad/s", "precession rate -12.34 rad/s", "roll rate -123.4 rad/s"
+    assert any(not missing(each, rates) for each in words)
     assert any(each.startswith("Impossible") for each in words)
 
 
@@ -150,6 +150,6 @@ def test_words_say_disk_speed_and_scale():
         "",
     ]
     words.write(0.185)
-    assert drawn.texts[-1].get_text() == "Impossible: the disk would have slipped at 0.1816 s"
+    assert_facts(drawn.texts[-1].get_text(), "slipped", "0.1816 s")
     words.write(0.19)
-    assert drawn.texts[-1].get_text() == "Impossible: the disk would have lifted off at 0.1881 s"
+    assert_facts(drawn.texts[-1].get_text(), "lifted", "0.1881 s")

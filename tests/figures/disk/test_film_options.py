@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import refused
 
 from sweep.errors import RequestError
 from sweep.figures.disk import film_options
@@ -67,7 +68,7 @@ def test_an_mp4_needs_ffmpeg(monkeypatch):
     """Without ffmpeg there is a gif."""
     monkeypatch.setattr(film_options.shutil, "which", lambda _: None)
     assert FilmOptions.read("a.gif").ending == "gif"
-    with pytest.raises(RequestError, match=r"Write a.gif, or install ffmpeg\."):
+    with refused("ffmpeg", "a.gif"):
         FilmOptions.read("a.mp4")
 
 

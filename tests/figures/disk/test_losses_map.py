@@ -6,9 +6,9 @@ import lossy_runner
 import matplotlib
 import numpy as np
 import pytest
+from messages import refused
 
 import sweep
-from sweep.errors import RequestError
 from sweep.figures import plots
 from sweep.figures.disk.losses_map import COLOURS, figure, losses_map
 from sweep.figures.look import Look
@@ -132,13 +132,13 @@ def test_a_selection_and_the_order_of_the_axes_do_not_matter(atlas):
 
 def test_what_has_no_losses_or_no_two_axes_is_refused(atlas):
     """By the command's option as well: an atlas of the disk without losses, one of one axis, and none."""
-    with pytest.raises(RequestError, match="model disk has no losses to draw"):
+    with refused("disk", "losses"):
         plots.losses([sweep.run(sweep.SweepSpec(roll_rate="2:3:3", tilt="1deg,2deg"))], Look())
-    with pytest.raises(RequestError, match="A map of losses has two axes; this atlas has one, tilt"):
+    with refused("two axes", "one", "tilt"):
         plots.losses([atlas.isel(contour_friction=3)], Look())
-    with pytest.raises(RequestError, match="end_time"):
+    with refused("end_time"):
         figure([atlas.drop_vars("end_time")])
-    with pytest.raises(RequestError, match="nothing to draw"):
+    with refused("atlas"):
         plots.losses([], Look())
 
 

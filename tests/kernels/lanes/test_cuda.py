@@ -4,6 +4,7 @@ import kernel_runner
 import numpy as np
 import pytest
 import referee
+from messages import refused
 
 from kernels.disk.endings import FELL, HORIZON, INVALID, STEADY, UNRESOLVED
 from kernels.disk.integrate import LANE_MODEL as DISK
@@ -26,7 +27,7 @@ np.savez(sys.argv[2], measures=measures, counts=counts)
 def test_a_model_with_stages_of_the_cpu_alone_is_refused():
     """Without its further steps a leg would have a quarter of its length, and nothing would tell."""
     for name in ("further_step", "go_on"):
-        with pytest.raises(ValueError, match=rf"'disk' cannot run on a CUDA device: it has a stage '{name}'"):
+        with refused("'disk'", "CUDA", f"'{name}'", error=ValueError):
             bind(DISK._replace(**{name: getattr(LOSSY_DISK, name)}))
 
 

@@ -4,6 +4,7 @@ import math
 
 import lossy_runner
 import pytest
+from messages import assert_facts
 from scipy.optimize import brentq
 
 import sweep
@@ -104,4 +105,4 @@ def test_the_rate_of_a_body_that_rolls_sinks_as_theory_says():
     found = LOSSY_BODIES.lines(spec, "roll_rate", starts)["upper"]
     assert [float(each[0]) for each in found] == pytest.approx([critical, brentq(after, 0.3, 3.0)], rel=1e-9)
     text = " ".join(explain(sweep.run(spec), {"roll_rate": 1.0}).text.split())
-    assert f"losses take the roll rate of the upright torus down to {critical:.6g}" in text
+    assert_facts(text, "roll rate", "torus", f"{critical:.6g}")

@@ -1,0 +1,31 @@
+"""Messages by their facts: the names, numbers, units and commands in them, not the sentences around these."""
+
+import re
+from contextlib import contextmanager
+
+import pytest
+
+from sweep.errors import RequestError
+
+
+def missing(message, facts):
+    """Return the facts that are not in a message as words of their own: 1 is not in 10, nor tilt in tilt_rate."""
+
+    def pattern(fact):
+        return (r"(?<![\w.-])" if fact[0].isalnum() else r"(?<!\w)") + re.escape(fact) + r"(?!\.?\w)"
+
+    return [fact for fact in facts if not re.search(pattern(fact), message)]
+
+
+def assert_facts(message, *facts):
+    """Assert that each fact is in a message."""
+    lacking = missing(message, facts)
+    assert not lacking, f"{lacking} missing in: {message}"
+
+
+@contextmanager
+def refused(*facts, error=RequestError):
+    """Assert that the block ends with an error whose message has the facts; give what `pytest.raises` gives."""
+    with pytest.raises(error) as caught:
+        yield caught
+    assert_facts(str(caught.value), *facts)

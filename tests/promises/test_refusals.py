@@ -1,0 +1,69 @@
+"""What refusals say, to every command: `refusals.txt` lists command lines with the facts that a user needs there."""
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+from messages import missing
+
+from sweep import cli
+
+HERE = Path(__file__).parent
+
+
+def listed():
+    """Return command line, exit status, mark and facts of each refusal in the list."""
+    text = (HERE / "refusals.txt").read_text(encoding="utf-8")
+    entries = re.findall(r"^\$ (.*)\n\[(\d+) ?(\w*)\] (.*)$", text, re.MULTILINE)
+    assert len(entries) == text.count("\n$ ")
+    return [(line, int(status), mark, facts.split("; ")) for line, status, mark, facts in entries]
+
+
+def faults(line, status, mark, facts, out, err):
+    """Return what is wrong with what a command said when it refused."""
+    lines = err.splitlines()
+    if mark == "typer":
+        # the lines before it show the arguments and options that there are
+        lines = lines[-1:]
+    start = "Error: " if mark == "typer" else "eulerdisk: "
+    found = [f"lacks {fact}" for fact in missing("\n".join(lines), facts)]
+    if len(lines) != 1 + (mark == "noted") or not all(each.startswith(start) for each in lines):
+        found.append(f"is not one line that begins with {start}")
+    if out or "Traceback" in err:
+        found.append("has more than the message")
+    return [f"{line} [{status}] {fault}: {err}" for fault in found]
+
+
+def test_refusals(tmp_path, monkeypatch, capsys):
+    """Each command line of the list ends with its status and one line with the facts, and writes nothing."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(HERE / "data" / "rolling.nc", "rolling.nc")
+    for name, text in FILES.items():
+        Path(name).write_text(text, encoding="utf-8")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    found = []
+    for line, status, mark, facts in listed():
+        monkeypatch.setattr("sys.argv", ["eulerdisk", *shlex.split(line)])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        assert end.value.code == status, line
+        found += faults(line, status, mark, facts, *capsys.readouterr())
+        assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before, f"{line} wrote a file"
+    assert not found, "\n".join(found)
+
+
+#: Files that the command lines name.
+FILES = {
+    "two.toml": '[[sweep]]\nname = "a"\nspec = "rolling"\n[[sweep]]\nname = "b"\nspec = "spinning"\n',
+    "typo.toml": 'roll_rate = "2:4:9"\ntlt = "1deg"\n',
+    "unit.toml": 'roll_rate = "2:4:9"\ntilt = "1kg"\n',
+    "broken.toml": "roll_rate = [1, 2\n",
+    "starts.csv": "tilt [deg],roll_rate [rpm]\n1,30\n2,-4\n3,x\n",
+    "short.csv": "tilt [deg],roll_rate [rpm]\n1,30\n2\n",
+    "twice.csv": "tilt,tilt\n1,2\n",
+    "lens.py": '@body(duration="10 s", stable="peak_tilt < 60deg")\ndef lens(tilt, *, q=0.5):\n'
+    "    return sqrt(cos(tilt)**2 + q**2*sin(tilt)**2), 0.4, (1 + q**2)/5\n",
+    "text.nc": "not a netCDF file\n",
+}
