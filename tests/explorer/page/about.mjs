@@ -46,10 +46,7 @@ const base = (name, more = {}) => ({
 });
 
 export const ABOUT = {
-  bases: [
-    base("rolling"),
-    base("spinning", { words: { alpha: 0.25 }, quantities: ["period", "stability"] }),
-  ],
+  bases: [base("rolling"), base("spinning", { words: { alpha: 0.25 }, quantities: ["period", "stability"] })],
   others: [],
   parameters: [
     parameter("tilt", { unit: "deg", factor: 180 / Math.PI, least: -1.5, most: 1.5, low: -1, high: 1 }),

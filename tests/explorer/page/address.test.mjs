@@ -95,7 +95,10 @@ test("signs that programs encode, and those they leave, are read as they were me
   assert.deepEqual(view.x, { ...RATE, centre: 2.5, half: 0.5 });
   assert.deepEqual(view.y, { ...TILT, centre: -4.5, half: 1.5 });
   assert.deepEqual(view.words, { criterion: "departure:7deg" });
-  assert.equal(stateOf("with.criterion=peak_tilt > 1e+1deg", ABOUT).view.words.criterion, "peak_tilt > 1e+1deg");
+  assert.equal(
+    stateOf("with.criterion=peak_tilt > 1e+1deg", ABOUT).view.words.criterion,
+    "peak_tilt > 1e+1deg",
+  );
 });
 
 test("two numbers are a point where their sum is none", () => {
@@ -151,8 +154,10 @@ for (const entry of SENSELESS_OF_A_MOTION) {
 }
 
 test("the light of an address is known without all else", () => {
-  assert.deepEqual(
-    ["theme=dark", "#x=1&theme=light", "theme=pink", ""].map(themeOf),
-    ["dark", "light", "", ""],
-  );
+  assert.deepEqual(["theme=dark", "#x=1&theme=light", "theme=pink", ""].map(themeOf), [
+    "dark",
+    "light",
+    "",
+    "",
+  ]);
 });

@@ -24,7 +24,10 @@ const near = (found, expected, off = 1e-14) =>
   assert.ok(Math.abs(found - expected) <= off * Math.max(1, Math.abs(expected)), `${found} ${expected}`);
 
 test("the middle and the ends of a window have their values", () => {
-  assert.deepEqual([-1, 0, 0.5, 1].map((place) => valueAt(LINEAR, place)), [1, 3, 4, 5]);
+  assert.deepEqual(
+    [-1, 0, 0.5, 1].map((place) => valueAt(LINEAR, place)),
+    [1, 3, 4, 5],
+  );
   [-1, 0, 1].forEach((place) => near(valueAt(LOG, place), 10 ** (place + 1)));
   assert.deepEqual(ends(LINEAR), [1, 5]);
 });
@@ -38,7 +41,10 @@ test("a value leads back to its place; a logarithmic axis has none of a negative
 });
 
 test("pixels have the values of their middles, from the low end", () => {
-  assert.deepEqual([0, 1, 2, 3].map((pixel) => pixelValue(LINEAR, pixel, 4)), [1.5, 2.5, 3.5, 4.5]);
+  assert.deepEqual(
+    [0, 1, 2, 3].map((pixel) => pixelValue(LINEAR, pixel, 4)),
+    [1.5, 2.5, 3.5, 4.5],
+  );
 });
 
 test("the unit in the last place is that of the next double, of small and large numbers too", () => {
@@ -77,7 +83,8 @@ test("a pixel may be eight units in the last place wide, and of a logarithm eigh
 test("zoom keeps the value at its place, and ends at both limits", () => {
   const limits = { least: 1e-3, most: 10 };
   for (const place of [-1, -0.25, 0, 0.6]) {
-    for (const factor of [0.5, 3]) near(valueAt(zoomed(LINEAR, factor, place, limits), place), valueAt(LINEAR, place));
+    for (const factor of [0.5, 3])
+      near(valueAt(zoomed(LINEAR, factor, place, limits), place), valueAt(LINEAR, place));
   }
   assert.equal(zoomed(LINEAR, 0.5, 0, limits).half, 1);
   assert.equal(zoomed(LINEAR, 1e-9, 0, limits).half, 1e-3);

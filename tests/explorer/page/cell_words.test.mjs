@@ -19,7 +19,22 @@ const NUMBERS = {
   stored: null,
 };
 
-const LINES = [{ name: "analytic", label: "the analytic line", points: [[[2, 0], [4, 0.2]], [[7, 0.05], [8, 0.07]]] }];
+const LINES = [
+  {
+    name: "analytic",
+    label: "the analytic line",
+    points: [
+      [
+        [2, 0],
+        [4, 0.2],
+      ],
+      [
+        [7, 0.05],
+        [8, 0.07],
+      ],
+    ],
+  },
+];
 
 const CELL = { sides: SIDES, numbers: NUMBERS, lines: LINES, criterion: "departure:5deg" };
 
@@ -45,7 +60,10 @@ test("a row that no line crosses, and a plane without a control, have no lines",
 });
 
 test("along an upward control the crossings are those of the column, and a verdict may have no criterion", () => {
-  const turned = LINES.map((line) => ({ ...line, points: line.points.map((all) => all.map(([x, y]) => [y, x])) }));
+  const turned = LINES.map((line) => ({
+    ...line,
+    points: line.points.map((all) => all.map(([x, y]) => [y, x])),
+  }));
   const words = wordsOfCell({ ...CELL, sides: { x: SIDES.y, y: SIDES.x }, lines: turned, criterion: "" });
   assert.match(words, /^lines {7}roll rate 3 rad/m);
   assert.match(words, /^verdict {5}stable$/m);

@@ -35,21 +35,25 @@ test("flags have their colours, and a code without words none", () => {
 });
 
 test("shades go from light to dark and end at both ends", () => {
-  assert.deepEqual([-1, 0, 1, 2].map(shade), [LIGHT, LIGHT, DARK, DARK].map((each) => each.slice(0, 3)));
+  assert.deepEqual(
+    [-1, 0, 1, 2].map(shade),
+    [LIGHT, LIGHT, DARK, DARK].map((each) => each.slice(0, 3)),
+  );
   const sums = Array.from({ length: 101 }, (_, i) => shade(i / 100).reduce((sum, each) => sum + each));
   assert.ok(sums.every((each, i) => i === 0 || each <= sums[i - 1] + 3));
 });
 
 test("flags of no own colours have shades in the order of their codes; what is open is grey", () => {
   const quantity = { name: "ending", flags: { 0: "undecided", 3: "a", 7: "b", 9: "sensitive", 12: "c" } };
-  const hex = (share) => "#" + shade(share).map((each) => each.toString(16).padStart(2, "0")).join("");
-  assert.deepEqual([0, 3, 7, 9, 12].map((code) => flagColour(quantity, code)), [
-    "#d4d4d4",
-    hex(0),
-    hex(0.5),
-    "#d4d4d4",
-    hex(1),
-  ]);
+  const hex = (share) =>
+    "#" +
+    shade(share)
+      .map((each) => each.toString(16).padStart(2, "0"))
+      .join("");
+  assert.deepEqual(
+    [0, 3, 7, 9, 12].map((code) => flagColour(quantity, code)),
+    ["#d4d4d4", hex(0), hex(0.5), "#d4d4d4", hex(1)],
+  );
   assert.equal(flagColour({ name: "x", flags: { 4: "only" } }, 4), hex(0));
 });
 

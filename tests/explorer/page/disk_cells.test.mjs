@@ -7,7 +7,11 @@ import { plain, scriptsOf } from "./worker_scripts.mjs";
 const { diskColumns } = scriptsOf("verdicts", "disk_cells");
 
 const PLAN = {
-  criterion: { outcomes: Array(8).fill([1, 2, 0]), condition: { terms: [{ value: 0 }, { value: 1 }], signs: ["<"] }, named: [] },
+  criterion: {
+    outcomes: Array(8).fill([1, 2, 0]),
+    condition: { terms: [{ value: 0 }, { value: 1 }], signs: ["<"] },
+    named: [],
+  },
   singles: [],
   losses: [],
   failed: [5],
@@ -97,7 +101,10 @@ test("the largest loss is counted from 1, and is 0 where nothing was lost", () =
 
 test("only what is wanted is computed, with what the criterion judges by; some is in single precision", () => {
   const measured = () => ({ tilt_min: doubles(-0.1), tilt_max: doubles(0.3), ending: doubles(1) });
-  assert.deepEqual(Object.keys(found(PLAN, starts([0.1]), measured(), "tilt_min")).includes("peak_tilt"), false);
+  assert.deepEqual(
+    Object.keys(found(PLAN, starts([0.1]), measured(), "tilt_min")).includes("peak_tilt"),
+    false,
+  );
   const named = { ...PLAN, criterion: { ...PLAN.criterion, named: ["peak_tilt"] } };
   assert.deepEqual(found(named, starts([0.1]), measured(), "tilt_min").peak_tilt, [0.3]);
   const single = found({ ...PLAN, singles: ["tilt_max", "period"] }, starts([0.1]), measured());

@@ -2,7 +2,14 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { checkArms, checkLosses, lossControls, lossWords, numberOf, wordsOfMotion } from "eulerdisk/compute/losses";
+import {
+  checkArms,
+  checkLosses,
+  lossControls,
+  lossWords,
+  numberOf,
+  wordsOfMotion,
+} from "eulerdisk/compute/losses";
 import { placeOf, valueAt } from "eulerdisk/motion/loss_sliders";
 
 const TABLES = {
@@ -10,7 +17,14 @@ const TABLES = {
   air: { air_viscosity: 1.8e-5, air_density: 1.2 },
   mass: 0.4,
   air_laws: ["none", "moffatt", "bildsten"],
-  lossy_parameters: ["mass", "rolling_friction", "pivoting_friction", "contour_friction", "contour_damping", "friction"],
+  lossy_parameters: [
+    "mass",
+    "rolling_friction",
+    "pivoting_friction",
+    "contour_friction",
+    "contour_damping",
+    "friction",
+  ],
   sliders: [
     { name: "rolling_friction", low: 1e-5, high: 0.1, scaled: "radius", end: "low" },
     { name: "contour_damping", low: 1e-3, high: 1, scaled: "damping", end: "low" },
@@ -23,7 +37,14 @@ const TABLES = {
 const CELLS = {
   lossy: true,
   body: null,
-  losses: { air_law: "bildsten", air_viscosity: 2e-5, air_density: 1, mass: 0.1, rolling_friction: 1e-3, friction: null },
+  losses: {
+    air_law: "bildsten",
+    air_viscosity: 2e-5,
+    air_density: 1,
+    mass: 0.1,
+    rolling_friction: 1e-3,
+    friction: null,
+  },
 };
 const NONE = { lossy: false, body: null, losses: {} };
 
@@ -31,7 +52,11 @@ test("a mass alone is no loss, and a loss brings what its law needs", () => {
   assert.deepEqual(lossWords(TABLES, {}), {});
   assert.deepEqual(lossWords(TABLES, { mass: 3 }), {});
   assert.deepEqual(lossWords(TABLES, { friction: 0.2 }), { air_law: "none", friction: 0.2 });
-  assert.deepEqual(lossWords(TABLES, { contour_damping: 0.1 }), { air_law: "none", contour_damping: 0.1, mass: 0.4 });
+  assert.deepEqual(lossWords(TABLES, { contour_damping: 0.1 }), {
+    air_law: "none",
+    contour_damping: 0.1,
+    mass: 0.4,
+  });
   const air = { air_law: "moffatt", air_viscosity: 1.8e-5, mass: 0.4 };
   assert.deepEqual(lossWords(TABLES, { air_law: "moffatt" }), air);
   const layer = { air_law: "bildsten", air_viscosity: 1.8e-5, air_density: 1.2, mass: 0.05 };
@@ -40,7 +65,10 @@ test("a mass alone is no loss, and a loss brings what its law needs", () => {
 
 test("losses beside those of cells leave what these have, and add what a law needs where they have none", () => {
   assert.deepEqual(wordsOfMotion(TABLES, CELLS, {}), CELLS.losses);
-  assert.deepEqual(wordsOfMotion(TABLES, CELLS, { rolling_friction: 0.01 }), { ...CELLS.losses, rolling_friction: 0.01 });
+  assert.deepEqual(wordsOfMotion(TABLES, CELLS, { rolling_friction: 0.01 }), {
+    ...CELLS.losses,
+    rolling_friction: 0.01,
+  });
   assert.deepEqual(wordsOfMotion(TABLES, CELLS, { mass: 2 }), { ...CELLS.losses, mass: 2 });
   const still = { ...CELLS.losses, air_law: "none", air_viscosity: 0, air_density: 0 };
   assert.deepEqual(wordsOfMotion(TABLES, CELLS, { air_law: "none" }), still);
@@ -52,7 +80,9 @@ test("losses beside those of cells leave what these have, and add what a law nee
 
 test("the kernels know a number of every word: no mass is 1, and no coefficient never slips", () => {
   const words = { rolling_friction: 0, mass: null };
-  const numbers = ["rolling_friction", "mass", "friction", "contour_friction"].map((name) => numberOf(words, name));
+  const numbers = ["rolling_friction", "mass", "friction", "contour_friction"].map((name) =>
+    numberOf(words, name),
+  );
   assert.deepEqual(numbers, [0, 1, Infinity, 0]);
 });
 

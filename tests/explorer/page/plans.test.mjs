@@ -39,14 +39,21 @@ test("numbers take the place of those that are held, in each of the plans; the f
 
 test("the tilt of a fall acts on cells and motions, and ends with the reduction", () => {
   const { cells, motion } = withWords({ fall_tilt: 1.1 });
-  assert.deepEqual([cells.settings, motion.fall_tilt, motion.flat_tilt], [{ fall_tilt: 1.1, tolerance: 1e-9 }, 1.1, 1.5]);
+  assert.deepEqual(
+    [cells.settings, motion.fall_tilt, motion.flat_tilt],
+    [{ fall_tilt: 1.1, tolerance: 1e-9 }, 1.1, 1.5],
+  );
   assert.throws(() => withWords({ fall_tilt: 1.571 }), /89\.9 deg/);
   assert.equal(withWords({ fall_tilt: 1.57 }).motion.fall_tilt, 1.57);
 });
 
 test("words of the page itself are known; others are refused, with what to do", () => {
   assert.equal(withWords({ criterion: "departure:5deg" }).cells.held.alpha, 0.5);
-  assert.throws(() => withWords({ criterion: "departure:6deg" }), { message: /criterion=departure:6deg/, status: 400, hint: /explore/ });
+  assert.throws(() => withWords({ criterion: "departure:6deg" }), {
+    message: /criterion=departure:6deg/,
+    status: 400,
+    hint: /explore/,
+  });
 });
 
 test("a rate that is given, or an axis, follows from no rule", () => {

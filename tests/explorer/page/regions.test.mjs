@@ -10,23 +10,65 @@ test("a raster has a point for each six pixels, and covers what lines and marks 
   const { columns, rows, covered } = rasterOf(62, 33, [], []);
   assert.deepEqual([columns, rows], [10, 5]);
   assert.ok(covered.every((each) => each === 0));
-  const line = rasterOf(60, 30, [[[0, 15], [60, 15]]], []).covered;
-  assert.deepEqual(Array.from(line, (each, i) => each === Number(Math.floor(i / 10) === 2)), Array(50).fill(true));
-  const steep = rasterOf(60, 30, [[[3, -100], [3, 9]]], []).covered;
-  assert.deepEqual([...steep.keys()].filter((i) => steep[i]), [0, 10]);
+  const line = rasterOf(
+    60,
+    30,
+    [
+      [
+        [0, 15],
+        [60, 15],
+      ],
+    ],
+    [],
+  ).covered;
+  assert.deepEqual(
+    Array.from(line, (each, i) => each === Number(Math.floor(i / 10) === 2)),
+    Array(50).fill(true),
+  );
+  const steep = rasterOf(
+    60,
+    30,
+    [
+      [
+        [3, -100],
+        [3, 9],
+      ],
+    ],
+    [],
+  ).covered;
+  assert.deepEqual(
+    [...steep.keys()].filter((i) => steep[i]),
+    [0, 10],
+  );
 });
 
 test("a mark covers twelve pixels to each side, within the plot alone", () => {
-  const { covered } = rasterOf(60, 60, [], [[30, 30], [-60, -60]]);
+  const { covered } = rasterOf(
+    60,
+    60,
+    [],
+    [
+      [30, 30],
+      [-60, -60],
+    ],
+  );
   const places = [...covered.keys()].filter((i) => covered[i]).map((i) => [i % 10, Math.floor(i / 10)]);
-  assert.deepEqual(places, [3, 4, 5, 6, 7].flatMap((row) => [3, 4, 5, 6, 7].map((column) => [column, row])));
+  assert.deepEqual(
+    places,
+    [3, 4, 5, 6, 7].flatMap((row) => [3, 4, 5, 6, 7].map((column) => [column, row])),
+  );
 });
 
 test("codes are asked for at the middles of the points, from the upper left corner", () => {
   const asked = [];
   const raster = { columns: 2, rows: 2, covered: new Uint8Array(4) };
   const codes = codesOf(raster, (across, up) => asked.push([across, up]));
-  assert.deepEqual(asked, [[-0.5, 0.5], [0.5, 0.5], [-0.5, -0.5], [0.5, -0.5]]);
+  assert.deepEqual(asked, [
+    [-0.5, 0.5],
+    [0.5, 0.5],
+    [-0.5, -0.5],
+    [0.5, -0.5],
+  ]);
   assert.deepEqual(codes, [1, 2, 3, 4]);
 });
 
@@ -53,13 +95,27 @@ test("a name has the most room that there is, in a map of any shape", () => {
   const random = () => (seed = (seed * 48271) % 2147483647) / 2147483647;
   let placed = 0;
   for (let map = 0; map < 30; map += 1) {
-    const raster = rasterOf(240, 180, [[[0, 180 * random()], [240, 180 * random()]]], [[240 * random(), 90]]);
+    const raster = rasterOf(
+      240,
+      180,
+      [
+        [
+          [0, 180 * random()],
+          [240, 180 * random()],
+        ],
+      ],
+      [[240 * random(), 90]],
+    );
     const [middle, slope, bend] = [random() - 0.5, 2 * random() - 1, 2 * random() - 1];
-    const codes = codesOf(raster, (across, up) => (up > middle + slope * across + bend * across ** 2 ? 1 : 2));
+    const codes = codesOf(raster, (across, up) =>
+      up > middle + slope * across + bend * across ** 2 ? 1 : 2,
+    );
     for (const code of [1, 2]) {
       const size = [40, 16];
       const places = codes.map((each, i) =>
-        each === code ? room(raster, codes, code, size, i % raster.columns, Math.floor(i / raster.columns)) : -1,
+        each === code
+          ? room(raster, codes, code, size, i % raster.columns, Math.floor(i / raster.columns))
+          : -1,
       );
       const most = Math.max(...places);
       const found = roomiest(raster, codes, code, size);

@@ -17,6 +17,8 @@ registerHooks({
   resolve(name, context, next) {
     const path = pathOf(name);
     // no package.json says that they are modules
-    return path ? { url: new URL(path, PAGE).href, format: "module", shortCircuit: true } : next(name, context);
+    return path
+      ? { url: new URL(path, PAGE).href, format: "module", shortCircuit: true }
+      : next(name, context);
   },
 });

@@ -35,7 +35,10 @@ test("a base begins with its view and its usual quantity; of an unknown name the
 });
 
 test("quantities of a base are in its order; an unknown one is the first of all", () => {
-  assert.deepEqual(quantitiesOf(ABOUT, "spinning").map(({ name }) => name), ["period", "stability"]);
+  assert.deepEqual(
+    quantitiesOf(ABOUT, "spinning").map(({ name }) => name),
+    ["period", "stability"],
+  );
   assert.equal(quantityOf(ABOUT, "nothing").name, "stability");
   assert.equal(parameterOf(ABOUT, "alpha").most, 1);
   assert.throws(() => parameterOf(ABOUT, "nothing"), /nothing/);
@@ -108,7 +111,10 @@ test("parameters of a base are its words and its axes, in the order of the model
 });
 
 test("verdicts have their words, and an unknown code has none", () => {
-  assert.deepEqual([0, 1, 2, 9].map((code) => verdictWords(ABOUT, code)), ["undecided", "stable", "unstable", ""]);
+  assert.deepEqual(
+    [0, 1, 2, 9].map((code) => verdictWords(ABOUT, code)),
+    ["undecided", "stable", "unstable", ""],
+  );
 });
 
 test("views of the same motions differ in their windows alone", () => {

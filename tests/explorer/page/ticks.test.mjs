@@ -18,7 +18,19 @@ test("a plain range has plain numbers, with a true minus", () => {
 });
 
 test("steps are 1, 2 and 5 times powers of ten", () => {
-  assert.deepEqual(labels(ticksOf(axis(0, 10), 1, 10)), ["0", "1", "2", "3", "4", "5", "6", "7", "8", "9", "10"]);
+  assert.deepEqual(labels(ticksOf(axis(0, 10), 1, 10)), [
+    "0",
+    "1",
+    "2",
+    "3",
+    "4",
+    "5",
+    "6",
+    "7",
+    "8",
+    "9",
+    "10",
+  ]);
   assert.deepEqual(labels(ticksOf(axis(0, 10), 1, 5)), ["0", "2", "4", "6", "8", "10"]);
   assert.deepEqual(labels(ticksOf(axis(0, 10), 1, 2)), ["0", "5", "10"]);
   assert.deepEqual(labels(ticksOf(axis(0, 10), 1, 1)), ["0", "10"]);
@@ -41,20 +53,33 @@ test("large and small numbers have a power of ten, and a narrow window the digit
 test("a range of decades has its powers, with 2 and 5 between them where there is room", () => {
   assert.deepEqual(labels(ticksOf(log(0.01, 1000), 1, 5)), ["0.01", "0.1", "1", "10", "100", "1000"]);
   assert.deepEqual(labels(ticksOf(log(1, 100), 1, 8)), ["1", "2", "5", "10", "20", "50", "100"]);
-  assert.deepEqual(labels(ticksOf(log(1e-6, 1e6), 1, 4)), ["10\u207b\u2076", "0.001", "1", "1000", "10\u2076"]);
+  assert.deepEqual(labels(ticksOf(log(1e-6, 1e6), 1, 4)), [
+    "10\u207b\u2076",
+    "0.001",
+    "1",
+    "1000",
+    "10\u2076",
+  ]);
 });
 
 test("a logarithmic axis has small ticks at all whole multiples, at their logarithms", () => {
   const { ticks } = ticksOf(log(1, 100), 1, 2);
-  const expected = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100].map((each) => Math.log10(each) - 1);
+  const expected = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 20, 30, 40, 50, 60, 70, 80, 90, 100].map(
+    (each) => Math.log10(each) - 1,
+  );
   assert.equal(ticks.length, expected.length);
   ticks.forEach(({ place }, i) => assert.ok(Math.abs(place - expected[i]) < 1e-12));
 });
 
 test("a logarithmic axis of less than a decade and a half has equal steps, at their logarithms", () => {
   const { ticks } = ticksOf(log(1, 10), 1, 5);
-  assert.deepEqual(ticks.map(({ label }) => label), ["2", "4", "6", "8", "10"]);
-  ticks.forEach(({ place, label }) => assert.ok(Math.abs(place - (2 * Math.log10(Number(label)) - 1)) < 1e-12));
+  assert.deepEqual(
+    ticks.map(({ label }) => label),
+    ["2", "4", "6", "8", "10"],
+  );
+  ticks.forEach(({ place, label }) =>
+    assert.ok(Math.abs(place - (2 * Math.log10(Number(label)) - 1)) < 1e-12),
+  );
 });
 
 test("numbers are told without zeros at their ends, and with powers of ten written out", () => {

@@ -7,14 +7,20 @@ import { scriptsOf } from "./worker_scripts.mjs";
 const { verdicts } = scriptsOf("verdicts");
 
 /** Verdicts where a condition is true (1), false (2), and where a named column is missing (0). */
-function verdictsOf(condition, columns, { named = Object.keys(columns), ending, outcomes = [[1, 2, 0]] } = {}) {
+function verdictsOf(
+  condition,
+  columns,
+  { named = Object.keys(columns), ending, outcomes = [[1, 2, 0]] } = {},
+) {
   const count = Object.values(columns)[0].length;
   const codes = ending ?? new Array(count).fill(0);
   return Array.from(verdicts({ criterion: { outcomes, condition, named } }, columns, codes, count));
 }
 
 const terms = (...parts) => ({
-  terms: parts.filter((_, i) => i % 2 === 0).map((each) => (typeof each === "number" ? { value: each } : each)),
+  terms: parts
+    .filter((_, i) => i % 2 === 0)
+    .map((each) => (typeof each === "number" ? { value: each } : each)),
   signs: parts.filter((_, i) => i % 2 === 1),
 });
 const A = { name: "a" };
@@ -62,7 +68,12 @@ test("a missing value leaves a cell undecided only where it was not decided with
 });
 
 test("each ending has outcomes of its own", () => {
-  const outcomes = [[1, 2, 0], [2, 2, 2], [1, 1, 1], [0, 0, 0]];
+  const outcomes = [
+    [1, 2, 0],
+    [2, 2, 2],
+    [1, 1, 1],
+    [0, 0, 0],
+  ];
   const a = [0, 0, 0, 0, NaN];
   const found = verdictsOf(terms(A, ">", 1), { a }, { ending: [0, 1, 2, 3, 1], outcomes });
   assert.deepEqual(found, [2, 2, 1, 0, 2]);

@@ -39,7 +39,10 @@ export class PageWorker {
   }
 
   postMessage(message) {
-    this.#scope.then(({ onmessage }) => onmessage({ data: message }), () => {});
+    this.#scope.then(
+      ({ onmessage }) => onmessage({ data: message }),
+      () => {},
+    );
   }
 }
 
