@@ -122,7 +122,7 @@ test("numbers are told in their unit, with three digits in single precision; wha
   assert.deepEqual(shown(told, 1), { value: 1, text: "57.2958 deg" });
   assert.deepEqual(shown({ ...told, single: true }, 1), { value: 1, text: "57.3 deg" });
   for (const none of [NaN, Infinity, -Infinity])
-    assert.deepEqual(shown(told, none), { value: null, text: "none" });
+    {assert.deepEqual(shown(told, none), { value: null, text: "none" });}
   const flags = { 1: "bounded" };
   assert.deepEqual(
     [1, 2].map((code) => shown({ ...told, flags }, code).text),

@@ -9,6 +9,7 @@ A `NodePage` evaluates functions as a page of Playwright does:
 There is no document: modules that need one are tested in tests/explorer/browser.
 """
 
+import functools
 import json
 import os
 import shutil
@@ -24,9 +25,13 @@ _FOLDER = Path(__file__).parent
 class NodePage:
     """Node with the page's modules, until it is closed."""
 
-    def __init__(self, url: str = "about:blank") -> None:
+    def __init__(self, url: str) -> None:
+        node = find_node()
+        if node is None:
+            message = "no Node.js 22.15 or newer (scripts/test installs it)"
+            pytest.fail(message) if os.environ.get("CI") == "true" else pytest.skip(message)
         self._process = subprocess.Popen(
-            [find_node(), "--import", f"{_FOLDER}/resolve.mjs", f"{_FOLDER}/evaluate.mjs", url],
+            [node, "--import", f"{_FOLDER}/resolve.mjs", f"{_FOLDER}/evaluate.mjs", url],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -61,11 +66,10 @@ class NodePage:
             self._process.stdin.close()
 
 
-def find_node() -> str:
-    """Return the path of Node, that of the environment if it has one; without one the test is skipped."""
+@functools.cache
+def find_node() -> str | None:
+    """Return the path of Node, that of the environment if it has one; None if there is none, or it is too old."""
     places = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
     found = shutil.which("node", path=places)
-    if found is None:
-        message = "no Node.js (scripts/test installs it)"
-        pytest.fail(message) if os.environ.get("CI") == "true" else pytest.skip(message)
-    return found
+    is_new = "process.exit(require('node:module').registerHooks ? 0 : 1)"
+    return found if found and subprocess.run([found, "-e", is_new], check=False).returncode == 0 else None
