@@ -1,4 +1,4 @@
-// What eslint looks for in the explorer's page; types and unknown names are tsc's work, format is prettier's.
+// What eslint looks for in the explorer's page and its tests; types and unknown names are tsc's work, format is prettier's.
 import js from "@eslint/js";
 import globals from "globals";
 
@@ -20,4 +20,5 @@ export default [
       "prefer-template": "off",
     },
   },
+  { files: ["**/*.mjs"], languageOptions: { globals: globals.node } },
 ];

@@ -1,8 +1,10 @@
-"""One explorer of the presets for all tests of this room."""
+"""One explorer of the presets for all tests of this room, and others for one test each."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 
 import pytest
+from explorer_browser import Served, served
 
 from sweep.explorer.explorer import explore
 
@@ -12,3 +14,10 @@ def url() -> Iterator[str]:
     """Return the address of an explorer of the presets."""
     with explore() as explorer:
         yield explorer.url
+
+
+@pytest.fixture
+def served_with() -> Iterator[Callable[..., Served]]:
+    """Return a function that runs an explorer with other words, until the test ends."""
+    with ExitStack() as stack:
+        yield lambda *words: stack.enter_context(served(*map(str, words)))

@@ -102,13 +102,6 @@ def explorer() -> Iterator[Served]:
 
 
 @pytest.fixture
-def served_with() -> Iterator[Callable[..., Served]]:
-    """Return a function that runs an explorer with other words, until the test ends."""
-    with ExitStack() as stack:
-        yield lambda *words: stack.enter_context(served(*map(str, words)))
-
-
-@pytest.fixture
 def opened(
     tabs: Tabs, request: pytest.FixtureRequest, served_with: Callable[..., Served]
 ) -> Iterator[Callable[..., Page]]:

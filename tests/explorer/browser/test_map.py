@@ -13,7 +13,6 @@ import pytest
 from explorer_client import post
 
 import sweep
-from tests.explorer.browser.asking import ask
 from tests.explorer.browser.map_page import (
     BOTH,
     axis,
@@ -29,6 +28,7 @@ from tests.explorer.browser.map_page import (
     wait_for_picture,
     wait_for_text,
 )
+from tests.explorer.page.asking import ask
 
 VERDICT = ("undecided", "stable", "unstable")
 

@@ -3,13 +3,14 @@
 import math
 import re
 
+import numpy as np
 import pytest
 from explorer_browser import COMPLETE, Watch
 
 import sweep
 from sweep.explorer.explorer import subject_of
 from sweep.explorer.export import export
-from tests.explorer.browser.asking import HOLD, wait_for_held
+from tests.explorer.browser.holding import HOLD, wait_for_held
 
 SHOWN = ".motion.shown:not(.waiting)"
 
@@ -437,3 +438,48 @@ def test_without_webgl_the_curves_are_there(explorer, browser):
     context.close()
     # three.js says in the console that it found none
     assert all("WebGL" in problem for problem in watch.problems)
+
+
+def test_a_plot_keeps_the_peaks_of_its_curves(opened):
+    """Of ten thousand samples on three hundred pixels the single one that stands out is drawn, to either side."""
+    drawn = opened().evaluate(
+        """async () => {
+            const { Plot } = await import("eulerdisk/motion/plot");
+            const element = document.createElement("div");
+            Object.assign(element.style, { width: "300px", height: "200px", position: "absolute" });
+            document.body.append(element);
+            const x = Float64Array.from({ length: 10000 }, (_, i) => i);
+            const y = new Float64Array(10000);
+            [y[4003], y[6007]] = [1, -1];
+            const plot = new Plot(element);
+            const labels = { title: "", xLabel: "", yLabel: "" };
+            const [low, high] = [-1, 1];
+            const curves = [{ x, y, kind: "tilt" }];
+            plot.show({ ...labels, x: { low: 0, high: 9999 }, y: { low, high }, curves });
+            const d = element.querySelector("path.curve").getAttribute("d");
+            const frame = element.querySelector("svg.inside");
+            element.remove();
+            return [d, frame.getAttribute("y"), frame.getAttribute("height")];
+        }"""
+    )
+    heights = [float(each.split(",")[1]) for each in drawn[0].replace("L", "M").split("M")[1:]]
+    top, height = map(float, drawn[1:])
+    assert (min(heights), max(heights)) == pytest.approx((top, top + height), abs=0.01)
+    assert np.median(heights) == pytest.approx(top + height / 2, abs=0.01)
+
+
+def test_a_ring_is_as_wide_as_its_inertia_says(opened):
+    """A ring from a R to R has alpha = (1 + a^2)/2: a disk is full, and a hoop is drawn with a tenth of its radius."""
+    alphas = [0.3, 0.5, 0.625, 0.75, 0.9, 1.0]
+    found = opened().evaluate(
+        """async alphas => {
+            const { diskBody } = await import("eulerdisk/motion/furniture");
+            return alphas.map((alpha) => {
+                const { innerRadius, outerRadius } = diskBody(2, alpha, "#000000").children[0].geometry.parameters;
+                return [innerRadius, outerRadius];
+            });
+        }""",
+        alphas,
+    )
+    inner = [min(math.sqrt(max(2.0 * alpha - 1.0, 0.0)), 0.9) for alpha in alphas]
+    assert found == [pytest.approx([2.0 * each, 2.0]) for each in inner]

@@ -1,6 +1,6 @@
 """Answers that come in another order than they were asked for: what is shown is what was wanted last."""
 
-from tests.explorer.browser.asking import HOLD, wait_for_held
+from tests.explorer.browser.holding import HOLD, wait_for_held
 from tests.explorer.browser.map_page import BOTH, axis, click, shown, wait_for_picture
 
 #: Begin to note lane and words of each picture that is shown, in `lanes`.

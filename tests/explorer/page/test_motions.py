@@ -231,12 +231,12 @@ def test_a_disk_that_leaves_the_table_at_once_has_no_motion(motion):
         motion(start, None, {"rolling_friction": 1e-5})
 
 
-def test_what_is_explained_beside_a_motion_is_said_of_it(opened, explorer):
+def test_what_is_explained_beside_a_motion_is_said_of_it(opened, url):
     """With losses its words are those of the disk that stops, at this very place."""
     page, place = opened(), {"x": 3.0, "y": 0.15}
     for losses, ending in [({}, "bounded"), ({"mass": 2.0}, "bounded"), ({"contour_friction": 1e-3}, "flat")]:
         with case(losses):
-            text = post(explorer.url, "explain", view=ROLLING, **place, losses=losses)["text"]
+            text = post(url, "explain", view=ROLLING, **place, losses=losses)["text"]
             assert f"ending      {ending}" in text
             assert "repeated" not in text
             _, arrays = ask(page, "motion", view=ROLLING, **place, losses=losses)
@@ -263,7 +263,7 @@ def test_words_of_a_stored_atlas_are_those_of_the_place(tmp_path, served_with, o
     }
     sweep.run_to_file(SweepSpec.preset("toy", **words), path)
     explorer = served_with(path)
-    page = opened(url=explorer.url)
+    page = opened(explorer.url)
     view = about(explorer.url)["bases"][0]["view"]
     place = {"precession_rate": 47.0, "tilt": math.radians(63.0)}
     asked = {"view": view, "x": place[view["x"]["name"]], "y": place[view["y"]["name"]]}
@@ -293,7 +293,7 @@ def test_a_loss_may_be_a_side_of_the_map(tmp_path, served_with, opened):
     sweep.run_to_file(SweepSpec.preset("toy", **words, **axes), path)
     explorer = served_with(path)
     place = {"contour_friction": 4e-4, "tilt": math.radians(63.0)}
-    _, ended = _moved(opened(url=explorer.url), explorer, place)
+    _, ended = _moved(opened(explorer.url), explorer, place)
     spec = SweepSpec.preset("toy", **words, **axes)
     alone = {"roll_rate": spec.roll_rate, "precession_rate": spec.precession_rate}
     expected = sweep.simulate("toy", **place, **alone, duration=20.0)
@@ -311,7 +311,7 @@ def test_an_atlas_of_a_body_with_losses_has_motions(tmp_path, served_with, opene
     spec = SweepSpec.preset("toy", body="rim", precession_rate=50.0, **words, **axes)
     sweep.run_to_file(spec, path)
     explorer = served_with(path)
-    page = opened(url=explorer.url)
+    page = opened(explorer.url)
     place = {"contour_friction": 4e-4, "tilt": math.radians(63.0)}
     told, ended = _moved(page, explorer, place)
     assert told["verdict"] == ""

@@ -2,21 +2,7 @@
 
 import numpy as np
 
-#: Hold back what is asked of workers, of a kind (piece, cells or call); `letGo()` gives it to them.
-HOLD = """what => {
-    const send = Worker.prototype.postMessage;
-    const holds = (message) => message.what === what;
-    window.held = [];
-    Worker.prototype.postMessage = function (message, ...more) {
-        if (holds(message)) window.held.push(() => send.call(this, message, ...more));
-        else send.call(this, message, ...more);
-    };
-    window.letGo = () => {
-        Worker.prototype.postMessage = send;
-        window.held.splice(0).forEach((each) => each());
-    };
-}"""
-
+#: Ask the page, and return typed arrays with their kind.
 ASK = """async ([what, request]) => {
     if (!window.asking) {
         const { ServerSource } = await import("eulerdisk/server_source");
@@ -60,9 +46,3 @@ def ask(page, what, **request):
         if each is not None
     }
     return answer["head"], arrays
-
-
-def wait_for_held(page, count):
-    """Wait until so many questions are held back."""
-    while page.evaluate("held.length") < count:
-        page.wait_for_timeout(50)

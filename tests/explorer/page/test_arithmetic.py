@@ -1,4 +1,4 @@
-"""The page's arithmetic, run in the browser and held against Python's: doubles, addresses, clipping, nearest cells."""
+"""The page's arithmetic, run in Node and compared with Python: doubles, addresses, clipping, nearest cells."""
 
 import math
 import re
@@ -25,17 +25,6 @@ CHECKOUT = Path(__file__).resolve().parents[3]
 EXPONENTS = (-300, 300)
 
 
-@pytest.fixture(scope="module")
-def quiet(browser, explorer):
-    """Open one page for all tests of this module: they only call its modules."""
-    context = browser.new_context()
-    page = context.new_page()
-    page.goto(explorer.url)
-    page.wait_for_selector("#map[data-lane=fine]")
-    yield page
-    context.close()
-
-
 def random_doubles(count):
     """Return doubles of all magnitudes and signs, and powers of two with their neighbours."""
     found = [
@@ -46,20 +35,20 @@ def random_doubles(count):
     return [*found, *powers, *near]
 
 
-def test_unit_in_the_last_place(quiet):
+def test_unit_in_the_last_place(node):
     """ulp() is that of Python for doubles of every magnitude."""
     values = random_doubles(500)
-    found = quiet.evaluate(
+    found = node.evaluate(
         "async values => { const { ulp } = await import('eulerdisk/axis_window'); return values.map(ulp) }",
         values,
     )
     assert [float(each) for each in found] == [math.ulp(value) for value in values]
 
 
-def test_addresses_are_read_back_to_the_bit(quiet):
+def test_addresses_are_read_back_to_the_bit(node):
     """Any doubles that stand in a state come out of its address as they went in."""
     values = [value for value in random_doubles(300) if value]
-    differing = quiet.evaluate(
+    differing = node.evaluate(
         """async values => {
             const [{ fragmentOf, stateOf }, { firstState }] = await Promise.all([
                 import("eulerdisk/address"), import("eulerdisk/state")]);
@@ -82,9 +71,9 @@ def test_addresses_are_read_back_to_the_bit(quiet):
     assert differing == []
 
 
-def test_a_pair_is_read_however_large_its_numbers_are(quiet):
+def test_a_pair_is_read_however_large_its_numbers_are(node):
     """Two numbers are a point where their sum is none."""
-    found = quiet.evaluate(
+    found = node.evaluate(
         """async () => {
             const { stateOf } = await import("eulerdisk/address");
             const about = await (await fetch("./about")).json();
@@ -94,11 +83,11 @@ def test_a_pair_is_read_however_large_its_numbers_are(quiet):
     assert found == {"x": 1e308, "y": 1.5e308}
 
 
-def test_zoom_keeps_the_value_at_its_place(quiet):
+def test_zoom_keeps_the_value_at_its_place(node):
     """However often an axis is zoomed in about a place, the value there moves by less than a thousandth of a pixel."""
     for _ in range(20):
         place, centre = random.uniform(-1, 1), random.uniform(-5, 5)
-        found = quiet.evaluate(
+        found = node.evaluate(
             """async ([centre, place]) => {
                 const { zoomed } = await import("eulerdisk/axis_window");
                 let axis = { name: "x", centre, half: 1, scale: "linear" };
@@ -112,9 +101,9 @@ def test_zoom_keeps_the_value_at_its_place(quiet):
 
 
 @pytest.mark.parametrize("scale", ["linear", "log"])
-def test_windows_end_where_numbers_do(quiet, scale):
+def test_windows_end_where_numbers_do(node, scale):
     """Wherever an address leads, both ends of a side are numbers, and of a logarithmic one not zero."""
-    found = quiet.evaluate(
+    found = node.evaluate(
         """async ([scale, numbers]) => {
             const [{ withinDomain, firstState }, { ends }] = await Promise.all([
                 import("eulerdisk/state"), import("eulerdisk/axis_window")]);
@@ -132,9 +121,9 @@ def test_windows_end_where_numbers_do(quiet, scale):
         assert all(low > 0.0 for low, _ in found)
 
 
-def test_zoom_out_ends(quiet):
+def test_zoom_out_ends(node):
     """How far one can zoom out is told by the slider, where the parameter is none of the base's axes."""
-    half = quiet.evaluate(
+    half = node.evaluate(
         """async () => {
             const { halfOfRange, firstState } = await import("eulerdisk/state");
             const about = await (await fetch("./about")).json();
@@ -152,12 +141,12 @@ def inside(point, box):
     return box[0] - 1e-9 <= point[0] <= box[2] + 1e-9 and box[1] - 1e-9 <= point[1] <= box[3] + 1e-9
 
 
-def test_clipping_keeps_what_is_inside(quiet):
+def test_clipping_keeps_what_is_inside(node):
     """Points of a polyline that lie inside of a box are on its clipped pieces, and these leave the box nowhere."""
     box = [0.0, 0.0, 10.0, 6.0]
     for scale in (1.0, 10.0, 1e9):
         points = [[random.uniform(-scale, scale + 10), random.uniform(-scale, scale + 6)] for _ in range(30)]
-        pieces = quiet.evaluate(
+        pieces = node.evaluate(
             """async ([points, [left, top, right, bottom]]) => {
                 const { clipped } = await import("eulerdisk/overlay");
                 return clipped(points, { left, top, right, bottom });
@@ -178,12 +167,12 @@ def test_clipping_keeps_what_is_inside(quiet):
 
 
 @pytest.mark.parametrize("falling", [False, True])
-def test_pixels_show_the_nearest_cell(quiet, falling):
+def test_pixels_show_the_nearest_cell(node, falling):
     """A place has the cell that is nearest, and none if it is farther out than half a cell."""
     places = sorted(random.uniform(0, 10) for _ in range(40))
     ordered = places[::-1] if falling else places
     wanted = [random.uniform(-1, 11) for _ in range(300)]
-    found = quiet.evaluate(
+    found = node.evaluate(
         """async ([places, wanted]) => {
             const { nearest } = await import("eulerdisk/stored_cells");
             return wanted.map((each) => nearest(places, each));
@@ -197,7 +186,7 @@ def test_pixels_show_the_nearest_cell(quiet, falling):
         assert index == (-1 if outside else int(np.abs(array - value).argmin()))
 
 
-def test_colours_are_those_of_the_figures(quiet):
+def test_colours_are_those_of_the_figures(node):
     """Numbers have the colours of the figures, light for small ones, to 4 of 255 steps; so have flags."""
     from matplotlib import colormaps
     from matplotlib.colors import to_hex, to_rgb
@@ -207,13 +196,13 @@ def test_colours_are_those_of_the_figures(quiet):
     from sweep.model.lossy_disk.tables import LOSSES
 
     shares = [each / 200 for each in range(201)]
-    found = quiet.evaluate(
+    found = node.evaluate(
         "async shares => { const { shade } = await import('eulerdisk/colours'); return shares.map(shade) }",
         shares,
     )
     exact = 255 * np.array([COLOURS(share)[:3] for share in shares])
     assert np.abs(np.array(found) - exact).max() <= 4.0
-    painted = quiet.evaluate(
+    painted = node.evaluate(
         """async () => {
             const { flagColour } = await import("eulerdisk/colours");
             const flags = Object.fromEntries([0, 1, 2, 3, 4, 5].map((code) => [code, ""]));
@@ -235,7 +224,7 @@ def test_colours_are_those_of_the_figures(quiet):
     ]
 
 
-def test_colours_are_spread_as_in_figures(quiet, rng):
+def test_colours_are_spread_as_in_figures(node, rng):
     """The page takes equal steps of the value or of its logarithm, from end to end, as a figure does."""
     from matplotlib.colors import LogNorm
 
@@ -255,7 +244,7 @@ def test_colours_are_spread_as_in_figures(quiet, rng):
             if quantity is peak and values.min() < 0.0:
                 continue
             asked = [quantity is peak, values.min(), values.max(), values[values > 0.0].min()]
-            found = quiet.evaluate(
+            found = node.evaluate(
                 """async ([is_peak, ...ends]) => {
                     const { rangeFor } = await import("eulerdisk/colours");
                     return rangeFor({ is_peak }, ...ends);
@@ -266,7 +255,7 @@ def test_colours_are_spread_as_in_figures(quiet, rng):
             assert (found["low"], found["high"]) == pytest.approx((norm.vmin, norm.vmax)), asked
 
 
-def test_a_line_crosses_each_of_its_rows_once(quiet):
+def test_a_line_crosses_each_of_its_rows_once(node):
     """A line whose points lie on the rows of cells has a value in every row, the last and a single one too."""
     open_line = [[2.0, 0.1], [2.1, 0.2], [2.2, 0.3]]
     ring = [[1.0, 0.1], [2.0, 0.2], [1.0, 0.3], [0.0, 0.2], [1.0, 0.1]]
@@ -277,7 +266,7 @@ def test_a_line_crosses_each_of_its_rows_once(quiet):
         ([ring], 0.1),
         ([ring], 0.2),
     ]
-    found = quiet.evaluate(
+    found = node.evaluate(
         """async asked => {
             const { crossings } = await import("eulerdisk/cell_words");
             return asked.map(([lines, wanted]) => crossings(lines, wanted, [0, 1]));
@@ -290,9 +279,9 @@ def test_a_line_crosses_each_of_its_rows_once(quiet):
         assert mine == pytest.approx(told, abs=1e-12)
 
 
-def test_cells_of_a_logarithmic_axis_meet_at_their_geometric_mean(quiet):
+def test_cells_of_a_logarithmic_axis_meet_at_their_geometric_mean(node):
     """An exported page has the cell of a value that is nearest on the axis of the atlas, and none far beyond it."""
-    found = quiet.evaluate(
+    found = node.evaluate(
         """async values => {
             const { StoredCells } = await import("eulerdisk/stored_cells");
             const atlas = { x: { scale: "linear" }, y: { scale: "log" } };
@@ -306,9 +295,9 @@ def test_cells_of_a_logarithmic_axis_meet_at_their_geometric_mean(quiet):
     assert found == [*cells, None, None]
 
 
-def test_sliders_have_their_values_where_they_stand(quiet):
+def test_sliders_have_their_values_where_they_stand(node):
     """The middle of a slider is the mean of its ends, or the geometric one; a value leads back to its place."""
-    found = quiet.evaluate(
+    found = node.evaluate(
         """async () => {
             const { shareOnRuler, valueOnRuler } = await import("eulerdisk/elements");
             const { placeOf, valueAt } = await import("eulerdisk/motion/loss_sliders");

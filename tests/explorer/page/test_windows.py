@@ -90,11 +90,11 @@ def test_a_window_of_1e_10_shows_no_steps():
         assert not given.is_too_fine(1000)
 
 
-def test_the_first_view_of_a_preset_is_all_of_it(asked, explorer):
+def test_the_first_view_of_a_preset_is_all_of_it(asked, url):
     """The window that a preset begins with has the verdicts of its atlas: as many stable and unstable cells."""
     for base in BASES:
         with case(base):
-            (given,) = (each for each in about(explorer.url)["bases"] if each["name"] == base)
+            (given,) = (each for each in about(url)["bases"] if each["name"] == base)
             view = given["view"]
             _, arrays = asked("window", view=view, width=160, height=120, quantity="stability")
             assert np.array_equal(arrays["value"], arrays["verdict"])
@@ -195,9 +195,9 @@ def test_a_point_has_the_numbers_of_its_cell(asked):
         assert found["start"]["roll_rate"] == {"value": x, "text": f"{x:.6g} rad s-1"}
 
 
-def test_a_steady_rate_is_shown_where_it_exists(asked, explorer):
+def test_a_steady_rate_is_shown_where_it_exists(asked, url):
     """A point of the preset circling has the roll rate that its cell computes; where none exists there is none."""
-    (given,) = (each for each in about(explorer.url)["bases"] if each["name"] == "circling")
+    (given,) = (each for each in about(url)["bases"] if each["name"] == "circling")
     found = asked("point", view=given["view"], x=0.2, y=2.0)
     cell = sweep.run("circling", method="exact", precession_rate=[2.0], tilt=[0.2]).squeeze()
     assert found["start"]["roll_rate"]["value"] == pytest.approx(float(cell["roll_rate"]), rel=1e-14)
@@ -255,7 +255,7 @@ COMPUTED = {
 }
 
 
-def test_windows_of_the_server_are_those_of_the_page(served_with, browser):
+def test_windows_of_the_server_are_those_of_the_page(served_with, opened):
     """Where the program is much faster it computes windows: values, verdicts and ends are those that the page finds.
 
     And the page finds them once the server is gone.
@@ -264,8 +264,7 @@ def test_windows_of_the_server_are_those_of_the_page(served_with, browser):
     """
     for given, quantities in COMPUTED.items():
         address = served_with(*given.split()).url
-        page = browser.new_page()
-        page.goto(address)
+        page = opened(address)
         view = about(address)["bases"][0]["view"]
         for quantity, is_of_server in quantities:
             with case(given, quantity):
@@ -282,4 +281,3 @@ def test_windows_of_the_server_are_those_of_the_page(served_with, browser):
                 assert np.isfinite(value.astype(float)).any()
                 for end in ("low", "high", "least"):
                     assert head[end] == pytest.approx(other[end], rel=1e-6)
-        page.close()

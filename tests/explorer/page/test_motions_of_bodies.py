@@ -56,13 +56,12 @@ CLICKS = """async (requests) => {
         ),
     ]
 )
-def shown(request, served_with, browser):
+def shown(request, served_with, opened):
     """Return a page with a map of a body, its view, and a function that asks for the motion at shares of its sides."""
     words = BODIES[request.param]
     spec = SweepSpec.from_words(*((words[0], words[1:]) if "=" not in words[0] else ("rolling", words)))
     view = View.read({**sides(spec), "base": "", "words": {}}, spec)
-    page = browser.new_page()
-    page.goto(served_with(*words).url)
+    page = opened(served_with(*words).url)
 
     def asked(x, y, duration=None, losses=None):
         place = {
@@ -84,8 +83,7 @@ def shown(request, served_with, browser):
         }
         return head, arrays, start
 
-    yield page, view, asked
-    page.close()
+    return page, view, asked
 
 
 def test_a_motion_is_that_of_the_program(shown):

@@ -1,25 +1,12 @@
 """What the page counts for a motion: its clock, the values between samples, curves, digits, and shapes of the disk."""
 
-import math
-
 import numpy as np
 import pytest
 
 
-@pytest.fixture(scope="module")
-def quiet(browser, explorer):
-    """Open one page for all tests of this module: they only call its modules."""
-    context = browser.new_context()
-    page = context.new_page()
-    page.goto(explorer.url)
-    page.wait_for_selector("#map[data-lane=fine]")
-    yield page
-    context.close()
-
-
-def test_a_motion_goes_on_where_it_was_paused(quiet):
+def test_a_motion_goes_on_where_it_was_paused(node):
     """The time of a pause is no time of the motion, and a page that was hidden loses no more than one picture."""
-    times = quiet.evaluate(
+    times = node.evaluate(
         """async () => {
             const { Clock } = await import("eulerdisk/motion/clock");
             const frames = [];
@@ -46,12 +33,12 @@ def test_a_motion_goes_on_where_it_was_paused(quiet):
     assert times == pytest.approx([0.0, 0.05, 0.09, 0.09, 0.13, 0.23], abs=1e-12)
 
 
-def test_between_samples_a_motion_is_smooth(quiet):
+def test_between_samples_a_motion_is_smooth(node):
     """A parabola is met exactly between samples at uneven times; at both ends, and beyond, it stays at its samples."""
     times = [0.0, 0.1, 0.4, 0.5, 1.1, 1.3, 2.0]
     values = [3.0 * t * t - 2.0 * t + 1.0 for t in times]
     asked = [0.15, 0.3, 0.45, 0.7, 1.0, 1.2]
-    found = quiet.evaluate(
+    found = node.evaluate(
         """async ([times, values, asked]) => {
             const { Samples } = await import("eulerdisk/motion/samples");
             const arrays = { time: Float64Array.from(times), tilt: Float64Array.from(values) };
@@ -64,55 +51,10 @@ def test_between_samples_a_motion_is_smooth(quiet):
     assert found == pytest.approx([*expected, values[0], values[0], values[-1], values[-1]], abs=1e-12)
 
 
-def test_a_plot_keeps_the_peaks_of_its_curves(quiet):
-    """Of ten thousand samples on three hundred pixels the single one that stands out is drawn, to either side."""
-    drawn = quiet.evaluate(
-        """async () => {
-            const { Plot } = await import("eulerdisk/motion/plot");
-            const element = document.createElement("div");
-            Object.assign(element.style, { width: "300px", height: "200px", position: "absolute" });
-            document.body.append(element);
-            const x = Float64Array.from({ length: 10000 }, (_, i) => i);
-            const y = new Float64Array(10000);
-            [y[4003], y[6007]] = [1, -1];
-            const plot = new Plot(element);
-            const labels = { title: "", xLabel: "", yLabel: "" };
-            const [low, high] = [-1, 1];
-            const curves = [{ x, y, kind: "tilt" }];
-            plot.show({ ...labels, x: { low: 0, high: 9999 }, y: { low, high }, curves });
-            const d = element.querySelector("path.curve").getAttribute("d");
-            const frame = element.querySelector("svg.inside");
-            element.remove();
-            return [d, frame.getAttribute("y"), frame.getAttribute("height")];
-        }"""
-    )
-    heights = [float(each.split(",")[1]) for each in drawn[0].replace("L", "M").split("M")[1:]]
-    top, height = map(float, drawn[1:])
-    assert (min(heights), max(heights)) == pytest.approx((top, top + height), abs=0.01)
-    assert np.median(heights) == pytest.approx(top + height / 2, abs=0.01)
-
-
-def test_a_ring_is_as_wide_as_its_inertia_says(quiet):
-    """A ring from a R to R has alpha = (1 + a^2)/2: a disk is full, and a hoop is drawn with a tenth of its radius."""
-    alphas = [0.3, 0.5, 0.625, 0.75, 0.9, 1.0]
-    found = quiet.evaluate(
-        """async alphas => {
-            const { diskBody } = await import("eulerdisk/motion/furniture");
-            return alphas.map((alpha) => {
-                const { innerRadius, outerRadius } = diskBody(2, alpha, "#000000").children[0].geometry.parameters;
-                return [innerRadius, outerRadius];
-            });
-        }""",
-        alphas,
-    )
-    inner = [min(math.sqrt(max(2.0 * alpha - 1.0, 0.0)), 0.9) for alpha in alphas]
-    assert found == [pytest.approx([2.0 * each, 2.0]) for each in inner]
-
-
-def test_the_trail_ends_at_the_disk(quiet):
+def test_the_trail_ends_at_the_disk(node):
     """Of the path as much is strong as has been passed, and its middle goes through the samples."""
     times = [0.0, 0.5, 1.0, 2.0]
-    found = quiet.evaluate(
+    found = node.evaluate(
         """async times => {
             const { Trail } = await import("eulerdisk/motion/furniture");
             const [x, y] = [times, times.map((time) => time * time)].map((each) => Float64Array.from(each));
@@ -131,9 +73,9 @@ def test_the_trail_ends_at_the_disk(quiet):
     assert np.allclose(np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1), 0.035, atol=1e-6)
 
 
-def test_wells_and_barriers_are_told_to_five_digits(quiet):
+def test_wells_and_barriers_are_told_to_five_digits(node):
     """The labels of dots have the digits that the curve is right to, and the unit that people read."""
-    labels = quiet.evaluate(
+    labels = node.evaluate(
         """async () => {
             const { potentialFigure } = await import("eulerdisk/motion/figures");
             const quantity = { label: "tilt", unit: "deg", factor: 180 / Math.PI };

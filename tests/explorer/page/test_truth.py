@@ -191,15 +191,14 @@ SYSTEMS = {
     "name",
     ["any.py", *(pytest.param(each, marks=pytest.mark.slow_lane) for each in SYSTEMS if each != "any.py")],
 )
-def test_cells_of_a_system(served_with, browser, rng, count, name, tmp_path, monkeypatch):
+def test_cells_of_a_system(served_with, opened, rng, count, name, tmp_path, monkeypatch):
     """Cells of a user's system have the program's endings, labels and verdicts, and its numbers as far as stated."""
     monkeypatch.chdir(tmp_path)
     Path("any.py").write_text(ANY, encoding="utf-8")
     # its file has no ranges
     given = SweepSpec.read(name, **({"x": "-2.2:2.2:3", "y": "-2:2:3"} if name == "any.py" else {}))
     view = View.read({**sides(given), "base": "", "words": SYSTEMS[name]}, given)
-    page = browser.new_page()
-    page.goto(served_with(name).url)
+    page = opened(served_with(name).url)
     axes, n = (view.x.name, view.y.name), count(60, 2000)
     starts = {side.name: rng.uniform(*side.ends(), n) for side in (view.x, view.y)}
     expected = compute(view.spec, view.starts(*(starts[each] for each in axes)))
@@ -229,7 +228,6 @@ def test_cells_of_a_system(served_with, browser, rng, count, name, tmp_path, mon
     if "conserved_change" in expected:
         change = expected["conserved_change"][same]
         assert np.allclose(found["conserved_change"][same], change, rtol=1e-6, atol=1e-13, equal_nan=True)
-    page.close()
 
 
 #: Bodies by their words, and disks whose paths are asked for: moments that follow and that are given, steady rates,
@@ -255,7 +253,7 @@ BODIES = {
         *(pytest.param(each, marks=pytest.mark.slow_lane) for each in list(BODIES)[1:] if each != "rounded"),
     ],
 )
-def test_cells_of_a_body(served_with, browser, rng, count, name):
+def test_cells_of_a_body(served_with, opened, rng, count, name):
     """Cells of other bodies have the program's endings and verdicts, and numbers within 1e-10 of its.
 
     The series of the reduction are summed otherwise, over some ten panels. Beside a separatrix rounding decides whether
@@ -264,8 +262,7 @@ def test_cells_of_a_body(served_with, browser, rng, count, name):
     words = BODIES[name]
     given = SweepSpec.from_words(*((words[0], words[1:]) if "=" not in words[0] else ("rolling", words)))
     view = View.read({**sides(given), "base": "", "words": {}}, given)
-    page = browser.new_page()
-    page.goto(served_with(*words).url)
+    page = opened(served_with(*words).url)
     axes, n = (view.x.name, view.y.name), count(1000, 20_000)
     starts = {side.name: rng.uniform(*side.ends(), n) for side in (view.x, view.y)}
     expected = compute(view.live, view.starts(*(starts[each] for each in axes)))
@@ -287,7 +284,6 @@ def test_cells_of_a_body(served_with, browser, rng, count, name):
         )
         off = (np.abs(found[each] - expected[each]) * np.minimum(near, 1.0))[both]
         assert np.max(off / (1.0 + np.abs(expected[each][both]))) < 1e-9, each
-    page.close()
 
 
 @pytest.mark.parametrize("name", ["tilt_max", "stability"])

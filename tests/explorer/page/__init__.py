@@ -1,0 +1,1 @@
+"""Tests of what the explorer's page computes, in Node. They are a package, as those in a browser are."""

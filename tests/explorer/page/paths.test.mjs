@@ -1,0 +1,143 @@
+/** When motions are sampled, and with which step; test_motions.py holds them against SciPy and the balance of energy. */
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { bodyPath } from "eulerdisk/compute/body_path";
+import { diskPath, evenly, largest, lossyPath, turning, unresolved, untilLater } from "eulerdisk/compute/paths";
+
+const { signal } = new AbortController();
+
+test("times are even, and end at the duration to the bit", () => {
+  const times = evenly(0.3, 7);
+  assert.deepEqual([times.length, times[0], times.at(-1)], [8, 0, 0.3]);
+  assert.ok(times.every((each, i) => Math.abs(each - (0.3 * i) / 7) < 1e-16));
+  assert.deepEqual([...untilLater(0.5, 3)], [0, 0.5, 1, 1.5]);
+});
+
+test("the largest is that of either sign; of nothing it is 0", () => {
+  assert.deepEqual([largest(Float64Array.of(1, -3, 2)), largest(new Float64Array(0))], [3, 0]);
+});
+
+test("a body turns as fast as its rates say; beside a pole heading and roll turn against each other", () => {
+  const rows = [[0, Math.PI / 2], [3, 0], [4, 7], [1, -7]].map((row) => Float64Array.from(row));
+  assert.deepEqual([...turning({ rows }, false)].map((each) => Number(each.toFixed(12))), [5, 7]);
+  assert.deepEqual([...turning({ rows }, true)].map((each) => Number(each.toFixed(12))), [Number(Math.hypot(1, 5).toFixed(12)), 0]);
+});
+
+test("a motion that cannot be resolved says when", () => {
+  assert.match(unresolved(1.23456789).message, /gave up at 1\.23457 s/);
+});
+
+/**
+ * A computation whose motions turn by rates; `ends` when they end, by a code, and `drift` says how far the energy has gone
+ * with a step.
+ */
+function computing({ rate = 1, ends = Infinity, code = 4, drift = () => 0, horizon = 3 }) {
+  const asked = [];
+  const ask = async (what, { name, values }) => {
+    const [, { numbers: settings }, { numbers: times, shape }] = values;
+    if (name === "derived") {
+      const [, count] = values[1].shape;
+      const derived = new Float64Array(8 * count);
+      derived[count + count - 1] = drift(asked.at(-1).step);
+      return { arrays: [null, null, derived] };
+    }
+    asked.push({ name, step: settings[1], times, count: times.length, shape });
+    const filled = times[times.length - 1] <= ends ? times.length : times.findIndex((each) => each > ends) + 1;
+    const last = Math.min(ends, times[times.length - 1]);
+    const [rows] = values[3].shape;
+    const samples = new Float64Array(rows * times.length);
+    for (let i = 0; i < filled; i += 1) {
+      const time = i === filled - 1 ? last : times[i];
+      samples[2 * times.length + i] = rate;
+      samples[4 * times.length + i] = rate * time;
+      // the energy of a motion with losses
+      if (rows === 21) samples[20 * times.length + i] = i ? drift(settings[1]) : 0;
+    }
+    return { results: [last < ends ? horizon : code, filled, last], arrays: [null, null, null, samples] };
+  };
+  return { ask, asked };
+}
+
+test("a slow disk has a thousand samples, and a fast one one for each fifth of a radian", async () => {
+  const slow = computing({ rate: 1 });
+  const path = await diskPath(slow, [0, 0, 0, 0, 0.5, 0.5, 9.81], 6, 1.5, signal);
+  assert.deepEqual([path.times.length, path.times.at(-1), slow.asked.length], [1001, 6, 1]);
+  const fast = await diskPath(computing({ rate: 100 }), [0, 0, 0, 0, 0.5, 0.5, 9.81], 6, 1.5, signal);
+  assert.ok(Math.abs(fast.times.length - (6 * 100) / 0.2) < 3);
+  assert.equal(fast.times.at(-1), 6);
+  const wild = await diskPath(computing({ rate: 1e6 }), [0, 0, 0, 0, 0.5, 0.5, 9.81], 6, 1.5, signal);
+  assert.equal(wild.times.length, 200_001);
+});
+
+test("a fall has as many samples as a motion that goes on, and ends when it was found", async () => {
+  const path = await diskPath(computing({ ends: 0.5 }), [0, 0, 0, 0, 0.5, 0.5, 9.81], 60, 1.5, signal);
+  assert.equal(path.times.at(-1), 0.5);
+  assert.ok(path.times.length >= 1000 && path.times.length < 1010);
+  assert.equal(path.ending, 4);
+});
+
+test("the step is halved until the energy keeps to 1e-11, or its drift is rounding", async () => {
+  const steps = async (drift) => {
+    const computation = computing({ drift });
+    await diskPath(computation, [0, 0, 0, 0, 0.5, 0.5, 9.81], 6, 1.5, signal);
+    return computation.asked.map(({ step }) => step);
+  };
+  assert.deepEqual(await steps(() => 1e-11), [0.005]);
+  assert.deepEqual(await steps((step) => (step < 0.002 ? 1e-12 : 1e-6)), [0.005, 0.0025, 0.00125]);
+  assert.deepEqual(await steps(() => 1e-10), [0.005, 0.0025]);
+  assert.equal((await steps(() => 1e-6)).length, 7);
+});
+
+test("what is never resolved is refused after six halvings", async () => {
+  const computation = computing({ ends: 2, code: 5 });
+  await assert.rejects(diskPath(computation, [0, 0, 0, 0, 0.5, 0.5, 9.81], 6, 1.5, signal), /gave up at 2 s/);
+  assert.equal(computation.asked.length, 7);
+});
+
+const LOSSY = { flatTilt: 1.5, law: 0, body: null, poles: false };
+
+test("with losses samples are closer together towards a rest, and reach its end", async () => {
+  const resting = (code) => lossyPath(computing({ ends: 2, code }), new Array(11).fill(0), 10, LOSSY, signal);
+  const { times, ending } = await resting(2);
+  assert.deepEqual([ending, times.at(-1)], [2, 2]);
+  const gaps = times.slice(1).map((each, i) => each - times[i]);
+  assert.ok(times.length > 1000);
+  assert.ok(gaps.at(-2) < gaps[0] / 50);
+  // a slip comes at once: samples are even up to it
+  const even = await resting(5);
+  const [first, last] = [even.times[1], even.times.at(-2) - even.times.at(-3)];
+  assert.ok(Math.abs(last / first - 1) < 0.05);
+});
+
+test("with losses the step is halved until the energy is balanced to 1e-9", async () => {
+  const steps = async (drift) => {
+    const computation = computing({ drift });
+    await lossyPath(computation, new Array(11).fill(0), 6, LOSSY, signal);
+    return [...new Set(computation.asked.map(({ step }) => step))];
+  };
+  assert.deepEqual(await steps(() => 1e-10), [0.1]);
+  assert.deepEqual(await steps((step) => (step < 0.04 ? 0 : 1e-6)), [0.1, 0.05, 0.025]);
+});
+
+test("what friction holds from its start stands, and what slips or lifts off there has no motion", async () => {
+  const at = (code, body = null) =>
+    lossyPath(computing({ ends: 0, code }), new Array(11).fill(0), 4, { ...LOSSY, body }, signal);
+  const { times, rows } = await at(2);
+  assert.deepEqual([times.length, times.at(-1), rows[0].length], [1001, 4, 1001]);
+  await assert.rejects(at(5), { message: /the disk slips/, hint: /friction/ });
+  await assert.rejects(at(6, 1), { message: /the body lifts off/, hint: /slower/ });
+});
+
+test("a body is sampled as often as it turns, and integrated until half the step changes nothing", async () => {
+  const size = { fallTilt: 1.5, number: 1, poles: false, unit: 0.2, radius: 0.5 };
+  const computation = computing({ rate: 50 });
+  const path = await bodyPath(computation, new Array(13).fill(0), 10, size, signal);
+  assert.ok(Math.abs(path.times.length - (10 * 50) / 0.2) < 3);
+  assert.deepEqual(computation.asked.map(({ step }) => step), [0.04, 0.01, 0.005]);
+  const ended = await bodyPath(computing({ rate: 1, ends: 2 }), new Array(13).fill(0), 10, size, signal);
+  assert.equal(ended.times.at(-1), 2);
+  assert.ok(ended.times.length >= 1000 && ended.times.length < 1010);
+  const never = bodyPath(computing({ ends: 2, code: 5 }), new Array(13).fill(0), 10, size, signal);
+  await assert.rejects(never, /gave up at 2 s/);
+});

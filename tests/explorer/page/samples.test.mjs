@@ -1,0 +1,116 @@
+/** Samples of a motion, and the figures that show them. */
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { forcesFigure, ledgerFigure, potentialAt, potentialFigure, tiltFigure } from "eulerdisk/motion/figures";
+import { rangeOf } from "eulerdisk/motion/plot";
+import { Samples } from "eulerdisk/motion/samples";
+
+const near = (found, expected) => assert.ok(Math.abs(found - expected) < 1e-12, `${found} ${expected}`);
+const doubles = (...values) => Float64Array.from(values);
+
+const TIMES = doubles(0, 0.1, 0.4, 0.5, 1.1, 1.3, 2);
+const QUANTITIES = {
+  time: { label: "time", unit: "s", factor: 1 },
+  tilt: { label: "tilt", unit: "deg", factor: 180 / Math.PI },
+  potential: { label: "potential", unit: "", factor: 1 },
+  energy: { label: "energy", unit: "", factor: 1 },
+};
+
+/** Samples of a motion with losses, which has no potential. */
+const samplesOf = (arrays, head = {}) =>
+  new Samples({ head: { lossy: true, quantities: QUANTITIES, turns: [], ...head }, arrays: { time: TIMES, ...arrays } });
+
+test("a parabola is met between samples at uneven times, and beyond both ends the motion stays", () => {
+  const parabola = (t) => 3 * t * t - 2 * t + 1;
+  const samples = samplesOf({ tilt: TIMES.map(parabola) });
+  for (const time of [0.15, 0.3, 0.45, 0.7, 1, 1.2]) near(samples.at("tilt", time), parabola(time));
+  assert.deepEqual([-1, 0, 2, 9].map((time) => samples.at("tilt", time)), [1, 1, parabola(2), parabola(2)]);
+  TIMES.forEach((time, i) => near(samples.at("tilt", time), samples.arrays.tilt[i]));
+});
+
+test("at both ends a line is met, and there is no jump from gap to gap", () => {
+  const samples = samplesOf({ tilt: TIMES.map((time) => 5 - 2 * time) });
+  for (const time of [0.05, 0.3, 1.9]) near(samples.at("tilt", time), 5 - 2 * time);
+  const wild = samplesOf({ tilt: doubles(1, -3, 8, 0, 2, -5, 7) });
+  for (const time of TIMES.slice(1, -1)) {
+    assert.ok(Math.abs(wild.at("tilt", time - 1e-9) - wild.at("tilt", time + 1e-9)) < 1e-6);
+    const slopes = [-1e-6, 1e-6].map((step) => (wild.at("tilt", time + step) - wild.at("tilt", time)) / step);
+    assert.ok(Math.abs(slopes[0] - slopes[1]) < 1e-2);
+  }
+});
+
+test("the sample before a time is never the last one", () => {
+  const samples = samplesOf({});
+  assert.deepEqual([-1, 0, 0.05, 0.1, 1.2, 2, 5].map((time) => samples.before(time)), [0, 0, 0, 1, 4, 5, 5]);
+  assert.deepEqual(samples.between(0.8), { before: 3, share: (0.8 - 0.5) / (1.1 - 0.5) });
+  assert.deepEqual([samples.between(-1), samples.between(9)], [{ before: 0, share: 0 }, { before: 5, share: 1 }]);
+  assert.equal(samples.length, 2);
+  // a motion that ends where it begins
+  const still = new Samples({ head: { lossy: true }, arrays: { time: doubles(0, 0), tilt: doubles(3, 4) } });
+  assert.deepEqual([still.at("tilt", 0), still.between(0)], [3, { before: 0, share: 0 }]);
+});
+
+test("a range has a little space about its values, also about equal ones", () => {
+  near(rangeOf([1, 3, NaN, 2]).low, 1 - 0.14);
+  near(rangeOf([1, 3]).high, 3 + 0.14);
+  const same = rangeOf([5, 5 + 1e-15]);
+  assert.ok(same.low < 4.6 && same.high > 5.4);
+  assert.ok(rangeOf([0]).low < 0 && rangeOf([0]).high > 0);
+  assert.deepEqual(rangeOf([NaN]), { low: 0, high: 1 });
+});
+
+test("the tilt is drawn in degrees over the longer time, with its turning points", () => {
+  const samples = samplesOf({ tilt: TIMES.map(() => Math.PI / 180) }, { turns: [[Math.PI / 6, "30 deg"]] });
+  const { x, curves, lines, xLabel, yLabel } = tiltFigure(samples, 7);
+  assert.deepEqual([x, xLabel, yLabel], [{ low: 0, high: 7 }, "time (s)", "tilt (deg)"]);
+  near(curves[0].y[3], 1);
+  near(lines[0].y, 30);
+});
+
+test("forces are drawn from 0 to the weight at least; a short peak is not seen whole", () => {
+  const flat = TIMES.map(() => 0.5);
+  const forces = (normal_force, friction_needed = flat) =>
+    forcesFigure(samplesOf({ normal_force, friction_needed, friction_across: TIMES.map(() => 0.3), friction_along: TIMES.map(() => -0.4) }), 2);
+  const { y, curves } = forces(flat);
+  assert.deepEqual(y, rangeOf([0, 1]));
+  curves.find(({ kind }) => kind === "horizontal").y.forEach((each) => near(each, 0.5));
+  const peak = TIMES.map((_, i) => (i === 3 ? 100 : 1));
+  assert.deepEqual(forces(peak).y, rangeOf([0, 100]));
+  // less than a twentieth of the time, between samples that lie closer
+  const short = TIMES.map((_, i) => (i === 6 ? 100 : 1));
+  assert.deepEqual(forces(short).y, rangeOf([0, 2.5]));
+  assert.deepEqual(forces(TIMES.map(() => -9)).y, rangeOf([-2.5, 1]));
+  assert.deepEqual(forces(flat, TIMES.map(() => Infinity)).y, rangeOf([0, 1]));
+});
+
+test("a ledger stands on the energy, each loss on the one before, and what took nothing is not drawn", () => {
+  const arrays = { energy: doubles(3, 2), rolling: doubles(0, 0.5), air: doubles(0, 0.5), contour: doubles(0, 0), time: doubles(0, 1) };
+  const samples = samplesOf(arrays, { ledger: { rolling: "rolling", contour: "contour", air: "air!" } });
+  const { areas, y } = ledgerFigure(samples, 1);
+  assert.deepEqual(areas.map(({ kind, label, y: top }) => [kind, label, ...top]), [
+    ["energy", "energy", 3, 2],
+    ["rolling", "rolling", 3, 2.5],
+    ["air", "air!", 3, 3],
+  ]);
+  assert.deepEqual([y.low, y.high], [0, 1.05 * 3]);
+});
+
+test("the potential has its wells, barriers and turning points, and its height at every tilt", () => {
+  const head = { quantities: QUANTITIES, turns: [[-1, "-57.3 deg"]] };
+  const potential = { tilt: doubles(-1, 0, 2), excess: doubles(1, 0, 4), wells: [[0.0123456789, -0.1]], barriers: [[-0.7654321, 0.2]] };
+  const samples = { head, potential };
+  const { dots, x, lines } = potentialFigure(samples);
+  assert.deepEqual(dots.map(({ kind, label }) => `${kind}: ${label}`), [
+    "well: well at 0.70736 deg",
+    "barrier: barrier at \u221243.856 deg",
+    "turn: turning point at \u221257.3 deg",
+  ]);
+  assert.deepEqual([dots[0].y, dots[1].y, dots[2].y, lines[0].y], [-0.1, 0.2, 0, 0]);
+  near(dots[1].x, (-0.7654321 * 180) / Math.PI);
+  near(x.high, 360 / Math.PI);
+  assert.deepEqual([-1, -0.5, 0, 1, 2].map((tilt) => potentialAt(samples, tilt)), [1, 0.5, 0, 2, 4]);
+  assert.equal(potentialAt(samples, -1 - 1e-7), 1);
+  for (const beyond of [-1.1, 2.1]) assert.ok(Number.isNaN(potentialAt(samples, beyond)));
+  assert.throws(() => potentialFigure(samplesOf({})));
+});

@@ -1,0 +1,93 @@
+/** How bodies are drawn: their meridians, how they are turned, and the squares of the table. */
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { bodyOf } from "eulerdisk/compute/shapes";
+import { attitude } from "eulerdisk/motion/disk_scene";
+import { niceLength } from "eulerdisk/motion/furniture";
+import { meridianOf, reachOf } from "eulerdisk/motion/solid";
+import { Vector3 } from "three";
+
+const near = (found, expected, off = 1e-12) => assert.ok(Math.abs(found - expected) < off, `${found} ${expected}`);
+
+/** A body with these words, as of a cell. */
+const body = (name, cell) => bodyOf({ name, called: name }, { axial_moment: 0.5, transverse_moment: 0.25, ...cell });
+
+const BODIES = [
+  body("torus", { tube: 0.3 }),
+  body("rounded", { thickness: 0.4 }),
+  body("arc", { fillet: 0.2, offset: 0.1 }),
+  body("rim", { thickness: 0.5, fillet: 0.1, tilt: 0.2 }),
+  body("rim", { thickness: 0.5, fillet: 0.1, tilt: -0.2 }),
+  body("rim", { thickness: 0.5, fillet: 0, tilt: 0.2 }),
+  body("ball", { offset: 0.2 }),
+  body("spheroid", { offset: 0, flattening: 0.4 }),
+];
+
+test("the stretches of a meridian join, and lead from the axis to the axis; a torus has none", () => {
+  for (const each of BODIES) {
+    const stretches = meridianOf(each);
+    stretches.slice(1).forEach(({ points }, i) => {
+      const [a, b] = stretches[i].points.at(-1);
+      near(points[0][0], a);
+      near(points[0][1], b);
+    });
+    const [first, last] = [stretches[0].points[0], stretches.at(-1).points.at(-1)];
+    if (each.name === "torus") {
+      near(first[0], last[0]);
+      near(first[1], last[1]);
+    } else {
+      near(first[0], 0);
+      near(last[0], 0);
+    }
+    // the axis points to its beginning
+    assert.ok(first[1] >= last[1] - 1e-12);
+    // no point is farther from the axis than the outer radius, and one is as far
+    const widest = Math.max(...stretches.flatMap(({ points }) => points.map(([a]) => a)));
+    near(widest, 1, 2e-3);
+  }
+});
+
+test("a meridian lies on its circle or its ellipse, moved by the place of the centre of mass", () => {
+  const [torus, rounded, arc, , , , ball, spheroid] = BODIES.map(meridianOf);
+  torus.flatMap(({ points }) => points).forEach(([a, b]) => near(Math.hypot(a - 0.7, b), 0.3));
+  rounded[1].points.forEach(([a, b]) => near(Math.hypot(a - 0.8, b), 0.2));
+  arc[1].points.forEach(([a, b]) => near(Math.hypot(a - 0.8, b + 0.1), 0.2));
+  ball.flatMap(({ points }) => points).forEach(([a, b]) => near(Math.hypot(a, b + 0.2), 1));
+  spheroid.flatMap(({ points }) => points).forEach(([a, b]) => near(Math.hypot(a, b / 0.6), 1));
+});
+
+test("a rim has both of its edges at half its thickness, whichever it stands on", () => {
+  for (const rim of BODIES.slice(3, 6).map(meridianOf)) {
+    const heights = rim.flatMap(({ points }) => points.map(([, b]) => b));
+    near(Math.max(...heights), 0.25);
+    near(Math.min(...heights), -0.25);
+  }
+});
+
+test("the farthest point is told from the centre of mass", () => {
+  near(reachOf(BODIES[0]), 1);
+  near(reachOf(BODIES[6]), 1.2);
+  near(reachOf(body("spheroid", { offset: 0, flattening: -0.5 })), 1.5);
+  near(reachOf(BODIES[5]), Math.hypot(1, 0.25));
+});
+
+test("a disk leans by its tilt to its heading's side, and its painted radius turns with it", () => {
+  const across = (heading) => new Vector3(Math.cos(heading), Math.sin(heading), 0);
+  for (const [tilt, heading, angle] of [[0, 0, 0], [0.3, 0.7, 0], [-0.4, 2, 1.1], [1.2, -3, 9]]) {
+    const { turned, down } = attitude(tilt, heading, angle);
+    near(down.z, -Math.cos(tilt));
+    near(down.dot(across(heading)), -Math.sin(tilt));
+    near(down.dot(across(heading + Math.PI / 2)), 0);
+    const painted = new Vector3(1, 0, 0).applyQuaternion(turned);
+    near(painted.dot(down), Math.cos(angle));
+    near(painted.dot(across(heading + Math.PI / 2)), -Math.sin(angle));
+    // the painted radius lies in the plane of the disk
+    near(new Vector3(0, 0, 1).applyQuaternion(turned).dot(down), 0);
+  }
+});
+
+test("a length is 1, 2 or 5 times a power of ten", () => {
+  const lengths = [1, 1.9, 2, 4.9, 5, 9.9, 10, 0.03, 0.5].map(niceLength);
+  [1, 1, 2, 2, 5, 5, 10, 0.02, 0.5].forEach((each, i) => near(lengths[i], each));
+});
