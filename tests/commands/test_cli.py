@@ -126,7 +126,7 @@ def test_what_needs_nothing_heavy_loads_nothing_heavy(tmp_path, line, status):
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=300,
     )
     lines = [line for line in done.stderr.splitlines() if line.startswith("import time:")]
     loaded = {line.rpartition("|")[2].strip().partition(".")[0] for line in lines}

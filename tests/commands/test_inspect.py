@@ -75,7 +75,7 @@ def test_a_reader_that_leaves_early(tmp_path):
     process.stdout.close()
     assert process.stderr.read() == ""
     process.stderr.close()
-    assert process.wait(timeout=60) == 1
+    assert process.wait(timeout=300) == 1
 
 
 def test_regimes_are_drawn(command, tmp_path):

@@ -27,7 +27,7 @@ def shell(line, folder, **environment):
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=300,
     )
 
 

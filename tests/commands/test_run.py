@@ -151,7 +151,7 @@ def run(folder, *words, **environment):
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=300,
     )
 
 

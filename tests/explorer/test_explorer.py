@@ -56,17 +56,17 @@ def test_the_browser_is_given_no_address_that_others_can_read(tmp_path, monkeypa
     monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
     monkeypatch.setattr("sweep.explorer.explorer._CONFINED", tmp_path / "none")
     with explore(open_browser=True) as explorer:
-        address = given.get(timeout=5)
+        address = given.get(timeout=60)
         (door,) = tmp_path.iterdir()
         assert address == door.as_uri()
         assert door.stat().st_mode & 0o777 == 0o600
         assert re.search(r'content="0; url=(.*)"', door.read_text())[1] == explorer.url
         explorer.open_browser()
-        assert given.get(timeout=5) == address
+        assert given.get(timeout=60) == address
     assert list(tmp_path.iterdir()) == []
     monkeypatch.setattr("sweep.explorer.explorer._CONFINED", tmp_path)
     with explore(open_browser=True) as explorer:
-        assert given.get(timeout=5) == explorer.url
+        assert given.get(timeout=60) == explorer.url
 
 
 def test_stored_cells_are_shown_as_they_are(file):

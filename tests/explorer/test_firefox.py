@@ -51,7 +51,7 @@ def test_the_page_computes_in_firefox(tmp_path):
         address = f"http://127.0.0.1:{server.server_port}/around.html"
         subprocess.run(
             [FIREFOX, *options, "--screenshot", str(shot), address],
-            env=os.environ | {"HOME": str(tmp_path)}, check=True, capture_output=True, timeout=120,
+            env=os.environ | {"HOME": str(tmp_path)}, check=True, capture_output=True, timeout=300,
         )  # fmt: skip
         server.shutdown()
     pixels = np.asarray(Image.open(shot).convert("RGB")).astype(int)

@@ -243,7 +243,11 @@ def test_only_this_machine_is_let_in(url):
     """The server listens at the loopback address alone."""
     assert urlsplit(url).hostname == "127.0.0.1"
     place = urlsplit(url)
-    for address in {each[4][0] for each in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}:
+    addresses = set()
+    # the name of a machine may lead nowhere
+    with contextlib.suppress(socket.gaierror):
+        addresses = {each[4][0] for each in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}
+    for address in addresses:
         if not address.startswith("127."):
             with pytest.raises(OSError), socket.create_connection((address, place.port), timeout=2.0):
                 pass
@@ -281,6 +285,6 @@ def test_the_command_prints_the_address_and_ends_with_ctrl_c():
                 assert first["view"]["base"] == ("" if words else "rolling")
                 assert post(url, "plan", view=first["view"])["cells"]["model"] == "disk"
                 running.send_signal(2)
-                said = running.communicate(timeout=20)[1]
+                said = running.communicate(timeout=300)[1]
             assert running.returncode == 0, said
             assert "Traceback" not in said

@@ -33,7 +33,7 @@ def test_a_client_that_goes_away_ends_its_computation(url, monkeypatch):
     compute = take_away.compute
 
     def slow(*given, **more):
-        pieces.append(time.monotonic())
+        pieces.append(given)
         time.sleep(0.1)
         return compute(*given, **more)
 
@@ -46,11 +46,14 @@ def test_a_client_that_goes_away_ends_its_computation(url, monkeypatch):
     )
     with socket.create_connection((place.hostname, place.port)) as connection:
         connection.sendall(head.encode() + body)
-        time.sleep(0.3)
-    gone = time.monotonic()
-    time.sleep(0.6)
-    assert pieces
-    assert max(pieces) < gone + 0.2
+        while not pieces:
+            time.sleep(0.01)
+    before = -1
+    while len(pieces) > before:
+        before = len(pieces)
+        time.sleep(1.0)
+    # a million cells are 62 pieces
+    assert len(pieces) < 31
 
 
 def test_closing_ends_all_threads():

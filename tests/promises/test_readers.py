@@ -114,7 +114,7 @@ def program(*names):
 def said(command, *paths):
     """Run a command line, which must end well, and return what it printed."""
     done = subprocess.run(
-        [*shlex.split(command), *paths], capture_output=True, text=True, timeout=120, check=False
+        [*shlex.split(command), *paths], capture_output=True, text=True, timeout=300, check=False
     )
     assert done.returncode == 0, done.stderr
     return done.stdout

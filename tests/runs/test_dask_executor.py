@@ -48,7 +48,7 @@ def cluster(tmp_path_factory):
     )
     address, *workers = process.stdout.readline().split()
     yield address, [int(worker) for worker in workers]
-    process.communicate("", timeout=60)
+    process.communicate("", timeout=300)
 
 
 @pytest.mark.compiled
@@ -83,7 +83,7 @@ def test_a_killed_worker_costs_its_block(cluster, tmp_path, monkeypatch):
         time.sleep(0.01)
     os.kill(workers[0], signal.SIGKILL)
     assert len(list(tmp_path.glob("a.nc.run/blocks/*.block"))) < 80
-    _, err = process.communicate(timeout=120)
+    _, err = process.communicate(timeout=300)
     assert process.returncode == 0, err
     assert err.endswith("eulerdisk: a.nc: 16000 cells\n")
     assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "here.nc").read_bytes()
@@ -107,11 +107,12 @@ def test_an_address_without_a_port(tmp_path, capsys):
     pytest.importorskip("distributed")
     from sweep.runs import dask_executor
 
+    # dask waits for half a minute for a scheduler that it cannot find
     spec, began = SweepSpec(tilt="1deg:5deg:20", roll_rate=3), time.monotonic()
     with refused("--dask", "nonsense", "missing port"):
         run_to_file(spec, tmp_path / "a.nc", executor=dask_executor.on_cluster("nonsense"))
     gc.collect()
-    assert time.monotonic() - began < 15
+    assert time.monotonic() - began < 25
     assert "Traceback" not in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 

@@ -213,7 +213,7 @@ def test_a_signal_from_outside(tmp_path, where):
     )
     assert process.stdout.readline() == "ready\n"
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate("on\n", timeout=120)
+    out, err = process.communicate("on\n", timeout=300)
     assert (process.returncode, err) == (0, "")
     said, numbers = out.splitlines()
     done, total = map(int, numbers.split())
