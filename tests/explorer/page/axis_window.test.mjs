@@ -83,8 +83,9 @@ test("a pixel may be eight units in the last place wide, and of a logarithm eigh
 test("zoom keeps the value at its place, and ends at both limits", () => {
   const limits = { least: 1e-3, most: 10 };
   for (const place of [-1, -0.25, 0, 0.6]) {
-    for (const factor of [0.5, 3])
-      {near(valueAt(zoomed(LINEAR, factor, place, limits), place), valueAt(LINEAR, place));}
+    for (const factor of [0.5, 3]) {
+      near(valueAt(zoomed(LINEAR, factor, place, limits), place), valueAt(LINEAR, place));
+    }
   }
   assert.equal(zoomed(LINEAR, 0.5, 0, limits).half, 1);
   assert.equal(zoomed(LINEAR, 1e-9, 0, limits).half, 1e-3);

@@ -121,8 +121,9 @@ test("numbers are told in their unit, with three digits in single precision; wha
   const told = { name: "x", unit: "deg", factor: 180 / Math.PI, single: false, flags: null };
   assert.deepEqual(shown(told, 1), { value: 1, text: "57.2958 deg" });
   assert.deepEqual(shown({ ...told, single: true }, 1), { value: 1, text: "57.3 deg" });
-  for (const none of [NaN, Infinity, -Infinity])
-    {assert.deepEqual(shown(told, none), { value: null, text: "none" });}
+  for (const none of [NaN, Infinity, -Infinity]) {
+    assert.deepEqual(shown(told, none), { value: null, text: "none" });
+  }
   const flags = { 1: "bounded" };
   assert.deepEqual(
     [1, 2].map((code) => shown({ ...told, flags }, code).text),

@@ -3,7 +3,15 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { bodyPath } from "eulerdisk/compute/body_path";
-import { diskPath, evenly, largest, lossyPath, turning, unresolved, untilLater } from "eulerdisk/compute/paths";
+import {
+  diskPath,
+  evenly,
+  largest,
+  lossyPath,
+  turning,
+  unresolved,
+  untilLater,
+} from "eulerdisk/compute/paths";
 
 const { signal } = new AbortController();
 
@@ -19,9 +27,20 @@ test("the largest is that of either sign; of nothing it is 0", () => {
 });
 
 test("a body turns as fast as its rates say; beside a pole heading and roll turn against each other", () => {
-  const rows = [[0, Math.PI / 2], [3, 0], [4, 7], [1, -7]].map((row) => Float64Array.from(row));
-  assert.deepEqual([...turning({ rows }, false)].map((each) => Number(each.toFixed(12))), [5, 7]);
-  assert.deepEqual([...turning({ rows }, true)].map((each) => Number(each.toFixed(12))), [Number(Math.hypot(1, 5).toFixed(12)), 0]);
+  const rows = [
+    [0, Math.PI / 2],
+    [3, 0],
+    [4, 7],
+    [1, -7],
+  ].map((row) => Float64Array.from(row));
+  assert.deepEqual(
+    [...turning({ rows }, false)].map((each) => Number(each.toFixed(12))),
+    [5, 7],
+  );
+  assert.deepEqual(
+    [...turning({ rows }, true)].map((each) => Number(each.toFixed(12))),
+    [Number(Math.hypot(1, 5).toFixed(12)), 0],
+  );
 });
 
 test("a motion that cannot be resolved says when", () => {
@@ -30,9 +49,9 @@ test("a motion that cannot be resolved says when", () => {
 
 /**
  * A computation whose motions turn by rates; `ends` when they end, by a code, and `drift` says how far the energy has gone
- * with a step.
+ * with a step, `off` how far the heading is.
  */
-function computing({ rate = 1, ends = Infinity, code = 4, drift = () => 0, horizon = 3 }) {
+function computing({ rate = 1, ends = Infinity, code = 4, drift = () => 0, horizon = 3, off = () => 0 }) {
   const asked = [];
   const ask = async (what, { name, values }) => {
     const [, { numbers: settings }, { numbers: times, shape }] = values;
@@ -43,14 +62,15 @@ function computing({ rate = 1, ends = Infinity, code = 4, drift = () => 0, horiz
       return { arrays: [null, null, derived] };
     }
     asked.push({ name, step: settings[1], times, count: times.length, shape });
-    const filled = times[times.length - 1] <= ends ? times.length : times.findIndex((each) => each > ends) + 1;
+    const filled =
+      times[times.length - 1] <= ends ? times.length : times.findIndex((each) => each > ends) + 1;
     const last = Math.min(ends, times[times.length - 1]);
     const [rows] = values[3].shape;
     const samples = new Float64Array(rows * times.length);
     for (let i = 0; i < filled; i += 1) {
       const time = i === filled - 1 ? last : times[i];
       samples[2 * times.length + i] = rate;
-      samples[4 * times.length + i] = rate * time;
+      samples[4 * times.length + i] = rate * time + off(settings[1]);
       // the energy of a motion with losses
       if (rows === 21) samples[20 * times.length + i] = i ? drift(settings[1]) : 0;
     }
@@ -134,10 +154,20 @@ test("a body is sampled as often as it turns, and integrated until half the step
   const computation = computing({ rate: 50 });
   const path = await bodyPath(computation, new Array(13).fill(0), 10, size, signal);
   assert.ok(Math.abs(path.times.length - (10 * 50) / 0.2) < 3);
-  assert.deepEqual(computation.asked.map(({ step }) => step), [0.04, 0.01, 0.005]);
+  assert.deepEqual(
+    computation.asked.map(({ step }) => step),
+    [0.04, 0.01, 0.005],
+  );
   const ended = await bodyPath(computing({ rate: 1, ends: 2 }), new Array(13).fill(0), 10, size, signal);
   assert.equal(ended.times.at(-1), 2);
   assert.ok(ended.times.length >= 1000 && ended.times.length < 1010);
+  const off = (step) => ({ 0.01: 1e-6, 0.005: 1e-8 })[step] ?? 0;
+  const rough = computing({ off });
+  await bodyPath(rough, new Array(13).fill(0), 10, size, signal);
+  assert.deepEqual(
+    rough.asked.map(({ step }) => step),
+    [0.04, 0.01, 0.005, 0.0025, 0.00125],
+  );
   const never = bodyPath(computing({ ends: 2, code: 5 }), new Array(13).fill(0), 10, size, signal);
   await assert.rejects(never, /gave up at 2 s/);
 });

@@ -2,7 +2,13 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { forcesFigure, ledgerFigure, potentialAt, potentialFigure, tiltFigure } from "eulerdisk/motion/figures";
+import {
+  forcesFigure,
+  ledgerFigure,
+  potentialAt,
+  potentialFigure,
+  tiltFigure,
+} from "eulerdisk/motion/figures";
 import { rangeOf } from "eulerdisk/motion/plot";
 import { Samples } from "eulerdisk/motion/samples";
 
@@ -19,13 +25,19 @@ const QUANTITIES = {
 
 /** Samples of a motion with losses, which has no potential. */
 const samplesOf = (arrays, head = {}) =>
-  new Samples({ head: { lossy: true, quantities: QUANTITIES, turns: [], ...head }, arrays: { time: TIMES, ...arrays } });
+  new Samples({
+    head: { lossy: true, quantities: QUANTITIES, turns: [], ...head },
+    arrays: { time: TIMES, ...arrays },
+  });
 
 test("a parabola is met between samples at uneven times, and beyond both ends the motion stays", () => {
   const parabola = (t) => 3 * t * t - 2 * t + 1;
   const samples = samplesOf({ tilt: TIMES.map(parabola) });
   for (const time of [0.15, 0.3, 0.45, 0.7, 1, 1.2]) near(samples.at("tilt", time), parabola(time));
-  assert.deepEqual([-1, 0, 2, 9].map((time) => samples.at("tilt", time)), [1, 1, parabola(2), parabola(2)]);
+  assert.deepEqual(
+    [-1, 0, 2, 9].map((time) => samples.at("tilt", time)),
+    [1, 1, parabola(2), parabola(2)],
+  );
   TIMES.forEach((time, i) => near(samples.at("tilt", time), samples.arrays.tilt[i]));
 });
 
@@ -42,9 +54,18 @@ test("at both ends a line is met, and there is no jump from gap to gap", () => {
 
 test("the sample before a time is never the last one", () => {
   const samples = samplesOf({});
-  assert.deepEqual([-1, 0, 0.05, 0.1, 1.2, 2, 5].map((time) => samples.before(time)), [0, 0, 0, 1, 4, 5, 5]);
+  assert.deepEqual(
+    [-1, 0, 0.05, 0.1, 1.2, 2, 5].map((time) => samples.before(time)),
+    [0, 0, 0, 1, 4, 5, 5],
+  );
   assert.deepEqual(samples.between(0.8), { before: 3, share: (0.8 - 0.5) / (1.1 - 0.5) });
-  assert.deepEqual([samples.between(-1), samples.between(9)], [{ before: 0, share: 0 }, { before: 5, share: 1 }]);
+  assert.deepEqual(
+    [samples.between(-1), samples.between(9)],
+    [
+      { before: 0, share: 0 },
+      { before: 5, share: 1 },
+    ],
+  );
   assert.equal(samples.length, 2);
   // a motion that ends where it begins
   const still = new Samples({ head: { lossy: true }, arrays: { time: doubles(0, 0), tilt: doubles(3, 4) } });
@@ -71,7 +92,15 @@ test("the tilt is drawn in degrees over the longer time, with its turning points
 test("forces are drawn from 0 to the weight at least; a short peak is not seen whole", () => {
   const flat = TIMES.map(() => 0.5);
   const forces = (normal_force, friction_needed = flat) =>
-    forcesFigure(samplesOf({ normal_force, friction_needed, friction_across: TIMES.map(() => 0.3), friction_along: TIMES.map(() => -0.4) }), 2);
+    forcesFigure(
+      samplesOf({
+        normal_force,
+        friction_needed,
+        friction_across: TIMES.map(() => 0.3),
+        friction_along: TIMES.map(() => -0.4),
+      }),
+      2,
+    );
   const { y, curves } = forces(flat);
   assert.deepEqual(y, rangeOf([0, 1]));
   curves.find(({ kind }) => kind === "horizontal").y.forEach((each) => near(each, 0.5));
@@ -81,35 +110,61 @@ test("forces are drawn from 0 to the weight at least; a short peak is not seen w
   const short = TIMES.map((_, i) => (i === 6 ? 100 : 1));
   assert.deepEqual(forces(short).y, rangeOf([0, 2.5]));
   assert.deepEqual(forces(TIMES.map(() => -9)).y, rangeOf([-2.5, 1]));
-  assert.deepEqual(forces(flat, TIMES.map(() => Infinity)).y, rangeOf([0, 1]));
+  assert.deepEqual(
+    forces(
+      flat,
+      TIMES.map(() => Infinity),
+    ).y,
+    rangeOf([0, 1]),
+  );
 });
 
 test("a ledger stands on the energy, each loss on the one before, and what took nothing is not drawn", () => {
-  const arrays = { energy: doubles(3, 2), rolling: doubles(0, 0.5), air: doubles(0, 0.5), contour: doubles(0, 0), time: doubles(0, 1) };
+  const arrays = {
+    energy: doubles(3, 2),
+    rolling: doubles(0, 0.5),
+    air: doubles(0, 0.5),
+    contour: doubles(0, 0),
+    time: doubles(0, 1),
+  };
   const samples = samplesOf(arrays, { ledger: { rolling: "rolling", contour: "contour", air: "air!" } });
   const { areas, y } = ledgerFigure(samples, 1);
-  assert.deepEqual(areas.map(({ kind, label, y: top }) => [kind, label, ...top]), [
-    ["energy", "energy", 3, 2],
-    ["rolling", "rolling", 3, 2.5],
-    ["air", "air!", 3, 3],
-  ]);
+  assert.deepEqual(
+    areas.map(({ kind, label, y: top }) => [kind, label, ...top]),
+    [
+      ["energy", "energy", 3, 2],
+      ["rolling", "rolling", 3, 2.5],
+      ["air", "air!", 3, 3],
+    ],
+  );
   assert.deepEqual([y.low, y.high], [0, 1.05 * 3]);
 });
 
 test("the potential has its wells, barriers and turning points, and its height at every tilt", () => {
   const head = { quantities: QUANTITIES, turns: [[-1, "-57.3 deg"]] };
-  const potential = { tilt: doubles(-1, 0, 2), excess: doubles(1, 0, 4), wells: [[0.0123456789, -0.1]], barriers: [[-0.7654321, 0.2]] };
+  const potential = {
+    tilt: doubles(-1, 0, 2),
+    excess: doubles(1, 0, 4),
+    wells: [[0.0123456789, -0.1]],
+    barriers: [[-0.7654321, 0.2]],
+  };
   const samples = { head, potential };
   const { dots, x, lines } = potentialFigure(samples);
-  assert.deepEqual(dots.map(({ kind, label }) => `${kind}: ${label}`), [
-    "well: well at 0.70736 deg",
-    "barrier: barrier at \u221243.856 deg",
-    "turn: turning point at \u221257.3 deg",
-  ]);
+  assert.deepEqual(
+    dots.map(({ kind, label }) => `${kind}: ${label}`),
+    [
+      "well: well at 0.70736 deg",
+      "barrier: barrier at \u221243.856 deg",
+      "turn: turning point at \u221257.3 deg",
+    ],
+  );
   assert.deepEqual([dots[0].y, dots[1].y, dots[2].y, lines[0].y], [-0.1, 0.2, 0, 0]);
   near(dots[1].x, (-0.7654321 * 180) / Math.PI);
   near(x.high, 360 / Math.PI);
-  assert.deepEqual([-1, -0.5, 0, 1, 2].map((tilt) => potentialAt(samples, tilt)), [1, 0.5, 0, 2, 4]);
+  assert.deepEqual(
+    [-1, -0.5, 0, 1, 2].map((tilt) => potentialAt(samples, tilt)),
+    [1, 0.5, 0, 2, 4],
+  );
   assert.equal(potentialAt(samples, -1 - 1e-7), 1);
   for (const beyond of [-1.1, 2.1]) assert.ok(Number.isNaN(potentialAt(samples, beyond)));
   assert.throws(() => potentialFigure(samplesOf({})));

@@ -8,10 +8,12 @@ import { niceLength } from "eulerdisk/motion/furniture";
 import { meridianOf, reachOf } from "eulerdisk/motion/solid";
 import { Vector3 } from "three";
 
-const near = (found, expected, off = 1e-12) => assert.ok(Math.abs(found - expected) < off, `${found} ${expected}`);
+const near = (found, expected, off = 1e-12) =>
+  assert.ok(Math.abs(found - expected) < off, `${found} ${expected}`);
 
 /** A body with these words, as of a cell. */
-const body = (name, cell) => bodyOf({ name, called: name }, { axial_moment: 0.5, transverse_moment: 0.25, ...cell });
+const body = (name, cell) =>
+  bodyOf({ name, called: name }, { axial_moment: 0.5, transverse_moment: 0.25, ...cell });
 
 const BODIES = [
   body("torus", { tube: 0.3 }),
@@ -74,7 +76,12 @@ test("the farthest point is told from the centre of mass", () => {
 
 test("a disk leans by its tilt to its heading's side, and its painted radius turns with it", () => {
   const across = (heading) => new Vector3(Math.cos(heading), Math.sin(heading), 0);
-  for (const [tilt, heading, angle] of [[0, 0, 0], [0.3, 0.7, 0], [-0.4, 2, 1.1], [1.2, -3, 9]]) {
+  for (const [tilt, heading, angle] of [
+    [0, 0, 0],
+    [0.3, 0.7, 0],
+    [-0.4, 2, 1.1],
+    [1.2, -3, 9],
+  ]) {
     const { turned, down } = attitude(tilt, heading, angle);
     near(down.z, -Math.cos(tilt));
     near(down.dot(across(heading)), -Math.sin(tilt));

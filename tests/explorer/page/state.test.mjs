@@ -85,6 +85,7 @@ test("another scale has the same range, and a logarithm that would begin at 0 be
   same(withOtherScale(log, "x").x, [2, 4]);
   const wide = withOtherScale({ ...VIEW, x: { ...RATE, centre: 1, half: 4 } }, "x");
   same(wide.x, [0.005, 5]);
+  same(withOtherScale({ ...VIEW, x: { ...RATE, centre: 2, half: 2 } }, "x").x, [0.004, 4]);
   const negative = { ...VIEW, x: { ...RATE, centre: -3 } };
   assert.equal(withOtherScale(negative, "x"), negative);
 });
