@@ -377,7 +377,7 @@ def test_what_explain_says():
     time = (20.0 - math.sqrt(9.81 / 0.036)) / (20e-6 * 9.81 / (1.5 * 0.012**2))
     assert f"in {time:.6g} s" in told({"roll_rate": 20.0}, rolling_friction="20um")
     assert "critical one without losses, in" in told({"roll_rate": -20.0}, rolling_friction="20um")
-    assert_facts(told({"roll_rate": 10.0}, rolling_friction="20um"), "below", "16.5")
+    assert_facts(told({"roll_rate": 10.0}, rolling_friction="20um"), "below", "16.5076 rad s-1")
     assert_facts(told({"precession_rate": 60.0}, rolling_friction="20um"), "no loss")
     assert "another rate is critical" in told({"roll_rate": 40.0}, pivoting_friction="20um")
     assert "leaves no disk stable" in told({"precession_rate": 60.0}, contour_friction="20um")
