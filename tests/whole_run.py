@@ -107,6 +107,9 @@ def size_on_disk(folder):
 
 def remove_all_but(base, failed):
     """Remove a folder of temporary files except the folders of failed tests; pytest names these after the test."""
+    if not base.exists():
+        # pytest has removed it
+        return
     names = {re.sub(r"\W", "_", test.rpartition("::")[2])[:30] for test in failed}
     for place in (*base.glob("popen-*"), base):
         for each in list(place.iterdir()):

@@ -217,6 +217,7 @@ def test_a_variable_that_is_not_known_is_named(atlases):
     assert compare(other, other).identical
 
 
+@pytest.mark.slow_lane
 def test_a_value_that_is_no_number_differs_in_either_file(atlases):
     """An infinite or missing value, in the new atlas or the reference, is a difference; JSON of it has no infinity."""
     values = (np.inf, -np.inf, np.nan)

@@ -116,6 +116,7 @@ def test_all_kinds_of_atlases_agree():
         assert verify(dataset).audit.dims == dataset.ending.dims, (words, expected)
 
 
+@pytest.mark.slow_lane
 def test_starts_with_losses_that_nothing_disturbs_have_no_numbers():
     """Their descriptions say so, and a fresh file of nothing else is verified without a distribution of differences."""
     spec = SweepSpec.read("rolling", contour_friction="0.1mm", tilt=0, roll_rate="2,3", duration=1)

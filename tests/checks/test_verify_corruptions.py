@@ -213,6 +213,7 @@ def test_one_corrupt_value_is_named():
         assert missed == []
 
 
+@pytest.mark.slow_lane
 def test_one_corrupt_value_of_other_code_is_named_or_said_not_to_be_checked():
     """Of an atlas of other code nothing is computed again: what is not found is said not to be checked."""
     for kind in ("rolling", "circling", "exact", "falls"):

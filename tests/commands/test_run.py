@@ -157,6 +157,7 @@ def run(folder, *words, **environment):
     )
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_warmup_fills_the_cache(tmp_path):
     """Afterwards the kernels of methods, contact forces and motions lie where it says, and nothing else was written.
@@ -184,6 +185,7 @@ def test_warmup_fills_the_cache(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_command_that_compiles_says_so(tmp_path):
     """The first one says before it begins what takes how long and where it is kept; the second has nothing to say."""
@@ -199,6 +201,7 @@ def test_a_command_that_compiles_says_so(tmp_path):
     assert not [line for line in again if "compiling" in line or "measuring" in line]
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_cache_that_others_can_write_is_told(tmp_path):
     """One line says why nothing is kept and what to do, and the notice of compiling does not say the opposite."""

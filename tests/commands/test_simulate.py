@@ -48,6 +48,7 @@ def ffmpeg(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow_lane
 def test_everything_at_once(simulate, tmp_path, ffmpeg, monkeypatch):
     """File, figure and film are written; the messages say how many samples, how many frames and how fast they play."""
     monkeypatch.setenv("PATH", str(ffmpeg))

@@ -65,6 +65,7 @@ def loaded_by(line, folder):
     return set(done.stderr.splitlines()[-1].split())
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_command_loads_what_it_needs(folder):
     """No other heavy library is loaded, by whatever way, and never pyplot, which looks for windows."""

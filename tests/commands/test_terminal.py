@@ -160,6 +160,7 @@ def test_a_second_signal_ends_at_once(tmp_path):
     assert err.endswith("-o a.nc\n")
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("on_path", [True, False], ids=["activated", "by its path"])
 def test_the_command_that_goes_on_can_be_pasted(tmp_path, on_path):
     """It starts the program as it was started: by its name only where that leads to it; names are quoted."""

@@ -357,6 +357,7 @@ SYSTEM_FILES = {
 }
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("given", ["kapitza", *SYSTEM_FILES])
 def test_every_question_about_a_system_is_answered(tmp_path, monkeypatch, command, given):
     """Presets and files without ranges are shown in two parameters; a command makes the cells of a window."""
@@ -386,6 +387,7 @@ def test_every_question_about_a_system_is_answered(tmp_path, monkeypatch, comman
     assert (tmp_path / "window.csv").read_bytes() == cells.body
 
 
+@pytest.mark.slow_lane
 def test_what_is_explained_of_a_ball_with_losses_is_its_motion(tmp_path, monkeypatch, command):
     """It ends as the motion of the copied command, which has the losses of the page."""
     monkeypatch.chdir(tmp_path)

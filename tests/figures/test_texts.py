@@ -28,6 +28,7 @@ def spec():
     return sweep.SweepSpec(tilt="1deg:2deg:3", roll_rate="2:3:4")
 
 
+@pytest.mark.slow_lane
 def test_a_title_is_drawn_as_it_stands(spec, tmp_path):
     """No title breaks a figure or warns of glyphs, and its panel has the text, cut where it does not fit."""
     for title in TITLES:

@@ -9,6 +9,8 @@ from PIL import Image
 
 from tests.explorer.browser.map_page import BOTH, axis, click, entries, point, shown, wait_for_picture
 
+pytestmark = pytest.mark.slow_lane
+
 #: A panel whose motion is shown.
 SHOWN = "#motions .slot[data-shown] .motion.shown:not(.waiting)"
 

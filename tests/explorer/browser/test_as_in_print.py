@@ -6,6 +6,8 @@ from matplotlib.colors import to_rgb
 from sweep.figures import drawing
 from tests.explorer.browser.map_page import BOTH, VERDICTS, colours, plot, wait_for_picture
 
+pytestmark = pytest.mark.slow_lane
+
 #: CSS pixels in a point, the unit of widths in figures.
 PIXELS = 96 / 72
 

@@ -6,6 +6,8 @@ from explorer_browser import COMPLETE
 from tests.explorer.browser.map_page import BOTH, axis, click, entries, plot, point, wait_for_picture
 from tests.explorer.browser.test_motion import SHOWN, clock
 
+pytestmark = pytest.mark.slow_lane
+
 
 def box(page, selector):
     """Return left, top, right and bottom of an element on the screen."""

@@ -30,6 +30,8 @@ from tests.explorer.browser.map_page import (
 )
 from tests.explorer.page.asking import ask
 
+pytestmark = pytest.mark.slow_lane
+
 VERDICT = ("undecided", "stable", "unstable")
 
 

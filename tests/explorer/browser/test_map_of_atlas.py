@@ -24,6 +24,8 @@ from tests.explorer.browser.map_page import (
     wait_for_text,
 )
 
+pytestmark = pytest.mark.slow_lane
+
 
 @pytest.fixture(scope="module")
 def atlas(tmp_path_factory):

@@ -6,6 +6,8 @@ import pytest
 
 from tests.explorer.browser.map_page import BOTH, plot, wait_for_picture, wait_for_text
 
+pytestmark = pytest.mark.slow_lane
+
 #: Titles of the menus that are open, and the words of what has the focus.
 OPEN = "[...document.querySelectorAll('details.menu[open] > summary')].map((each) => each.textContent)"
 FOCUSED = "document.activeElement.closest('summary, button')?.textContent ?? document.activeElement.id"

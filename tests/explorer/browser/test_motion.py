@@ -12,6 +12,8 @@ from sweep.explorer.explorer import subject_of
 from sweep.explorer.export import export
 from tests.explorer.browser.holding import HOLD, wait_for_held
 
+pytestmark = pytest.mark.slow_lane
+
 SHOWN = ".motion.shown:not(.waiting)"
 
 #: The time of the clock, and whether it runs.

@@ -1,7 +1,11 @@
 """Answers that come in another order than they were asked for: what is shown is what was wanted last."""
 
+import pytest
+
 from tests.explorer.browser.holding import HOLD, wait_for_held
 from tests.explorer.browser.map_page import BOTH, axis, click, shown, wait_for_picture
+
+pytestmark = pytest.mark.slow_lane
 
 #: Begin to note lane and words of each picture that is shown, in `lanes`.
 RECORD = """() => {

@@ -8,6 +8,8 @@ from explorer_browser import Watch
 from explorer_memory import GROWTH, LeakError, Memory
 from explorer_visitor import ProblemError, Visitor
 
+pytestmark = pytest.mark.slow_lane
+
 #: Keeps things that nobody needs: 100 motions as objects and as buffers, elements with listeners, a page, textures.
 LEAK = """async () => {
   const elements = Array.from({ length: 2000 }, () => document.createElement("p"));

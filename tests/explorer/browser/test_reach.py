@@ -20,6 +20,8 @@ from tests.explorer.browser.map_page import (
     wait_for_text,
 )
 
+pytestmark = pytest.mark.slow_lane
+
 GONE = "The explorer does not answer"
 
 

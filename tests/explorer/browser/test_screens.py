@@ -9,6 +9,8 @@ from explorer_browser import COMPLETE
 import sweep
 from tests.explorer.browser.map_page import BOTH, click, entries, plot, shown, wait_for_picture
 
+pytestmark = pytest.mark.slow_lane
+
 
 def test_dark_and_light(opened):
     """The page follows the system, the button goes to the other one, and the address keeps that."""

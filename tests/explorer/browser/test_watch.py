@@ -1,6 +1,9 @@
 """What makes a test of the page fail by itself is seen: messages, exceptions, requests that fail or go elsewhere."""
 
+import pytest
 from explorer_browser import Watch
+
+pytestmark = pytest.mark.slow_lane
 
 OWN = "http://127.0.0.1:9/token/"
 

@@ -131,6 +131,7 @@ def test_cells_without_losses(opened, rng, count):
         assert {0, 1, 2} == set(expected["stability"]), base
 
 
+@pytest.mark.slow_lane
 def test_cells_with_losses(opened, rng, count):
     """Cells of the disk with losses have the endings of the program, and numbers within a tenth of their errors."""
     page = opened()

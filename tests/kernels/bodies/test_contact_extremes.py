@@ -53,6 +53,7 @@ def followed(body, tilt, w, o, s):
     return found[0], -found[1]
 
 
+@pytest.mark.slow_lane
 def test_the_extremes_are_those_of_a_body_in_space():
     """Least normal force and friction needed of all bodies of the table; of the disk 1.17 and of the ball 0.12."""
     for name, (body, *_) in REFERENCE.items():

@@ -58,7 +58,7 @@ def test_every_variant_is_audited():
 
 def test_fresh_single_motions_end_as_the_referee_says(rng, count):
     """The scalar integration, in smaller steps than its usual ones; where the contact point went too."""
-    audit = audit_losses.audit_single(count(15, 30), rng, slack=2.0)
+    audit = audit_losses.audit_single(count(6, 30), rng, slack=2.0)
     assert audit.fine, "\n".join(audit.broken)
 
 
@@ -71,7 +71,7 @@ def test_a_contact_that_only_just_slips_does_so(rng):
 
 def test_motions_that_pass_a_maximum_of_their_potential_state_how_late_they_may_be(rng, count):
     """Ever longer each time, the less energy they have there; most lose nothing or little."""
-    audit = audit_losses.audit_passes(count(36, 60), rng, slack=100.0)
+    audit = audit_losses.audit_passes(count(12, 60), rng, slack=100.0)
     assert not audit.broken, "\n".join(audit.broken)
     # about two of ninety, and by chance five and more
     assert audit.left_out <= 8

@@ -235,7 +235,7 @@ def test_stated_errors(rng, count):
     """Against the referee, of random mixtures: two of a hundred cells at most are beyond, and every one is resolved."""
     for case in itertools.product(lossy_runner.AIR_LAWS, [lossy_cells.KINDS, ("nearly upright", "slow")]):
         air, kinds = case
-        given = lossy_cells.random_cells(count(120, 300), rng, kinds)[air]
+        given = lossy_cells.random_cells(count(45, 300), rng, kinds)[air]
         found = lossy_runner.run(given, air=air)
         sharp, truth = (
             referee.run(given, air=air, duration=30.0, flat_tilt=lossy_runner.FLAT_TILT, rtol=rtol)
@@ -262,7 +262,7 @@ def test_a_wobble_states_an_informative_error_of_its_time(rng, count):
     A share of the tolerance, as is stated of other motions, is more than a thousand times too large.
     """
     found_of, true_of, stated = [], [], []
-    for air, starts in lossy_cells.random_cells(count(120, 900), rng, ("wobble", "nutating")).items():
+    for air, starts in lossy_cells.random_cells(count(45, 900), rng, ("wobble", "nutating")).items():
         found, true = (lossy_runner.run(starts, air=air, tolerance=each) for each in (1e-8, 1e-11))
         flat = (found.ending == FLAT) & (true.ending == FLAT)
         found_of.append(found.end_time[flat])
@@ -270,7 +270,7 @@ def test_a_wobble_states_an_informative_error_of_its_time(rng, count):
         stated.append(found.time_error[flat])
     off = np.abs(np.concatenate(found_of) - np.concatenate(true_of))
     too_large = np.concatenate(stated) / np.maximum(off, 1e-300)
-    assert too_large.size > count(120, 900) // 4
+    assert too_large.size > count(45, 900) // 4
     assert np.median(too_large) < 100.0
     # one of 10,000 turns next to the tilt where it is flat, and is so a nutation later
     assert (too_large < 1.0).sum() <= 1

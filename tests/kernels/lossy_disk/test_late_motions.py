@@ -124,7 +124,7 @@ def test_a_disk_that_passes_upright_slowly_is_flat_as_much_later_as_it_states(rn
 
 def test_fresh_motions_with_few_losses_state_what_is_off(rng, count):
     """Against the same kernels with a hundredth of the tolerance: of 600 motions at most three are beyond."""
-    wrong, cells, drawn = 0, 0, count(100, 600)
+    wrong, cells, drawn = 0, 0, count(25, 600)
     for air, given in less_lossy(drawn, rng):
         found, true = (lossy_runner.run(given, air=air, tolerance=each) for each in (1e-8, 1e-10))
         same = (found.ending == true.ending) & np.isfinite(found.end_time)
