@@ -87,6 +87,7 @@ def shown(request, served_with, opened):
 
 
 @pytest.mark.slow_lane
+@pytest.mark.slow_lane
 def test_a_motion_is_that_of_the_program(shown):
     """At the same times within 1e-9 of `sweep.simulate`, which is held against a rigid body in space, in space.
 

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from kernels.system import integrate
 from kernels.system.endings import FIRST_EVENT, RUNS_ON, UNRESOLVED
 from kernels.system.lanes import LEGS
 from sweep.model.system.model import model_of
@@ -37,9 +36,7 @@ def run(text, starts, duration=None, tolerance=1e-11, step=0.0):
     )
     measures, counts = np.full((len(model.measures), n), np.nan), np.zeros((len(model.counts), n), np.int32)
     settings = np.array([duration or model.definition.duration, step, tolerance])
-    getattr(integrate, model.integrate.function)(
-        np.ascontiguousarray(rows, float), settings, measures, counts
-    )
+    model.integrate.load()(np.ascontiguousarray(rows, float), settings, measures, counts)
     return counts[: len(LEGS)], measures.reshape(len(LEGS), -1, n), counts[len(LEGS) :]
 
 

@@ -1,9 +1,10 @@
 """The samples of a motion: each is the cell of a sweep that is followed until then, by the passes and bits of one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from kernels.system import integrate, path
 from kernels.system.endings import FIRST_EVENT, RUNS_ON, UNRESOLVED
 from kernels.system.lanes import LEGS
 from sweep.model.system.model import model_of
@@ -21,12 +22,12 @@ def followed(times, **given):
     model = model_of(read_system(PENDULUM))
     starts = np.array([[given.get(name, row.default)] for name, row in model.parameters.items()], np.float64)
     found = []
-    for kernel, where in ((path, (times,)), (integrate, ())):
+    for kernel, where in (("kernels.system.path", (times,)), ("kernels.system.integrate", ())):
         n = times.size if where else 1
         measures = np.full((len(model.measures), n), np.nan)
         counts = np.full((len(model.counts), n), UNRESOLVED, np.int32)
         settings = np.array([times[-1], 0.0, given.get("tolerance", 1e-11)])
-        getattr(kernel, model.integrate.function)(starts, settings, *where, measures, counts)
+        replace(model.integrate, module=kernel).load()(starts, settings, *where, measures, counts)
         found += [measures, counts]
     return found
 
