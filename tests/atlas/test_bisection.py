@@ -97,6 +97,7 @@ def test_the_exact_peak_passes_the_limit_inside_the_bracket():
     assert beyond.tolist() == [True] * 12 + [False] * 12
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_bracket_is_no_narrower_than_what_is_known():
     """However coarse the integration and however small the width, the exact boundary lies inside the bracket."""

@@ -156,6 +156,7 @@ def test_curves_in_a_file(tmp_path):
         assert 18.0 < np.degrees(one.curve_tilt.values.max()) < 19.0
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_the_command_refines_a_file(tmp_path):
     """`boundary --refine` prints the refined rows and writes them to a new file; a width of 0 is refused."""
@@ -258,6 +259,7 @@ def _both(request):
     return coarse, refined
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_an_atlas_with_curves_is_drawn(both, tmp_path):
     """Both are figures of the same panels and words; a map also of regimes, with the same bytes."""

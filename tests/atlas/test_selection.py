@@ -54,6 +54,7 @@ def _selections(draw):
     return name, {axis: draw(places) for axis, places in axes.items() if draw(st.booleans())}
 
 
+@pytest.mark.slow_lane
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(_selections())
 def test_it_is_as_if_run(atlases, selection):
@@ -71,6 +72,7 @@ def test_it_is_as_if_run(atlases, selection):
         np.testing.assert_array_equal(found[axis].values, values)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("way", ["sweep.save", "to_netcdf"])
 @pytest.mark.parametrize(
     ("name", "places"),

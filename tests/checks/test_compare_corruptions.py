@@ -76,6 +76,7 @@ def moved(atlas, share, names):
     return copy
 
 
+@pytest.mark.slow_lane
 def test_a_change_beyond_what_is_allowed_is_found_in_every_variable(atlases):
     """Values just within what is allowed are the same; slightly beyond, every variable of the atlas differs."""
     for kind in KINDS:

@@ -72,6 +72,7 @@ def where(dataset, place):
     return {name: float(dataset[name][i]) for name, i in zip(SPEC.axes, index, strict=True)}
 
 
+@pytest.mark.slow_lane
 def test_verify_names_the_cell(small_blocks):
     """A wrong value in some cells: its variable has so many wrong values, there, and each cell its flag."""
     assert sorted(place for places in TOGETHER for place in places) == list(PLACES)

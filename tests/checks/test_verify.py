@@ -34,6 +34,7 @@ def test_the_presets_agree():
         assert found.period_share < 0.5, preset
 
 
+@pytest.mark.slow_lane
 def test_the_exact_values_are_the_referee_s():
     """The extremes that the atlas is held against are those of an independent quadrature, to 1e-13 rad."""
     for preset in PRESETS:

@@ -52,6 +52,7 @@ CHANGES = (
 # fmt: on
 
 
+@pytest.mark.slow_lane
 def test_a_corrupted_cell_is_caught():
     """One wrong value in one cell: exactly that cell does not agree, for the right reason, and is named."""
     for preset, (number, (variable, change, flag)) in itertools.product(PRESETS, enumerate(CHANGES)):
@@ -164,6 +165,7 @@ def wrong_equation(spec, coefficient):
     return dataset
 
 
+@pytest.mark.slow_lane
 def test_an_atlas_made_with_a_wrong_equation_is_caught():
     """A gyroscopic term that is 0.1 % too large is caught in every cell; with the right one SciPy's atlas is right."""
     spec = SweepSpec(tilt="5deg,10deg", roll_rate="2.7:4:3", tilt_rate=0.2, tolerance=1e-5)

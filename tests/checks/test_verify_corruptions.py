@@ -186,6 +186,7 @@ def batch(dataset, left):
     return with_values(dataset, values), done
 
 
+@pytest.mark.slow_lane
 def test_one_corrupt_value_is_named():
     """A value 5 % or 0.1 % too large, zero, missing, or where none may be; another flag, or one that does not exist."""
     for kind in KINDS:
@@ -255,6 +256,7 @@ def of_the_boundary(name):
     return name.startswith(("boundary_", "predicted_", "critical_", "curve_"))
 
 
+@pytest.mark.slow_lane
 def test_a_whole_corrupt_variable_is_named():
     """All values of a variable 5 % too large, zero, missing, a millionth or a thousand times as large."""
     for kind in ("refined", "exact", "falls"):
@@ -335,6 +337,7 @@ def files(tmp_path_factory):
     return found
 
 
+@pytest.mark.slow_lane
 def test_a_corrupt_attribute_is_named(files):
     """Every attribute, global and of variables, is named when it says something else, and when it is not there."""
     for kind, change in itertools.product(KINDS, ("another value", "removed")):
@@ -343,6 +346,7 @@ def test_a_corrupt_attribute_is_named(files):
         assert expected - found.keys() == free, (kind, change)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("name", ["tilt_max", "ending", "steps", "roll_rate"])
 @pytest.mark.filterwarnings("ignore:variable .* has _Unsigned attribute")
 def test_an_attribute_by_which_others_read_otherwise_is_named(files, tmp_path, name):

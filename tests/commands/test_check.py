@@ -214,6 +214,7 @@ def test_an_existing_file_is_kept(command, tmp_path):
         assert "audit" in written
 
 
+@pytest.mark.slow_lane
 def test_the_exact_method_from_the_command_line(command):
     """`method=exact` makes an atlas that says so, that every command reads, and that passes."""
     assert command("run rolling method=exact roll_rate=2:4:21 tilt=0.1deg:5deg:10:log -o b.nc")[0] == 0

@@ -94,6 +94,7 @@ def test_version(command):
     assert command("--version") == (0, f"eulerdisk {sweep.__version__}\n", "")
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize(
     ("line", "status"),
     [

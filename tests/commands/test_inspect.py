@@ -90,6 +90,7 @@ def test_regimes_are_drawn(command, tmp_path):
         assert not (tmp_path / "b.png").exists()
 
 
+@pytest.mark.slow_lane
 def test_a_bare_figure_prints_the_text_of_its_caption(command, tmp_path):
     """On standard output, a line for each part; a whole one prints nothing; an unknown part is refused."""
     sweep.save(sweep.run(sweep.SweepSpec(roll_rate="2:4:11", tilt="0.1deg:4deg:7", title="Nudged")), "a.nc")

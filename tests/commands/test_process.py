@@ -41,6 +41,7 @@ def atlas(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow_lane
 def test_a_run_needs_no_streams(atlas):
     """With all three streams closed, or a full disk behind the messages, a run completes and its file is whole."""
     with open(atlas / "a.nc", "rb") as file:
@@ -84,12 +85,14 @@ def test_a_traceback_is_no_command_to_a_terminal(monkeypatch, command):
     assert "\nValueError: \\x1b[31mred\nnext\n" in err
 
 
+@pytest.mark.slow_lane
 def test_a_window_system_is_not_asked_for(atlas):
     """Figures need none: its name, with which matplotlib could not be imported, does not matter."""
     done = shell("eulerdisk plot a.nc -o a.png", atlas, MPLBACKEND="bad")
     assert (done.returncode, done.stderr) == (0, "")
 
 
+@pytest.mark.slow_lane
 def test_files_may_not_become_large(atlas):
     """Where a file may have 20 kB, as by `ulimit -f 20`, HDF5 would end the process: it is refused, findings told."""
     done = shell("ulimit -f 20; eulerdisk verify a.nc --write b.nc", atlas)

@@ -219,6 +219,7 @@ def test_a_cache_that_others_can_write_is_told(tmp_path):
         assert_facts(line, "cannot", str(cache))
 
 
+@pytest.mark.slow_lane
 def test_warmup_says_that_nothing_was_kept(command, tmp_path, monkeypatch):
     """Where the kernels cannot be kept, here because nothing is compiled, it ends with 2 and says what to do."""
     monkeypatch.setattr(warmup, "usual_tasks", lambda: ({}, [DISK.integrate]))

@@ -103,6 +103,7 @@ def blocks(folder):
     return {each.name for each in folder.glob("a.nc.run/blocks/*")}
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 @pytest.mark.parametrize("existing", [False, True], ids=["new", "overwrite"])
 @pytest.mark.parametrize(

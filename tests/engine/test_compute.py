@@ -198,6 +198,7 @@ def test_the_hash_is_of_the_code_that_runs():
     assert DISK.kernels(GRID.replace(method="exact", contact="yes")) == (EXTREMES, CONTACT_EXTREMES)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_run_on_the_device(tmp_path):
     """`device=cuda` on the command line writes the atlas of the CPU; the file says which device it was."""

@@ -118,6 +118,7 @@ def test_a_selection_or_a_changed_atlas_is_summed_up_too(atlas):
         assert as_html(changed).startswith("<div")
 
 
+@pytest.mark.slow_lane
 def test_a_summary_does_not_load_matplotlib():
     """It is shown at once: also where nothing has been drawn before."""
     code = (

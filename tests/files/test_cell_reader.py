@@ -81,6 +81,7 @@ def test_any_span_can_be_read(atlas, file):
                 np.testing.assert_array_equal(found, atlas["tilt_max"].values.reshape(-1)[start:stop])
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize(
     "layout",
     [

@@ -143,6 +143,7 @@ def test_parquet_keeps_units_and_types(tmp_path):
     assert schema.metadata[b"sweep_spec"].decode() == SPECS["falling"].canonical()
 
 
+@pytest.mark.slow_lane
 def test_zarr_is_the_same_dataset(tmp_path, atlas):
     """Read by xarray, the store has every value, type and attribute of the atlas."""
     export(atlas, tmp_path / "a.zarr", "zarr")

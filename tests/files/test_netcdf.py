@@ -37,6 +37,7 @@ def path(tmp_path):
     return tmp_path / "atlas.nc"
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("spec", SPECS.values(), ids=SPECS)
 def test_the_file_is_the_dataset(path, spec):
     """What is written block by block reads back as what `run` returns, and so does that when it is saved."""
@@ -51,6 +52,7 @@ def test_the_file_is_the_dataset(path, spec):
             xr.testing.assert_identical(read, computed)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("written", ["by blocks", "from memory", "read and saved"])
 @pytest.mark.parametrize("spec", SPECS.values(), ids=SPECS)
 def test_the_profile_of_the_file(path, spec, written):

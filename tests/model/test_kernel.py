@@ -190,6 +190,7 @@ def edited(tree, edits):
     return json.loads(done.stdout)
 
 
+@pytest.mark.slow_lane
 def test_the_hash_follows_the_code_that_decides_the_bits(tmp_path):
     """An edit changes the hash of the ways of computing whose code it is in, and no other; a remark changes none."""
     before, changed, compiler, files = edited(copy_of_the_project(tmp_path), EDITS)
@@ -262,6 +263,7 @@ def toy(tmp_path, monkeypatch):
     return folder
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_an_edited_kernel_is_compiled_anew(toy):
     """An edit in a file that the entry point only imports gives a new answer; the first one is still kept."""
@@ -273,6 +275,7 @@ def test_an_edited_kernel_is_compiled_anew(toy):
         assert python(_CALL, folder=toy.parent).split() == [expected, "False"]
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_without_a_cache_the_kernel_is_compiled(toy, tmp_path, monkeypatch):
     """A cache folder that cannot be made costs the compilation and nothing else: same answer, no complaint."""

@@ -33,6 +33,7 @@ def followed(word, tilt, rates, lengths, moments, **words):
     )  # fmt: skip
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("step", ["auto", 0.1])
 def test_a_motion_is_within_its_stated_errors(step):
     """Of all bodies at random, with the step of the engine and with one that is far too long."""
@@ -168,6 +169,7 @@ def test_what_is_refused(words, facts):
         sweep.simulate(**words)
 
 
+@pytest.mark.slow_lane
 def test_the_command(command, tmp_path):
     """`simulate`, `info` and `explain` say which body it is, `explain` follows its cell and its contact forces."""
     status, _, told = command("simulate body=rim thickness=0.2 tilt=4deg -o coin.nc --plot coin.png")

@@ -74,6 +74,7 @@ def check_errors(motion, lossy, words):
     return max(float(of[error].max()) for error in STATED.values())
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("step", ["auto", 0.02])
 def test_a_motion_is_within_its_stated_errors(step):
     """Of a rigid body in space on which torques act, with what each law took; also with a step that is given."""
@@ -94,6 +95,7 @@ def test_a_motion_is_within_its_stated_errors(step):
     assert largest < 1e-8
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize(
     ("name", "lengths", "body"),
     [
@@ -236,6 +238,7 @@ def test_a_torus_without_a_tube_is_the_disk_with_losses(words):
         np.testing.assert_allclose(hoop[name], disk[name], rtol=0.0, atol=within, err_msg=name)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize(
     ("words", "ending"),
     [
@@ -285,6 +288,7 @@ def test_a_body_that_friction_holds_is_seen_to_stand():
     assert float(motion["orientation_error"].max()) == np.ptp(motion["tilt"].values) == 0.0
 
 
+@pytest.mark.slow_lane
 def test_a_cell_and_a_preset_keep_their_losses():
     """The motion of a cell, of one without losses that gets some, of one of the thin disk, and of a preset."""
     stops = sweep.run(
@@ -331,6 +335,7 @@ def test_what_is_refused(words, facts):
         sweep.simulate(**words)
 
 
+@pytest.mark.slow_lane
 def test_the_commands(command, tmp_path):
     """`simulate`, also from a cell, `info` and `explain --plot`; figure and film show the body."""
     toy = "toy body=rim thickness=12.8mm fillet=2mm"

@@ -74,6 +74,7 @@ SYSTEMS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_the_whole_path_is_that_of_scipy(name):
     """Every state at 500 times, within what DOP853 of tolerance 1e-12 itself is off: by 1e-11 of it, over the path.
@@ -97,6 +98,7 @@ def test_the_whole_path_is_that_of_scipy(name):
     assert np.all(np.abs(ours - fine) <= (0.1 * off + 1e-12) * size), name
 
 
+@pytest.mark.slow_lane
 def test_states_and_measures_of_an_oscillator():
     """States are cosine and sine, the measures what they have been until then, each within its stated error."""
     motion = sweep.simulate(OSCILLATOR, x=0.5, v=1.0, duration="30s")
@@ -128,6 +130,7 @@ def test_states_and_measures_of_an_oscillator():
     ]
 
 
+@pytest.mark.slow_lane
 def test_a_motion_ends_with_the_sample_of_its_event():
     """1/(1 - t) is 8 at 7/8: the last sample lies there, whatever the interval; none comes behind it."""
     at = 0.875
@@ -167,6 +170,7 @@ def test_it_ends_as_the_cell_of_a_sweep(rng):
     assert float(request_of(again).duration) == 4.0
 
 
+@pytest.mark.slow_lane
 def test_from_where_a_chaotic_motion_is_not_known():
     """Lorenz' motion at 1e-11 is lost where its two last passes part, before one at 1e-14 is."""
     rough, fine = (sweep.simulate(lorenz, tolerance=each, interval=0.01) for each in (1e-11, 1e-14))
@@ -246,6 +250,7 @@ REFUSED = {
 }  # fmt: skip
 
 
+@pytest.mark.slow_lane
 def test_the_command(command, tmp_path):
     """It follows a file, a preset or a cell; `explain` says how; what it refuses touches nothing on disk."""
     shutil.copy(BEAD, "mine.py")

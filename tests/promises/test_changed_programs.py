@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import pytest
 import xarray as xr
 from messages import assert_facts
 from source_copy import SourceCopy
@@ -87,6 +88,7 @@ def test_what_decides_no_bit_may_change(tmp_path):
             assert found[name].values.tobytes() == variable.values.tobytes(), name
 
 
+@pytest.mark.slow_lane
 def test_what_decides_the_bits_may_not_change(tmp_path):
     """With status 2, the code is named as what differs, and nothing is computed or removed."""
     for kind, file, before, after in DECISIVE:

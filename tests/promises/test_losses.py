@@ -70,6 +70,7 @@ def test_the_criterion_changes_the_verdict_and_the_breach_alone(law):
         assert "breach_time" not in judged
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("law", LAWS)
 def test_an_atlas_is_verified(law):
     """Every resolved cell follows from itself, and the sample from its second computation."""
@@ -78,6 +79,7 @@ def test_an_atlas_is_verified(law):
     assert f"{found.cells} cells, drawn with seed" in found.sampled
 
 
+@pytest.mark.slow_lane
 def test_a_wrong_value_is_found():
     """A change of one value in one cell is named by its variable."""
     atlas = sweep.run(spec_of(f"{GRID} {LAWS['contour']}"))
@@ -140,6 +142,7 @@ def test_a_second_computation_finds_what_the_ledger_cannot_see():
     assert {each.name for each in findings(verify(wrong, seed=1)).wrong} >= {*names}
 
 
+@pytest.mark.slow_lane
 def test_verify_says_that_it_is_a_sample(command):
     """The report and its last line say how many cells were computed again, and with which seed; a seed repeats it."""
     assert command(f"run {TOY} -o a.nc")[0] == 0
@@ -153,6 +156,7 @@ def test_verify_says_that_it_is_a_sample(command):
         np.testing.assert_array_equal(first.time_difference, again.time_difference)
 
 
+@pytest.mark.slow_lane
 def test_every_command_speaks_of_losses(command):
     """A lossy atlas goes through all commands; what the model lacks is refused in a sentence."""
     assert command(f"plan {COIN}")[0] == 0

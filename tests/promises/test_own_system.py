@@ -59,6 +59,7 @@ def bits(path):
         return {name: variable[...].tobytes() for name, variable in file.variables.items()}
 
 
+@pytest.mark.slow_lane
 def test_run_and_what_an_atlas_says(command, made):
     """The command and Python make the same cells; the atlas is of the system, with its title and its edge."""
     status, _, told = command(f"run mine.py {GRID} -o a.nc")
@@ -71,6 +72,7 @@ def test_run_and_what_an_atlas_says(command, made):
         assert float(atlas.critical_lower_hoop_rate[0]) == pytest.approx(np.sqrt(9.81 / 0.5))
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize(
     ("words", "told"),
     [
@@ -180,6 +182,7 @@ def test_a_request_is_the_same_however_it_is_written(tmp_path):
     assert spec.fingerprint() != spec.replace(angle="3deg").fingerprint()
 
 
+@pytest.mark.slow_lane
 def test_a_preset_and_a_name_behind_a_colon(command):
     """`kapitza` is found by its name, and one of several systems in a file behind a colon."""
     assert command("run kapitza angle=1deg shake=80:120:5 -o k.nc")[0] == 0
@@ -234,6 +237,7 @@ def process(words):
     )
 
 
+@pytest.mark.slow_lane
 def test_a_killed_run_goes_on():
     """After kill -9 in the middle the same command goes on, to the bits of an undisturbed run."""
     words = "run mine.py hoop_rate=4:5:100 angle=0.01deg:4deg:50:log --block-cells 100 -o {}.nc"
@@ -270,6 +274,7 @@ def test_a_motion_of_a_system(command, made):
         assert float(motion.angle[-1]) == pytest.approx(float(cell.angle_end), rel=1e-9)
 
 
+@pytest.mark.slow_lane
 def test_the_explorer(command, made):
     """A page of the file, and one of the system alone, hold the module of its kernel and no other."""
     shutil.copy(made, "a.nc")

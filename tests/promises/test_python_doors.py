@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 import xarray as xr
 
 import sweep
@@ -71,6 +72,7 @@ def _raised(use, given):
     return None
 
 
+@pytest.mark.slow_lane
 def test_they_answer_or_refuse_in_a_sentence(tmp_path, monkeypatch):
     """No other error leaves any of them, and no message repeats a path of thousands of characters."""
     monkeypatch.chdir(tmp_path)

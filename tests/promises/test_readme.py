@@ -87,6 +87,7 @@ def test_command_line(tmp_path):
             assert (tmp_path / command[command.index("-o") + 1]).stat().st_size > 0
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_system_of_ones_own(tmp_path):
     """The second Python block runs in a file: it tells the boundary of the comment, within a step of the grid."""
@@ -98,6 +99,7 @@ def test_a_system_of_ones_own(tmp_path):
     assert measured == pytest.approx(99.05, abs=100.0 / 49.0)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_python_block(tmp_path):
     """The Python block runs without a warning: a hoop at 1/4, and a toy that stops when the command line says so."""

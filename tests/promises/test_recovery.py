@@ -23,6 +23,7 @@ def run(folder, *words, **how):
     return python("-m", "sweep", *words, folder=folder, environment=DATED, **how)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_kills_and_damages_change_no_byte(tmp_path):
     """The soak in short: whatever is killed or damaged, files are absent or equal to that of an undisturbed run."""
@@ -37,6 +38,7 @@ def test_kills_and_damages_change_no_byte(tmp_path):
     assert "damaged: 60 of 60 caught; file after mending 4 blocks the same: True" in done.stdout
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 @pytest.mark.parametrize(("limit", "where"), [(8_000, "block"), (300_000, "file")])
 def test_a_limit_on_file_sizes(tmp_path, limit, where):
@@ -74,6 +76,7 @@ def small_disk(tmp_path):
     subprocess.run(["umount", str(folder)], check=True)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 @pytest.mark.parametrize("left", [200_000, 600_000], ids=["journal", "file"])
 def test_a_full_disk(small_disk, left):
@@ -110,6 +113,7 @@ sweep.run_to_file(spec, "a.nc", block_cells=1000, command="x")
 """
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_an_interrupted_python_program(tmp_path):
     """Ctrl-C in a program that calls `run_to_file` ends it at once; finished blocks are kept, and it can go on."""

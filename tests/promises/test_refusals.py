@@ -36,6 +36,7 @@ def faults(line, status, mark, facts, out, err):
     return [f"{line} [{status}] {fault}: {err}" for fault in found]
 
 
+@pytest.mark.slow_lane
 def test_refusals(tmp_path, monkeypatch, capsys):
     """Each command line of the list ends with its status and one line with the facts, and writes nothing."""
     monkeypatch.chdir(tmp_path)

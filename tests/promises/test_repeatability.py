@@ -72,6 +72,7 @@ print(hashlib.sha256(b"".join(atlas[name].values.tobytes() for name in sorted(at
 STRICT = {"MALLOC_MMAP_THRESHOLD_": "65536", "MALLOC_PERTURB_": "165"}
 
 
+@pytest.mark.slow_lane
 def test_another_process_has_the_same_bits():
     """A process of its own, which loads the kernels from the cache instead of compiling them, agrees bit by bit.
 

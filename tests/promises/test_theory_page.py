@@ -379,6 +379,7 @@ def test_the_reduced_motion(v):
     check("stretched", v, 1e-11)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 @pytest.mark.parametrize("roll_rate", [2.0, 4.0])
 def test_the_period(roll_rate):

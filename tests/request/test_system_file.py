@@ -407,6 +407,7 @@ def texts(draw):
     return file(body, "x=1.1, v=0.3, *, k=0.7, t", words, HEAD + "R = sqrt(3)/2\n")
 
 
+@pytest.mark.slow_lane
 @given(texts())
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
 def test_random_systems_are_read_back_from_their_own_text(text):
@@ -419,6 +420,7 @@ def test_random_systems_are_read_back_from_their_own_text(text):
     assert read_system(system.text) == system
 
 
+@pytest.mark.slow_lane
 @given(st.data())
 @settings(max_examples=400, deadline=None)
 def test_changed_files_are_systems_or_refused(data):
@@ -438,6 +440,7 @@ def test_changed_files_are_systems_or_refused(data):
     _read_or_refused(text)
 
 
+@pytest.mark.slow_lane
 @given(st.text(max_size=60))
 @settings(max_examples=300, deadline=None)
 def test_random_texts_are_refused(text):

@@ -70,6 +70,7 @@ def test_the_command_of_a_run_that_python_began_exists():
         assert pkgutil.resolve_name(command) is begin
 
 
+@pytest.mark.slow_lane
 def test_the_documented_array_job(command, tmp_path, monkeypatch):
     """The SLURM script of docs/clusters.md, run once for each task as SLURM would, leaves a run to be assembled."""
     checkout = Path(__file__).parents[2]

@@ -51,6 +51,7 @@ def cluster(tmp_path_factory):
     process.communicate("", timeout=300)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_killed_worker_costs_its_block(cluster, tmp_path, monkeypatch):
     """Two workers, one of them killed with kill -9 after the first blocks: the bytes are those of a run here."""

@@ -46,6 +46,7 @@ def peak(monkeypatch):
     return of
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 @pytest.mark.parametrize(
     "words",

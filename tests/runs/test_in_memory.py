@@ -198,6 +198,7 @@ call(wait) if sys.argv[2:] else None
 """
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 @pytest.mark.parametrize("where", ["memory", "file"])
 def test_a_signal_from_outside(tmp_path, where):

@@ -288,6 +288,7 @@ def test_the_bisection_uses_the_threads_of_the_run(path, monkeypatch):
     assert used == [1, usable_threads(None)]
 
 
+@pytest.mark.slow_lane
 def test_no_array_of_the_whole_grid_is_held(path):
     """From measured cells to the file, 7 million more cells take less than 7 million bytes more."""
 

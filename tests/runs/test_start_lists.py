@@ -102,6 +102,7 @@ def test_other_starts_are_another_run(tmp_path, references):
     assert path.read_bytes() == references["table"]
 
 
+@pytest.mark.slow_lane
 def test_commands_on_random_starts(command):
     """Run, look, verify, explain, draw, export, repeat, compare: what each says of a list."""
     assert command(f"run {WORDS} -o a.nc")[0] == 0

@@ -55,6 +55,7 @@ def coarse(words):
     return re.sub(r":\d{2,3}(?=:log| )", ":9", words).replace("samples=2e4", "samples=200")
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 @pytest.mark.parametrize("entry", OWN, ids=lambda entry: entry.files[0])
 def test_the_words_of_a_coarse_figure_have_their_places(command, tmp_path, entry):

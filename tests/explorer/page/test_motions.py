@@ -163,6 +163,7 @@ def test_both_ends_of_every_slider_are_possible(motion):
                     motion(STARTS[0], 0.5, {control["name"]: control[end]})
 
 
+@pytest.mark.slow_lane
 def test_any_start_has_finite_arrays(motion, rng, count):
     """Every array is described, and finite but where it says so; time goes on."""
     for _ in range(count(15, 200)):
@@ -252,6 +253,7 @@ def test_what_is_explained_beside_a_motion_is_said_of_it(opened, url):
             assert np.ptp(tilts) == pytest.approx(told["tilt_max"] - told["tilt_min"], rel=0.01)
 
 
+@pytest.mark.slow_lane
 def test_words_of_a_stored_atlas_are_those_of_the_place(tmp_path, served_with, opened):
     """A motion between the cells of a file with losses has its own end, in its picture, numbers and words."""
     path = tmp_path / "toy.nc"

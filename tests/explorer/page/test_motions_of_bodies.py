@@ -113,6 +113,7 @@ def test_a_motion_is_that_of_the_program(shown):
         np.testing.assert_allclose(arrays["energy"], arrays["energy"][0], rtol=1e-8)
 
 
+@pytest.mark.slow_lane
 def test_a_motion_with_losses_is_that_of_the_program(shown):
     """Ending, last sample and what each law took agree with `sweep.simulate`."""
     _, view, asked = shown

@@ -73,6 +73,7 @@ WORDS = [
 ]
 
 
+@pytest.mark.slow_lane
 def test_cells_without_losses(opened, rng, count):
     """Random starts of all presets and odd disks: endings and wells are equal, numbers within 1e-12.
 
@@ -248,6 +249,7 @@ BODIES = {
 }  # fmt: skip
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize(
     "name",
     [

@@ -255,7 +255,7 @@ COMPUTED = {
 }
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_windows_of_the_server_are_those_of_the_page(served_with, opened):
     """Where the program is much faster it computes windows: values, verdicts and ends are those that the page finds.
 

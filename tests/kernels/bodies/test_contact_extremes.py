@@ -66,6 +66,7 @@ def test_the_extremes_are_those_of_a_body_in_space():
         assert extremes[:, 0] == pytest.approx(followed(body, *start), rel=1e-7), name
 
 
+@pytest.mark.slow_lane
 def test_random_motions():
     """Of all bodies, with the centre of mass off the centre, past poles, and where a body would lift off."""
     rng, seen = np.random.default_rng(4), set()
@@ -92,6 +93,7 @@ def test_random_motions():
     assert seen == {PRESSES, LIFTS_OFF}
 
 
+@pytest.mark.slow_lane
 def test_the_thin_disk_has_the_forces_of_its_own_kernel():
     """Of motions that nutate, fall, and rest."""
     rng, n = np.random.default_rng(5), 300

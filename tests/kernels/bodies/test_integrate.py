@@ -28,6 +28,7 @@ def test_the_table_of_reference_values():
             assert value[0] == pytest.approx(right, abs=3e-10), name
 
 
+@pytest.mark.slow_lane
 def test_random_motions_are_those_of_newton_and_euler():
     """Extreme tilts within twice their stated error, at all bodies and at rates over a decade."""
     rng = np.random.default_rng(20)

@@ -85,6 +85,7 @@ def path_of(given, body):
     return measures[:, 0], classes[0]
 
 
+@pytest.mark.slow_lane
 def test_the_ring_of_a_nutation():
     """Heading, chord, radii and centre of tori, of the thin disk, of a rounded disk, of a ball and of a spheroid."""
     cases = (

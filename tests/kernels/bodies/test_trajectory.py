@@ -30,6 +30,7 @@ def follow(given, number, times, step=0.0, relative_step=0.005, fall_tilt=1.5):
     )
 
 
+@pytest.mark.slow_lane
 def test_random_motions_are_those_of_a_body_in_space():
     """Axis, roll, rates, path, centre and forces within 1e-9 of size 1, of all bodies, at rates over a decade."""
     rng = np.random.default_rng(24)
@@ -57,6 +58,7 @@ def test_random_motions_are_those_of_a_body_in_space():
     assert {HORIZON, EDGE_CHANGE} <= {*ended}
 
 
+@pytest.mark.slow_lane
 def test_motions_that_pass_a_pole_are_those_of_a_body_in_space():
     """Balls and spheroids that come within 1e-9 to 0.1 rad of a pole, on the way: regular in space, to 1e-9."""
     for passed in (1e-9, 1e-6, 1e-3, 0.1, -1e-4):

@@ -51,6 +51,7 @@ def potential(body, tilt, o, s):
     return np.concatenate([found[0][:0:-1], found[1]])
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_wells_are_the_minima_of_the_potential(rng):
     """Of random starts of a torus, a ball and a spheroid off their centres; some have two."""

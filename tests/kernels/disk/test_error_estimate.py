@@ -20,6 +20,7 @@ PRINTED = [
 ]
 
 
+@pytest.mark.slow_lane
 def test_the_printed_extremes():
     """Kernel and referee both give the extreme tilts of the report's disk as printed."""
     for case in PRINTED:
@@ -31,6 +32,7 @@ def test_the_printed_extremes():
             assert list(np.round(degrees, 4)) == [least, greatest], case
 
 
+@pytest.mark.slow_lane
 @compiled
 def test_the_accuracy_of_the_presets():
     """Peak tilts are exact to 1e-8 rad in 99 % of the resolved cells and to 1e-6 in all, and every fall is one."""
@@ -45,6 +47,7 @@ def test_the_accuracy_of_the_presets():
         assert errors(found, truth)[resolved].max() <= 1e-6, preset
 
 
+@pytest.mark.slow_lane
 @compiled
 def test_the_accuracy_of_random_starts(crowd):
     """All over the seven parameters the extremes are exact to 1e-8 rad in 99 % of the cells and to 1e-6 in all."""
@@ -114,6 +117,7 @@ def test_a_faint_kick_off_the_summit_swings_to_both_sides():
     assert np.abs(swings[:, 0] - swings[:, 6]).max() <= 1e-7
 
 
+@pytest.mark.slow_lane
 @compiled
 def test_what_lies_on_a_separatrix_is_admitted():
     """A motion that reaches the summit of its potential with no more energy than rounding is unresolved, or right."""

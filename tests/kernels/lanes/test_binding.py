@@ -154,6 +154,7 @@ def advance_by_flag(lane, run, lanes):
     return ended
 
 
+@pytest.mark.slow_lane
 def test_a_variant_has_other_flags(integrate):
     """A flag has its value where the model's functions read it, and in this variant alone."""
     rates = 2.0 ** np.random.default_rng(1).integers(-2, 5, 100)
@@ -170,6 +171,7 @@ def step_on(lane, number, run, lanes):
     lanes[VALUE + lane] += number * lanes[RATE + lane]
 
 
+@pytest.mark.slow_lane
 def test_a_model_may_make_steps_without_looking_for_events():
     """They come after each step that looks: fewer looks reach the goal, and a lane with an event rests."""
     stepping = bind(MODEL._replace(name="stepping", further_step=step_on, further_steps=np.ones(1)))

@@ -53,6 +53,7 @@ def assert_same(device, cpu, tilt):
         np.testing.assert_allclose(getattr(device, name), getattr(cpu, name), rtol=1e-9)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_small_grid_on_the_device(tmp_path):
     """All over the seven parameters a device thread says what a CPU lane says, and both agree with the referee."""
@@ -63,6 +64,7 @@ def test_a_small_grid_on_the_device(tmp_path):
     assert kernel_runner.errors(device, truth).max() <= 1e-7
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_every_ending_and_refinement_on_the_device(tmp_path):
     """Steady, horizon, fell, invalid and unresolved cells, and a step that is refined, end as on the CPU."""

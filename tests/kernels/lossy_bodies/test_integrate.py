@@ -31,11 +31,12 @@ STATED = {
 }  # fmt: skip
 
 
-def test_random_motions_are_those_of_newton_and_euler():
+@pytest.mark.slow_lane
+def test_random_motions_are_those_of_newton_and_euler(count):
     """Until dry friction turns round: time, tilts, heading, way, and what each law took."""
     rng = np.random.default_rng(31)
     checked = dict.fromkeys(("torus", "rounded", "rim", "arc"), 0)
-    while min(checked.values()) < 4:
+    while min(checked.values()) < count(1, 4):
         name = min(checked, key=checked.get)
         words, lossy = drawn_lossy(name, rng)
         found = run(

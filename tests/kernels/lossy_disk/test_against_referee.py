@@ -17,6 +17,7 @@ from kernels.lossy_disk.integrate import VARIANTS
 pytestmark = pytest.mark.compiled
 
 
+@pytest.mark.release
 def test_times_endings_and_losses_of_random_mixtures_are_those_of_the_referee():
     """About 200 cells of all laws: final times to 1e-6, at most 5 % left out."""
     audit = audit_losses.audit_mixtures(210, np.random.default_rng(2))
@@ -37,6 +38,7 @@ def test_fresh_breaches_are_those_of_the_referee(rng):
     assert audit.fine, "\n".join(audit.broken)
 
 
+@pytest.mark.slow_lane
 def test_fresh_variants_integrate_their_laws(rng, request):
     """Two of the kernels, by day those that other tests need, with cells that have no other laws than theirs."""
     by_day = ["integrate_bare_rolling", "integrate_dry_bildsten"]
@@ -187,6 +189,7 @@ def test_rolling_friction_whose_direction_swings_round_is_resolved():
         assert found.heading_turned[0] == pytest.approx(true.heading_turned[0], rel=1e-6), start
 
 
+@pytest.mark.slow_lane
 def test_the_wobble_takes_the_time_of_its_closed_form():
     """1 % from an inclination of 0.09, 0.1 % from 0.03, exponents to 0.01; 500 turns of the precession."""
     for law in lossy_wobble.LAWS:
@@ -211,12 +214,14 @@ def test_moffatts_example_takes_the_time_of_his_formula():
     assert found.end_time[0] == pytest.approx(expected, rel=0.01)
 
 
+@pytest.mark.slow_lane
 def test_vanishing_losses_leave_the_disk_without_losses():
     """Extremes differ in proportion to the coefficients, verdicts only within that difference."""
     audit = audit_losses.audit_limits(60, np.random.default_rng(7))
     assert audit.fine, "\n".join(audit.broken)
 
 
+@pytest.mark.slow_lane
 def test_rolling_friction_holds_up_to_its_tilt(rng):
     """S [1 + (1 + alpha/2) P^2 C] = arm, from both sides."""
     audit = audit_losses.audit_holding(200, rng)

@@ -60,6 +60,7 @@ def test_a_disk_leaves_the_holding_tilt_exponentially(arm, turning, alpha):
     np.testing.assert_allclose(later[:5], expected, rtol=1e-4)
 
 
+@pytest.mark.slow_lane
 def test_what_creeps_is_where_the_referee_has_it(rng):
     """Fresh cells above what friction holds, alone and with other laws, which may hold them again.
 

@@ -50,6 +50,7 @@ def flipped(given, names):
     return given * np.array([[-1.0 if name in names else 1.0] for name in PARAMETERS])
 
 
+@pytest.mark.slow_lane
 def test_mirrored_starts_have_mirrored_motions():
     """The sign changes that leave the equations alone change nothing but signs, to the last bit."""
     mixtures = lossy_cells.random_cells(300, np.random.default_rng(3))
@@ -71,6 +72,7 @@ def test_mirrored_starts_have_mirrored_motions():
             assert np.array_equal(column, expected[name], equal_nan=True), name
 
 
+@pytest.mark.slow_lane
 def test_the_bits_of_a_cell_depend_on_the_cell_alone():
     """Whatever the threads, the order, the number of cells and the place in a chunk: the same bits."""
     given = np.concatenate([cells(CHUNK, 5), referee.starts(tilt=[0.0, 1.5705, math.nan])], axis=1)
@@ -89,6 +91,7 @@ def test_the_bits_of_a_cell_depend_on_the_cell_alone():
         assert np.array_equal(lossy_runner.bits(part), bits[start:stop])
 
 
+@pytest.mark.slow_lane
 @settings(max_examples=20)
 @given(st.data())
 def test_impossible_neighbours_disturb_nobody(data):
@@ -185,6 +188,7 @@ def test_without_losses_the_extremes_are_those_of_the_disk():
     assert all((getattr(found, name) == 0.0).all() for name in LOSSES)
 
 
+@pytest.mark.slow_lane
 def test_a_criterion_changes_nothing_but_when_it_was_broken():
     """An atlas is judged by another criterion without a new integration."""
     given = cells(100, 10)
@@ -231,6 +235,7 @@ def test_a_law_that_a_cell_lacks_changes_it_by_less_than_its_errors():
     assert (np.abs(plain.tilt_max - full.tilt_max) <= full.tilt_error).all()
 
 
+@pytest.mark.slow_lane
 def test_stated_errors(rng, count):
     """Against the referee, of random mixtures: two of a hundred cells at most are beyond, and every one is resolved."""
     for case in itertools.product(lossy_runner.AIR_LAWS, [lossy_cells.KINDS, ("nearly upright", "slow")]):
@@ -256,6 +261,7 @@ def test_stated_errors(rng, count):
         assert beyond[sure].sum() <= 2, case
 
 
+@pytest.mark.slow_lane
 def test_a_wobble_states_an_informative_error_of_its_time(rng, count):
     """Against a thousandth of the tolerance: less than a hundred times too large in the median, and not too small.
 
@@ -316,6 +322,7 @@ def test_an_event_within_the_first_step_has_its_time():
     assert found.time_error[0] <= 1e-4 * found.end_time[0]
 
 
+@pytest.mark.slow_lane
 def test_a_duration_far_beyond_the_ending_changes_no_bit():
     """Neither times nor steps depend on when time would be over, if that is far beyond."""
     given = cells(60, 5)
@@ -361,6 +368,7 @@ def test_a_long_motion_to_flat_is_seen_early_to_need_shorter_steps():
     assert np.abs(found.end_time / finer.end_time - 1.0).max() < 1e-7
 
 
+@pytest.mark.slow_lane
 def test_the_least_tolerances_are_met():
     """Steps that follow the error do not follow its rounding: wobbles with air end, within the tolerance."""
     for tolerance in [6.25e-12, 1e-12]:
@@ -395,6 +403,7 @@ def test_what_comes_behind_the_end_breaks_no_criterion():
             assert found.end_time[0] == ended.end_time[cell]
 
 
+@pytest.mark.slow_lane
 def test_falls_are_resolved_with_any_tolerance(rng):
     """Where a step of a coarse tolerance leads through flat, the cell begins again with shorter ones."""
     for name in ["", "integrate_bare_rolling", "integrate_bare"]:

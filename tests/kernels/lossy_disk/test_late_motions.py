@@ -122,6 +122,7 @@ def test_a_disk_that_passes_upright_slowly_is_flat_as_much_later_as_it_states(rn
     assert late[flat].sum() > 20
 
 
+@pytest.mark.slow_lane
 def test_fresh_motions_with_few_losses_state_what_is_off(rng, count):
     """Against the same kernels with a hundredth of the tolerance: of 600 motions at most three are beyond."""
     wrong, cells, drawn = 0, 0, count(25, 600)

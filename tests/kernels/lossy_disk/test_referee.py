@@ -127,6 +127,7 @@ STICKING = {
 }  # fmt: skip
 
 
+@pytest.mark.slow_lane
 def test_regularised_friction_tends_to_the_set_valued_one():
     """It comes nearer the narrower it is: where friction holds, it creeps no faster than its width."""
     for name in STICKING:
@@ -142,6 +143,7 @@ def test_regularised_friction_tends_to_the_set_valued_one():
         assert narrow < 0.45 * wide, name
 
 
+@pytest.mark.slow_lane
 def test_energy_and_losses_are_constant_and_tolerances_agree(rng, count):
     """Random mixtures of all laws through every kind of ending: the ledger closes, 1e-13 tells what 1e-12 told."""
     cells = lossy_cells.random_cells(count(9, 60), rng)

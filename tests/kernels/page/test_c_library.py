@@ -26,6 +26,7 @@ def drawn(rng, low, high, both):
     return found * rng.choice([-1.0, 1.0], found.size) if both else found
 
 
+@pytest.mark.slow_lane
 def test_functions_of_one_number(rng):
     """Each is within some units in the last place of the true value, wherever the kernels may ask."""
     for name, arguments in ARGUMENTS.items():

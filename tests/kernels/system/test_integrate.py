@@ -40,6 +40,7 @@ def run(text, starts, duration=None, tolerance=1e-11, step=0.0):
     return counts[: len(LEGS)], measures.reshape(len(LEGS), -1, n), counts[len(LEGS) :]
 
 
+@pytest.mark.slow_lane
 def test_a_damped_oscillator(rng):
     """States at the end are those of the closed form, whatever the rates, to 1e-10 of the amplitude."""
     n = 200
@@ -84,6 +85,7 @@ def test_the_time_of_an_event(rng):
     assert np.all(np.abs(found[-1, 0, :300] - level[:300]) <= 1e-10)
 
 
+@pytest.mark.slow_lane
 def test_no_excursion_is_missed(rng):
     """A motion that passes a level for a moment ends there, or says that a step was not proved to stay below it."""
     n = 256
@@ -120,6 +122,7 @@ def test_bits_depend_on_the_cell_alone(rng):
         np.testing.assert_array_equal(whole[..., :1], one)
 
 
+@pytest.mark.slow_lane
 def test_what_cannot_be_followed_is_unresolved():
     """Y' = y^2 has no value after 1: the cell ends as unresolved, without numbers, and others go on."""
     endings, found, _ = run(BLOW_UP, {"y": np.array([1.0, 0.1, -1.0, math.nan, math.inf])})
@@ -145,6 +148,7 @@ def test_the_longest_step(rng):
     assert np.all(np.abs(counts[0] - len(LEGS) * 400) <= len(LEGS))
 
 
+@pytest.mark.slow_lane
 def test_a_series_without_terms_at_the_start():
     """All terms of t^12 vanish at the start: no number is given, and with a longest step the right one."""
     late, y = '@system(duration="2")\ndef late(y=1.0, *, t):\n    return t**12\n', {"y": np.array([1.0, 5.0])}
@@ -154,6 +158,7 @@ def test_a_series_without_terms_at_the_start():
     assert np.all(np.abs(found[-1, 0] - y["y"] - 2.0**13 / 13.0) <= 1e-9)
 
 
+@pytest.mark.slow_lane
 def test_whole_powers_of_negative_numbers():
     """Large whole powers, positive or negative, are defined below zero: of y' = y^n, y^(1 - n) changes by (1 - n) t."""
     text = '@system(duration="0.2")\ndef p(a=-1.0, b=-0.9, c=-0.9):\n    return a**-9, b**17, c**40\n'
@@ -167,6 +172,7 @@ def test_whole_powers_of_negative_numbers():
     np.testing.assert_allclose(found[-1, :3, 0], np.negative(truth), rtol=1e-11)
 
 
+@pytest.mark.slow_lane
 def test_a_cell_of_too_many_steps_is_given_up_at_once():
     """What takes more steps than are made at most would take more with a smaller tolerance: that is not tried."""
     endings, _, counts = run(
@@ -176,6 +182,7 @@ def test_a_cell_of_too_many_steps_is_given_up_at_once():
     assert 1e7 <= counts[0, 0] <= 1.001e7
 
 
+@pytest.mark.slow_lane
 def test_a_root_that_reaches_zero_is_unresolved():
     """Beyond the zero of a root the series of a motion goes on, and the motion does not: no number is given."""
     endings, found, _ = run(
@@ -185,6 +192,7 @@ def test_a_root_that_reaches_zero_is_unresolved():
     assert found[-1, 0, 1] == pytest.approx(0.25, rel=1e-11)
 
 
+@pytest.mark.slow_lane
 def test_events_at_the_very_end_and_levels_that_are_approached():
     """A ramp that reaches a level as the time ends, and a motion that comes to rest on one, run on; steps stay few."""
     text = (
@@ -200,6 +208,7 @@ def test_events_at_the_very_end_and_levels_that_are_approached():
     assert counts[0].max() <= 20_000
 
 
+@pytest.mark.slow_lane
 def test_an_event_and_a_measure_without_a_value_are_unresolved():
     """Where an ending or a measure has no value along the motion, nothing is said of the cell; else it runs on."""
     text = (
@@ -212,6 +221,7 @@ def test_an_event_and_a_measure_without_a_value_are_unresolved():
         assert endings[-1].tolist() == [RUNS_ON, UNRESOLVED, UNRESOLVED, UNRESOLVED], y
 
 
+@pytest.mark.slow_lane
 def test_a_state_of_rounding_alone_is_followed():
     """A rate whose terms cancel leaves a state of rounding; the motion has its numbers all the same."""
     text = '@system(duration="10")\ndef both(x=1.0, v=0.0, d=0.0):\n    return v, -x, 0.3*(x + v) - 0.3*x - 0.3*v\n'

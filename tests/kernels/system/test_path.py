@@ -32,6 +32,7 @@ def followed(times, **given):
     return found
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("level", [1e300, 0.9])
 def test_the_end_has_the_bits_of_a_sweep(level, rng):
     """All passes, their endings and steps; times between change nothing."""

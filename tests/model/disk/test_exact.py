@@ -59,6 +59,7 @@ def test_time_never_ends_a_cell():
         assert set(np.unique(exact.stability)) == {1, 2}, duration
 
 
+@pytest.mark.slow_lane
 def test_extremes_and_falls_of_random_starts(crowd):
     """All over the seven parameters extremes are those of an independent quadrature, and so is who falls."""
     given, truth = crowd
@@ -158,6 +159,7 @@ def test_the_file_is_the_dataset(tmp_path):
         assert read.wells.attrs["flag_meanings"] == "unknown one_well two_wells"
 
 
+@pytest.mark.slow_lane
 def test_figures_name_the_method():
     """The legend of a map and that of a profile say whose boundary is drawn."""
     for method, word in [("rk4", "RK4"), ("exact", "exact")]:

@@ -38,6 +38,7 @@ def wells(rate, tilt, axis, alpha):
     return (zeros + 1) // 2
 
 
+@pytest.mark.slow_lane
 def test_the_potential_has_two_wells_below_the_fold():
     """By the equations of motion and SciPy the potential has two wells just below the curve, and one just above it."""
     for alpha, axis, tilt in itertools.product([0.3, 1.0], RATES, [2.0, 12.0]):

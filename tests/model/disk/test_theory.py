@@ -70,6 +70,7 @@ def test_the_smallest_amplification_of_a_released_spinning_disk():
     assert np.isnan(predicted("precession_rate", tilt=1e-6, criterion="amplification:2.9"))
 
 
+@pytest.mark.slow_lane
 def test_the_predicted_rate_turns_the_disk_at_the_limit():
     """Within 1e-8 of the predicted rate the exact peak crosses the limit: below the disk swings further, above less."""
     for axis, start in itertools.product(

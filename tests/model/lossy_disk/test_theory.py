@@ -46,6 +46,7 @@ def slowed(law, **words):
     return spec, starts, upright.slowing(spec, starts, "roll_rate", upright.thin(starts))
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("law", LAWS)
 def test_a_rate_is_followed_back_in_time(law):
     """The rate before is the one that SciPy brings down to the given one; the time between both is that time."""
@@ -157,6 +158,7 @@ def test_a_vanishing_perturbation_departs_nowhere_before_its_rate_is_critical(rn
             assert found.tilt_max.max() < math.radians(5.0), (air, given[:, found.tilt_max.argmax()])
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_the_disk_is_aloft_until_its_rate_has_sunk_to_the_critical_one(rng):
     """A lower bound of the time aloft, of fresh cells of all laws that start above the critical rate."""
@@ -326,6 +328,7 @@ CLOSED = {
 }
 
 
+@pytest.mark.slow_lane
 def test_the_wobble_near_flat():
     """The integral is the difference of the closed forms of the uniform disk, from 5 degrees to 0.1 degrees."""
     for law in CLOSED:

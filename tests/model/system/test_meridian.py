@@ -53,6 +53,7 @@ def start(tilt, w, o, s):
     }
 
 
+@pytest.mark.slow_lane
 def test_extremes_of_the_bodies_of_the_table():
     """Thin disk, rings, rounded disk, ball off its centre and spheroids, to the digits of the table."""
     assert REFERENCE.keys() == LENGTHS.keys()
@@ -107,6 +108,7 @@ def far(found, number, body, tilt, rates, end):
     return np.abs(here - there).max(), stated + 2e-11
 
 
+@pytest.mark.slow_lane
 def test_any_meridian_against_a_rigid_body_in_space(rng):
     """Axis and angular velocity at the end, of random bodies with a flat side and without, to within stated errors."""
     count, end = 12, 6.0

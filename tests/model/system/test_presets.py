@@ -71,6 +71,7 @@ def kapitza_edges(ratio):
     return edge.measured.values / critical
 
 
+@pytest.mark.slow_lane
 def test_kapitza_holds_from_the_rate_of_theory():
     """sqrt(2 g l)/a for small angles, and that over sqrt(cos angle) at an angle, as a/l goes to 0.
 
@@ -138,6 +139,7 @@ def test_a_faster_star_leaves_earlier(rng):
     assert last == sorted(last, reverse=True)
 
 
+@pytest.mark.slow_lane
 def test_the_basins_of_three_magnets_have_their_symmetry(rng):
     """A start turned by 120 degrees stops over the next magnet; the middle alone stops over none."""
     spec = sweep.SweepSpec.preset("magnets")
@@ -164,6 +166,7 @@ def test_the_basins_of_three_magnets_have_their_symmetry(rng):
     assert list(middle["label"]) == [0]
 
 
+@pytest.mark.slow_lane
 def test_the_origin_takes_all_of_thomas_above_one(rng):
     """For b > 1 the distance falls at least as exp((1 - b) t), since |sin y| <= |y|; below 1 there are two points."""
     spec = sweep.SweepSpec.preset("thomas").replace(duration=20.0)
@@ -204,6 +207,7 @@ def test_the_two_points_of_thomas_lose_their_stability_where_they_must():
         assert (rate < 0.0) == (b > 0.32899)
 
 
+@pytest.mark.slow_lane
 def test_a_weakly_driven_pendulum_has_its_linear_resonance():
     """After 300 the angle is the stationary one of the linear oscillator, but for the square of the torque."""
     off = []
@@ -268,6 +272,7 @@ def test_motions_of_thomas_are_chaotic_where_sprott_and_chlouverakis_say():
         assert int((atlas.ending == codes["sensitive"]).sum()) == expected, b
 
 
+@pytest.mark.slow_lane
 def test_the_driven_pendulum_doubles_its_period_where_taylor_says():
     """1.0663 and 1.0793 at damping 1/2 and drive 2/3, from -90 degrees (Taylor, Classical Mechanics, table 12.1).
 

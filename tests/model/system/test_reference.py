@@ -69,6 +69,7 @@ CHANGES = {
 }
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("change", CHANGES)
 def test_changes_are_found(atlas, change):
     """Each change of one cell is found, and the cell is named."""
@@ -83,6 +84,7 @@ def test_changes_are_found(atlas, change):
 COMPUTED_ALONE = ("no label",)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("change", [each for each in CHANGES if each not in COMPUTED_ALONE])
 def test_changes_of_other_code_are_found(atlas, change):
     """So is it in an atlas of other code, whose cells are not computed again: by the rules, or by DOP853."""
@@ -94,6 +96,7 @@ def test_changes_of_other_code_are_found(atlas, change):
     assert found.disagreeing == 1
 
 
+@pytest.mark.slow_lane
 def test_an_event_that_was_missed(atlas):
     """Motions that end at 1.1 by their system, but run on in the atlas: those that get there are wrong."""
     damaged = atlas.copy(deep=True)

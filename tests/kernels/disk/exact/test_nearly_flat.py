@@ -30,6 +30,7 @@ def starts(*columns):
 
 
 # with the rates at upright as a detour: wrong by 4e-10 to 1e-9 of the period, by up to 63 times the stated error
+@pytest.mark.slow_lane
 def test_nearly_flat_periods():
     """Of rates at upright a nearly flat motion keeps few digits: period and turning points are those of 50."""
     for start in [
@@ -67,6 +68,7 @@ def test_nearly_flat_periods():
         assert abs(found[EXACT_TILT_MAX] - float(high)) < 3e-15, start
 
 
+@pytest.mark.slow_lane
 def test_stated_errors_of_nearly_flat_motions(rng):
     """No turning point of random motions within 5 degrees of flat is off by more than the stated error."""
     n = 400

@@ -31,6 +31,7 @@ def drawn_many(name, n, seed, most=-1.3):
     return words, bodies, np.concatenate([starts(**each) for each in words], axis=1)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("name", ["ball", "spheroid"])
 def test_random_motions_are_those_of_newton_and_euler(name):
     """Until dry friction turns round: tilts, heading, way, and what each law took."""
@@ -106,6 +107,7 @@ def test_an_egg_sleeps_until_pivoting_friction_has_slowed_it_to_the_critical_spi
     assert (late[1] - 1.0) / (late[0] - 1.0) == pytest.approx(4.0 ** (-2.0 / 3.0), rel=0.1)
 
 
+@pytest.mark.slow_lane
 def test_friction_that_stops_and_turns_round_is_the_limit_of_a_steep_one():
     """The set-valued laws against dry friction without a jump, ever steeper: the difference falls in proportion."""
     words = {"flattening": 0.45, "offset": 0.1, "axial_moment": 0.4, "transverse_moment": 0.3}
@@ -123,6 +125,7 @@ def test_friction_that_stops_and_turns_round_is_the_limit_of_a_steep_one():
     assert apart[1] < 0.25 * apart[0]
 
 
+@pytest.mark.slow_lane
 def test_a_body_that_turns_where_it_stands_is_let_go_as_it_slows():
     """Its turning balanced the weight; then friction only just does not hold it, and it begins to creep."""
     words = {"offset": 0.1, "axial_moment": 0.5, "transverse_moment": 0.3, "tilt": 0.8}
