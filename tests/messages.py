@@ -8,19 +8,26 @@ import pytest
 from sweep.errors import RequestError
 
 
+def _pattern(fact):
+    """Return what finds a fact as a word of its own: 1 is not in 10, nor tilt in tilt_rate."""
+    return (r"(?<![\w.-])" if fact[0].isalnum() else r"(?<!\w)") + re.escape(fact) + r"(?!\.?\w)"
+
+
 def missing(message, facts):
-    """Return the facts that are not in a message as words of their own: 1 is not in 10, nor tilt in tilt_rate."""
-
-    def pattern(fact):
-        return (r"(?<![\w.-])" if fact[0].isalnum() else r"(?<!\w)") + re.escape(fact) + r"(?!\.?\w)"
-
-    return [fact for fact in facts if not re.search(pattern(fact), message)]
+    """Return the facts that are not in a message as words of their own."""
+    return [fact for fact in facts if not re.search(_pattern(fact), message)]
 
 
 def assert_facts(message, *facts):
     """Assert that each fact is in a message."""
     lacking = missing(message, facts)
     assert not lacking, f"{lacking} missing in: {message}"
+
+
+def assert_in_order(message, *facts):
+    """Assert that each fact is in a message behind the one before: 2 and then 3 allowed, not 3 and then 2."""
+    found = re.search(".*?".join(map(_pattern, facts)), message, re.DOTALL)
+    assert found, f"{facts} are not in this order in: {message}"
 
 
 @contextmanager

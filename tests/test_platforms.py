@@ -13,6 +13,7 @@ from collections import namedtuple
 
 import pytest
 from llvmlite import binding
+from messages import assert_facts
 
 from sweep import platforms
 from sweep.errors import SurroundingsWarning
@@ -75,11 +76,11 @@ def test_supported_machines_are_silent(simulated, system, architecture, features
 @pytest.mark.parametrize(
     ("system", "architecture", "features", "named"),
     [
-        ("linux", "x86_64", {"fma": False, "avx": True}, "no fused multiply-add"),
-        ("linux", "x86_64", {}, "no fused multiply-add"),
-        ("linux", "x86_64", None, "no fused multiply-add"),
+        ("linux", "x86_64", {"fma": False, "avx": True}, "x86_64"),
+        ("linux", "x86_64", {}, "x86_64"),
+        ("linux", "x86_64", None, "x86_64"),
         ("linux", "ppc64le", {}, "ppc64le"),
-        ("linux", "", {}, "unknown architecture"),
+        ("linux", "", {}, "architecture"),
         ("freebsd14", "x86_64", {"fma": True}, "freebsd14"),
     ],
 )
@@ -87,9 +88,7 @@ def test_other_machines_are_warned_of_once(simulated, system, architecture, feat
     """One warning names what is not supported, what is, and what to expect of the atlas."""
     simulated(system, architecture, features)
     (text,) = said()
-    assert named in text
-    assert "Linux and macOS on x86-64 and arm64" in text
-    assert "last bits" in text
+    assert_facts(text, named, "Linux", "macOS", "x86-64", "arm64", "fused multiply-add", "bits")
 
 
 def test_the_warning_comes_with_the_first_kernel(simulated):
@@ -99,9 +98,10 @@ def test_the_warning_comes_with_the_first_kernel(simulated):
 
     simulated("linux", "riscv64")
     kernel._loaded.cache_clear()
-    with pytest.warns(SurroundingsWarning, match="riscv64") as caught:
+    with pytest.warns(SurroundingsWarning) as caught:
         motion = sweep.simulate(sweep.TrajectorySpec.from_words(["tilt=0.1", "duration=0.1"]))
-    assert len(caught) == 1
+    (warning,) = caught
+    assert_facts(str(warning.message), "riscv64")
     assert float(motion.tilt[0]) == pytest.approx(0.1)
 
 

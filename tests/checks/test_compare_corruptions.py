@@ -170,13 +170,16 @@ def test_known_regressions_are_found(atlases):
             assert found(compare(copy, atlas)) == {name: int(changed.sum())}
 
 
-#: What becomes of a coordinate, and what the refusal says.
+#: What becomes of a coordinate, and what the refusal names: a value that it has, its units, its type.
 DAMAGES = (
-    (lambda axis: axis * np.nan, r"nan\)? instead"),
-    (lambda axis: axis * 0 + 0.3, r"0.3\)? instead"),
-    (lambda axis: (axis * (1 + 1e-9)).assign_attrs(axis.attrs), "instead of"),
-    (lambda axis: axis.assign_attrs(units="degree"), "got degree"),
-    (lambda axis: axis.astype(str), "must be"),
+    (lambda axis: axis * np.nan, lambda axis: "nan"),
+    (lambda axis: axis * 0 + 0.3, lambda axis: "0.3"),
+    (
+        lambda axis: (axis * (1 + 1e-9)).assign_attrs(axis.attrs),
+        lambda axis: repr(float(axis.values[axis.values != 0][0])),
+    ),
+    (lambda axis: axis.assign_attrs(units="degree"), lambda axis: "degree"),
+    (lambda axis: axis.astype(str), lambda axis: str(axis.dtype)),
 )
 
 
@@ -184,15 +187,17 @@ def test_broken_and_lost_coordinates_are_refused(atlases):
     """Cells beside coordinates that are not those of the spec cannot be told apart, in either of the two."""
     atlas = atlases["rolling with contact"]
     broken = [
-        (name, atlas.assign_coords({name: damage(atlas[name])}), what)
+        (name, atlas.assign_coords({name: damage(atlas[name])}), what(damage(atlas[name])))
         for name in ("tilt", "roll_rate", "alpha")
         for damage, what in DAMAGES
     ]
-    broken += [(name, atlas.drop_vars(name), "is missing") for name in ("tilt", "roll_rate")]
+    broken += [(name, atlas.drop_vars(name), name) for name in ("tilt", "roll_rate")]
     for name, other, what in broken:
         for pair in ((other, atlas), (atlas, other)):
-            with pytest.raises(RequestError, match=rf"The coordinate {name} .*({what})"):
+            with pytest.raises(RequestError) as caught:
                 compare(*pair)
+            assert_facts(caught.value.message, name)
+            assert what in caught.value.message, (name, caught.value.message)
 
 
 def test_a_lost_fixed_parameter_is_that_of_the_spec(atlases):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numba
 import pytest
-from messages import refused
+from messages import assert_facts, refused
 
 import kernels
 from sweep.errors import RequestError, SurroundingsWarning
@@ -312,11 +312,13 @@ def test_a_folder_that_others_can_write_is_not_used(tmp_path):
         if i < len(safe):
             assert kernel._usable_folder(path) == path
         else:
-            with pytest.warns(
-                SurroundingsWarning,
-                match=r"can be written by others .mode \d+.*chmod -R go-w.*EULERDISK_CACHE_DIR",
-            ):
+            with pytest.warns(SurroundingsWarning) as caught:
                 assert kernel._usable_folder(path) is None
+            (warning,) = caught
+            place, mode = (path.parent, root) if root in (0o777, 0o775) else (path, folder)
+            assert_facts(
+                str(warning.message), str(place), f"mode {mode:o}", "chmod -R go-w", "EULERDISK_CACHE_DIR"
+            )
 
 
 @pytest.mark.compiled

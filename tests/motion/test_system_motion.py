@@ -1,6 +1,7 @@
 """Motions of systems: against SciPy with the C library's functions, closed forms, and the cells of a sweep."""
 
 import math
+import re
 import shutil
 from itertools import pairwise
 from pathlib import Path
@@ -182,13 +183,14 @@ def test_from_where_a_chaotic_motion_is_not_known():
     # a pass is a hundredth of the difference of both from the truth, until that is as large as the attractor
     assert apart[until].max() < 0.01
     assert apart[~until].max() > 10.0
-    assert end_of(rough) == f"too sensitive to its start from {parted:.6g} on"
+    assert_facts(end_of(rough), "sensitive", f"{parted:.6g}")
 
 
 def test_what_cannot_be_followed_says_until_when():
     """1/(1 - t) has no value at 1, and no sample beyond it is given."""
-    with pytest.raises(sweep.RequestError, match=r"could not be followed after (1|0\.99\d*): its states"):
+    with pytest.raises(sweep.RequestError) as caught:
         sweep.simulate(hyperbola, level=1e300)
+    assert re.search(r"(?<![\w.])(1|0\.99\d*)(?![\w.]*\d)", caught.value.message), caught.value.message
     assert sweep.simulate(hyperbola, duration=0.9).y.values[-1] == pytest.approx(10.0, rel=1e-11)
 
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import assert_in_order, refused
 
-from sweep.errors import RequestError
 from sweep.request.spec import SweepSpec
 from sweep.runs import forecast, journal
 from sweep.runs.forecast import Forecast, check_run_fits, coarse
@@ -80,8 +80,9 @@ def test_a_run_is_refused_only_where_it_does_not_fit(machine, monkeypatch):
     monkeypatch.setattr(forecast, "_keeping", lambda spec, rate: (0.0, 20.0, 30.0))
     with_free(1.01 * bound)
     with_free(51e6)
-    with pytest.raises(RequestError, match="take about 50 MB, and 49 MB are free"):
+    with refused("atlas.nc") as caught:
         with_free(49e6)
+    assert_in_order(caught.value.message, "50 MB", "49 MB")
 
 
 def test_what_is_computed_already_needs_no_room_in_the_journal(machine, monkeypatch):
@@ -89,7 +90,7 @@ def test_what_is_computed_already_needs_no_room_in_the_journal(machine, monkeypa
     machine(free_bytes=31e6)
     monkeypatch.setattr(forecast, "_keeping", lambda spec, rate: (0.0, 20.0, 30.0))
     check_run_fits(Path("atlas.nc"), MILLION, 0)
-    with pytest.raises(RequestError, match="does not fit"):
+    with refused("atlas.nc", "31 MB"):
         check_run_fits(Path("atlas.nc"), MILLION, MILLION.size)
 
 
