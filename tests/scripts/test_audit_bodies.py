@@ -2,13 +2,16 @@
 
 import audit_bodies
 import numpy as np
+import pytest
 
 
+@pytest.mark.release
 def test_the_engine_keeps_its_promises():
     """Endings, extremes, stated errors and periods of a few hundred bodies of each kind."""
     assert audit_bodies.audit_errors(400, np.random.default_rng(3))
 
 
+@pytest.mark.release
 def test_the_reduction_is_that_of_a_body_in_space(monkeypatch):
     """Some motions of each body; one that is held to less than rounding is found out."""
     assert audit_bodies.audit_space(24, np.random.default_rng(4))
@@ -16,6 +19,7 @@ def test_the_reduction_is_that_of_a_body_in_space(monkeypatch):
     assert not audit_bodies.audit_space(4, np.random.default_rng(5))
 
 
+@pytest.mark.release
 def test_bodies_with_losses_are_within_their_stated_errors(monkeypatch):
     """Some balls and spheroids against smaller steps; a stated error of 0 is found out."""
     assert audit_bodies.audit_losses(20, np.random.default_rng(6))

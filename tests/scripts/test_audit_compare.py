@@ -4,8 +4,10 @@ import re
 import sys
 
 import audit_compare
+import pytest
 
 
+@pytest.mark.release
 def test_random_cells_agree_as_far_as_they_state(monkeypatch, capsys):
     """Of 400 starts at five tolerances no value is further from the fine one than is allowed; many come near to it."""
     monkeypatch.setattr(sys, "argv", ["audit_compare.py", "400", "1"])

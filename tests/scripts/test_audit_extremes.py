@@ -18,7 +18,7 @@ def keep_kinds(monkeypatch, *kinds):
     monkeypatch.setattr(audit_extremes, "PERIOD_KINDS", kept)
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_the_stated_error_is_a_promise():
     """Of 12,000 cells of six kinds 99.9 % are within twice their stated error, which is no more cautious than that."""
     # the share of a kind is a number of few cells here: the seed is fixed
@@ -37,7 +37,7 @@ def test_tiny_starts_cost_little(rng):
     assert audit_extremes.audit_tiny(1_000, rng)
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_brackets_hold_the_true_edge(rng):
     """Both ends of refined brackets have the verdicts that 50 digits give."""
     # of the first of these 3 of 13 miss the edge if the stated errors are left out
@@ -51,7 +51,7 @@ in_quadruple_precision = pytest.mark.skipif(
 )
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 @in_quadruple_precision
 def test_periods_are_right_or_missing(rng, count, monkeypatch):
     """Periods of every kind are right to 1e-9, and no error of a tilt is stated too small."""

@@ -175,7 +175,7 @@ def test_a_contender_stops_a_toy(name):
     assert (steps > 16 * 1000) == (name != "heyoka")
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 @pytest.mark.compiled
 def test_many_toys_are_flat_and_their_lanes_are_timed():
     """Steps, times and shares are there; of three equal chunks the second of two threads does one."""

@@ -55,7 +55,7 @@ def coarse(words):
     return re.sub(r":\d{2,3}(?=:log| )", ":9", words).replace("samples=2e4", "samples=200")
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 @pytest.mark.compiled
 @pytest.mark.parametrize("entry", OWN, ids=lambda entry: entry.files[0])
 def test_the_words_of_a_coarse_figure_have_their_places(command, tmp_path, entry):
@@ -103,6 +103,7 @@ def test_every_command_names_a_script(gallery):
         )
 
 
+@pytest.mark.release
 @pytest.mark.compiled
 def test_the_map_of_steady_motions(tmp_path):
     """Coarse maps draw, and in each no cell beyond the predicted offset has a verdict against the sign of k."""
@@ -123,6 +124,7 @@ def test_the_map_of_steady_motions(tmp_path):
     plots.save(drawn, tmp_path / "steady.pdf")
 
 
+@pytest.mark.release
 @pytest.mark.compiled
 def test_the_family_of_disks(tmp_path, monkeypatch):
     """A coarse atlas of three axes draws; the hoop is unstable up to 19.20 deg, the disk up to 18.62 (physics.md)."""
@@ -138,6 +140,7 @@ def test_the_family_of_disks(tmp_path, monkeypatch):
     plots.save(alphas.figure(atlas), tmp_path / "alphas.pdf")
 
 
+@pytest.mark.release
 @pytest.mark.compiled
 def test_the_bifurcation_diagram(tmp_path):
     """The diagram draws; a disk trapped on one side drifts in a ring, one that passes upright is not held."""

@@ -13,6 +13,7 @@ def test_extrapolation_of_a_polynomial():
     assert slope == pytest.approx(-2.0, rel=1e-11)
 
 
+@pytest.mark.release
 @pytest.mark.compiled
 def test_critical_rates_by_integration_alone():
     """Disk and hoop: rate^2 R/g extrapolates to the analytic value within 1e-6, along the slope of physics.md."""
@@ -26,6 +27,7 @@ def test_critical_rates_by_integration_alone():
         assert found.slope / limits == pytest.approx(-np.array(bends), rel=1e-3), (axis, limits, bends)
 
 
+@pytest.mark.release
 @pytest.mark.compiled
 def test_amplification_converges_to_the_same_line():
     """From above, by 1 + 1/A^2, the criterion of amplification extrapolates to the same rates within 1e-6."""
