@@ -50,8 +50,8 @@ def interrupted_at(name, folder, handler="signal.default_int_handler"):
 @pytest.fixture(scope="module")
 def imported(tmp_path_factory):
     """Return the modules that a command imports, in their order: after the package itself and what `main` needs."""
-    code = f"import sys, signal, sweep; before = {{*sys.modules, 'sweep.cli'}}; sys.argv = ['eulerdisk', *{WORDS}]\n"
-    code += "try: __import__('sweep.cli').cli.main()\n"
+    code = f"import sys, signal, sweep.cli; before = {{*sys.modules}}; sys.argv = ['eulerdisk', *{WORDS}]\n"
+    code += "try: sweep.cli.main()\n"
     code += "finally: print(*(each for each in sys.modules if each not in before), file=sys.stderr)"
     found = python(code, tmp_path_factory.mktemp("imported")).stderr.splitlines()[-1].split()
     assert len(found) > 100
