@@ -41,7 +41,8 @@ def test_verify_tells_its_cells(atlas):
     assert (checking, searching) == (CHECKING, SEARCHING)
     assert (cells[0], cells[-1], cells) == (0, SPEC.size, sorted(set(cells)))
     assert len(cells) > 2
-    assert sweep.findings(found) == sweep.findings(sweep.verify(atlas))
+    # as text, in which what is no number is equal to itself
+    assert repr(sweep.findings(found)) == repr(sweep.findings(sweep.verify(atlas)))
 
 
 @pytest.mark.compiled

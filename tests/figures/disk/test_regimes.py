@@ -149,7 +149,7 @@ def test_what_is_no_map_is_refused():
         (lambda: figure([sweep.run(SweepSpec(tilt="1deg"))]), ["single cell", "start:stop:count"]),
         (
             lambda: figure([sweep.run(SweepSpec(roll_rate="2:4:3", tilt="1deg,2deg", alpha="0.5,1"))]),
-            ["two axes", "3", "roll_rate, tilt, alpha"],
+            ["3", "roll_rate, tilt, alpha"],
         ),
     ):
         with refused(*facts):
