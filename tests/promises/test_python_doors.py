@@ -141,6 +141,7 @@ def test_a_path_is_an_atlas(tmp_path):
         told = sweep.verify(atlas)
         assert sweep.verify(path).drop_attrs().identical(told.drop_attrs())
         assert sweep.compare(str(path), path) == sweep.compare(atlas, atlas)
-    assert sweep.findings(sweep.verify(str(path))) == sweep.findings(told)
+    # as text, in which what is no number is equal to itself
+    assert repr(sweep.findings(sweep.verify(str(path)))) == repr(sweep.findings(told))
     # the file was closed: it can be replaced
     sweep.run_to_file(spec, path, overwrite=True)

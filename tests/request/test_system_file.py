@@ -247,7 +247,7 @@ REFUSED = {
     "brackets": (HEAD + "x = " + "(" * 10_000 + "1" + ")" * 10_000, 2, "4000 characters", "line"),
     "brackets in lines": ("x = " + "(\n" * 900 + "1" + ")" * 900, 201, "Python; nested", "line"),
     "signs": (HEAD + "x = " + "-" * 10_000 + "1", 2, "4000 characters", "line"),
-    "signs in a line": (HEAD + "x = " + "-" * 3900 + "1", 2, "nested", "names"),
+    "signs in a line": (HEAD + "x = " + "-" * 3900 + "1", 2, "64; 300; 20000", "groups"),
     "signs in lines": ("x = (" + ("-" * 3000 + "\n") * 5 + "1)", 1, "nested", "names"),
     "terms": (file("return v, " + "x+" * 1900 + "x"), 4, "64; 300; 20000", "groups"),
     "terms in lines": (file("return v, (x" + "\n+x" * 200 + ")"), 4, "64; 300; 20000", "groups"),
