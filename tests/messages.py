@@ -30,6 +30,13 @@ def assert_in_order(message, *facts):
     assert found, f"{facts} are not in this order in: {message}"
 
 
+def row(text, head):
+    """Return the line of a report that begins with a word, and those that go on with it, as one line."""
+    found = re.search(rf"^{re.escape(head)} .*(?:\n {{4,}}.*)*", text, re.MULTILINE)
+    assert found, f"no line begins with {head} in: {text}"
+    return " ".join(found[0].split())
+
+
 @contextmanager
 def refused(*facts, error=RequestError):
     """Assert that the block ends with an error whose message has the facts; give what `pytest.raises` gives."""

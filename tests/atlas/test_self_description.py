@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import assert_facts
 
 import sweep
 from sweep.atlas.cf_metadata import edge_names
@@ -23,9 +24,9 @@ def atlas():
 def test_the_criterion_is_stated_in_words(atlas):
     """Beside its code word; another criterion changes both."""
     assert atlas.criterion == "departure:5deg"
-    assert "unstable if the tilt leaves its steady value by more than 5 deg" in atlas.criterion_meaning
+    assert_facts(atlas.criterion_meaning, "unstable", "tilt", "5 deg")
     again = sweep.reclassify(atlas, "amplification:3")
-    assert "3 times the perturbation" in again.criterion_meaning
+    assert_facts(again.criterion_meaning, "unstable", "3", "perturbation")
 
 
 def test_a_missing_boundary_is_explained(atlas):
@@ -82,9 +83,9 @@ def test_the_signs_are_those_that_the_comments_say():
         assert ahead[0] * aside[1] - ahead[1] * aside[0] < 0.0
         assert motion["heading"].values[1] > motion["heading"].values[0]
         table = sweep.run(SweepSpec(tilt="1deg")).coords
-        assert "leans to the right of where a positive roll_rate takes it" in table["tilt"].comment
-        assert "counterclockwise seen from above" in table["precession_rate"].comment
-        assert "speed of the contact point" in table["roll_rate"].comment
+        assert_facts(table["tilt"].comment, "positive", "right", "roll_rate")
+        assert_facts(table["precession_rate"].comment, "positive", "left", "counterclockwise")
+        assert_facts(table["roll_rate"].comment, "positive", "forwards", "radius", "contact point")
 
 
 def test_comments_say_what_a_missing_value_means():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from body_motion import apart, referee_of
 from body_runner import drawn
-from messages import assert_facts, refused
+from messages import assert_facts, refused, row
 
 import sweep
 from kernels.bodies.shapes import NAMES
@@ -173,20 +173,22 @@ def test_what_is_refused(words, facts):
 def test_the_command(command, tmp_path):
     """`simulate`, `info` and `explain` say which body it is, `explain` follows its cell and its contact forces."""
     status, _, told = command("simulate body=rim thickness=0.2 tilt=4deg -o coin.nc --plot coin.png")
-    assert (status, bool(re.search(r"other edge .*0\.4747", told))) == (0, True)
+    assert (status, bool(re.search(r"edge .*\b0\.4747\d* s\b", told))) == (0, True)
     assert (tmp_path / "coin.png").stat().st_size > 10_000
     _, told, _ = command("info coin.nc")
-    assert "start       tilt 4 deg, tilt_rate 0 rad s-1" in told
-    assert "body        disk with a rim, thickness 0.2, axial_moment 0.5" in told
+    assert_facts(row(told, "start"), "tilt 4 deg", "tilt_rate 0 rad s-1")
+    assert_facts(row(told, "body"), "rim", "thickness 0.2", "axial_moment 0.5")
     assert command("run torus tube=0.2,0.3 scaled_roll_rate=0.45,0.6 contact=yes -q -o a.nc")[0] == 0
     status, told, _ = command("explain a.nc tube=0.3 scaled_roll_rate=0.6 --plot cell.svg")
-    assert (status, "torus, R = 0.5 m, tube 0.15 m" in (tmp_path / "cell.svg").read_text()) == (0, True)
-    assert "start       body torus, tilt 0.1 deg" in told
+    assert status == 0
+    assert_facts((tmp_path / "cell.svg").read_text(), "torus", "R = 0.5 m", "tube 0.15 m")
+    assert_facts(row(told, "start"), "body torus", "tilt 0.1 deg")
     assert_facts(told, "nothing", "contradicts")
     line = next(each for each in told.splitlines() if each.startswith("motion "))
     assert command(line.split("eulerdisk ")[1])[0] == 0
     status, _, told = command("simulate body=torus tube=0.2 tilt=86deg -o new.nc")
-    assert (status, "fallen" in told, (tmp_path / "new.nc").exists()) == (2, True, False)
+    assert (status, (tmp_path / "new.nc").exists()) == (2, False)
+    assert_facts(told, "fallen")
 
 
 def test_a_motion_goes_around_the_centre_of_its_ring():
