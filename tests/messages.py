@@ -30,6 +30,11 @@ def assert_in_order(message, *facts):
     assert found, f"{facts} are not in this order in: {message}"
 
 
+def with_facts(texts, *facts):
+    """Return those of some texts, as of the labels of a figure, that have each fact; a line break is a blank."""
+    return [each for each in texts if not missing(" ".join(each.split()), facts)]
+
+
 def row(text, head):
     """Return the line of a report that begins with a word, and those that go on with it, as one line."""
     found = re.search(rf"^{re.escape(head)} .*(?:\n {{4,}}.*)*", text, re.MULTILINE)

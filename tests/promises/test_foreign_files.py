@@ -103,8 +103,7 @@ def test_a_damaged_part_is_found_out(folder, tmp_path, refused):
         "verify {}",
     ):
         err = refused(tmp_path, line.format("bad.nc"), "bad.nc:")
-        assert "peak_tilt" in err or "ending" in err, err
-        assert "can be read" in err or "cannot be read" in err, err
+        assert re.search(r"\b(peak_tilt|ending)\b", err), err
 
 
 def test_what_a_command_needs_is_named(folder, tmp_path, refused):

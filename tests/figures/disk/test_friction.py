@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from messages import refused
+from messages import refused, with_facts
 
 import sweep
 from sweep.figures import panels, plots
@@ -25,11 +25,11 @@ def test_a_map_shows_where_the_disk_would_slip(rolling):
     assert shown.marked.any()
     assert (shown.marked == (np.isnan(needed) | (needed > 0.3))).all()
     labels = plots.figure([rolling], 0.3).axes[0].get_legend_handles_labels()[1]
-    assert "slips or lifts off at friction 0.3" in labels
+    assert with_facts(labels, "slips", "lifts off", "0.3")
     labels = plots.figure([rolling]).axes[0].get_legend_handles_labels()[1]
     assert not any("slips" in label for label in labels)
     profile = plots.figure([rolling.isel(tilt=-1)], 0.3).axes[0].get_legend_handles_labels()[1]
-    assert "slips or lifts off at friction 0.3" in profile
+    assert with_facts(profile, "slips", "lifts off", "0.3")
 
 
 def test_friction_needs_the_forces():

@@ -6,7 +6,7 @@ import lossy_runner
 import matplotlib
 import numpy as np
 import pytest
-from messages import refused
+from messages import assert_facts, refused, with_facts
 
 import sweep
 from sweep.figures import plots
@@ -102,7 +102,7 @@ def test_where_the_duration_ended_it_cells_are_hatched_and_have_no_lines(atlas):
     assert found.ended["horizon"].any()
     np.testing.assert_array_equal(found.ended["horizon"], short["end_time"].values == 5.0)
     axes = figure([short]).axes[0]
-    assert "aloft at the end of the duration" in axes.get_legend_handles_labels()[1]
+    assert with_facts(axes.get_legend_handles_labels()[1], "aloft", "duration")
     lifted = sweep.run("toy", tilt="35deg,45deg", precession_rate="105,110")
     assert losses_map(lifted).ended["lift_off"].all()
     assert np.isnan(losses_map(lifted).times).all()
@@ -113,9 +113,9 @@ def test_several_atlases_share_one_scale(atlas):
     """The bar holds for both: a time has the same strength in each."""
     short = sweep.run(SPEC, duration="5s")
     drawn = figure([atlas, short])
-    assert [axes.get_title(loc="left") for axes in drawn.axes[:2]] == ["Which loss"] * 2
+    assert [axes.get_title(loc="left") for axes in drawn.axes[:2]] == [atlas.title, short.title]
     bar = drawn.axes[-1]
-    assert bar.get_ylabel() == "time aloft (s)"
+    assert_facts(bar.get_ylabel(), "aloft", "(s)")
     times = np.concatenate([atlas["end_time"].values.ravel(), short["end_time"].values.ravel()])
     assert bar.get_ylim() == pytest.approx((times.min(), times.max()))
 
@@ -157,7 +157,7 @@ def test_the_command_draws_it(command, atlas, tmp_path):
 def test_arms_are_shown_in_micrometres(atlas):
     """On the axis and in the caption; the radius in millimetres."""
     axes = figure([atlas]).axes[0]
-    assert axes.get_xlabel() == "contour friction $c_c$ (\u00b5m)"
+    assert_facts(axes.get_xlabel(), "$c_c$", "(\u00b5m)")
     np.testing.assert_allclose(axes.get_xlim(), losses_map(atlas).panel.x.borders[[0, -1]])
     np.testing.assert_allclose(losses_map(atlas).panel.x.values, 1e6 * atlas["contour_friction"].values)
     caption = losses_map(atlas).caption[0]
