@@ -3,6 +3,7 @@
 import netCDF4
 import pytest
 import xarray as xr
+from messages import assert_facts
 
 import sweep
 from sweep.atlas.selection import as_atlas

@@ -65,7 +65,7 @@ def test_no_line_of_prediction_is_stored():
     limited, own = sweep.run(ROLLING), sweep.run(OWN["peak"])
     assert limited.predicted_roll_rate.notnull().all()
     assert own.predicted_roll_rate.isnull().all()
-    assert "theory has no value" in own.predicted_roll_rate.attrs["comment"]
+    assert_facts(own.predicted_roll_rate.attrs["comment"], "missing", "theory")
     np.testing.assert_array_equal(own.critical_roll_rate, limited.critical_roll_rate)
     for critical, predicted in theory_lines(OWN["peak"], "roll_rate").values():
         assert np.isnan(predicted).all()

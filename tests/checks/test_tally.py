@@ -47,7 +47,7 @@ def test_values_are_counted_that_nothing_is_held_against():
     checks.add(0, CellCheck("steps", "its repetition", five, five, np.ones(5, bool)), step=3)
     checks.add(16, CellCheck("steps", "its repetition", apart, five, np.ones(5, bool)), step=3)
     found = checks.statement(str)
-    assert found.against == "its repetition; otherwise not checked: 20 values"
+    assert_facts(found.against, "its repetition", "not checked", "20 values")
     assert (found.judged, found.wrong, found.named) == (10, 1, ["22"])
 
 

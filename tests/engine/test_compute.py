@@ -218,8 +218,8 @@ def test_a_run_on_the_device(tmp_path):
     ("words", "facts"),
     [
         (["device=cuda"], ["NVIDIA", "driver", "pip install"]),
-        (["device=cuda", "method=exact"], ["method=rk4", "got method=exact device=cuda"]),
-        (["device=gpu"], ["device=cpu or device=cuda", "got gpu"]),
+        (["device=cuda", "method=exact"], ["method=rk4", "method=exact", "device=cuda"]),
+        (["device=gpu"], ["device=cpu", "device=cuda", "gpu"]),
     ],
 )
 def test_without_cuda_nothing_is_computed(tmp_path, words, facts):

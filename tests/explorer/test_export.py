@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from messages import refused
+from messages import assert_facts, refused
 
 import sweep
 from sweep.explorer.explorer import Subject, subject_of

@@ -6,6 +6,7 @@ import shutil
 
 import netCDF4
 import pytest
+from messages import assert_facts, row
 from processes import CHECKOUT
 from source_copy import SourceCopy
 

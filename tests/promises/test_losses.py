@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from messages import assert_facts
+from messages import assert_facts, row
 
 import sweep
 from sweep.checks.verify import findings, verify
@@ -168,7 +168,8 @@ def test_every_command_speaks_of_losses(command):
     status, out, _ = command("explain coin.nc roll_rate=20 rolling_friction=10um")
     assert status == 0, out
     assert_facts(" ".join(out.split()), "friction unlimited", "largest_loss", "bit for bit")
-    assert_facts(row(out, "linear"), "losses", "roll rate", "stability")
+    assert_facts(row(out, "theory"), "roll rate", "16.7717 rad s-1", "8.01251 s")
+    assert_facts(row(out, "boundary"), "17.5 rad s-1", "18.6313 rad s-1", "losses", "16.7717 rad s-1")
     assert command("compare coin.nc coin.nc")[0] == 0
     assert command("export coin.nc --to csv -o coin.csv")[0] == 0
     assert "rolling_loss" in Path("coin.csv").read_text().splitlines()[0]
@@ -184,9 +185,9 @@ def test_every_command_speaks_of_losses(command):
     assert command("compare again.nc coin.nc --exact")[0] == 0
     assert command("run rolling roll_rate=2:4:5 tilt=1deg,2deg -o disk.nc")[0] == 0
     for line, facts in {
-        "plot coin.nc --regimes -o r.png": ["--regimes", "regimes"],
-        "plot coin.nc --friction 0.3 -o f.png": ["--friction", "contact forces"],
-        "compare coin.nc disk.nc": ["model", "disk"],
+        "plot coin.nc --regimes -o r.png": ["lossy_disk", "--regimes"],
+        "plot coin.nc --friction 0.3 -o f.png": ["lossy_disk", "contact forces", "friction=0.3"],
+        "compare coin.nc disk.nc": ["lossy_disk and disk"],
         "run coin method=exact -o e.nc": ["method", "exact", "rk4"],
         "run rolling rolling_friction=-1um -o n.nc": ["rolling_friction", ">= 0"],
     }.items():

@@ -16,7 +16,7 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
-from messages import assert_facts, refused
+from messages import assert_facts, refused, row
 
 import sweep
 from sweep.checks.compare import compare
@@ -63,11 +63,13 @@ def bits(path):
 def test_run_and_what_an_atlas_says(command, made):
     """The command and Python make the same cells; the atlas is of the system, with its title and its edge."""
     status, _, told = command(f"run mine.py {GRID} -o a.nc")
-    assert (status, "147 cells" in told) == (0, True)
+    assert status == 0
+    assert_facts(told, "a.nc", "147 cells")
     assert bits("a.nc") == bits(made)
     with sweep.open_atlas("a.nc") as atlas:
         assert list(atlas.sizes.items())[:2] == [("hoop_rate", 21), ("angle", 7)]
         assert set(np.unique(atlas.stability)) == {1, 2}
+        # the system's own words
         assert atlas.attrs["title"].startswith("Bead on a turning hoop")
         assert float(atlas.critical_lower_hoop_rate[0]) == pytest.approx(np.sqrt(9.81 / 0.5))
 
@@ -76,16 +78,14 @@ def test_run_and_what_an_atlas_says(command, made):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        ("info", "stable below hoop_rate"),
-        ("info", "errors      lowest within"),
-        ("boundary", "critical_lower_hoop_rate"),
-        ("verify", "verified: 147 of 147 cells"),
-        ("verify", "by DOP853 on lanes"),
-        ("explain a.nc hoop_rate=4.4 angle=1deg", "every value agrees bit for bit"),
-        ("export a.nc --to csv", ""),
-        ("plot a.nc -o a.png", ""),
-        ("plot a.nc --quantity ending -o e.png", ""),
-        ("plot a.nc angle=1deg -o slice.png", ""),
+        ("info", ["stable below hoop_rate", "errors", "lowest"]),
+        ("boundary", ["critical_lower_hoop_rate"]),
+        ("verify", ["verified", "147 of 147 cells", "DOP853"]),
+        ("explain a.nc hoop_rate=4.4 angle=1deg", ["repeated", "bit for bit"]),
+        ("export a.nc --to csv", []),
+        ("plot a.nc -o a.png", []),
+        ("plot a.nc --quantity ending -o e.png", []),
+        ("plot a.nc angle=1deg -o slice.png", []),
     ],
 )
 def test_what_is_read_needs_no_file_of_the_system(words, told, command, made, mine):
@@ -93,7 +93,8 @@ def test_what_is_read_needs_no_file_of_the_system(words, told, command, made, mi
     mine.unlink()
     shutil.copy(made, "a.nc")
     status, output, messages = command(words if "a.nc" in words else f"{words} a.nc")
-    assert (status, told in output) == (0, True), (output, messages)
+    assert status == 0, messages
+    assert_facts(output, *told)
     if " -o " in words:
         assert Path(words.rpartition(" ")[2]).stat().st_size > 10_000
 
@@ -103,7 +104,7 @@ def test_an_atlas_is_computed_again_without_the_file(command, made, mine):
     mine.unlink()
     shutil.copy(made, "a.nc")
     assert command("run --from a.nc -o b.nc")[0] == 0
-    assert "identical: 147 cells" in command("compare b.nc a.nc")[1]
+    assert_facts(command("compare b.nc a.nc")[1], "identical", "147 cells")
     assert command("run --from a.nc radius=0.6m -o c.nc")[0] == 0
     assert command("compare c.nc a.nc")[0] != 0
     with sweep.open_atlas("c.nc") as atlas:
@@ -113,22 +114,22 @@ def test_an_atlas_is_computed_again_without_the_file(command, made, mine):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        ("plot --regimes a.nc -o r.png", "The model bead has no regimes to draw"),
-        ("plot --losses a.nc -o r.png", "bead"),
-        ("plot --friction 0.3 a.nc -o r.png", "The model bead has no contact forces"),
-        ("run mine.py roll_rate=3 -o b.nc", "roll_rate is no word of this request"),
-        ("run mine.py method=exact -o b.nc", "method is taylor"),
-        ("run mine.py criterion=departure:5deg -o b.nc", "criterion"),
-        ("run mine.py:hoop -o b.nc", "hoop"),
-        ("run gone.py -o b.nc", "cannot be read"),
+        ("plot --regimes a.nc -o r.png", ["bead", "--regimes"]),
+        ("plot --losses a.nc -o r.png", ["bead", "--losses"]),
+        ("plot --friction 0.3 a.nc -o r.png", ["bead", "contact forces"]),
+        ("run mine.py roll_rate=3 -o b.nc", ["roll_rate", "hoop_rate"]),
+        ("run mine.py method=exact -o b.nc", ["method", "taylor", "exact"]),
+        ("run mine.py criterion=departure:5deg -o b.nc", ["criterion", "departure:5deg"]),
+        ("run mine.py:hoop -o b.nc", ["mine.py", "hoop", "bead"]),
+        ("run gone.py -o b.nc", ["gone.py"]),
     ],
 )
 def test_what_it_lacks_is_said_in_a_sentence(words, told, command, made):
     """Refused with 2, in one line, and nothing is touched."""
     shutil.copy(made, "a.nc")
-    status, _, messages = command(words)
-    assert (status, told in messages) == (2, True), messages
-    assert messages.count("\n") == 1
+    status, out, messages = command(words)
+    assert (status, out, messages.count("\n")) == (2, "", 1), messages
+    assert_facts(messages, *told)
     assert not Path("b.nc").exists()
     assert not Path("r.png").exists()
 
@@ -136,7 +137,7 @@ def test_what_it_lacks_is_said_in_a_sentence(words, told, command, made):
 def test_plan_and_batch(command):
     """`plan` computes nothing; `batch` runs a file of sweeps whose model is a file beside it."""
     status, told, _ = command(f"plan mine.py {GRID} --no-calibrate")
-    assert (status, "cells    147" in told) == (0, True)
+    assert (status, row(told, "cells").split()[1]) == (0, "147")
     Path("two.toml").write_text(
         'model = "mine.py"\n[[sweep]]\nname = "slow"\nhoop_rate = "2:4:5"\n'
         '[[sweep]]\nname = "fast"\nhoop_rate = "5:6:5"\n'
@@ -148,7 +149,7 @@ def test_plan_and_batch(command):
 def test_starts_that_are_no_grid(command):
     """A sample at random and a table: the share of the unstable, and as many cells as rows."""
     assert command("run mine.py hoop_rate=uniform:4:5 samples=200 seed=7 -o random.nc")[0] == 0
-    assert "of 200 starts" in command("info random.nc")[1]
+    assert_facts(command("info random.nc")[1], "200 starts")
     assert command("plot random.nc -o random.png")[0] == 0
     Path("table.csv").write_text("hoop_rate [rad/s],angle [deg]\n4.0,1.0\n5.0,1.0\n")
     assert command("run mine.py --starts table.csv -o table.nc")[0] == 0

@@ -133,7 +133,8 @@ def test_a_cluster_without_workers_says_so(monkeypatch, tmp_path):
             tmp_path / "a.nc",
             executor=dask_executor.on_cluster("tcp://here:1", said.append),
         )
-    assert said == ["no worker is there yet; start some with `dask worker tcp://here:1`"]
+    (line,) = said
+    assert_facts(line, "no worker", "`dask worker tcp://here:1`")
 
 
 def test_dask_that_is_not_installed(monkeypatch):

@@ -62,16 +62,15 @@ def test_differences_are_named(written, monkeypatch):
     made, _ = written
     assert made.differences(SPEC) == []
     (one,) = made.differences(SPEC.replace(roll_rate=4))
-    assert one == "roll_rate: 3 there, 4 here"
+    assert_in_order(one, "roll_rate", "3", "4")
     (close,) = made.differences(SPEC.replace(roll_rate=3.00000000001))
-    assert close == "roll_rate: 3.0 there, 3.00000000001 here"
+    assert_in_order(close, "roll_rate", "3.0", "3.00000000001")
     (option,) = made.differences(SPEC.replace(contact="yes"))
-    assert option == "contact: no there, yes here"
+    assert_in_order(option, "contact", "no", "yes")
     monkeypatch.setattr(manifest, "arithmetic_hash", lambda spec: "0" * 64 if spec == SPEC else "1" * 64)
     for spec in (SPEC, SPEC.replace(contact="yes")):
         *_, last = made.differences(spec)
-        assert last.startswith("arithmetic_hash: ")
-        assert last.endswith(" there, 0000000000000000 here")
+        assert_in_order(last, "arithmetic_hash", made.arithmetic[:16], "0000000000000000")
 
 
 def test_a_journal_of_another_format_is_refused(tmp_path, monkeypatch):

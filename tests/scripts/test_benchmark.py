@@ -20,7 +20,7 @@ from bench import (
     table,
     ten_systems,
 )
-from messages import refused
+from messages import assert_facts, assert_in_order, refused
 
 AMD = "amd-epyc-avx-512"
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 import referee
-from messages import refused
+from messages import assert_facts, refused
 
 import sweep
 from sweep.checks.compare import compare
@@ -129,8 +129,9 @@ def test_the_motion_that_is_disturbed():
     assert released.model.undisturbed(released, whole(released)).tolist() == [0.0, 0.0]
     steady = released.replace(roll_rate="steady", precession_rate=1)
     assert steady.model.undisturbed(steady, whole(steady)).tolist() == [0.1, 0.2]
-    found = [each.model.disturbed_motion(each, {"tilt": 0.1}) for each in (steady, released)]
-    assert found == ["steady circling at this tilt", "the upright disk"]
+    circling, upright = (each.model.disturbed_motion(each, {"tilt": 0.1}) for each in (steady, released))
+    assert_facts(circling, "circling", "tilt")
+    assert_facts(upright, "upright")
 
 
 def test_the_perturbation_of_a_start():

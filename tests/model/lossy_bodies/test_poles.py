@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from messages import assert_facts
+from messages import assert_facts, row
 
 import sweep
 from sweep.checks.explain import explain
@@ -62,19 +62,19 @@ def test_bodies_that_come_to_rest_leave_nothing_but_their_height():
     [
         (
             {"body": "ball", "tilt": "30deg", "roll_rate": 20.0, "rolling_friction": "10um", "radius": "10mm"},
-            "friction slows the rolling of this ball evenly, to a stop after",
+            ["rolling", "ball", "24.7184 s"],
         ),
         (
             {
                 "body": "ball", "offset": 0.2, "axial_moment": 0.42, "transverse_moment": 0.38, "tilt": "89deg",
                 "roll_rate": 40.0, "pivoting_friction": "10um", "radius": "22mm", "criterion": "departure:20deg",
             },
-            "pivoting friction takes the spin on its end down to 15.7286 rad s-1",
+            ["pivoting friction", "spin", "15.7286 rad s-1", "50.2946 s"],
         ),
     ],
 )  # fmt: skip
 def test_explain_says_what_theory_says(words, told):
     """How a uniform ball stops, and how an egg loses its spin."""
     atlas = sweep.run(SweepSpec(**words, duration="5s"))
-    said = " ".join(explain(atlas, {}).text.split())
-    assert told in said
+    said = row(explain(atlas, {}).text, "theory")
+    assert_facts(said, *told)

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from messages import refused
+from messages import assert_facts, missing, refused
 
 from kernels.lossy_disk import arrays, integrate
 from sweep.engine.grid import whole
@@ -221,12 +221,14 @@ def test_every_set_of_laws_has_its_kernel():
 
 def test_what_a_spec_without_a_title_is_about():
     """The motion, and the losses that there are."""
-    assert SweepSpec(**FULL, roll_rate=3.0, rolling_friction="0,1um").headline == (
-        "Rolling along a line with rolling friction, air: stability of the upright disk"
+    told = SweepSpec(**FULL, roll_rate=3.0, rolling_friction="0,1um").headline
+    assert_facts(told, "Rolling", "rolling friction", "air", "stability", "upright")
+    assert_facts(
+        SweepSpec(rolling_friction=0.0, roll_rate=3.0).headline, "Rolling", "without any loss", "stability"
     )
-    assert SweepSpec(rolling_friction=0.0, roll_rate=3.0).headline.startswith(
-        "Rolling along a line without any loss"
-    )
-    assert SweepSpec.preset("toy").headline == (
-        "Wobbling about a centre at rest with contour friction, air: how long the disk stays aloft"
-    )
+    toy = SweepSpec.preset("toy").headline
+    assert_facts(toy, "Wobbling", "contour friction", "air", "aloft")
+    assert missing(toy, ["rolling friction", "pivoting friction"]) == [
+        "rolling friction",
+        "pivoting friction",
+    ]
