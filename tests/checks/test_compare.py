@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from comparing import CIRCLING, REFINED, SPEC, STEADY, changed, finding, found
-from messages import assert_facts, missing, refused
+from messages import assert_facts, missing, refused, with_facts
 
 import sweep
 from sweep.checks.compare import compare

@@ -71,11 +71,16 @@ def test_every_cell_is_repeated_to_the_bit(tmp_path):
 def test_the_words_say_why():
     """Each kind of ending and verdict has its reason, and the figure of a cell that moves is drawn."""
     for spec, given, verdict, because in [
-        (ROLLING, {"roll_rate": 2.0, "tilt": "1.45deg"}, "unstable", ["tilt", "5 deg"]),
+        (ROLLING, {"roll_rate": 2.0, "tilt": "1.45deg"}, "unstable", ["tilt", "44.7295 deg", "5 deg"]),
         (ROLLING, {"roll_rate": 4, "tilt": "0.01deg"}, "stable", ["tilt", "5 deg", "turning points"]),
-        (ROLLING, {"roll_rate": 1, "tilt": "40deg"}, "unstable", ["fall_tilt", "85 deg"]),
-        (KICKED, {"roll_rate": 14, "tilt_rate": 0.01}, "undecided", ["0.5 s"]),
-        (KICKED, {"roll_rate": 20, "tilt_rate": 0.01}, "stable", ["10", "perturbation"]),
+        (ROLLING, {"roll_rate": 1, "tilt": "40deg"}, "unstable", ["fall_tilt", "85 deg", "0.391097 s"]),
+        (KICKED, {"roll_rate": 14, "tilt_rate": 0.01}, "undecided", ["0.28924 deg", "0.5 s"]),
+        (
+            KICKED,
+            {"roll_rate": 20, "tilt_rate": 0.01},
+            "stable",
+            ["0.28924 deg", "10", "perturbation", "0.028924 deg"],
+        ),
         (ROLLING.replace(roll_rate=3.0, tilt="0"), {}, "undecided", ["steady motion"]),
         (
             CIRCLING.replace(tilt=0.1, precession_rate="-1,0,1"),
@@ -148,7 +153,7 @@ def test_the_command(command, tmp_path):
     assert_facts(row(out, "cell"), "roll_rate 2.5 rad s-1", "4 of 7")
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     for line, facts in (
-        ("explain a.nc roll_rate=2.4 --plot b.png", ["roll_rate, tilt", "tilt="]),
+        ("explain a.nc roll_rate=2.4 --plot b.png", ["roll_rate, tilt", "tilt=1.45deg"]),
         ("explain a.nc roll_rate=2 tilt=1deg --plot b.xyz", [".png"]),
     ):
         status, _, err = command(line)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from auditing import changed, flags
 from comparing import finding, found
-from messages import assert_facts
+from messages import assert_facts, assert_in_order, row
 
 import sweep
 from sweep.checks.compare import compare

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from messages import assert_facts
 
 from sweep.checks.statement import Checks
 from sweep.checks.tally import Tally, difference, other_bits

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import referee
 from auditing import ENDINGS, PRESETS, atlas, changed, coarse, flags, moved
+from messages import assert_facts, missing
 from scipy.integrate import solve_ivp
 
 import sweep

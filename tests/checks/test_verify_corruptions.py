@@ -12,6 +12,7 @@ import netCDF4
 import numpy as np
 import pytest
 from kernel_runner import run_blocks
+from messages import assert_in_order
 
 import sweep
 from sweep.atlas.boundary_search import boundary_groups

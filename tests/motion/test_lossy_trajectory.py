@@ -7,7 +7,7 @@ import lossy_referee as referee
 import numpy as np
 import pytest
 import xarray as xr
-from messages import refused
+from messages import assert_facts, refused
 
 import sweep
 from kernels.lossy_disk.arrays import LOSSES

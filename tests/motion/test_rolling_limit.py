@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from messages import refused
+from messages import assert_facts, refused
 from scipy.integrate import quad
 from scipy.optimize import brentq
 

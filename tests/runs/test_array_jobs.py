@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from messages import assert_facts
+from messages import assert_facts, assert_in_order, row
 
 from sweep.errors import StoppedError
 from sweep.files.reading import open_atlas

@@ -11,7 +11,7 @@ from concurrent.futures import CancelledError
 from pathlib import Path
 
 import pytest
-from messages import refused
+from messages import assert_facts, refused
 
 from sweep.engine.compute import measure_block
 from sweep.errors import FailedBlocksError, StoppedError

@@ -9,7 +9,7 @@ from functools import partial
 import netCDF4
 import numpy as np
 import pytest
-from messages import assert_facts, refused
+from messages import assert_facts, assert_in_order, refused
 
 from kernels.native import workers
 from sweep.engine import compute, grid
