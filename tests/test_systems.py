@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from messages import refused
+from messages import assert_facts, refused
 
 from sweep.errors import RequestError
 from sweep.request.system_file import read_system_file
@@ -115,4 +115,4 @@ def test_in_a_notebook(tmp_path):
         env={"PYTHONPATH": str(FILE.parents[3]), "HOME": str(tmp_path), "PATH": ""},
     )  # fmt: skip
     assert "(9.71,)" in done.stdout
-    assert "this cell, line 3: The name drag means nothing here" in done.stdout
+    assert_facts(done.stdout, "this cell, line 3", "drag")

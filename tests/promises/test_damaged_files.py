@@ -108,8 +108,8 @@ def test_more_cells_than_bytes_are_refused(folder, ended):
         file.createDimension("much", 2**30)
         file.createVariable("much", "f8", ("much",), chunksizes=(2**16,))
     end = ended(["info", path.name])
-    assert end.status == 2
-    assert "much has more values than its bytes can hold" in end.err
+    assert (end.status, end.out) == (2, "")
+    assert_facts(end.err, path.name, "much", "values", "bytes")
 
 
 def test_a_missing_part_of_a_boundary_is_named(folder, ended):
@@ -139,4 +139,5 @@ def test_texts_of_a_file_do_not_reach_the_terminal_raw(folder, ended):
     assert "\\u202egnp" in end.out
     assert len(end.out) < 5000
     end = ended(["info", "no\x1b[31msuch\n.nc"])
-    assert end.err.startswith("eulerdisk: no\\x1b[31msuch\\n.nc: There is no such file")
+    assert end.status == 2
+    assert end.err.startswith("eulerdisk: no\\x1b[31msuch\\n.nc: ")

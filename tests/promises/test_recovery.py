@@ -10,6 +10,7 @@ import sys
 import time
 
 import pytest
+from messages import assert_facts
 from processes import CHECKOUT, python
 
 from sweep.errors import are
@@ -49,14 +50,11 @@ def test_a_limit_on_file_sizes(tmp_path, limit, where):
 
     done = run(tmp_path, "run", *WORDS, preexec_fn=limited)
     assert done.returncode == 3, done.stderr
-    assert re.search(
-        r"may not become that large: (\[Errno 27\] File too large|NetCDF: HDF error);", done.stderr
-    )
-    assert "Raise the limit: `ulimit -f " in done.stderr
+    assert re.search(r"\[Errno 27\]|HDF error", done.stderr)
+    assert re.search(r"`ulimit -f \d+`", done.stderr)
     assert not (tmp_path / "a.nc").exists()
     kept = list(tmp_path.glob("a.nc.run/blocks/*.block"))
-    told = "20 of 20 blocks are kept in a.nc.run" if kept else "no block was finished"
-    assert f"{told}. " in done.stderr
+    assert_facts(done.stderr, *(["20 of 20 blocks", "a.nc.run"] if kept else ["no block"]))
     assert len(kept) == (0 if where == "block" else 20)
     assert not [each for each in tmp_path.rglob("*") if each.suffix == ".tmp" or each.name == "assembled.nc"]
     again = run(tmp_path, "run", *WORDS)
@@ -95,7 +93,7 @@ def test_a_full_disk(small_disk, left):
     ballast.write_bytes(bytes(2_090_000 - left))
     done = begun()
     assert done.returncode == 3, done.stderr
-    assert re.search(r"There is no room left.*Free about \d+ MB, and run the same command again", done.stderr)
+    assert re.search(r"\bFree\b.*\b\d+ MB\b", done.stderr)
     kept = list(small_disk.glob("a.nc.run/blocks/*.block"))
     assert 0 < len(kept) <= 20
     assert not (small_disk / "a.nc").exists()

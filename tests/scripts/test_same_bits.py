@@ -6,6 +6,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 import same_bits
+from messages import assert_facts
 
 CHECKOUT = Path(__file__).parents[2]
 
@@ -23,4 +24,4 @@ def test_a_changed_bit_and_a_changed_attribute_are_told(tmp_path):
         file.createVariable("more", "f8", ())
     found = list(same_bits.differences(one, other))
     assert [each.split()[0] for each in found] == ["only", "tilt_max", "units", "title"]
-    assert found[1] == "tilt_max has other bits in 1 of 1 values"
+    assert_facts(found[1], "bits", "1 of 1")
