@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from messages import refused
+from messages import assert_facts, refused
 
 import sweep
 from sweep.checks.compare import compare
@@ -131,8 +131,10 @@ def test_a_title_of_the_users_is_kept():
     atlas = sweep.run(SweepSpec(title="Mine", roll_rate="1:3:4", precession_rate="0,1"))
     assert atlas.isel(precession_rate=0).eulerdisk.atlas.title == "Mine"
     plain = sweep.run(SweepSpec(roll_rate="1:3:4", precession_rate="0,1"))
-    assert plain.title.startswith("Rolling and precessing")
-    assert plain.isel(precession_rate=0).eulerdisk.atlas.title.startswith("Rolling along a line")
+    assert_facts(plain.title, "Rolling", "precessing")
+    part = plain.isel(precession_rate=0).eulerdisk.atlas.title
+    assert_facts(part, "Rolling")
+    assert "precessing" not in part
 
 
 def test_variables_of_the_users_are_kept(atlases):
@@ -202,7 +204,7 @@ def test_the_accessor_interpolates_measures_and_takes_flags_from_the_nearest_cel
         assert found[name].dtype == atlas[name].dtype
         np.testing.assert_array_equal(found[name], near[name])
     assert "sweep_spec" not in found.attrs
-    assert repr(found.eulerdisk).endswith("not a stability atlas")
+    assert_facts(repr(found.eulerdisk), "not a stability atlas")
 
 
 def test_interp_takes_the_words_of_a_cell(atlases):

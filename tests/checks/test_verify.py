@@ -4,6 +4,7 @@ import pytest
 import referee
 import xarray as xr
 from auditing import ENDINGS, PRESETS, atlas, changed, coarse, counts, flags, moved
+from messages import assert_facts
 
 import sweep
 from sweep.checks.verify import findings, findings_of, verify
@@ -166,7 +167,7 @@ def test_unresolved_cells_are_counted_apart():
         found = findings(verify(dataset))
         assert found.passed
         assert found.cells == dataset.ending.size
-        assert audit_line(found).startswith(f"verified: {found.agreeing} of {found.cells} cells; none has")
+        assert_facts(audit_line(found), "verified", f"{found.agreeing} of {found.cells} cells", "none")
 
 
 def test_a_criterion_on_a_cell_s_reach():

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from messages import assert_facts
+from messages import assert_facts, assert_in_order
 
 import sweep
 from sweep.commands import warmup
@@ -69,12 +69,10 @@ def test_one_impossible_cell_does_not_stop_a_run(command):
     status, _, err = command("run circling tilt=10deg,20deg precession_rate=-1:1:5 --max-failed 20 -o a.nc")
     assert status == 0
     cells, failed, *listed = err.splitlines()
-    assert cells == "eulerdisk: a.nc: 10 cells"
+    assert_facts(cells, "a.nc", "10 cells")
     assert_facts(failed, "2 of 10 cells", "(20 %)", "2 invalid")
-    assert listed == [
-        "eulerdisk:     tilt=10deg precession_rate=0: invalid",
-        "eulerdisk:     tilt=20deg precession_rate=0: invalid",
-    ]
+    for line, tilt in zip(listed, ("10deg", "20deg"), strict=True):
+        assert_in_order(line, f"tilt={tilt} precession_rate=0", "invalid")
     assert "8 bounded, 2 invalid" in command("info a.nc")[1]
 
 
@@ -114,7 +112,7 @@ def test_plan_measures(command):
     status, out, _ = command("plan rolling")
     assert status == 0
     # on a busy machine it may be minutes
-    assert re.search(r"\ntime .*\b[\d.]+ (s|min) \([\d.e+]+ cells per second\)", out)
+    assert re.search(r"^time .*\b[\d.]+ (s|min)\b.*\b[\d.e+]+ cells\b", out, re.MULTILINE)
 
 
 def test_plan_says_what_does_not_fit(command, machine):

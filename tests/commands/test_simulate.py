@@ -242,7 +242,7 @@ def test_info_tells_where_the_energy_of_a_motion_went(command):
     assert "rolling_friction" not in out
     assert re.search(r"\bflat .*\d s", out)
     (losses,) = (line for line in out.splitlines() if line.startswith("losses "))
-    assert re.search(r" 0\.0\d+ J.* contour friction \d+\.\d %.* air \d+\.\d %", losses)
+    assert re.search(r"\b0\.0\d+ J\b.*\bcontour friction\b.* \d+\.\d %.*\bair\b.* \d+\.\d %", losses)
 
 
 def test_the_same_request_gives_the_same_bytes(tmp_path, monkeypatch):

@@ -192,7 +192,7 @@ def test_an_atlas_with_losses_shows_its_cells_and_refuses_others(losses):
         assert np.allclose(arrays["value"].reshape(6, 5), expected.values, rtol=1e-7)
         plans = post(explorer.url, "plan", view=view)
         assert plans["cells"] is None
-        assert "no exact reduction" in plans["refused"]["error"]
+        assert_facts(plans["refused"]["error"], "exact")
         wide = {**view, "x": {**view["x"], "half": 4 * view["x"]["half"]}}
         _, beyond = post(explorer.url, "window", **{**asked, "view": wide}, stored=True)
         assert np.isnan(beyond["value"][beyond["stored"] == 2]).all()

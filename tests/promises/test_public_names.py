@@ -8,6 +8,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from messages import assert_facts
 from processes import CHECKOUT, python
 
 import sweep
@@ -157,4 +158,4 @@ def test_the_typed_program_runs(project):
     done = checked(project, "analysis")
     assert done.returncode == 0, done.stderr
     assert re.fullmatch(r"True 0\.\d+ \S+", done.stdout.splitlines()[-1])
-    assert "computing: 600 of 600 cells" in done.stdout
+    assert_facts(done.stdout, "600 of 600 cells")
