@@ -7,7 +7,7 @@ import threading
 import time
 
 import pytest
-from messages import assert_in_order, refused
+from messages import assert_facts, assert_in_order, refused
 
 from sweep.progress import display
 from sweep.progress.timetable import Status
@@ -122,7 +122,8 @@ def test_each_line_of_a_log_is_there_at_once(clock, ticks):
     with display.showing(stream) as show:
         show(Status("computing", 1, 2, 10.0))
         ticks.line()
-        assert flushed[-1].endswith("10 s to go\n")
+        assert flushed[-1].endswith("\n")
+        assert_facts(flushed[-1], "10 s")
 
 
 def test_without_notices_a_log_is_empty(ticks, monkeypatch):
@@ -152,9 +153,9 @@ def test_a_terminal_gets_a_bar(monkeypatch):
         show(Status("computing", 25, 100, 42.0))
         time.sleep(0.5)
         show(Status("checking", 100, 100, 0.0))
-    for words in ("computing", "25%", "42 s to go", "checking", "100%"):
+    for words in ("computing", "25%", "42 s", "checking", "100%"):
         assert words in stream.getvalue()
-    assert " 0 s to go" not in stream.getvalue()
+    assert " 0 s" not in stream.getvalue()
 
 
 def test_a_bar_gives_the_terminal_back_when_the_run_breaks(monkeypatch):
