@@ -80,6 +80,17 @@ def count(request):
 
 
 @pytest.fixture
+def some(request):
+    """Return a function of cases and a number: by day so many of them, spread evenly; all with another seed."""
+
+    def choose(cases, by_day):
+        cases = list(cases)
+        return cases if request.config.option.seed else cases[:: -(-len(cases) // by_day)]
+
+    return choose
+
+
+@pytest.fixture
 def machine(monkeypatch):
     """Return a function that answers for the machine: numbers by the names of functions of `sweep.platforms`."""
 

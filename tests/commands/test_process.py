@@ -85,7 +85,7 @@ def test_a_traceback_is_no_command_to_a_terminal(monkeypatch, command):
     assert "\nValueError: \\x1b[31mred\nnext\n" in err
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_a_window_system_is_not_asked_for(atlas):
     """Figures need none: its name, with which matplotlib could not be imported, does not matter."""
     done = shell("eulerdisk plot a.nc -o a.png", atlas, MPLBACKEND="bad")

@@ -320,7 +320,7 @@ def test_the_atlas_that_is_read_is_not_replaced(command, tmp_path):
     assert (tmp_path / "a.nc").read_bytes() == before
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_a_preset_is_followed_to_its_end(simulate, tmp_path):
     """`simulate toy tilt=80deg`: file, figure and film; the rates that are taken and the end are told."""
     line = "toy inclination=1deg -o stop.nc --plot stop.png --animate stop.gif --speed 0.2 --size 320x240"

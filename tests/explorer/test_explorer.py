@@ -404,7 +404,14 @@ def test_what_is_explained_of_a_ball_with_losses_is_its_motion(tmp_path, monkeyp
     assert float(re.search(r"\brest\b.* (\S+) s\b", told)[1]) == pytest.approx(end, rel=1e-4)
 
 
-@pytest.mark.parametrize("given", ["torus", "egg", "true_edge"])
+@pytest.mark.parametrize(
+    "given",
+    [
+        pytest.param("torus", marks=pytest.mark.slow_lane),
+        "egg",
+        pytest.param("true_edge", marks=pytest.mark.release),
+    ],
+)
 def test_every_question_about_a_body_is_answered(tmp_path, monkeypatch, command, given):
     """A page has the lengths of its body alone; a command makes the cells of a window."""
     monkeypatch.chdir(tmp_path)
@@ -437,6 +444,7 @@ def test_every_question_about_a_body_is_answered(tmp_path, monkeypatch, command,
     assert (tmp_path / "window.csv").read_bytes() == cells.body
 
 
+@pytest.mark.slow_lane
 def test_an_atlas_of_a_body_with_losses_is_shown(tmp_path, monkeypatch, command):
     """Its cells are stored ones, its motions have the losses of the cells; the command of one makes it."""
     monkeypatch.chdir(tmp_path)

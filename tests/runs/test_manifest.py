@@ -143,7 +143,7 @@ def test_a_part_from_another_kind_of_machine_is_refused(tmp_path, monkeypatch):
     assert Manifest.read(tmp_path / "a.nc.run" / MANIFEST).machine == here(AXIS)
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 @pytest.mark.compiled
 def test_the_environment_of_the_hint_computes(tmp_path):
     """A run in the environment that the refusal gives is a run of that kind of processor."""

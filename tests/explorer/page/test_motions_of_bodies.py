@@ -50,7 +50,7 @@ CLICKS = """async (requests) => {
     params=[
         "rounded",
         *(
-            pytest.param(each, marks=pytest.mark.slow_lane)
+            pytest.param(each, marks=pytest.mark.slow_lane if each == "ball" else pytest.mark.release)
             for each in BODIES
             if each not in ("disk", "rounded")
         ),
@@ -86,7 +86,6 @@ def shown(request, served_with, opened):
     return page, view, asked
 
 
-@pytest.mark.slow_lane
 @pytest.mark.slow_lane
 def test_a_motion_is_that_of_the_program(shown):
     """At the same times within 1e-9 of `sweep.simulate`, which is held against a rigid body in space, in space.

@@ -157,6 +157,7 @@ def test_linear_theory_ends_where_it_fails(unstable):
     assert f"{np.sqrt((2.0 * 9.81 / 0.5 - 6.0 * 4.0) / 2.5):.3g}" in str(theory.get_label())
 
 
+@pytest.mark.release
 def test_the_script_draws_six_figures(tmp_path):
     """scripts/plot_report.py writes its six figures into one folder; another format is refused with nothing made."""
     command = [sys.executable, "-W", "error", str(CHECKOUT / "scripts" / "plot_report.py"), "-o"]

@@ -34,9 +34,9 @@ def test_the_printed_extremes():
 
 @pytest.mark.slow_lane
 @compiled
-def test_the_accuracy_of_the_presets():
+def test_the_accuracy_of_the_presets(some):
     """Peak tilts are exact to 1e-8 rad in 99 % of the resolved cells and to 1e-6 in all, and every fall is one."""
-    for preset in ["rolling", "spinning", "circling"]:
+    for preset in some(["rolling", "spinning", "circling"], 1):
         given = coarse(preset)
         truth, found = referee.extremes(given), kernel_runner.run(given)
         resolved = np.isin(found.ending, (BOUNDED, FELL))
@@ -119,9 +119,9 @@ def test_a_faint_kick_off_the_summit_swings_to_both_sides():
 
 @pytest.mark.slow_lane
 @compiled
-def test_what_lies_on_a_separatrix_is_admitted():
+def test_what_lies_on_a_separatrix_is_admitted(count):
     """A motion that reaches the summit of its potential with no more energy than rounding is unresolved, or right."""
-    given = referee.starts(tilt=0.3, tilt_rate=np.linspace(-1.45, -1.25, 2001), roll_rate=1.5)
+    given = referee.starts(tilt=0.3, tilt_rate=np.linspace(-1.45, -1.25, count(501, 2001)), roll_rate=1.5)
     found, truth = kernel_runner.run(given), referee.extremes(given)
     resolved = found.ending != UNRESOLVED
     assert resolved.mean() > 0.99

@@ -53,7 +53,7 @@ def assert_same(device, cpu, tilt):
         np.testing.assert_allclose(getattr(device, name), getattr(cpu, name), rtol=1e-9)
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 @pytest.mark.compiled
 def test_a_small_grid_on_the_device(tmp_path):
     """All over the seven parameters a device thread says what a CPU lane says, and both agree with the referee."""

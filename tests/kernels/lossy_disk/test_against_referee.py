@@ -190,9 +190,9 @@ def test_rolling_friction_whose_direction_swings_round_is_resolved():
 
 
 @pytest.mark.slow_lane
-def test_the_wobble_takes_the_time_of_its_closed_form():
+def test_the_wobble_takes_the_time_of_its_closed_form(some):
     """1 % from an inclination of 0.09, 0.1 % from 0.03, exponents to 0.01; 500 turns of the precession."""
-    for law in lossy_wobble.LAWS:
+    for law in some(lossy_wobble.LAWS, 1):
         audit = audit_losses.audit_wobbles(500, laws=(law,))
         assert audit.fine, "\n".join(audit.broken)
         assert audit.cells == 3, law
@@ -215,9 +215,9 @@ def test_moffatts_example_takes_the_time_of_his_formula():
 
 
 @pytest.mark.slow_lane
-def test_vanishing_losses_leave_the_disk_without_losses():
+def test_vanishing_losses_leave_the_disk_without_losses(count):
     """Extremes differ in proportion to the coefficients, verdicts only within that difference."""
-    audit = audit_losses.audit_limits(60, np.random.default_rng(7))
+    audit = audit_losses.audit_limits(count(15, 60), np.random.default_rng(7))
     assert audit.fine, "\n".join(audit.broken)
 
 

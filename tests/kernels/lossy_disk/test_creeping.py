@@ -61,13 +61,13 @@ def test_a_disk_leaves_the_holding_tilt_exponentially(arm, turning, alpha):
 
 
 @pytest.mark.slow_lane
-def test_what_creeps_is_where_the_referee_has_it(rng):
+def test_what_creeps_is_where_the_referee_has_it(rng, count):
     """Fresh cells above what friction holds, alone and with other laws, which may hold them again.
 
     Switches are not counted: the referee counts those of its own noise where a disk hardly creeps, and two that come
     together at a rest as one.
     """
-    for _ in range(12):
+    for _ in range(count(4, 12)):
         alpha, rolling, turning = rng.uniform(0.1, 1), 10.0 ** rng.uniform(-3, -0.7), rng.normal(0, 1.5)
         others = 10.0 ** rng.uniform(-5, -3, 3) * (rng.random(3) < (0.6, 0.3, 0.3)) * (rolling / 0.01, 1, 1)
         pivoting, contour, damping = map(float, others)

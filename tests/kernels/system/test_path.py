@@ -33,7 +33,7 @@ def followed(times, **given):
 
 
 @pytest.mark.slow_lane
-@pytest.mark.parametrize("level", [1e300, 0.9])
+@pytest.mark.parametrize("level", [pytest.param(1e300, marks=pytest.mark.release), 0.9])
 def test_the_end_has_the_bits_of_a_sweep(level, rng):
     """All passes, their endings and steps; times between change nothing."""
     for count in (2, 50):

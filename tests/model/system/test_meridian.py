@@ -54,14 +54,15 @@ def start(tilt, w, o, s):
 
 
 @pytest.mark.slow_lane
-def test_extremes_of_the_bodies_of_the_table():
+def test_extremes_of_the_bodies_of_the_table(some):
     """Thin disk, rings, rounded disk, ball off its centre and spheroids, to the digits of the table."""
     assert REFERENCE.keys() == LENGTHS.keys()
-    bodies = {name: np.array([getattr(row[0], name) for row in REFERENCE.values()]) for name in BODY}
+    rows = [REFERENCE[name] for name in some(REFERENCE, 3)]
+    bodies = {name: np.array([getattr(row[0], name) for row in rows]) for name in BODY}
     found = cells(40.0, **bodies, **start(0.2, 0.1, 0.5, 0.6))
     assert set(found["ending"]) == {RUNS_ON}
     for number, name in ((1, "tilt_min"), (2, "tilt_max")):
-        right = np.array([row[number] for row in REFERENCE.values()])
+        right = np.array([row[number] for row in rows])
         assert found[name] == pytest.approx(right, abs=2e-10)
         assert (found[f"{name}_error"] < 1e-8).all()
     assert (found["conserved_change"] < 1e-12).all()

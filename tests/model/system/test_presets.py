@@ -71,7 +71,7 @@ def kapitza_edges(ratio):
     return edge.measured.values / critical
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_kapitza_holds_from_the_rate_of_theory():
     """sqrt(2 g l)/a for small angles, and that over sqrt(cos angle) at an angle, as a/l goes to 0.
 

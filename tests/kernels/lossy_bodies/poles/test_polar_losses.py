@@ -32,7 +32,7 @@ def drawn_many(name, n, seed, most=-1.3):
 
 
 @pytest.mark.slow_lane
-@pytest.mark.parametrize("name", ["ball", "spheroid"])
+@pytest.mark.parametrize("name", ["ball", pytest.param("spheroid", marks=pytest.mark.release)])
 def test_random_motions_are_those_of_newton_and_euler(name):
     """Until dry friction turns round: tilts, heading, way, and what each law took."""
     words, bodies, given = drawn_many(name, 14, 41)
