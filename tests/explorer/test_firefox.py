@@ -15,7 +15,7 @@ from PIL import Image
 from sweep.explorer.explorer import subject_of
 from sweep.explorer.export import export
 
-pytestmark = pytest.mark.slow_lane
+pytestmark = pytest.mark.release
 
 FIREFOX = next(filter(None, map(shutil.which, ("firefox-esr", "firefox"))), None)
 

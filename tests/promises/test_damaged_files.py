@@ -68,7 +68,7 @@ def test_damaged_bytes(folder, ended, dice):
         judged(ended, path.name, "compare rolling.nc {}")
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_edited_structure(folder, ended, dice):
     """A file with other variables, dimensions, attributes or values than those of an atlas is read or refused."""
     for way in damage.EDITS:

@@ -14,7 +14,7 @@ with warnings.catch_warnings():
     import nbformat
     from nbclient import NotebookClient
 
-pytestmark = pytest.mark.slow_lane
+pytestmark = pytest.mark.release
 
 CHECKOUT = Path(__file__).parents[2]
 BEGIN = """

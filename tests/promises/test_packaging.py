@@ -97,7 +97,7 @@ def test_installed_files_give_the_presets_and_the_model(installed: Path, tmp_pat
     assert said.split() == ["disk"] * len(PRESETS) + ["kapitza", str(installed / "sweep" / "__init__.py")]
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_sdist_builds_the_wheel_and_holds_the_tests(wheel: zipfile.ZipFile, tmp_path: Path) -> None:
     """The sdist holds all that git keeps, nothing else that lies in the checkout, and builds the very same wheel."""
     build("sdist", tmp_path)

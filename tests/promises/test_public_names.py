@@ -130,7 +130,7 @@ def test_mypy_sees_types_and_mistakes(project):
     )
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_pyright_sees_types_and_mistakes(project):
     """The same for the other type checker, whose strictest setting asks for the type of everything."""
     folder, installed = project

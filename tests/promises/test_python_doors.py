@@ -72,7 +72,7 @@ def _raised(use, given):
     return None
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_they_answer_or_refuse_in_a_sentence(tmp_path, monkeypatch):
     """No other error leaves any of them, and no message repeats a path of thousands of characters."""
     monkeypatch.chdir(tmp_path)

@@ -24,7 +24,7 @@ def run(folder, *words, **how):
     return python("-m", "sweep", *words, folder=folder, environment=DATED, **how)
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 @pytest.mark.compiled
 def test_kills_and_damages_change_no_byte(tmp_path):
     """The soak in short: whatever is killed or damaged, files are absent or equal to that of an undisturbed run."""

@@ -15,7 +15,7 @@ import pytest
 from explorer_browser import find_browser, launched
 from processes import CHECKOUT, python
 
-pytestmark = pytest.mark.slow_lane
+pytestmark = pytest.mark.release
 
 #: What the dependency group docs of pyproject.toml installs, by the names of imports.
 NEEDED = (

@@ -35,7 +35,7 @@ def test_a_power_of_an_absolute_value_stands_beside_all_of_it(mathml):
     assert "".join(formula.itertext()) == "R4|f|5/2"
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_root_signs_of_the_font_are_as_wide_as_each_other(mathml, tmp_path):
     """A browser keeps room for the widest one, and would leave a gap after a low root."""
     ttlib = pytest.importorskip("fontTools.ttLib")
