@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 from explorer_browser import MAP
 
+pytestmark = pytest.mark.slow_lane
+
 AXE = Path(__file__).parents[3] / "scripts" / "javascript" / "node_modules" / "axe-core" / "axe.min.js"
 
 #: Rules of WCAG 2.2 up to AA, and what axe-core's authors hold for good practice.
@@ -41,14 +43,14 @@ def choose(page, across, up):
     page.mouse.click(box["x"] + across * box["width"], box["y"] + (1 - up) * box["height"])
 
 
-@pytest.mark.parametrize("light", ["light", "dark"])
+@pytest.mark.parametrize("light", ["light", pytest.param("dark", marks=pytest.mark.release)])
 def test_map_has_no_serious_finding(opened, axe, light):
     """The map with its controls, as it opens."""
     page = opened(color_scheme=light)
     assert findings(page, axe) == []
 
 
-@pytest.mark.parametrize("light", ["light", "dark"])
+@pytest.mark.parametrize("light", [pytest.param("light", marks=pytest.mark.release), "dark"])
 def test_motions_have_no_serious_finding(opened, axe, light):
     """Two points that are chosen and compared, with their motions."""
     page = opened(color_scheme=light)

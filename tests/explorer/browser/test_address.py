@@ -61,6 +61,7 @@ def test_address_holds_all(opened):
     assert shown(page)["quantity"] == "stability"
 
 
+@pytest.mark.release
 def test_what_is_set_of_a_motion_is_shared(opened):
     """Losses, camera, time, speed and open words that hands have set are in the address, and shown by who opens it."""
     page = opened(BOTH)
@@ -97,6 +98,7 @@ def test_what_is_set_of_a_motion_is_shared(opened):
     assert not {"a", "a.open", "a.camera", "a.loss.contour_friction"} & entries(again).keys()
 
 
+@pytest.mark.release
 def test_what_takes_the_place_of_a_motion_brings_what_was_set_of_it(opened):
     """Without the first motion the second one is the first, with its losses and open parts; a new start begins anew."""
     page = opened(
@@ -169,6 +171,7 @@ def test_back_returns_to_what_was_given_up(opened):
     assert shown(page)["view"]["x"]["half"] == 0.5
 
 
+@pytest.mark.release
 def test_back_leads_past_a_double_click_to_what_it_gave_up(opened):
     """The start that the first click chose was not meant: no entry of the history has it, or stands for it alone."""
     page = opened(f"{BOTH}&a=2.4,0.02")
@@ -187,6 +190,7 @@ def test_back_leads_past_a_double_click_to_what_it_gave_up(opened):
     assert fragment_of(page) == first
 
 
+@pytest.mark.release
 def test_a_double_click_beside_the_picture_undoes_no_click_before_it(opened):
     """Beside the picture nothing is chosen: the start and the words that were set before stay."""
     page = opened(BOTH)
@@ -220,6 +224,7 @@ def test_address_that_makes_no_sense_shows_the_first_view(opened):
     assert entries(page).keys() == {"base", "x", "y", "quantity"}
 
 
+@pytest.mark.release
 def test_what_makes_no_sense_of_a_motion_is_not_set(opened):
     """The motion of a start in the address is shown as it is where a camera, a part or a loss cannot be read."""
     page = opened(f"{BOTH}&a=2.4,0.02&a.camera=1,2")

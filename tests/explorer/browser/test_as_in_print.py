@@ -51,7 +51,12 @@ def test_lines_look_as_in_figures(opened):
 
 
 @pytest.mark.parametrize(
-    ("width", "hidden"), [(360, ""), (1280, ""), (1280, "&hide=analytic,predicted,measured")]
+    ("width", "hidden"),
+    [
+        (360, ""),
+        pytest.param(1280, "", marks=pytest.mark.release),
+        (1280, "&hide=analytic,predicted,measured"),
+    ],
 )
 def test_regions_are_named_where_they_are(opened, width, hidden):
     """The words "stable" and "unstable" lie on the map, each with all of its letters in its own region."""

@@ -40,7 +40,10 @@ def test_the_page_opens_with_a_motion_that_plays(opened):
     assert page.locator(SHOWN).count() == 0
 
 
-@pytest.mark.parametrize("width", [1200, 1280, 1920])
+@pytest.mark.parametrize(
+    "width",
+    [1200, pytest.param(1280, marks=pytest.mark.release), pytest.param(1920, marks=pytest.mark.release)],
+)
 def test_two_motions_stand_beside_each_other_and_last_as_long(opened, width):
     """From 1200 pixels on A and B are side by side beside the map; both fill the time of the longer one."""
     short, long = "0.002,3.2", "0.001,2.6"
@@ -69,7 +72,7 @@ def test_two_motions_stand_beside_each_other_and_last_as_long(opened, width):
     assert clock(page)["length"] == alone
 
 
-@pytest.mark.parametrize("width", [360, 768])
+@pytest.mark.parametrize("width", [360, pytest.param(768, marks=pytest.mark.release)])
 def test_a_tap_leads_to_the_motion_below_the_map(opened, width):
     """In one column the motion is directly below the map, and a tap scrolls to it; a key does not."""
     page = opened(BOTH, viewport={"width": width, "height": 800}, has_touch=True)

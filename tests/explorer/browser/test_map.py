@@ -78,6 +78,7 @@ def test_wheel_over_one_axis_zooms_that_axis(opened):
     assert axis(page, "y") == before[1]
 
 
+@pytest.mark.release
 def test_zoom_ends_where_pixels_are_eight_units_in_the_last_place(opened):
     """A wheel that goes on turning ends at pixels of 8 units in the last place, and the page says so."""
     page = opened("base=rolling&x=roll_rate,2.5573,1e-10,linear&y=tilt,-5,1e-10,log&quantity=peak_tilt")
@@ -133,7 +134,7 @@ def test_drag_moves_and_double_click_shows_all(opened):
     assert "a" not in entries(page)
 
 
-@pytest.mark.parametrize("upright", [False, True])
+@pytest.mark.parametrize("upright", [False, pytest.param(True, marks=pytest.mark.release)])
 def test_pinch_zooms(opened, upright):
     """Two fingers that go apart by a factor of two show half the range."""
     page = opened(BOTH, viewport={"width": 360, "height": 740}, has_touch=True)
@@ -222,6 +223,7 @@ def test_last_of_many_changes_is_shown(opened):
     check_verdicts(page, alpha=last)
 
 
+@pytest.mark.release
 def test_a_criterion_without_a_slider_has_its_name(opened, served_with):
     """The menu of criteria names one that has no slider, and what it asks stands below."""
     page = opened(url=served_with("rolling", "criterion=peak_tilt > 10deg", "roll_rate=2:4:20").url)
@@ -230,6 +232,7 @@ def test_a_criterion_without_a_slider_has_its_name(opened, served_with):
     assert "peak_tilt" in page.locator(".own-criterion").text_content()
 
 
+@pytest.mark.release
 def test_presets_with_losses_are_named(opened):
     """A preset that is integrated in time stands in the menu, with the way to its map, and cannot be chosen."""
     page = opened(BOTH)
@@ -367,6 +370,7 @@ def test_axes_can_be_others(opened):
     assert axis(page, "x")[3] == "log"
 
 
+@pytest.mark.release
 def test_window_is_saved(opened):
     """PNG, SVG, CSV and netCDF of the window are files that other programs read."""
     page = opened(BOTH, accept_downloads=True, viewport={"width": 400, "height": 400})
@@ -423,6 +427,7 @@ def test_window_is_copied_as_command(opened, explorer):
     assert "contour_friction=" in motion
 
 
+@pytest.mark.release
 def test_a_criterion_that_is_none_is_not_asked_for(opened):
     """A limit that is not above 0, or half a turn, is marked with what it must be, and not sent."""
     page = opened()

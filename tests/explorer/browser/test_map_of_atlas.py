@@ -103,6 +103,7 @@ def test_each_base_offers_what_it_can_show(opened, served_with, lossy):
     assert shown(page)["quantity"] != "end_time"
 
 
+@pytest.mark.release
 def test_what_stored_cells_alone_have_is_not_asked_of_others(opened, served_with, tmp_path):
     """With another alpha than that of the file nobody knows when disks fall: the map is empty and says so."""
     path = tmp_path / "integrated.nc"
@@ -119,6 +120,7 @@ def test_what_stored_cells_alone_have_is_not_asked_of_others(opened, served_with
     assert page.locator("#notice").text_content() == ""
 
 
+@pytest.mark.release
 def test_a_refused_window_leaves_no_picture_of_another_plane(opened, served_with, lossy):
     """Where the window of another base is refused, the words of that stay, and the old picture goes."""
     page = opened(url=served_with(lossy).url)
@@ -167,6 +169,7 @@ def test_outside_the_grid_it_is_said_that_there_is_no_cell(opened, served_with, 
     assert "No cell here." not in page.locator("#readout").inner_text()
 
 
+@pytest.mark.release
 def test_that_there_is_no_cell_is_said_at_once_and_of_an_address(opened, served_with, lossy):
     """Where the picture has no cell nobody is asked; of a start in an address the server says it."""
     url = served_with(lossy).url
@@ -219,6 +222,7 @@ def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
     assert painted == cells(corner, x, y, size["width"], size["height"])
 
 
+@pytest.mark.release
 def test_exported_page_of_losses_shows_its_cells_alone(opened, lossy, tmp_path):
     """Beyond the cells of an atlas with losses there is nothing, but its motions are there everywhere."""
     page = opened("quantity=stability", url=exported(lossy, tmp_path))

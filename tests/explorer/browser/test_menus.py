@@ -81,7 +81,7 @@ def test_keys_go_through_the_page_as_it_is_seen(opened):
     assert all(below > above - 40 for (_, above), (_, below) in pairwise(places))
 
 
-@pytest.mark.parametrize("clipboard", [WITHOUT, REFUSED])
+@pytest.mark.parametrize("clipboard", [pytest.param(WITHOUT, marks=pytest.mark.release), REFUSED])
 def test_a_text_is_copied_without_the_clipboard_of_the_page(opened, clipboard):
     """Where `navigator.clipboard` is missing or refused, the text is copied as a person copies what is selected."""
     page = opened(BOTH)

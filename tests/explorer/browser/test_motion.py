@@ -158,6 +158,7 @@ def test_the_disk_plays_pauses_and_ends(opened):
     assert again["time"] < paused["length"]
 
 
+@pytest.mark.release
 def test_motion_is_not_begun_for_those_who_want_less_of_it(opened):
     """With prefers-reduced-motion a motion waits for its button."""
     page = opened(reduced_motion="reduce")
@@ -332,6 +333,7 @@ def test_verdict_and_words_follow_a_slider(opened):
     assert "9.81" not in page.locator(".explanation").first.inner_text()
 
 
+@pytest.mark.release
 def test_the_picture_follows_the_clock_the_keys_and_the_theme(opened):
     """The disk moves, keys turn the camera and bring it nearer, and a light page has a light table."""
     page = opened(color_scheme="dark")
@@ -401,6 +403,7 @@ def test_an_exported_page_moves_its_disks(opened, tmp_path):
     panel.locator(".explanation", has_text="the motion without losses").wait_for()
 
 
+@pytest.mark.release
 def test_an_exported_page_hides_what_is_not_its_own(opened, tmp_path):
     """Lines are there in the exported window; with another gravity, or far out, they are hidden, and it is said."""
     path = tmp_path / "page.html"
@@ -470,6 +473,7 @@ def test_a_plot_keeps_the_peaks_of_its_curves(opened):
     assert np.median(heights) == pytest.approx(top + height / 2, abs=0.01)
 
 
+@pytest.mark.release
 def test_a_ring_is_as_wide_as_its_inertia_says(opened):
     """A ring from a R to R has alpha = (1 + a^2)/2: a disk is full, and a hoop is drawn with a tenth of its radius."""
     alphas = [0.3, 0.5, 0.625, 0.75, 0.9, 1.0]

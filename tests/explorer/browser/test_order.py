@@ -45,6 +45,7 @@ def test_a_coarse_picture_that_comes_late_is_not_shown(opened):
     assert axis(page, "x") == ("roll_rate", 2.7, 0.5, "linear")
 
 
+@pytest.mark.release
 def test_words_of_a_refused_motion_do_not_stand_beside_another_one(opened):
     """Losses of an address leave no motion: what that says is forgotten where another start is chosen meanwhile."""
     page = opened(BOTH)
@@ -63,6 +64,7 @@ def test_words_of_a_refused_motion_do_not_stand_beside_another_one(opened):
     assert "a.loss" not in page.url
 
 
+@pytest.mark.release
 def test_two_pages_of_one_server_do_not_take_each_other_s_pictures(opened):
     """What one page asks for drops nothing that another one waits for."""
     pages = [opened(BOTH), opened("base=spinning")]

@@ -23,6 +23,7 @@ LEAK = """async () => {
 }"""
 
 
+@pytest.mark.release
 def test_a_short_random_use_has_no_problem(browser, explorer):
     """A dozen actions leave no message, no stale picture and no context of WebGL; what is kept then is measured."""
     context = browser.new_context(viewport=script.SIZE, reduced_motion="reduce")
@@ -59,6 +60,7 @@ def test_a_stale_picture_is_seen(opened):
         script.look(page, watch)
 
 
+@pytest.mark.release
 def test_a_picture_that_nobody_computes_is_told_from_one_that_takes_long(opened, monkeypatch, capsys):
     """A page that waits for nothing is never complete; where a plan is under way it is waited for, and told."""
     page = opened()

@@ -67,6 +67,7 @@ def test_a_page_says_that_its_server_has_gone(unwatched):
         assert entries(page)["with.alpha"] == "0.905"
 
 
+@pytest.mark.release
 def test_numbers_come_without_the_server(unwatched, explorer):
     """The page computes windows and numbers by itself: with words that it knows it needs nobody for them."""
     page = unwatched(explorer.url)
@@ -103,6 +104,7 @@ def refuse(route):
     route.fulfill(status=503, json={"error": "The explorer has no room.", "hint": "Close some.", "where": ""})
 
 
+@pytest.mark.release
 def test_a_page_begins_when_its_server_answers(unwatched, explorer):
     """A page whose first question is not answered says so, and begins as soon as it is."""
     page = unwatched(explorer.url, load=False)
@@ -114,6 +116,7 @@ def test_a_page_begins_when_its_server_answers(unwatched, explorer):
     page.locator("#notice").filter(has_not_text=GONE).wait_for(state="attached")
 
 
+@pytest.mark.release
 def test_a_page_that_is_refused_at_first_can_try_again(unwatched, explorer):
     """A page whose first question is refused has a button that asks once more."""
     page = unwatched(explorer.url, load=False)
@@ -129,7 +132,7 @@ def test_a_page_that_is_refused_at_first_can_try_again(unwatched, explorer):
     assert page.locator("#base").count() == 1
 
 
-@pytest.mark.parametrize("part", ["main.js", "motion/panel.js"])
+@pytest.mark.parametrize("part", [pytest.param("main.js", marks=pytest.mark.release), "motion/panel.js"])
 def test_a_page_with_a_part_missing_says_so(unwatched, explorer, part):
     """Where a file of the page does not come nothing can run: words that stand in the page say what to do."""
     page = unwatched(explorer.url, load=False)
@@ -152,6 +155,7 @@ def test_a_page_with_a_part_missing_says_so(unwatched, explorer, part):
     assert page.locator("#notice").text_content() == ""
 
 
+@pytest.mark.release
 @pytest.mark.parametrize("what", ["plan", "lines"])
 def test_what_was_refused_can_be_asked_for_again(unwatched, explorer, what):
     """A plan or lines that a server could not answer are told, with a button that asks once more."""
@@ -173,6 +177,7 @@ def test_what_was_refused_can_be_asked_for_again(unwatched, explorer, what):
     page.locator("#map .lines:not(.stale) .line.measured").wait_for(state="attached")
 
 
+@pytest.mark.release
 def test_lines_that_come_late_take_their_refusal_from_the_page(unwatched, explorer):
     """That lines were refused is not told any more once they are there, whichever picture came before them."""
     page = unwatched(explorer.url)
@@ -190,6 +195,7 @@ def test_lines_that_come_late_take_their_refusal_from_the_page(unwatched, explor
     page.locator("#notice").filter(has_not_text="no room").wait_for(state="attached")
 
 
+@pytest.mark.release
 def test_a_button_that_tries_again_keeps_the_focus(unwatched, explorer):
     """Where it is refused again the same button stays, and words are not told anew; where it goes the map is next."""
     page = unwatched(explorer.url)
@@ -217,7 +223,7 @@ def test_a_button_that_tries_again_keeps_the_focus(unwatched, explorer):
     assert page.evaluate("document.activeElement.id") == "map"
 
 
-@pytest.mark.parametrize("fault", ["damaged", "old browser"])
+@pytest.mark.parametrize("fault", ["damaged", pytest.param("old browser", marks=pytest.mark.release)])
 def test_an_exported_page_that_cannot_be_read_says_so(unwatched, tmp_path, fault):
     """What is wrong with the cells that a page holds, or with the browser, is told in its notice and in the console."""
     path = tmp_path / "page.html"
@@ -239,6 +245,7 @@ def test_an_exported_page_that_cannot_be_read_says_so(unwatched, tmp_path, fault
     assert len(thrown) == 1
 
 
+@pytest.mark.release
 def test_a_new_server_is_told_to_a_page_that_has_not_begun(unwatched, explorer):
     """A page whose first question was lost says so, too, when a new process answers: nothing goes on by itself."""
     page = unwatched(explorer.url, load=False)
@@ -252,6 +259,7 @@ def test_a_new_server_is_told_to_a_page_that_has_not_begun(unwatched, explorer):
     wait_for_text(page, "#notice", "started anew")
 
 
+@pytest.mark.release
 def test_words_that_were_refused_are_asked_for_again(unwatched, explorer):
     """An explanation that did not come is told, and asked for once more when it is opened again."""
     page = unwatched(explorer.url)

@@ -28,6 +28,7 @@ def test_dark_and_light(opened):
     assert "theme" not in entries(page)
 
 
+@pytest.mark.release
 @pytest.mark.parametrize(
     ("system", "fragment"), [("dark", ""), ("light", ""), ("light", "theme=dark"), ("dark", "theme=light")]
 )
@@ -128,6 +129,7 @@ def test_nothing_is_cut(opened):
         assert page.evaluate("document.documentElement.scrollWidth") == width
 
 
+@pytest.mark.release
 def test_the_legend_of_stored_cells_has_room(opened, served_with, tmp_path):
     """The border of stored cells is named beside the title, however long that is and however narrow the screen."""
     path = tmp_path / "atlas.nc"
@@ -147,6 +149,7 @@ def test_the_legend_of_stored_cells_has_room(opened, served_with, tmp_path):
             assert page.evaluate(CUT) == [], (quantity, width)
 
 
+@pytest.mark.release
 def test_words_of_a_start_fit_a_phone(opened):
     """The long lines of an explanation are scrolled in their box: the page is not wider than the screen."""
     page = opened(BOTH, viewport={"width": 360, "height": 740})
@@ -157,6 +160,7 @@ def test_words_of_a_start_fit_a_phone(opened):
     assert page.evaluate("document.documentElement.scrollWidth") == 360
 
 
+@pytest.mark.release
 def test_sharp_screens_have_sharp_pictures(opened):
     """On a screen with two pixels for one of CSS, the picture has them."""
     page = opened(BOTH, device_scale_factor=2)

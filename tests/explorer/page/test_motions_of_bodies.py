@@ -48,12 +48,9 @@ CLICKS = """async (requests) => {
 
 @pytest.fixture(
     params=[
-        "rounded",
-        *(
-            pytest.param(each, marks=pytest.mark.slow_lane if each == "ball" else pytest.mark.release)
-            for each in BODIES
-            if each not in ("disk", "rounded")
-        ),
+        pytest.param(each, marks=pytest.mark.slow_lane if each == "ball" else pytest.mark.release)
+        for each in BODIES
+        if each != "disk"
     ]
 )
 def shown(request, served_with, opened):

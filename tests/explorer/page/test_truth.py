@@ -253,8 +253,12 @@ BODIES = {
 @pytest.mark.parametrize(
     "name",
     [
-        *["disk", "rounded"],
-        *(pytest.param(each, marks=pytest.mark.slow_lane) for each in list(BODIES)[1:] if each != "rounded"),
+        *["disk", "torus", "ball"],
+        *(
+            pytest.param(each, marks=pytest.mark.release)
+            for each in BODIES
+            if each not in ("disk", "torus", "ball")
+        ),
     ],
 )
 def test_cells_of_a_body(served_with, opened, rng, count, name):

@@ -119,6 +119,7 @@ def test_the_outline_of_a_ring():
         assert np.abs(ray).max() < 1e-12
 
 
+@pytest.mark.release
 def test_every_body_can_be_drawn(motions, tmp_path):
     """Figure and film of each, without a warning, and what it is of; twice the same bytes."""
     for body, motion in motions.items():

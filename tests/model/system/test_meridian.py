@@ -53,7 +53,7 @@ def start(tilt, w, o, s):
     }
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_extremes_of_the_bodies_of_the_table(some):
     """Thin disk, rings, rounded disk, ball off its centre and spheroids, to the digits of the table."""
     assert REFERENCE.keys() == LENGTHS.keys()

@@ -166,7 +166,7 @@ def test_the_basins_of_three_magnets_have_their_symmetry(rng):
     assert list(middle["label"]) == [0]
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_the_origin_takes_all_of_thomas_above_one(rng):
     """For b > 1 the distance falls at least as exp((1 - b) t), since |sin y| <= |y|; below 1 there are two points."""
     spec = sweep.SweepSpec.preset("thomas").replace(duration=20.0)
@@ -207,7 +207,7 @@ def test_the_two_points_of_thomas_lose_their_stability_where_they_must():
         assert (rate < 0.0) == (b > 0.32899)
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_a_weakly_driven_pendulum_has_its_linear_resonance():
     """After 300 the angle is the stationary one of the linear oscillator, but for the square of the torque."""
     off = []
