@@ -6,6 +6,7 @@ import shutil
 from itertools import pairwise
 from pathlib import Path
 
+import compile_ahead
 import netCDF4
 import numpy as np
 import pytest
@@ -76,7 +77,13 @@ SYSTEMS = {
 
 
 @pytest.mark.slow_lane
-@pytest.mark.parametrize("name", SYSTEMS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        each if each in compile_ahead.SYSTEMS else pytest.param(each, marks=pytest.mark.release)
+        for each in SYSTEMS
+    ],
+)
 def test_the_whole_path_is_that_of_scipy(name):
     """Every state at 500 times, within what DOP853 of tolerance 1e-12 itself is off: by 1e-11 of it, over the path.
 

@@ -109,7 +109,7 @@ def far(found, number, body, tilt, rates, end):
     return np.abs(here - there).max(), stated + 2e-11
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_any_meridian_against_a_rigid_body_in_space(rng):
     """Axis and angular velocity at the end, of random bodies with a flat side and without, to within stated errors."""
     count, end = 12, 6.0

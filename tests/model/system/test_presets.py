@@ -272,7 +272,7 @@ def test_motions_of_thomas_are_chaotic_where_sprott_and_chlouverakis_say():
         assert int((atlas.ending == codes["sensitive"]).sum()) == expected, b
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_the_driven_pendulum_doubles_its_period_where_taylor_says():
     """1.0663 and 1.0793 at damping 1/2 and drive 2/3, from -90 degrees (Taylor, Classical Mechanics, table 12.1).
 
