@@ -61,6 +61,7 @@ def test_the_files_that_it_names_exist():
     assert [name for name in named if not (CHECKOUT / name).exists()] == []
 
 
+@pytest.mark.release
 @pytest.mark.compiled
 def test_its_commands_run_in_the_fork(fork, tmp_path):
     """In the order of the page; each leaves the file that it names, and tells of what is new."""

@@ -103,10 +103,12 @@ def ticks(page, which):
     title = group.locator(".title").text_content()
     offset, power = _scale(title)
     found = []
-    for label in group.locator("text:not(.title)").all():
-        at = float(label.get_attribute(which))
+    # at once: the axis may be drawn anew between two questions
+    read = "(all, name) => all.map((each) => [each.getAttribute(name), each.textContent])"
+    for at, text in group.locator("text:not(.title)").evaluate_all(read, which):
+        at = float(at)
         place = 2 * at / box["width"] - 1 if which == "x" else 1 - 2 * at / box["height"]
-        text = label.text_content().replace("\u2212", "-")
+        text = text.replace("\u2212", "-")
         found.append((place, offset + Decimal(text).scaleb(power)))
     return title, found
 

@@ -198,7 +198,9 @@ def test_two_motions_are_synchronous(opened):
     both = clock(page)["length"]
     assert both >= alone
     seek(page, 0.2 * both)
-    places = [line.get_attribute("x1") for line in page.locator(".plot.tilt .cursor line").all()]
+    places = page.locator(".plot.tilt .cursor line").evaluate_all(
+        "all => all.map((each) => each.getAttribute('x1'))"
+    )
     assert len(places) == 2
     assert float(places[0]) == pytest.approx(float(places[1]), abs=1.5)
     assert page.evaluate(DRAWN, 0) > 100

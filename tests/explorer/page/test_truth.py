@@ -191,7 +191,7 @@ SYSTEMS = {
 
 @pytest.mark.parametrize(
     "name",
-    list(SYSTEMS),
+    [*(pytest.param(each, marks=pytest.mark.release) for each in SYSTEMS if each != "any.py"), "any.py"],
 )
 @pytest.mark.slow_lane
 def test_cells_of_a_system(served_with, opened, rng, count, name, tmp_path, monkeypatch):
