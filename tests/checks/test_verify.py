@@ -192,6 +192,7 @@ def test_a_criterion_on_a_cell_s_reach():
         ), offset
 
 
+@pytest.mark.slow_lane
 def test_a_fall_tilt_on_a_peak():
     """With fall_tilt within the tolerance of a peak either ending is right, though a fall shows but one side."""
     for kick in [{"tilt_rate": 0.1}, {"tilt_rate": -0.1}, {"tilt": 0.01}]:

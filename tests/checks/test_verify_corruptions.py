@@ -395,6 +395,7 @@ def corrupt_attributes(dataset, change):
     return expected, wrong_values(dataset)
 
 
+@pytest.mark.slow_lane
 def test_a_corrupt_origin_is_named(files):
     """The spec, the format, the hash of the code and the program: each is named, or the file is not read."""
     for kind in ("rolling", "exact"):

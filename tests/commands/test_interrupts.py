@@ -58,6 +58,7 @@ def imported(tmp_path_factory):
     return [each for each in found if each != "builtins"]
 
 
+@pytest.mark.slow_lane
 def test_an_interrupt_while_modules_are_imported(imported, tmp_path):
     """Six of them, from the parser to what a request needs: no traceback, one line, status 130."""
     places = {round(i * (len(imported) - 1) / 5) for i in range(6)}

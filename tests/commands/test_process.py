@@ -50,6 +50,7 @@ def test_a_run_needs_no_streams(atlas):
     assert (done.returncode, done.stdout) == (0, "")
 
 
+@pytest.mark.slow_lane
 def test_a_result_that_cannot_be_written(atlas):
     """Status 3, as for a file, and one sentence."""
     done = shell("eulerdisk info a.nc >/dev/full", atlas)

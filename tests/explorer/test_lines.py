@@ -1,6 +1,7 @@
 import json
 
 import numpy as np
+import pytest
 from cases import case
 from explorer_client import ROLLING, about, ask, post, side
 
@@ -31,6 +32,7 @@ def test_the_analytic_line_is_that_of_theory(url):
             assert found[0].max() > 0.08
 
 
+@pytest.mark.slow_lane
 def test_the_measured_line_parts_stable_from_unstable(url):
     """Exact cells a little to each side of the measured line have unlike verdicts, along the whole of it."""
     for base in ["rolling", "spinning", "circling"]:

@@ -270,6 +270,7 @@ def test_a_port_that_is_none_is_refused():
             assert_facts(caught.value.message, "0", "65535", f"{port}")
 
 
+@pytest.mark.slow_lane
 def test_the_command_prints_the_address_and_ends_with_ctrl_c():
     """`eulerdisk explore` prints the address of its page on a line of its own, answers, and ends on Ctrl-C with 0."""
     for words in [[], ["rolling", "alpha=1"], ["spinning"]]:

@@ -108,6 +108,7 @@ def test_a_point_without_a_motion_has_no_command(url):
     assert_facts(error["error"], "roll_rate")
 
 
+@pytest.mark.slow_lane
 def test_the_command_of_a_point_falls_where_the_page_says(url):
     """The tilt at which the disk has fallen is that of the page; of a disk with losses it is not a word."""
     for losses in [None, {"rolling_friction": 1e-4}]:
@@ -124,6 +125,7 @@ def test_the_command_of_a_point_falls_where_the_page_says(url):
                 assert steepest > np.radians(60.0)
 
 
+@pytest.mark.slow_lane
 def test_the_command_of_a_toy_lies_flat_where_its_file_says(tmp_path):
     """The tilt at which a disk with losses is flat is a word of its command, as its losses are."""
     atlas = sweep.run(

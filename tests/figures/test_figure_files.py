@@ -57,6 +57,7 @@ def test_missing_folder(atlas, tmp_path):
         plots.save(plots.figure([atlas]), tmp_path / "absent" / "figure.png")
 
 
+@pytest.mark.slow_lane
 def test_no_global_state(atlas):
     """Drawing neither loads pyplot nor leaves a changed setting behind."""
     before = dict(matplotlib.rcParams)
@@ -69,6 +70,7 @@ def test_no_global_state(atlas):
     assert done.stdout.strip() == "False"
 
 
+@pytest.mark.slow_lane
 def test_script_draws_what_it_is_given(atlas, tmp_path):
     """scripts/plot_boundaries.py draws atlas files into one figure; a bad request ends with 2 and a message."""
     sweep.save(atlas, tmp_path / "rolling.nc")

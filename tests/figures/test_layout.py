@@ -113,6 +113,7 @@ LIKE_OTHERS = {
 }
 
 
+@pytest.mark.slow_lane
 def test_nothing_lies_on_anything_else_in_a_column():
     """Neither do the boxes of two words overlap, nor does any leave the figure, nor a legend lie on a panel."""
     check_all("column", AWKWARD.keys() - LIKE_OTHERS)
@@ -140,6 +141,7 @@ def check_all(look, names):
 OTHERS = {"circling": "scaled", "negative": "narrow", "decades": "large letters", "alphas and radii": "low"}
 
 
+@pytest.mark.release
 def test_no_word_lies_on_another_in_other_looks():
     """The same holds for a narrow figure, for large letters, scaled rates and a low figure."""
     for name, look in OTHERS.items():
@@ -163,6 +165,7 @@ TITLED = {
 }
 
 
+@pytest.mark.slow_lane
 def test_the_title_that_the_program_gives_is_whole():
     """Where it is longer than a line it takes several; nothing is cut, and no word leaves its place."""
     looks = {
@@ -179,6 +182,7 @@ def test_the_title_that_the_program_gives_is_whole():
             assert misplaced(plots.figure([atlas] * 2, look=Look.read(width="160mm"))) == [], name
 
 
+@pytest.mark.slow_lane
 def test_the_title_of_axes_of_a_user_is_whole():
     """Those are narrow here, and the title is as wide as they are at most."""
     drawn = Figure(layout="constrained", figsize=(4.0, 6.0))
@@ -191,6 +195,7 @@ def test_the_title_of_axes_of_a_user_is_whole():
 LONG = "A coin of twelve millimetres on glass, nudged by four degrees as it rolls"
 
 
+@pytest.mark.slow_lane
 def test_a_long_title_pushes_the_panels_down():
     """Its lines lie above the panels, and none of them is cut; in several panels, beside a common title too."""
     for name, looks in (("rolling", ("default", "narrow")), ("random", ("column",))):
@@ -203,6 +208,7 @@ def test_a_long_title_pushes_the_panels_down():
             assert misplaced(plots.figure([atlas] * 2, look=Look.read(width="160mm"))) == []
 
 
+@pytest.mark.release
 def test_a_long_title_of_more_than_two_axes_is_whole():
     """A family of maps has one title over all of them."""
     atlas = sweep.run(PLAIN.replace(alpha="0.5,1", title=LONG))
@@ -280,6 +286,7 @@ def check_verdicts(atlas, drawn, case):
     assert len(there - told) <= 1, case
 
 
+@pytest.mark.slow_lane
 def test_too_small_a_figure_is_refused_with_the_size_that_will_do():
     """The size that a refusal names is enough."""
     for width, font_size in (("25mm", 8), ("86mm", 30), ("30mm", 8)):
@@ -303,6 +310,7 @@ def test_a_figure_has_the_size_that_was_asked_for(tmp_path):
     assert drawn.axes[0].xaxis.label.get_fontsize() == 7.0
 
 
+@pytest.mark.slow_lane
 def test_axes_are_on_whole_dots_of_the_file():
     """Cells of colours are sharp at the dots per inch that are asked for, and at 200 without."""
     for dpi in (200, 300, 310):
@@ -319,6 +327,7 @@ def width_of_map(drawn):
     return axes.get_window_extent().width / drawn.dpi * 25.4
 
 
+@pytest.mark.slow_lane
 def test_the_map_of_a_column_of_a_journal_is_55_mm_wide():
     """Of a figure of 86 mm, with or without its words; a bare one has a legend of one line inside it."""
     atlas = sweep.run(AWKWARD["preset"])
@@ -363,6 +372,7 @@ def test_a_bracket_is_drawn_over_its_marker():
         assert all(bar.get_zorder() > markers.get_zorder() for bar in bars)
 
 
+@pytest.mark.slow_lane
 def test_the_legend_of_an_incomplete_last_row_is_in_its_empty_place():
     """The height below the last row has no legend, and panels of a row have numbers all or none."""
     drawn = plots.figure([sweep.run(AWKWARD["five alphas"])], look=Look.read())

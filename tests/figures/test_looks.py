@@ -70,6 +70,7 @@ def test_no_number_of_a_failed_cell_is_drawn(plain):
         assert np.isfinite(shade.values[3, 4]) == is_drawn, name
 
 
+@pytest.mark.release
 def test_any_number_of_the_cells_is_drawn(plain):
     """Every variable that is no flag gives the colours its values, in the unit of the bar; missing ones are hatched."""
     for name in variables_of_cells(plain):
@@ -237,6 +238,7 @@ def test_scaled_rates_of_unlike_disks_meet():
         draw(atlas.isel(tilt=0), rate="scaled")
 
 
+@pytest.mark.slow_lane
 def test_a_rate_is_drawn_as_the_speed_of_the_contact_point():
     """Rate times radius: rolling upright is stable above sqrt(g R / 3), which the legend says as a number."""
     for radius, unit, factor in (("0.01mm", "mm", 1e3), ("11.6mm", "cm", 1e2), ("0.5m", "m", 1.0)):
@@ -327,6 +329,7 @@ def test_a_motion_has_none_of_these_looks():
         motion.eulerdisk.plot(rate="scaled", contours=np.array([1.0, 2.0]))
 
 
+@pytest.mark.slow_lane
 def test_many_maps_fit_a_column_of_a_journal():
     """Five maps are two abreast in 86 mm, and no higher than a page; what would be higher is refused with a hint."""
     atlas = sweep.run(sweep.SweepSpec(roll_rate="2:4:9", tilt="0.1deg:2deg:5", alpha="0.2:1:5"))
@@ -348,6 +351,7 @@ def test_cells_end_within_what_a_parameter_allows():
     assert 0.0 < maps(draw(radii))[0].get_xlim()[0] < 1e-12
 
 
+@pytest.mark.release
 def test_a_bar_of_colours_has_three_numbers_or_its_ends():
     """A bar with one number between its ends says nothing of them."""
     for own in (False, True):

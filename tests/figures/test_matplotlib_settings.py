@@ -35,6 +35,7 @@ def started(folder, *line, **more):
     )
 
 
+@pytest.mark.slow_lane
 def test_a_figure_is_a_function_of_its_atlas(hostile, tmp_path):
     """The command draws the same bytes beside a matplotlibrc and with settings in the environment."""
     with sweep.open_atlas(hostile / "atlas.nc") as atlas:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from messages import refused
 
+from sweep.model import registry
 from sweep.model.quantity import FAILED, FINAL, LOST, MISSING, OPEN, Ending, Endings
 
 ENDINGS = Endings(
@@ -48,3 +49,23 @@ def test_the_file_declares_every_ending():
     assert ENDINGS.quantity.flags == ENDINGS.flags
     with pytest.raises(TypeError):
         ENDINGS.flags[2] = "other"
+
+
+#: What the codes in files mean, from 0 on, by models. Files hold these numbers: one that is given away keeps its meaning.
+CODES = {
+    "disk": ["not_computed", "bounded", "steady", "horizon", "fell", "unresolved", "invalid"],
+    "lossy_disk": [
+        "not_computed", "flat", "rest", "horizon", "lift_off", "slip", "undisturbed", "unresolved", "invalid",
+    ],
+    "bodies": ["not_computed", "bounded", "steady", "horizon", "fell", "unresolved", "invalid", "edge_change"],
+    "lossy_bodies": [
+        "not_computed", "flat", "rest", "horizon", "lift_off", "slip", "undisturbed", "unresolved", "invalid",
+        "edge_change",
+    ],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CODES)
+def test_codes_of_files_keep_their_meanings(name):
+    """Programs in other languages compare with these numbers."""
+    assert dict(registry.named(name).variables["ending"].flags) == dict(enumerate(CODES[name]))

@@ -355,6 +355,13 @@ def test_the_scale_of_colours_can_be_held(opened):
     page.locator("#hold-colours").uncheck()
     wait_for_picture(page)
     assert "range" not in entries(page)
+    page.locator("#hold-colours").check()
+    wait_for_picture(page)
+    assert "range" in entries(page)
+    # ends of another quantity are of no use to this one
+    page.locator("#quantity").select_option("amplification")
+    wait_for_picture(page)
+    assert "range" not in entries(page)
 
 
 def test_axes_can_be_others(opened):

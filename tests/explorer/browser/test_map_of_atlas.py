@@ -142,6 +142,8 @@ def test_outside_the_grid_it_is_said_that_there_is_no_cell(opened, served_with, 
     """Beside the cells of an atlas with losses there is no colour, no number and no verdict, in one plain line."""
     page = opened("quantity=stability", url=served_with(lossy).url)
     box = page.locator("#map .picture").bounding_box()
+    # there is nothing else to show
+    assert page.locator("#show-stored").is_hidden()
     page.mouse.move(*point(page, 0.0, 0.0))
     wait_for_text(page, "#readout", "verdict")
     for _ in range(2):
@@ -222,7 +224,6 @@ def test_exported_page_opens_from_disk(opened, atlas, tmp_path):
     assert painted == cells(corner, x, y, size["width"], size["height"])
 
 
-@pytest.mark.release
 def test_exported_page_of_losses_shows_its_cells_alone(opened, lossy, tmp_path):
     """Beyond the cells of an atlas with losses there is nothing, but its motions are there everywhere."""
     page = opened("quantity=stability", url=exported(lossy, tmp_path))
@@ -236,3 +237,13 @@ def test_exported_page_of_losses_shows_its_cells_alone(opened, lossy, tmp_path):
     wait_for_text(page, "#readout", "No cell here.")
     page.mouse.click(*point(page, 0.05, 0.05))
     page.wait_for_selector("#motions .motion.lossy.shown:not(.waiting)")
+    page.click("#compare")
+    page.mouse.click(*point(page, 0.3, 0.2))
+    page.wait_for_selector("#motions .slot >> nth=1 >> .motion.lossy.shown:not(.waiting)")
+    # both are cells, whatever was clicked
+    with sweep.open_atlas(lossy) as atlas:
+        for chosen in ("a", "b"):
+            place = dict(zip("xy", map(float, entries(page)[chosen].split(",")), strict=True))
+            for side, value in place.items():
+                values = atlas[axis(page, side)[0]].values
+                assert np.abs(values - value).min() < 1e-9 * abs(value), (chosen, side)

@@ -11,6 +11,7 @@ import sweep
 from sweep.explorer.explorer import subject_of
 from sweep.explorer.export import export
 from tests.explorer.browser.holding import HOLD, wait_for_held
+from tests.explorer.browser.map_page import entries, wait_for_picture
 
 pytestmark = pytest.mark.slow_lane
 
@@ -220,6 +221,25 @@ def beside_a_longer_one(page):
     choose(page, 0.7, 0.5, number=1)
     page.wait_for_timeout(500)
     return 1 if clock(page)["length"] == alone else 0
+
+
+def test_losses_of_two_motions_are_each_its_own(opened):
+    """What is set of B changes nothing that was set of A, and the other way round."""
+    page = opened("base=rolling&a=0.02,2.4&b=0.02,2.9&compare=yes")
+    for number, name in enumerate("ab"):
+        slot = page.locator("#motions .slot").nth(number)
+        slot.locator(SHOWN).wait_for()
+        slot.locator("details.laws summary").click()
+        for _ in range(1 + number):
+            slot.get_by_role("slider", name="contour friction").press("PageUp")
+        page.wait_for_url(lambda url, name=name: f"{name}.loss.contour_friction" in url)
+    wait_for_picture(page)
+    losses = [float(entries(page)[f"{name}.loss.contour_friction"]) for name in "ab"]
+    assert 0.0 < losses[0] < losses[1]
+    page.locator("#motions .slot").nth(0).get_by_role("slider", name="contour friction").press("PageUp")
+    wait_for_picture(page)
+    assert losses[0] < float(entries(page)["a.loss.contour_friction"])
+    assert losses[1] == float(entries(page)["b.loss.contour_friction"])
 
 
 def test_a_motion_that_is_not_followed_for_longer_says_why(opened):

@@ -61,6 +61,16 @@ def by_scipy(start, times):
     return sweep.simulate(**start, duration=times[-1], interval=interval, method="dop853")
 
 
+def test_a_slow_fall_is_followed_to_its_end(motion):
+    """A disk that is let go next to upright falls after more than the 6 s that any motion is followed for."""
+    start = start_of(tilt=1e-3, radius=20.0)
+    head, arrays = motion(start)
+    fallen = sweep.simulate(**start, duration=100.0)
+    assert head["ended"]
+    assert arrays["time"][-1] == pytest.approx(float(fallen["elapsed_time"][-1]), rel=1e-6)
+    assert arrays["time"][-1] > 6.0
+
+
 def test_samples_are_those_of_the_motion(motion):
     """State, angles, path and forces agree with SciPy's DOP853 on the textbook equations."""
     for start in STARTS:

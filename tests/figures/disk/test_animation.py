@@ -37,6 +37,7 @@ def of_the_trail(picture):
     return np.clip((red - green) / (0xC8 - 0x38), 0.0, 1.0)
 
 
+@pytest.mark.slow_lane
 def test_a_fall_is_whole_in_every_picture(some):
     """The coin of a fifth of a second is seen, and has white around it, in every picture of at least four seconds."""
     for camera in some(("fixed", "follow", "top"), 2):
@@ -123,6 +124,7 @@ def test_no_word_of_a_film_is_cut(title, size, monkeypatch):
     assert with_facts(words, "lifted off", "start")
 
 
+@pytest.mark.slow_lane
 def test_the_disk_is_below_the_lines_of_a_long_title():
     """The room for the words grows with them, and the disk becomes smaller."""
     for size in ((200, 200), (640, 480)):

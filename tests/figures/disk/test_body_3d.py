@@ -140,6 +140,7 @@ def test_a_thin_body_that_stands_upright_can_be_drawn(tmp_path):
     motion.eulerdisk.animate(tmp_path / "thin.gif", fps=1, size="240x200", camera="top")
 
 
+@pytest.mark.slow_lane
 def test_a_body_is_whole_in_every_picture(motions):
     """Its colours are seen, and have paper around them, from every camera."""
     for motion in (motions["torus"], motions["spheroid"]):

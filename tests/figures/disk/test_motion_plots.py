@@ -47,6 +47,7 @@ def test_the_painted_radius_rolls_without_slipping():
     assert np.linalg.norm(rim - centre) == pytest.approx(0.5, rel=1e-12)
 
 
+@pytest.mark.slow_lane
 def test_same_motion_same_bytes(unstable, tmp_path):
     """A still drawn twice gives the same file; it warns of nothing, on a motion of any kind."""
     for ending in ("png", "svg"):
@@ -56,6 +57,7 @@ def test_same_motion_same_bytes(unstable, tmp_path):
         assert first == second
 
 
+@pytest.mark.slow_lane
 def test_every_motion_can_be_drawn(tmp_path):
     """A fall, a circle, a spin on the spot and a disk at rest are drawn without a warning, with their tilt."""
     for words in (
@@ -113,6 +115,7 @@ def test_what_is_impossible_is_shaded_from_its_time_on():
         assert not axes.patches
 
 
+@pytest.mark.slow_lane
 def test_the_friction_that_is_needed_is_in_view():
     """All of it, far above the friction or far below, with the friction and the normal force."""
     for words in (
@@ -171,6 +174,7 @@ def test_the_script_draws_six_figures(tmp_path):
     assert not (tmp_path / "b").exists()
 
 
+@pytest.mark.release
 def test_numbers_on_axes_are_round_and_apart():
     """Steps are 1, 2 or 5, numbers do not touch, and the paths of like disks are in the same unit, mm."""
     for duration in ("0.8s", "2s", "3.3s"):

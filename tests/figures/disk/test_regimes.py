@@ -28,6 +28,7 @@ def atlas():
     return sweep.run(ALL)
 
 
+@pytest.mark.slow_lane
 def test_the_regimes_are_those_of_the_referees(atlas):
     """Crossings and falls are those of the quadrature of the tests, wells those of the curve of folds."""
     found = regimes(atlas)
@@ -92,6 +93,7 @@ def test_the_curve_of_folds_is_drawn_where_there_is_one():
             assert np.allclose(y, (1.0, -1.0)[i] * rate, rtol=1e-9)
 
 
+@pytest.mark.slow_lane
 def test_the_figure(atlas, tmp_path):
     """A panel per atlas: names or legend for every regime, both lines; the file depends on the atlas alone."""
     drawn = figure([atlas, sweep.run(RELEASED)])

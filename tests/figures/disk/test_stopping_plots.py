@@ -38,6 +38,7 @@ def lines_of(axes):
     return dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
 
 
+@pytest.mark.slow_lane
 def test_tilt_and_rates_are_those_of_the_file(toy, rolling):
     """Inclination from flat with the rate of the wobble and of the disk itself; of a disk that rolls tilt and rates."""
     axes = stopping_plots.figure(toy).axes
@@ -82,6 +83,7 @@ def test_the_areas_of_the_ledger_are_the_losses(toy):
     assert with_facts(labels, "air", "Bildsten", f"{100.0 - 100.0 * share:.0f} %")
 
 
+@pytest.mark.slow_lane
 def test_the_end_is_drawn_against_the_time_that_is_left(toy):
     """Both axes are logarithmic; a guide for each law has the slope that it names, beside the curve."""
     for panel, name, times in ((APPROACH, "inclination", 1.0), (SPEEDING_UP, "precession_rate", -0.5)):
@@ -115,6 +117,7 @@ def test_the_end_is_drawn_against_the_time_that_is_left(toy):
         assert middle["contour friction"] > middle["air"]
 
 
+@pytest.mark.slow_lane
 def test_a_law_that_the_motion_has_not_is_not_drawn():
     """One law alone has one guide and one area, for every law of the table."""
     motion = sweep.simulate(
@@ -132,6 +135,7 @@ def test_a_law_that_the_motion_has_not_is_not_drawn():
     assert len(axes[LEDGER].collections) == 2
 
 
+@pytest.mark.slow_lane
 def test_what_is_no_wobble_has_no_panels_of_its_end(tmp_path):
     """A fall, a coin that stands, one that slips and one that loses nothing are drawn without a warning."""
     for words in (
@@ -151,6 +155,7 @@ def test_what_is_no_wobble_has_no_panels_of_its_end(tmp_path):
         plots.save(drawn, tmp_path / "figure.png")
 
 
+@pytest.mark.release
 def test_same_motion_same_bytes(toy, tmp_path):
     """A figure drawn twice is the same file; a motion with far samples is drawn through close ones."""
     for name in ("first", "second"):
@@ -162,6 +167,7 @@ def test_same_motion_same_bytes(toy, tmp_path):
     assert line.get_xdata().size > 1000
 
 
+@pytest.mark.slow_lane
 def test_the_accessor_draws_each_motion_as_its_model_does(toy):
     """The figure of a motion with losses has its ledger, that of one without has its contact."""
     assert_facts(toy.eulerdisk.plot().axes[LEDGER].get_ylabel(), "energy", "(mJ)")
@@ -171,6 +177,7 @@ def test_the_accessor_draws_each_motion_as_its_model_does(toy):
         plots.motion_figure(toy.drop_vars("contour_loss"))
 
 
+@pytest.mark.slow_lane
 def test_the_figure_of_an_explained_cell_is_its_motion(tmp_path):
     """Its end is that of the cell, its title says the verdict; a cell without a start has none."""
     atlas = sweep.run("toy", tilt="75deg,80deg", precession_rate="wobble")

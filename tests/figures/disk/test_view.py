@@ -49,6 +49,7 @@ def seen(camera, points):
     return np.stack([cut @ camera.right, cut @ up], axis=-1)
 
 
+@pytest.mark.slow_lane
 def test_the_whole_disk_is_in_every_frame():
     """Every point of the rim is within the picture, between the words, in front of the camera, above the floor."""
     for name, words in MOTIONS.items():

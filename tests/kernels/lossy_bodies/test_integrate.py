@@ -143,6 +143,8 @@ def test_endings_of_starts_without_a_motion():
         ]
 
     assert ending("rim", **RIM, tilt=0.0) == EDGE_CHANGE
+    upright = run(starts(contour_friction=1e-3, roll_rate=1.0, tilt=0.0, **RIM), "rim")
+    assert (upright.end_time[0], upright.end_tilt[0]) == (0.0, 0.0)
     assert ending("torus", **TORUS, tilt=0.0) == UNDISTURBED
     # off its centre an arc leans at once
     round_edge = {"fillet": 0.2, "axial_moment": 0.4, "transverse_moment": 0.3}
