@@ -51,7 +51,7 @@ def test_the_file_declares_every_ending():
         ENDINGS.flags[2] = "other"
 
 
-#: What the codes in files mean, from 0 on, by models. Files hold these numbers: one that is given away keeps its meaning.
+#: What the codes in files mean, from 0 on, by models: a number that stands in files keeps its meaning.
 CODES = {
     "disk": ["not_computed", "bounded", "steady", "horizon", "fell", "unresolved", "invalid"],
     "lossy_disk": [
