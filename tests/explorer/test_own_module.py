@@ -60,6 +60,21 @@ def test_bodies_of_the_same_kernels_have_the_same_module(tmp_path, monkeypatch, 
     assert len(set(made)) == 3
 
 
+@pytest.mark.parametrize("asked", ["contact", "path"])
+def test_a_module_records_what_its_spec_asks_for(tmp_path, monkeypatch, asked):
+    """Contact forces or where the contact point goes: each alone is not the other."""
+    made = []
+    monkeypatch.setattr(
+        "sweep.explorer.own_module._made", lambda *given: made.append(given[-1]) or b"a module"
+    )
+    monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
+    kernels_of(SweepSpec(body="torus", tube=0.4, **{asked: "yes"}))
+    found = entries_and_sizes(*json.loads(made[-1]))
+    expected, other = (entries_and_sizes("torus", *flags) for flags in ((True, False), (False, True)))
+    assert found == (expected if asked == "contact" else other)
+    assert expected != other
+
+
 def test_a_system_that_cannot_be_compiled_for_a_page_is_refused(tmp_path, monkeypatch):
     """What went wrong is said in one sentence."""
     monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))

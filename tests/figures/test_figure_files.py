@@ -51,6 +51,16 @@ def test_failed_save_leaves_the_old_figure(atlas, tmp_path, monkeypatch):
     assert path.read_text() == "old"
 
 
+def test_a_figure_has_the_dots_that_were_asked_for(atlas, tmp_path):
+    """Width and height of the file, in the head of a PNG, are the inches of the figure times the dots per inch."""
+    drawn = plots.figure([atlas])
+    for dpi in (50, 120):
+        plots.save(drawn, tmp_path / f"{dpi}.png", dpi)
+        head = (tmp_path / f"{dpi}.png").read_bytes()[16:24]
+        dots = [int.from_bytes(head[:4]), int.from_bytes(head[4:])]
+        assert dots == pytest.approx([side * dpi for side in drawn.get_size_inches()], abs=1.0)
+
+
 def test_missing_folder(atlas, tmp_path):
     """A folder that does not exist is named in the refusal."""
     with refused("absent", "mkdir -p"):

@@ -208,6 +208,15 @@ def test_a_strip_shows_its_points():
         assert low < bars.min() < bars.max() < high < 0.3
 
 
+def test_a_point_far_from_the_line_does_not_stretch_the_strip():
+    """Where most of the boundary lies near the analytic line a point at half of it is left out of the strip."""
+    atlas = sweep.run(ROLLING.replace(tilt="0.01deg:0.2deg:10:log"))
+    atlas["boundary_roll_rate"].values[0] *= 0.5
+    _, strip, _ = map_and_strip(plots.figure([atlas]).axes)
+    low, high = strip.get_ylim()
+    assert 0.9 < low < 1.0 < high < 1.1
+
+
 def test_prediction_is_the_atlas_s(atlases, panels):
     """The dashed line runs through the predicted rates that the atlas stores."""
     atlas = atlases["spinning"]

@@ -9,7 +9,15 @@ import pytest
 from messages import refused
 
 from sweep.errors import RequestError
-from sweep.files.paths import _check_no_device, check_apart, check_atlas, check_format, check_target
+from sweep.files.paths import (
+    _check_no_device,
+    check_apart,
+    check_atlas,
+    check_atlas_name,
+    check_format,
+    check_table_name,
+    check_target,
+)
 
 CHECKOUT = Path(__file__).parents[2]
 
@@ -24,6 +32,12 @@ def test_unknown_format():
 def test_ending_may_be_capital():
     """The case of the ending does not matter."""
     assert check_format("FIGURE.PNG") == "png"
+    for name in ("rolling.nc", "ROLLING.NC", "rolling"):
+        check_atlas_name(Path(name))
+    with refused("rolling.nc"):
+        check_atlas_name(Path("rolling.CSV"))
+    with refused("rolling.csv"):
+        check_table_name(Path("rolling.NC"), "csv")
 
 
 def test_an_atlas_exists(tmp_path):

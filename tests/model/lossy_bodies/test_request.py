@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from messages import assert_facts
 
 from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
@@ -67,6 +68,14 @@ def test_the_thin_disk_again():
     assert thin.model is LOSSY_DISK
     assert thin.contour_friction == spec.contour_friction
     assert SweepSpec(body="torus", rolling_friction="10um").tube == "none"
+
+
+def test_the_sample_of_an_audit_is_that_of_its_seed():
+    """The seed that `verify` is given draws the sample, and is told."""
+    spec = SweepSpec(body="torus", tube=0.2, rolling_friction="1mm", roll_rate="1:3:5")
+    samples = [spec.model.reference(5, seed).sampled for seed in (7, 7, 8)]
+    assert_facts(samples[0], "seed 7")
+    assert samples[0] == samples[1] != samples[2]
 
 
 def test_each_set_of_laws_has_its_kernel():

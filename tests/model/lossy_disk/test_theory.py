@@ -204,6 +204,9 @@ def test_without_losses_the_estimate_is_the_edge_of_an_amplification():
         np.testing.assert_allclose(estimate, critical * math.sqrt(r), rtol=1e-6)
     critical, estimate = lines(**words, tilt=0)["upper"]
     np.testing.assert_allclose(estimate, critical, rtol=1e-6)
+    # a departure of 5 degrees is a growth by 5000
+    critical, estimate = lines(**words | {"tilt": "0.001deg", "criterion": "departure:5deg"})["upper"]
+    np.testing.assert_allclose(estimate, critical * math.sqrt(1.0 + 2.0 / 4999.0), rtol=1e-6)
 
 
 @pytest.mark.compiled
