@@ -28,6 +28,7 @@ def atlas():
     return sweep.run(SPEC)
 
 
+@pytest.mark.slow_lane
 def test_the_accessor_is_there_in_any_order():
     """Once both are imported datasets have the accessor, and xarray and the import system are as they were."""
     for imports in [

@@ -129,6 +129,7 @@ def test_kernels_import_arithmetic_only() -> None:
         assert not others, f"{named(path)} imports {others}"
 
 
+@pytest.mark.slow_lane
 def test_kernels_never_raise() -> None:
     """A kernel ends with a code: a raise inside a parallel loop would leave every later cell unwritten.
 
@@ -150,6 +151,7 @@ def test_paths_say_what_they_are_for() -> None:
         assert not parts & DRAWERS, named(path)
 
 
+@pytest.mark.slow_lane
 def test_what_a_text_names_exists() -> None:
     """Every path and dotted name of the project in a page or a docstring leads to a file, a test or a module."""
     missing = []

@@ -69,6 +69,7 @@ def run(folder, *words):
     return done.returncode, done.stdout
 
 
+@pytest.mark.slow_lane
 def test_references_are_written_and_compared(project):
     """Without references the tests fail and say what to do; written, they pass unless a reference says otherwise."""
     status, said = run(project)
@@ -90,6 +91,7 @@ def test_references_are_written_and_compared(project):
     assert_facts(said, "worst cell", "differ in alpha")
 
 
+@pytest.mark.slow_lane
 def test_a_wrong_request_is_one_line(project):
     """What cannot be run fails the test with the words of the command, without the code that found it."""
     (project / "test_mine.py").write_text(WRONG)

@@ -71,6 +71,7 @@ def run(tmp_path):
     return run
 
 
+@pytest.mark.slow_lane
 def test_a_test_that_dies_is_named_and_all_others_run(run):
     """In several processes: the last lines say how many of how many tests ran; folders of failed tests alone stay."""
     done, files = run("-n", "2", "--dist", "load")
@@ -84,6 +85,7 @@ def test_a_test_that_dies_is_named_and_all_others_run(run):
     assert left == {"test_small_4_0", "test_small_9_0", "test_large0"}
 
 
+@pytest.mark.slow_lane
 def test_a_green_run_leaves_nothing(run):
     """In one process, where some tests are left out."""
     done, files = run("-k", "small and not 4 and not 9")
@@ -91,6 +93,7 @@ def test_a_green_run_leaves_nothing(run):
     assert "10 of 10 tests ran" in done.stdout
 
 
+@pytest.mark.slow_lane
 def test_a_full_disk_ends_it_before_it_begins(run, tmp_path):
     """Status 2, the bytes that are needed, and the variable that names another folder."""
     with open(tmp_path / "conftest.py", "a") as file:

@@ -93,6 +93,7 @@ def test_a_change_beyond_what_is_allowed_is_found_in_every_variable(atlases, som
             assert found(far).keys() == set(names), set(names) ^ found(far).keys()
 
 
+@pytest.mark.slow_lane
 def test_every_decision_and_every_missing_variable_is_found(atlases):
     """A flag with another value in all places, and a variable that was lost, is a difference in every atlas."""
     for kind in KINDS:

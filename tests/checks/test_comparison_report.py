@@ -61,6 +61,7 @@ def test_the_outcome_is_identical_or_within_tolerance(reference):
     assert "%" not in first
 
 
+@pytest.mark.slow_lane
 def test_the_command(command, tmp_path, reference):
     """Exit 0 the same, 1 different, 2 not comparable; JSON on standard output and XML in a file for machines."""
     sweep.save(reference, "a.nc")

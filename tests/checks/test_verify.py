@@ -55,6 +55,7 @@ def test_the_exact_values_are_the_referee_s(some):
         assert np.abs(audited.tilt_difference.values.ravel() - difference).max() < 1e-13, preset
 
 
+@pytest.mark.slow_lane
 def test_all_kinds_of_atlases_agree():
     """Falls, steady motions, impossible starts, any number of axes, coarse tolerances: all agree or are set apart."""
     for words, expected in [

@@ -149,6 +149,7 @@ def test_what_fails_in_one_sweep_stops_no_other(batch, spec_file, monkeypatch, t
     assert {path.name for path in (tmp_path / "tonight").iterdir()} == {"disk.nc", "hoop.nc"}
 
 
+@pytest.mark.slow_lane
 def test_every_atlas_is_compared_with_the_trusted_one_of_its_name(batch, tmp_path):
     """The same, another one, and none: status 1 if one is not there or differs. JSON and JUnit say it too."""
     batch()

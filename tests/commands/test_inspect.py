@@ -60,6 +60,7 @@ def test_an_atlas_that_is_cut(command, tmp_path):
         assert_facts(err, "netCDF", f"{(tmp_path / 'b.nc').stat().st_size} bytes")
 
 
+@pytest.mark.slow_lane
 def test_a_reader_that_leaves_early(tmp_path):
     """Piping into a reader that closes, like head, ends without a traceback."""
     sweep.run_to_file(sweep.SweepSpec(roll_rate="2:4:3", tilt="1deg:5deg:5000"), tmp_path / "a.nc")
@@ -135,6 +136,7 @@ def test_what_a_user_has_added_is_left_out(command, tmp_path, line):
         assert not {"remark", "sst", "time"}.intersection(head)
 
 
+@pytest.mark.slow_lane
 def test_words_pick_a_part(command, tmp_path):
     """`boundary`, `plot` and `export` take slices; a value beside the grid is told, and what is written is an atlas."""
     command("run rolling alpha=0.5,1 roll_rate=2:4:9 tilt=0.1deg,1deg,2deg -o a.nc")

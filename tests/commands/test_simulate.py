@@ -70,6 +70,7 @@ def test_everything_at_once(simulate, tmp_path, ffmpeg, monkeypatch):
         )
 
 
+@pytest.mark.slow_lane
 def test_a_gif_needs_no_ffmpeg(simulate, tmp_path):
     """A gif is written where there is no program but Python, of the size, rate and speed that are asked for.
 

@@ -1,6 +1,7 @@
 """Whatever the page may ask, of whatever place and with whatever words: an answer, or a refusal in a sentence."""
 
 import numpy as np
+import pytest
 
 from sweep.errors import RequestError
 from sweep.explorer.answers import Answers
@@ -47,6 +48,7 @@ def drawn(rng):
     return path, fields
 
 
+@pytest.mark.slow_lane
 def test_every_request_is_answered_or_refused(rng, count):
     """No other error than a refusal leaves what answers, and the refusals are not most."""
     answers, refused = Answers(None), 0

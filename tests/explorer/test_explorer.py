@@ -444,7 +444,7 @@ def test_every_question_about_a_body_is_answered(tmp_path, monkeypatch, command,
     assert (tmp_path / "window.csv").read_bytes() == cells.body
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_an_atlas_of_a_body_with_losses_is_shown(tmp_path, monkeypatch, command):
     """Its cells are stored ones, its motions have the losses of the cells; the command of one makes it."""
     monkeypatch.chdir(tmp_path)

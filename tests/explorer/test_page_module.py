@@ -32,7 +32,7 @@ def test_its_note_says_how_it_is_called():
     assert entries["trajectory"]["results"] == ["int64", "int64", "float64", "int64"]
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_it_is_the_same_when_it_is_built_again(tmp_path):
     """The same bytes, with the versions that it was made with."""
     made_of = note_of(TARGET.read_bytes())["made_of"]

@@ -26,6 +26,7 @@ print(*sys.modules)
 """
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_the_first_window_loads_no_heavy_library():
     """With compiled kernels a window, its lines and a point need numpy and the loader of kernels alone."""

@@ -65,6 +65,7 @@ def cells_of(raw, width, height):
     return compute(view.live, view.starts(x.ravel(), y.ravel()))
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("name", VIEWS)
 def test_the_command_computes_the_cells_of_the_window(url, name, tmp_path):
     """The command writes an atlas whose cells are the pixels, and the Python makes the same atlas."""
@@ -86,6 +87,7 @@ def test_the_command_computes_the_cells_of_the_window(url, name, tmp_path):
         xr.testing.assert_equal(held["atlas"].drop_dims(("curves", "points"), errors="ignore"), atlas.load())
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("losses", [None, {"rolling_friction": 1e-4}])
 def test_the_command_of_a_point_follows_its_motion(url, losses, tmp_path):
     """The command simulates the start of the point, for the duration and with the losses of the page."""

@@ -20,6 +20,7 @@ def atlas():
     return sweep.run(spec.replace(tilt="1deg:30deg:20", precession_rate="0.05:5:31", duration="3s"))
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize(
     ("ending", "magic"), [("png", b"\x89PNG\r\n"), ("pdf", b"%PDF-1."), ("svg", b"<?xml")]
 )
@@ -61,6 +62,7 @@ def test_a_figure_has_the_dots_that_were_asked_for(atlas, tmp_path):
         assert dots == pytest.approx([side * dpi for side in drawn.get_size_inches()], abs=1.0)
 
 
+@pytest.mark.slow_lane
 def test_missing_folder(atlas, tmp_path):
     """A folder that does not exist is named in the refusal."""
     with refused("absent", "mkdir -p"):
@@ -101,6 +103,7 @@ def test_script_draws_what_it_is_given(atlas, tmp_path):
     assert_facts(refused.stderr, ".png", ".pdf", ".svg")
 
 
+@pytest.mark.slow_lane
 def test_a_refined_atlas_is_drawn():
     """Curves are no axes of an atlas: with a bisected boundary it is still one map, and a further axis makes two."""
     spec = sweep.SweepSpec.preset("rolling").replace(

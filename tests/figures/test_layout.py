@@ -113,7 +113,7 @@ LIKE_OTHERS = {
 }
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_nothing_lies_on_anything_else_in_a_column():
     """Neither do the boxes of two words overlap, nor does any leave the figure, nor a legend lie on a panel."""
     check_all("column", AWKWARD.keys() - LIKE_OTHERS)
@@ -218,6 +218,7 @@ def test_a_long_title_of_more_than_two_axes_is_whole():
         assert LONG in [" ".join(each.get_text().split()) for each, _ in words_drawn(drawn)]
 
 
+@pytest.mark.slow_lane
 def test_a_long_title_of_a_motion_is_whole():
     """The panels of a motion lie below all lines of its title and caption."""
     for start in ({}, {"rolling_friction": "10um"}):
@@ -385,6 +386,7 @@ def test_the_legend_of_an_incomplete_last_row_is_in_its_empty_place():
     assert numbered == [True] * 5
 
 
+@pytest.mark.slow_lane
 def test_a_number_of_the_request_stays_as_it_was_given():
     """A radius of 12.875 mm is not 12.88 mm, in a caption, nor in that of a motion; a computed rate has four digits."""
     spec = sweep.SweepSpec(radius="12.875mm", gravity=9.80665, roll_rate="20:40:5", tilt="0.1deg:4deg:4")

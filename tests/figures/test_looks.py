@@ -91,6 +91,7 @@ def test_any_number_of_the_cells_is_drawn(plain):
         assert (f"no {name.replace('_', ' ')}" in told(drawn)) == bool((~known).any())
 
 
+@pytest.mark.slow_lane
 def test_numbers_are_logarithmic_where_they_span_decades(plain):
     """Errors span decades; fall times do not, and tilts of both signs cannot."""
     names = ("tilt_min", "fall_time", "energy_drift")
@@ -116,6 +117,7 @@ def test_a_flag_of_one_axis_has_its_names_on_the_axis(plain):
     assert {label.get_text() for label in axes.get_yticklabels()} == {"bounded", "fell"}
 
 
+@pytest.mark.slow_lane
 def test_contour_lines_run_where_the_quantity_has_their_levels(plain):
     """Interpolated along each line the quantity is the level, and the bar of colours and the legend name it."""
     drawn = draw(plain, contours="25deg,60deg")
@@ -135,6 +137,7 @@ def test_contour_lines_run_where_the_quantity_has_their_levels(plain):
     assert 2 <= len(automatic.levels) <= 12
 
 
+@pytest.mark.slow_lane
 def test_bad_looks_are_refused(plain):
     """What is not possible is refused in a sentence with what is, and with the bad word; the rest is drawn."""
     for words, facts in (
@@ -171,6 +174,7 @@ def test_bad_looks_are_refused(plain):
             draw(plain, **words)
 
 
+@pytest.mark.slow_lane
 def test_a_map_for_each_value_of_a_further_axis(cube, tmp_path):
     """Three maps of one colour scale, each with the cells of its slice, from a dataset as from a file."""
     sweep.save(cube, tmp_path / "cube.nc")
@@ -290,6 +294,7 @@ def own_axes():
         return figure.subplots(1, 2)
 
 
+@pytest.mark.slow_lane
 def test_a_map_is_drawn_into_axes_of_a_caller(plain, cube):
     """`plot(ax=...)` gives the caller's figure back, with map, bar and legend, and leaves the other axes alone."""
     before = dict(matplotlib.rcParams)

@@ -46,6 +46,7 @@ def test_a_figure_is_a_function_of_its_atlas(hostile, tmp_path):
     assert (tmp_path / "there.png").read_bytes() == (tmp_path / "here.png").read_bytes()
 
 
+@pytest.mark.slow_lane
 def test_a_program_may_set_matplotlib_up_and_gets_the_same_figure(hostile, tmp_path):
     """In Python the settings of the program neither change a figure nor are changed by it."""
     with sweep.open_atlas(hostile / "atlas.nc") as atlas:

@@ -76,6 +76,7 @@ def map_and_strip(axes):
     return top, strip, top.child_axes[0]
 
 
+@pytest.mark.slow_lane
 def test_axes_say_quantity_and_unit(panels):
     """Tilt is in degrees, the rate in rad s-1 and in units of sqrt(g/R), the colour bar in degrees."""
     for name in ("rolling", "spinning", "circling"):
@@ -117,6 +118,7 @@ def test_analytic_line_lies_where_linear_theory_puts_it(panels):
         assert f"analytic: {told}" in words(strip)
 
 
+@pytest.mark.slow_lane
 def test_rates_are_drawn_as_they_are_asked_for(atlases):
     """The axis of the rate is evenly divided in what its label says; line, number and second axis follow it."""
     for rate, label, height, told, second in (
@@ -141,6 +143,7 @@ def test_rates_are_drawn_as_they_are_asked_for(atlases):
         np.testing.assert_allclose(ratio, y / height, rtol=1e-12)
 
 
+@pytest.mark.slow_lane
 def test_formula_follows_alpha():
     """The hoop has its own fractions of g/R, any other disk the general expression."""
     for spec, alpha, formula in (
@@ -179,6 +182,7 @@ def test_points_are_thinned_evenly():
         assert gaps[-1] == pytest.approx(gaps[0], abs=gaps[0] / 2)
 
 
+@pytest.mark.slow_lane
 def test_the_legend_says_that_points_are_thinned():
     """A fine grid shows every fourth point, and says so; a coarse one shows all."""
     spec = ROLLING.replace(tilt="0.01deg:0.5deg:90:log")
@@ -195,6 +199,7 @@ def test_the_legend_says_that_points_are_thinned():
     assert with_facts(said_in(family), "bracket", "every 4th")
 
 
+@pytest.mark.slow_lane
 def test_a_strip_shows_its_points():
     """Where the boundary is far from the analytic line, a seventh of it, the strip follows the boundary."""
     for time in ("1.2s", "2s"):
@@ -249,6 +254,7 @@ def test_circling_curve_ends_at_both_lines(panels):
     assert ends[r"rolling: $\dot\phi^2 = g/3R$"] == pytest.approx(0.0, abs=1e-4)
 
 
+@pytest.mark.slow_lane
 def test_one_branch_of_steady_motions_is_no_curve():
     """Its figure has no ends of a curve, whether the atlas has one edge or theory no line."""
     for branch in ("steady-slow", "steady-fast"):
@@ -323,6 +329,7 @@ def test_names_have_their_places(panels):
     assert min(away) < 20.0 * top.figure.dpi / 72.0
 
 
+@pytest.mark.slow_lane
 def test_hatching_is_explained_only_where_it_is(panels):
     """Undecided and impossible cells are hatched and named in the legend; a map without them is silent."""
     assert not {"undecided", "invalid"} & set(words(map_and_strip(panels["rolling"])[1]))
@@ -358,6 +365,7 @@ def test_hatching_covers_the_cells_that_it_is_for():
         np.testing.assert_array_equal(hatched, cells)
 
 
+@pytest.mark.slow_lane
 def test_the_analytic_rate_has_a_number_where_it_is_one_number(atlases):
     """Along the radius it is many: the legend has the formula alone."""
     many = sweep.run(ROLLING.replace(roll_rate="2:4:11", radius="0.3:0.6:4", tilt="1deg"))
@@ -378,6 +386,7 @@ def test_contour_levels_are_round_numbers():
     assert np.ptp(np.diff(_automatic([narrow], 1.0, 2.0))) < 1e-12
 
 
+@pytest.mark.slow_lane
 def test_legend_names_the_criterion(atlases):
     """The prediction is labelled with the criterion that it belongs to."""
     other = sweep.reclassify(atlases["rolling"], "amplification:20")
@@ -395,6 +404,7 @@ def test_other_axes_than_rates():
     assert len(axes) == 2
 
 
+@pytest.mark.slow_lane
 def test_negative_rates():
     """Where a rate changes its sign both lines are drawn, at the root of 4g/5R and below zero."""
     atlas = sweep.run(SPINNING.replace(precession_rate="-6:6:13", tilt="0.1deg:0.3deg:4"))
@@ -440,6 +450,7 @@ def test_nothing_to_draw():
         plots.figure([])
 
 
+@pytest.mark.slow_lane
 def test_panel_is_as_wide_as_a_column(atlases):
     """Three panels stand side by side, each at least 3.4 in wide, with no word smaller than 7 pt."""
     drawn = plots.figure(list(atlases.values()))
@@ -448,6 +459,7 @@ def test_panel_is_as_wide_as_a_column(atlases):
     assert min(sizes) >= 7.0
 
 
+@pytest.mark.slow_lane
 def test_words_do_not_overlap(atlases):
     """No two words on a map cover each other, and none leaves the map."""
     drawn = plots.figure(list(atlases.values()))
@@ -458,6 +470,7 @@ def test_words_do_not_overlap(atlases):
         assert all(axes.bbox.x0 <= box.x0 and box.x1 <= axes.bbox.x1 for box in boxes)
 
 
+@pytest.mark.slow_lane
 def test_a_figure_says_why_there_is_no_boundary(atlases):
     """Columns without a boundary have their reason below the map, each edge by its name where the reasons differ."""
 
@@ -478,6 +491,7 @@ def test_a_figure_says_why_there_is_no_boundary(atlases):
     assert_facts(lower, "precession_rate")
 
 
+@pytest.mark.slow_lane
 def test_an_own_criterion_is_drawn_without_a_prediction():
     """The caption says the expression, on lines no wider than a panel; the analytic line stays, no other is drawn."""
     text = "peak_tilt > 10deg or fall_time < 2s or amplification > 300 and abs(tilt_min) > 2*abs(tilt)"

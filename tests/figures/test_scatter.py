@@ -129,6 +129,7 @@ def test_many_starts_are_thinned(atlas, monkeypatch):
     assert_facts(labels(axes)[0], "100 of 300 starts")
 
 
+@pytest.mark.slow_lane
 def test_selections_and_several_panels(atlas):
     """A selection is drawn as it is; panels stand side by side."""
     assert len(drawn(atlas.isel(start=slice(0, 10))).collections[0].get_offsets()) == 10

@@ -321,6 +321,7 @@ def test_a_folder_that_others_can_write_is_not_used(tmp_path):
             )
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_cache_can_be_used_under_every_umask(toy, tmp_path):
     """Folders and files can be written by their owner alone, also where new files belong to a group, umask 002."""

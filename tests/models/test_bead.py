@@ -73,6 +73,7 @@ def test_it_swings_with_the_frequency_of_small_oscillations():
         assert float(cell.angle_end) == pytest.approx(expected, abs=1e-13)
 
 
+@pytest.mark.slow_lane
 def test_the_boundary_is_a_lower_edge():
     """It lies where the energy says for each start, and comes down to sqrt(g/R) as criterion and start shrink."""
     errors = []

@@ -76,6 +76,7 @@ def test_coefficient_tells_stable_from_unstable():
         assert math.copysign(1.0, linear.coefficient) == sign, (roll_rate, sign)
 
 
+@pytest.mark.slow_lane
 def test_linear_theory_of_bodies():
     """A ring without a tube is the disk; of other bodies a tenth of the kick leaves a hundredth of the difference."""
     times = np.linspace(0.0, 1.5, 1501)

@@ -224,6 +224,7 @@ def test_a_motion_carries_its_system(tmp_path, monkeypatch):
         assert file["ending"].flag_meanings.split()[-1] == "over"
 
 
+@pytest.mark.slow_lane
 def test_the_figure_shows_states_events_and_the_end():
     """A panel for each state, the line of an event that one state decides, and a portrait of two to four states."""
     drawn = plots.motion_figure(sweep.simulate("kapitza", shake=80)).axes

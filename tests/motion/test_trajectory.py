@@ -243,6 +243,7 @@ def test_a_motion_beyond_all_bounds_is_refused():
         assert_facts(caught.value.hint, "rates", "duration", "fall_tilt")
 
 
+@pytest.mark.slow_lane
 def test_a_fast_motion_has_more_samples():
     """Between two samples heading and roll angle go on by at most 0.2 rad; who asks for an interval gets it."""
     for method in ["rk4", "dop853"]:

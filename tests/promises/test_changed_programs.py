@@ -70,6 +70,7 @@ def computed(folder, spec, parts):
         assert array_jobs.compute_part(journal.folder, part, 2) == (0, 1)
 
 
+@pytest.mark.slow_lane
 def test_what_decides_no_bit_may_change(tmp_path):
     """The changed program makes the file of the blocks that are there, with every bit of an undisturbed run."""
     # all blocks, so that the changed program need not compile its kernels: that the run is its own it finds out before

@@ -13,7 +13,7 @@ import pytest
 import sweep
 from sweep.checks.verify import verify
 
-pytestmark = pytest.mark.slow_lane
+pytestmark = pytest.mark.release
 
 CHECKER = Path(sys.executable).with_name("compliance-checker")
 SPECS = {

@@ -131,6 +131,7 @@ def test_what_the_ledger_leaves():
     np.testing.assert_allclose(found, left.transpose(*found.dims), rtol=0.0, atol=1e-10)
 
 
+@pytest.mark.slow_lane
 def test_a_second_computation_finds_what_the_ledger_cannot_see():
     """Of an atlas of other code a measure that no balance holds is held against half the step, in a sample."""
     atlas = sweep.run(spec_of(f"{GRID} {LAWS['contour']}")).assign_attrs(kernel_hash="0" * 64)
@@ -234,6 +235,7 @@ def test_the_file_is_the_atlas(tmp_path):
         assert found.largest_loss.attrs["flag_meanings"].split()[0] == "none"
 
 
+@pytest.mark.slow_lane
 @pytest.mark.parametrize("kind", ["random", "table"])
 def test_lists_of_starts(kind, tmp_path):
     """Arms may be drawn or come from a table; each start keeps its own."""

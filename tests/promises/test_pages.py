@@ -184,8 +184,17 @@ def test_no_block_escapes():
     assert {each for _, each in in_sentences()} >= NEEDS.keys()
 
 
+#: Pages that take half a minute and more.
+LONG = ("bodies.md", "commands.md", "own-system.md")
+
+
 @pytest.mark.parametrize(
-    "page", [each for each in PAGES if blocks(each) and each not in (*ELSEWHERE, *READ_ONLY)]
+    "page",
+    [
+        pytest.param(each, marks=pytest.mark.release if each in LONG else [])
+        for each in PAGES
+        if blocks(each) and each not in (*ELSEWHERE, *READ_ONLY)
+    ],
 )
 def test_the_blocks_of_a_page_run(page, run, command, capsys):
     """In the order of the page, in one folder: commands end well, Python raises nothing, both tell what is known."""
@@ -274,6 +283,7 @@ def test_named_commands_and_their_options_are_known(command):
         assert [word for word in words if word.startswith("--") and word not in told] == [], (page, line)
 
 
+@pytest.mark.release
 def test_commands_of_sentences_run(run, tmp_path, monkeypatch):
     """Each ends well in a folder of its own, and leaves the file that it names."""
     asked = [each for each in in_sentences() if not (stands_for_many(each[1]) or each[1].startswith(NOT_RUN))]

@@ -342,6 +342,7 @@ def amplified(v, rates, tilt=0.0, push=0.0, about=0.0):
     return reach / math.hypot(tilt - about, push / rate)
 
 
+@pytest.mark.slow_lane
 def test_where_an_amplification_puts_the_boundary(v):
     """The amplification that the referee finds for a small disturbance is the one whose boundary is there."""
     omega = math.sqrt(steady.fall_rate_squared(*disk_of(v)))

@@ -159,6 +159,7 @@ def test_an_expression_is_true_where_python_says_so(tree, cells):
     np.testing.assert_array_equal(sure, possible)
 
 
+@pytest.mark.slow_lane
 @given(TREES)
 @settings(max_examples=100)
 def test_an_expression_comes_back_as_itself(tree):
@@ -184,6 +185,7 @@ SPANS = st.fixed_dictionaries(
 SMALL = st.sampled_from([-2.0, -1.0, 0.0, 1.0, 2.0, 3.0])
 
 
+@pytest.mark.slow_lane
 @given(st.data(), TREES, SPANS)
 @settings(max_examples=100)
 def test_what_is_sure_holds_everywhere_between(data, tree, spans):
@@ -398,6 +400,7 @@ PIECES = st.sampled_from(
 )  # fmt: skip
 
 
+@pytest.mark.slow_lane
 @given(
     st.one_of(
         st.text(max_size=60),

@@ -401,6 +401,7 @@ def test_many_samples_are_cheap_to_ask_for():
     assert forecast.coarse(spec, 1000).start.array().tolist() == list(range(1000))
 
 
+@pytest.mark.slow_lane
 def test_a_selection_is_a_list(command):
     """Some starts are an atlas of their own, which keep their numbers: saved, verified, compared, repeated."""
     few = {"roll_rate": np.linspace(2.0, 4.0, 60), "tilt": np.linspace(0.01, 0.03, 60)}

@@ -62,6 +62,7 @@ def test_periods_are_right_or_missing(rng, count, monkeypatch):
     assert audit_extremes.audit_periods(count(12, 40), rng)
 
 
+@pytest.mark.slow_lane
 def test_periods_without_a_compiler(rng, monkeypatch):
     """Where quadruple precision cannot be had, a period of each kind is held against 50 digits."""
     monkeypatch.setattr(quadruple, "available", lambda: False)
@@ -69,6 +70,7 @@ def test_periods_without_a_compiler(rng, monkeypatch):
     assert audit_extremes.audit_periods(3, rng)
 
 
+@pytest.mark.slow_lane
 @in_quadruple_precision
 def test_quadruple_precision_is_that_of_50_digits(rng):
     """Periods and turning points of both references agree to all digits of a double."""
@@ -97,6 +99,7 @@ def _factors(monkeypatch):
     return factors
 
 
+@pytest.mark.slow_lane
 def test_an_audit_of_periods_can_fail(factors):
     """Wrong periods and missing ones break the promise."""
     assert factors("nutation_period", 1.0)
@@ -104,6 +107,7 @@ def test_an_audit_of_periods_can_fail(factors):
     assert not factors("nutation_period", np.nan)
 
 
+@pytest.mark.slow_lane
 @in_quadruple_precision
 def test_an_audit_of_stated_errors_can_fail(factors):
     """Stated errors of a thousandth break the promise; 50 digits alone do not look at them."""
@@ -111,6 +115,7 @@ def test_an_audit_of_stated_errors_can_fail(factors):
     assert not factors("tilt_error", 1e-3)
 
 
+@pytest.mark.slow_lane
 def test_an_audit_can_fail(monkeypatch):
     """Results that are wrong by ten times their stated error break every promise about them."""
     right = kernel_runner.run

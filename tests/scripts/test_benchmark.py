@@ -161,6 +161,7 @@ def test_a_contender_does_the_task(name):
     assert np.abs(found - problem.peaks(given)).max() <= 1e-8
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", ["engine", "plain loop", "heyoka"])
 def test_a_contender_stops_a_toy(name):
@@ -285,6 +286,7 @@ def test_others_integrate_what_was_written(chosen, rng):
     np.testing.assert_allclose(precise.astype(float), scipy, atol=1e-9, rtol=1e-9)
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_pass_and_a_compiled_loop():
     """The two that are compiled find the same as SciPy."""

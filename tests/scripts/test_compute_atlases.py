@@ -17,6 +17,7 @@ from sweep.request.spec import SweepSpec
 SCRIPT = CHECKOUT / "scripts" / "compute_atlases.py"
 
 
+@pytest.mark.slow_lane
 def test_an_output_that_can_be_no_folder(tmp_path):
     """A file in the place of the folder is refused with 2, by its name, and left as it is."""
     name = "there.txt"
@@ -29,6 +30,7 @@ def test_an_output_that_can_be_no_folder(tmp_path):
     assert (tmp_path / "there.txt").read_text() == "mine"
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_key_press_stops_it(tmp_path):
     """Ctrl-C while an atlas is computed ends with 130 and the command that goes on; no atlas is half there."""

@@ -44,6 +44,7 @@ def standing(c1, c2, alpha):
     return int(np.count_nonzero(np.sign(force[1:]) != np.sign(force[:-1])))
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_three_steady_motions_inside_the_fold_one_outside():
     """Inside the fold line the exact reduction has two wells and three motions stand still; outside one and one."""

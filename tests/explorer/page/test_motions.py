@@ -119,6 +119,7 @@ LOSSES = [
 ]
 
 
+@pytest.mark.slow_lane
 def test_the_ledger_adds_up(motion):
     """What the losses have taken, and the energy that is left, are the energy of the start; each loss only grows."""
     for losses in LOSSES:
@@ -299,6 +300,7 @@ def _moved(page, explorer, place):
     return ask(page, "point", **asked, losses={}), arrays["time"][-1]
 
 
+@pytest.mark.slow_lane
 def test_a_loss_may_be_a_side_of_the_map(tmp_path, served_with, opened):
     """The motion of a place has the friction of the place."""
     path, words = tmp_path / "toy.nc", {"precession_rate": 50.0, "duration": "20s", "criterion": "aloft:5s"}

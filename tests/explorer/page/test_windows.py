@@ -34,6 +34,7 @@ def asked(opened):
     return lambda what, **request: ask(page, what, **request)
 
 
+@pytest.mark.slow_lane
 def test_a_window_has_the_numbers_of_an_atlas_at_every_depth(asked):
     """A window of 10**depth of its centre has the values and verdicts that `sweep.run` finds at the same starts."""
     for depth in range(0, -11, -1):

@@ -56,6 +56,7 @@ def test_a_cell_that_was_not_computed_has_nothing_to_repeat():
     assert re.search(r"^exact .*: bounded", text, re.MULTILINE)
 
 
+@pytest.mark.slow_lane
 def test_the_figure_follows_the_motion_for_some_periods():
     """The curve is long enough to be seen and short enough to be read: three periods, the fall, or the duration."""
     for ending in [ending for ending in CELLS if ending not in WITHOUT]:

@@ -18,6 +18,7 @@ def rolling():
     return sweep.run(spec)
 
 
+@pytest.mark.slow_lane
 def test_a_map_shows_where_the_disk_would_slip(rolling):
     """Cells that need more than the friction coefficient, or lift off, are hatched; the legend says so."""
     shown = panels.panel(rolling, slipping(rolling, 0.3))

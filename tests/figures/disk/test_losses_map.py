@@ -95,6 +95,7 @@ def test_the_lines_have_the_times_that_they_name(atlas):
             assert around.max() >= level * (1.0 - 1e-9)
 
 
+@pytest.mark.slow_lane
 def test_where_the_duration_ended_it_cells_are_hatched_and_have_no_lines(atlas):
     """They are still aloft: the time is a lower bound there. What lifts off has no time aloft at all."""
     short = sweep.run(SPEC, duration="5s")
@@ -109,6 +110,7 @@ def test_where_the_duration_ended_it_cells_are_hatched_and_have_no_lines(atlas):
     figure([lifted])
 
 
+@pytest.mark.slow_lane
 def test_several_atlases_share_one_scale(atlas):
     """The bar holds for both: a time has the same strength in each."""
     short = sweep.run(SPEC, duration="5s")

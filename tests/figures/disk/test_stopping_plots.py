@@ -56,6 +56,7 @@ def test_tilt_and_rates_are_those_of_the_file(toy, rolling):
     np.testing.assert_array_equal(axes[RATES].lines[1].get_ydata(), rolling["roll_rate"])
 
 
+@pytest.mark.slow_lane
 def test_the_areas_of_the_ledger_are_the_losses(toy):
     """One upon the other in the order of the file, in their colours; with the energy left they are the start."""
     axes = stopping_plots.figure(toy).axes[LEDGER]

@@ -60,6 +60,7 @@ def test_the_accuracy_of_random_starts(crowd):
     assert wrong.max() <= 1e-6
 
 
+@pytest.mark.slow_lane
 @compiled
 def test_the_error_estimate_is_honest(crowd):
     """The true error is at most twice the stated one, but for the 1e-12 rad of the referee."""
@@ -128,6 +129,7 @@ def test_what_lies_on_a_separatrix_is_admitted():
     assert errors(found, truth)[resolved].max() <= 1e-6
 
 
+@pytest.mark.slow_lane
 @compiled
 def test_fast_disks_next_to_upright_are_resolved():
     """Rounding of large rates is not taken for a lost tilt: a fast disk at 1e-6 rad is stable, and exact."""
@@ -205,6 +207,7 @@ def test_what_only_just_reaches_fall_tilt_is_doubted():
     assert endings.count(FELL) <= 2
 
 
+@pytest.mark.slow_lane
 @compiled
 def test_a_uniform_step_states_its_error_near_flat(rng):
     """The rates change fastest there, and the step does not shrink: the stated error grows like 1/cos(tilt)."""

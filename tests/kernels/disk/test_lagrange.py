@@ -97,6 +97,7 @@ def test_constraints_are_rolling_without_slip():
         assert lagrange.constraint_matrix_rate(q, v) == pytest.approx(ahead / (2.0 * h), abs=1e-8)
 
 
+@pytest.mark.slow_lane
 def test_both_derivations_agree():
     """Accelerations equal Newton's, and the multipliers equal the horizontal contact forces, to 1e-12."""
     for q, v, (alpha, mass, radius, gravity) in random_states(300):

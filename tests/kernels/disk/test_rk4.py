@@ -121,6 +121,7 @@ def test_landing_on_a_tilt():
         assert elapsed == pytest.approx(-offset, abs=1e-7), offset
 
 
+@pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_the_peaks_of_the_lane_kernel_are_of_fourth_order():
     """With a fixed step and no refinement the peak's error, over many starts, falls like step^4: 4 +- 0.1."""

@@ -121,6 +121,7 @@ def results(integrate, rates):
     return measures[0], counts[0]
 
 
+@pytest.mark.slow_lane
 def test_cells_of_different_lengths(integrate):
     """Every cell takes the steps of its own two legs, whatever the number of cells and of their neighbours' steps."""
     for n in [0, 1, LANES - 1, LANES, 5 * LANES + 3, 2 * schedule.CHUNK + 5]:
@@ -232,6 +233,7 @@ def write_pausing(cell, lane, run, lanes, measures, counts):
     return False
 
 
+@pytest.mark.slow_lane
 def test_a_lane_may_go_on_at_once_after_an_event():
     """It uses the numbers of its own cell, rests until then, and the steps that it rested are not counted."""
     pausing = bind(

@@ -90,6 +90,7 @@ def test_a_torus_without_a_tube_is_the_thin_disk():
             assert np.nanmax(np.abs(ours - theirs) / apart, initial=0.0) < 1.0, name
 
 
+@pytest.mark.slow_lane
 def test_friction_that_stops_and_turns_round_is_the_limit_of_a_steep_one():
     """The set-valued laws against dry friction without a jump, ever steeper: the difference falls in proportion."""
     words = {**TORUS, "tilt": 0.214, "precession_rate": 1.922, "roll_rate": 0.492}

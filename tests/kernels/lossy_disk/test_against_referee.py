@@ -32,6 +32,7 @@ def test_fresh_mixtures_end_as_the_referee_says(rng):
     assert audit.fine, "\n".join(audit.broken)
 
 
+@pytest.mark.slow_lane
 def test_fresh_breaches_are_those_of_the_referee(rng):
     """When the tilt of other cells each time first exceeded a limit, from upright and from the start."""
     audit = audit_losses.audit_breaches(30, rng, slack=100.0)
@@ -64,6 +65,7 @@ def test_fresh_single_motions_end_as_the_referee_says(rng, count):
     assert audit.fine, "\n".join(audit.broken)
 
 
+@pytest.mark.slow_lane
 def test_a_contact_that_only_just_slips_does_so(rng):
     """A force passes its limit and returns within a step, or where friction changes its sense."""
     audit = audit_losses.audit_grazes(90, rng)

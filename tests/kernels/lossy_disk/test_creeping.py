@@ -87,6 +87,7 @@ def test_what_creeps_is_where_the_referee_has_it(rng, count):
             assert off <= 1e-6 * max(1.0, true.end_time[0]), (name, off, start, others)
 
 
+@pytest.mark.slow_lane
 def test_a_creeping_disk_that_its_pivoting_friction_stops_is_held_again():
     """It comes to rest within one step of the motion, wherever that step ends; contour friction is there too."""
     words = {"rolling_friction": 0.1, "pivoting_friction": 4.6e-3, "contour_friction": 1.8e-4, "alpha": 0.13}

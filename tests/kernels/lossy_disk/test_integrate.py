@@ -296,6 +296,7 @@ def test_a_falling_disk_states_the_error_of_its_last_tilt():
             assert found.tilt_error[0] <= 1e-5 * truth.tilt_max[0], tilt
 
 
+@pytest.mark.slow_lane
 def test_a_disk_that_friction_stops_states_the_error_of_what_stopped_it():
     """Small tilts that are left of larger rates: the tilt alone says little about their error."""
     given = lossy_cells.random_cells(1800, np.random.default_rng(31), ("slow",))["moffatt"]

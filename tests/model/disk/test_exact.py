@@ -69,6 +69,7 @@ def test_extremes_and_falls_of_random_starts(crowd):
     assert np.abs(found["tilt_max"] - truth.greatest).max() < 1e-13
 
 
+@pytest.mark.slow_lane
 def test_every_start_near_flat_is_decided(rng):
     """RK4 resolves all, with the endings and extremes of the reduction, whose tables end at 89.9 degrees."""
     for rates in (

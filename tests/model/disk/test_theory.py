@@ -89,6 +89,7 @@ def test_the_predicted_rate_turns_the_disk_at_the_limit(some):
 _RATE = st.floats(-5.0, 5.0).filter(lambda rate: rate == 0.0 or abs(rate) > 1e-6)
 
 
+@pytest.mark.slow_lane
 @given(*[st.floats(-1.45, 1.45)] * 2, _RATE, _RATE, st.floats(0.01, 1.0))
 def test_carried_rates_solve_chaplygins_equations(start, tilt, s0, o0, alpha):
     """Power series and numerical integration in the tilt carry the rates from one tilt to another alike."""

@@ -16,6 +16,7 @@ LENS = SweepSpec(
 )  # fmt: skip
 
 
+@pytest.mark.slow_lane
 def test_verify_agrees_and_finds_a_wrong_loss():
     """Every cell follows from itself, a sample from half the step and from DOP853; a loss that is off is told."""
     atlas = sweep.run(LENS)

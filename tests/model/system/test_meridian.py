@@ -131,6 +131,7 @@ def test_any_meridian_against_a_rigid_body_in_space(rng):
         assert stated < 1e-8
 
 
+@pytest.mark.slow_lane
 def test_by_the_poles():
     """An egg that comes ever nearer to a pole is followed as far as it says; through the pole it goes end over end."""
     precession = np.array([1e-1, 1e-3, 1e-5, 1e-9, 0.0])

@@ -186,6 +186,7 @@ def test_the_origin_takes_all_of_thomas_above_one(rng):
         assert list(found["label"]) == ([1, 2] if 3.0 * point > 1.0 else [3, 3])
 
 
+@pytest.mark.slow_lane
 def test_the_two_points_of_thomas_lose_their_stability_where_they_must():
     """Where cos x = -2 b and sin x = b x: b = 0.32899, by the eigenvalues of the linear system (Thomas 1999).
 
@@ -221,6 +222,7 @@ def test_a_weakly_driven_pendulum_has_its_linear_resonance():
     assert off[1] < off[0] / 50.0
 
 
+@pytest.mark.slow_lane
 def test_no_pendulum_turns_over_below_the_torque_of_melnikov():
     """(4 damping/pi) cosh(pi drive/2). The least torque that turns it over is that of another method."""
     atlas = sweep.run("driven_pendulum", torque="0.02:1:50", drive="0.2:1.6:50")
