@@ -80,8 +80,8 @@ def count(request):
 
 
 @pytest.fixture
-def some(request):
-    """Return a function of cases and a number: by day so many of them, spread evenly; all with another seed."""
+def pick(request):
+    """Return a function of cases and a number: by day at most so many of them, spread evenly; all with another seed."""
 
     def choose(cases, by_day):
         cases = list(cases)

@@ -188,9 +188,9 @@ def batch(dataset, left):
 
 
 @pytest.mark.slow_lane
-def test_one_corrupt_value_is_named(some):
+def test_one_corrupt_value_is_named(pick):
     """A value 5 % or 0.1 % too large, zero, missing, or where none may be; another flag, or one that does not exist."""
-    for kind in some(KINDS, 5):
+    for kind in pick(KINDS, 5):
         dataset, missed = atlas(kind), []
         # the boundary follows from the verdicts, and what is known of a cell from its ending
         alone = ("stability", "ending")
@@ -216,9 +216,9 @@ def test_one_corrupt_value_is_named(some):
 
 
 @pytest.mark.slow_lane
-def test_one_corrupt_value_of_other_code_is_named_or_said_not_to_be_checked(some):
+def test_one_corrupt_value_of_other_code_is_named_or_said_not_to_be_checked(pick):
     """Of an atlas of other code nothing is computed again: what is not found is said not to be checked."""
-    for kind in some(("circling", "rolling", "falls", "exact"), 2):
+    for kind in pick(("circling", "rolling", "falls", "exact"), 2):
         dataset, missed = atlas(kind).assign_attrs(kernel_hash="0" * 64), set()
         open_ = {
             each.name
@@ -258,9 +258,9 @@ def of_the_boundary(name):
 
 
 @pytest.mark.slow_lane
-def test_a_whole_corrupt_variable_is_named(some):
+def test_a_whole_corrupt_variable_is_named(pick):
     """All values of a variable 5 % too large, zero, missing, a millionth or a thousand times as large."""
-    for kind in some(("exact", "refined", "falls"), 1):
+    for kind in pick(("exact", "refined", "falls"), 1):
         dataset, missed = atlas(kind), []
         floats = [name for name in map(str, dataset.variables) if dataset[name].dtype.kind == "f"]
         floats = [name for name in floats if np.any(np.nan_to_num(dataset[name].values))]
@@ -339,9 +339,9 @@ def files(tmp_path_factory):
 
 
 @pytest.mark.slow_lane
-def test_a_corrupt_attribute_is_named(files, some):
+def test_a_corrupt_attribute_is_named(files, pick):
     """Every attribute, global and of variables, is named when it says something else, and when it is not there."""
-    for kind, change in itertools.product(some(KINDS, 5), ("another value", "removed")):
+    for kind, change in itertools.product(pick(KINDS, 5), ("another value", "removed")):
         expected, found = corrupt_attributes(files[kind], change)
         free = {"title", "history"} if change == "another value" else set()
         assert expected - found.keys() == free, (kind, change)

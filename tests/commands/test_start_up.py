@@ -67,9 +67,9 @@ def loaded_by(line, folder):
 
 @pytest.mark.slow_lane
 @pytest.mark.compiled
-def test_a_command_loads_what_it_needs(folder, some):
+def test_a_command_loads_what_it_needs(folder, pick):
     """No other heavy library is loaded, by whatever way, and never pyplot, which looks for windows."""
-    for line in some(COMMANDS, 6):
+    for line in pick(COMMANDS, 6):
         modules = loaded_by(line, folder)
         if "numba" in modules:
             # it has compiled what was not kept yet

@@ -38,9 +38,9 @@ def of_the_trail(picture):
 
 
 @pytest.mark.slow_lane
-def test_a_fall_is_whole_in_every_picture(some):
+def test_a_fall_is_whole_in_every_picture(pick):
     """The coin of a fifth of a second is seen, and has white around it, in every picture of at least four seconds."""
-    for camera in some(("fixed", "follow", "top"), 2):
+    for camera in pick(("fixed", "follow", "top"), 2):
         motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0)
         pictures, moments = frames(motion, camera=camera, fps=10, size="320x240")
         assert len(pictures) >= 40

@@ -54,9 +54,9 @@ def followed(body, tilt, w, o, s):
 
 
 @pytest.mark.slow_lane
-def test_the_extremes_are_those_of_a_body_in_space(some):
+def test_the_extremes_are_those_of_a_body_in_space(pick):
     """Least normal force and friction needed of all bodies of the table; of the disk 1.17 and of the ball 0.12."""
-    for name, (body, *_) in some(REFERENCE.items(), 3):
+    for name, (body, *_) in pick(REFERENCE.items(), 3):
         word, lengths = LENGTHS[name]
         start = (0.2, 0.1, 0.5, 0.6)
         extremes, states = forces_of(

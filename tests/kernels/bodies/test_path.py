@@ -86,7 +86,7 @@ def path_of(given, body):
 
 
 @pytest.mark.slow_lane
-def test_the_ring_of_a_nutation(some):
+def test_the_ring_of_a_nutation(pick):
     """Heading, chord, radii and centre of tori, of the thin disk, of a rounded disk, of a ball and of a spheroid."""
     cases = (
         ("torus", (0.2, 0.1, 0.5, 0.6)),
@@ -97,7 +97,7 @@ def test_the_ring_of_a_nutation(some):
         ("ball", (0.2, 0.1, 0.5, 0.6)),
         ("oblate", (0.2, 0.1, 0.5, 0.6)),
     )
-    for name, start in some(cases, 3):
+    for name, start in pick(cases, 3):
         body, (word, lengths) = REFERENCE[name][0], LENGTHS[name]
         given, _ = start_of(word, *start, body.axial, body.transverse, **lengths(body))
         found, shape = path_of(given, word)

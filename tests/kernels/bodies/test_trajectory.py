@@ -59,9 +59,9 @@ def test_random_motions_are_those_of_a_body_in_space():
 
 
 @pytest.mark.slow_lane
-def test_motions_that_pass_a_pole_are_those_of_a_body_in_space(some):
+def test_motions_that_pass_a_pole_are_those_of_a_body_in_space(pick):
     """Balls and spheroids that come within 1e-9 to 0.1 rad of a pole, on the way: regular in space, to 1e-9."""
-    for passed in some((1e-9, 1e-6, 1e-3, 0.1, -1e-4), 2):
+    for passed in pick((1e-9, 1e-6, 1e-3, 0.1, -1e-4), 2):
         for word, lengths, body in (
             ("ball", {"offset": 0.3}, Body(0.0, 0.3, 1.0, 0.42, 0.38)),
             ("spheroid", {"flattening": 0.4, "offset": -0.2}, Body(0.0, -0.2, 1.0, 0.4, 0.3, 0.36)),

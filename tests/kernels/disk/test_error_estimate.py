@@ -34,9 +34,9 @@ def test_the_printed_extremes():
 
 @pytest.mark.slow_lane
 @compiled
-def test_the_accuracy_of_the_presets(some):
+def test_the_accuracy_of_the_presets(pick):
     """Peak tilts are exact to 1e-8 rad in 99 % of the resolved cells and to 1e-6 in all, and every fall is one."""
-    for preset in some(["rolling", "spinning", "circling"], 1):
+    for preset in pick(["rolling", "spinning", "circling"], 1):
         given = coarse(preset)
         truth, found = referee.extremes(given), kernel_runner.run(given)
         resolved = np.isin(found.ending, (BOUNDED, FELL))

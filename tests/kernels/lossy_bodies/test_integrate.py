@@ -32,10 +32,10 @@ STATED = {
 
 
 @pytest.mark.slow_lane
-def test_random_motions_are_those_of_newton_and_euler(count, some):
+def test_random_motions_are_those_of_newton_and_euler(count, pick):
     """Until dry friction turns round: time, tilts, heading, way, and what each law took."""
     rng = np.random.default_rng(31)
-    checked = dict.fromkeys(some(("torus", "rounded", "rim", "arc"), 1), 0)
+    checked = dict.fromkeys(pick(("torus", "rounded", "rim", "arc"), 1), 0)
     while min(checked.values()) < count(1, 4):
         name = min(checked, key=checked.get)
         words, lossy = drawn_lossy(name, rng)

@@ -192,9 +192,9 @@ def test_rolling_friction_whose_direction_swings_round_is_resolved():
 
 
 @pytest.mark.slow_lane
-def test_the_wobble_takes_the_time_of_its_closed_form(some):
+def test_the_wobble_takes_the_time_of_its_closed_form(pick):
     """1 % from an inclination of 0.09, 0.1 % from 0.03, exponents to 0.01; 500 turns of the precession."""
-    for law in some(lossy_wobble.LAWS, 1):
+    for law in pick(lossy_wobble.LAWS, 1):
         audit = audit_losses.audit_wobbles(500, laws=(law,))
         assert audit.fine, "\n".join(audit.broken)
         assert audit.cells == 3, law

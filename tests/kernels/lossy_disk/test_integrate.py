@@ -51,11 +51,11 @@ def flipped(given, names):
 
 
 @pytest.mark.slow_lane
-def test_mirrored_starts_have_mirrored_motions(some):
+def test_mirrored_starts_have_mirrored_motions(pick):
     """The sign changes that leave the equations alone change nothing but signs, to the last bit."""
     mixtures = lossy_cells.random_cells(300, np.random.default_rng(3))
     runs = {air: lossy_runner.run(mixtures[air], air=air) for air in lossy_runner.AIR_LAWS}
-    for air, mirror in itertools.product(some(lossy_runner.AIR_LAWS, 1), MIRRORS):
+    for air, mirror in itertools.product(pick(lossy_runner.AIR_LAWS, 1), MIRRORS):
         found, names = runs[air], MIRRORS[mirror]
         other = lossy_runner.run(flipped(mixtures[air], names), air=air)
         tilted, turned = "tilt" in names, "precession_rate" in names
@@ -236,9 +236,9 @@ def test_a_law_that_a_cell_lacks_changes_it_by_less_than_its_errors():
 
 
 @pytest.mark.slow_lane
-def test_stated_errors(rng, count, some):
+def test_stated_errors(rng, count, pick):
     """Against the referee, of random mixtures: two of a hundred cells at most are beyond, and every one is resolved."""
-    for case in some(
+    for case in pick(
         itertools.product(lossy_runner.AIR_LAWS, [lossy_cells.KINDS, ("nearly upright", "slow")]), 2
     ):
         air, kinds = case
@@ -372,9 +372,9 @@ def test_a_long_motion_to_flat_is_seen_early_to_need_shorter_steps():
 
 
 @pytest.mark.slow_lane
-def test_the_least_tolerances_are_met(some):
+def test_the_least_tolerances_are_met(pick):
     """Steps that follow the error do not follow its rounding: wobbles with air end, within the tolerance."""
-    for tolerance in some([1e-12, 6.25e-12], 1):
+    for tolerance in pick([1e-12, 6.25e-12], 1):
         rng = np.random.default_rng(7)
         n, unit = 12, math.sqrt(0.03755 / 9.81)
         alpha, tilt = rng.uniform(0.1, 1.0, n), np.radians(rng.uniform(20.0, 86.0, n))

@@ -128,9 +128,9 @@ STICKING = {
 
 
 @pytest.mark.slow_lane
-def test_regularised_friction_tends_to_the_set_valued_one(some):
+def test_regularised_friction_tends_to_the_set_valued_one(pick):
     """It comes nearer the narrower it is: where friction holds, it creeps no faster than its width."""
-    for name in some(STICKING, 1):
+    for name in pick(STICKING, 1):
         parameters, duration = STICKING[name]
         start = referee.starts(**parameters)
         found = referee.run(start, duration=duration)

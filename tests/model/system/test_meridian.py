@@ -54,10 +54,10 @@ def start(tilt, w, o, s):
 
 
 @pytest.mark.release
-def test_extremes_of_the_bodies_of_the_table(some):
+def test_extremes_of_the_bodies_of_the_table(pick):
     """Thin disk, rings, rounded disk, ball off its centre and spheroids, to the digits of the table."""
     assert REFERENCE.keys() == LENGTHS.keys()
-    rows = [REFERENCE[name] for name in some(REFERENCE, 3)]
+    rows = [REFERENCE[name] for name in pick(REFERENCE, 3)]
     bodies = {name: np.array([getattr(row[0], name) for row in rows]) for name in BODY}
     found = cells(40.0, **bodies, **start(0.2, 0.1, 0.5, 0.6))
     assert set(found["ending"]) == {RUNS_ON}

@@ -31,7 +31,7 @@ def starts(*columns):
 
 # with the rates at upright as a detour: wrong by 4e-10 to 1e-9 of the period, by up to 63 times the stated error
 @pytest.mark.slow_lane
-def test_nearly_flat_periods(some):
+def test_nearly_flat_periods(pick):
     """Of rates at upright a nearly flat motion keeps few digits: period and turning points are those of 50."""
     starts_near = [
         (
@@ -56,7 +56,7 @@ def test_nearly_flat_periods(some):
             0.19802718249637419,
         ),
     ]
-    for start in some(starts_near, 1):
+    for start in pick(starts_near, 1):
         given = starts(*start)
         found = extremes(given, FALL, True)[0][:, 0]
         with digits.mp.workdps(50):
