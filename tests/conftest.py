@@ -101,12 +101,20 @@ def machine(monkeypatch):
     return answer
 
 
+@pytest.fixture
+def two_threads(monkeypatch):
+    """Let runs use two threads, on a machine of one processor too."""
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "2")
+
+
 @pytest.fixture(scope="session", autouse=True)
 def pretended(request):
     """Let this process of tests find another machine, if it was asked for."""
     with pytest.MonkeyPatch.context() as patch:
         for name, _, number in (each.partition("=") for each in request.config.option.pretend):
-            patch.setattr(platforms, name, lambda *_, number=float(number): number)
+            answer = float(number)
+            answer = int(answer) if answer.is_integer() else answer
+            patch.setattr(platforms, name, lambda *_, answer=answer: answer)
         yield
 
 

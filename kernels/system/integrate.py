@@ -57,7 +57,7 @@ def numbers_of(program, rates, extremes, events, endings, legs=lanes.LEGS):
     numbers = {
         "STATES": len(rates), "EXTREMES": len(extremes), "EVENTS": len(events), "EVENT_ENDINGS": endings or (0,),
         "LEGS": legs,
-        **{name: made[name] for name in ("coefficients", "constants")},
+        **{name: made[name] for name in ("coefficients", "constants", "safe_step")},
         **{name: at for name, at in vars(layout).items() if hasattr(lanes, name)},
     }  # fmt: skip
     return layout, made, numbers, hashlib.sha256(repr((text, endings, legs)).encode()).hexdigest()[:24]

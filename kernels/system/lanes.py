@@ -13,7 +13,8 @@ from typing import NamedTuple
 from kernels.jit import kernel, simd
 from kernels.lanes.layout import LANES
 from kernels.system.endings import FIRST_EVENT, RUNS_ON, UNRESOLVED
-from kernels.system.polynomials import ORDER, greatest
+from kernels.system.polynomials import ORDER
+from kernels.system.roots import first_above, greatest_to, slope_at, value_at
 
 #: Tolerance of each leg over that of the last one.
 LEGS = (1e6, 1e4, 1e2, 1.0)
@@ -25,6 +26,9 @@ JUMP, LEAST_JUMP = 1024.0, 1e-9
 
 #: So far the rates may differ by rounding, over the size of their terms: all that there is where these cancel.
 NOISE = 1e-12
+
+#: A change of a state of this size is nothing, however small the state is.
+LEAST_CHANGE = 1e-190
 
 #: Steps of a leg at most.
 MOST_STEPS = 10_000_000.0
@@ -54,13 +58,11 @@ BEFORE: int = 0
 START: int = 0
 LEG: int = 0
 SCRATCH: int = 0
+WORK: int = 0
 STEPPING: int = 0
 SIZE: int = 0
 
 COEFFICIENTS = ORDER + 1
-
-#: Places of a step at which a series is looked at before its greatest value is sought.
-_PLACES = 16
 
 
 class Run(NamedTuple):
@@ -89,6 +91,11 @@ def prepared_settings(settings):
 @kernel
 def coefficients(lane, scratch, lanes):
     """Write the series of a lane into a scratch; made from the right-hand side."""
+
+
+@kernel
+def safe_step(lane, h, lanes):
+    """Return the step from the place of a lane in which nothing hides, at most h; made from the right-hand side."""
 
 
 @kernel
@@ -150,77 +157,11 @@ def land(lane, run, lanes):
 
 
 @kernel
-def value_after(row, h, scratch, lanes):
-    """Value of a series in the scratch."""
-    first = scratch + row * COEFFICIENTS
-    found = lanes[first + ORDER]
-    for k in range(ORDER - 1, -1, -1):
-        found = lanes[first + k] + h * found
-    return found
-
-
-@kernel
-def _highest(row, h, scratch, lanes):
-    """Time in a step at which a series is greatest: the best of some places, and what lies beside it."""
-    best, at = -math.inf, 0.0
-    for place in range(_PLACES + 1):
-        here = value_after(row, place * h / _PLACES, scratch, lanes)
-        best, at = here if here > best else best, place * h / _PLACES if here > best else at
-    low, high = max(0.0, at - h / _PLACES), min(h, at + h / _PLACES)
-    for _ in range(50):
-        one, other = low + (high - low) / 3.0, high - (high - low) / 3.0
-        rising = value_after(row, one, scratch, lanes) < value_after(row, other, scratch, lanes)
-        low, high = one if rising else low, high if rising else other
-    middle = 0.5 * (low + high)
-    return middle if value_after(row, middle, scratch, lanes) > best else at
-
-
-@kernel
-def _first_above(row, h, scratch, lanes):
-    """Time in a step from which on a series is positive, by bisection to rounding; infinite if it nowhere is."""
-    if value_after(row, 0.0, scratch, lanes) > 0.0:
-        return 0.0
-    low, high = 0.0, h
-    # not the other way round: what is not a number is not above
-    if not value_after(row, h, scratch, lanes) > 0.0:
-        high = _highest(row, h, scratch, lanes)
-        if not value_after(row, high, scratch, lanes) > 0.0:
-            return math.inf
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if value_after(row, middle, scratch, lanes) > 0.0:
-            high = middle
-        else:
-            low = middle
-    return high
-
-
-@kernel
-def greatest_until(row, h, scratch, lanes):
-    """Greatest value of a series in the scratch from its beginning until h."""
-    at = scratch + row * COEFFICIENTS
-    return greatest(
-        h, lanes[at], lanes[at + 1], lanes[at + 2], lanes[at + 3], lanes[at + 4], lanes[at + 5], lanes[at + 6],
-        lanes[at + 7], lanes[at + 8], lanes[at + 9], lanes[at + 10], lanes[at + 11], lanes[at + 12],
-    )  # fmt: skip
-
-
-@kernel
-def _slope(row, h, scratch, lanes):
-    """Rate of change of a series in the scratch."""
-    first = scratch + row * COEFFICIENTS
-    found = ORDER * lanes[first + ORDER]
-    for k in range(ORDER - 1, 0, -1):
-        found = k * lanes[first + k] + h * found
-    return found
-
-
-@kernel
 def _ends_wrong(lane, h, lanes):
     """Whether the rate at the end of the last step is not that of its series; the lane is moved there."""
     for i in range(STATES):
-        lanes[SLOPE + i * LANES + lane] = _slope(i, h, SCRATCH, lanes)
-        lanes[Y + i * LANES + lane] = value_after(i, h, SCRATCH, lanes)
+        lanes[SLOPE + i * LANES + lane] = slope_at(SCRATCH + i * COEFFICIENTS, h, lanes)
+        lanes[Y + i * LANES + lane] = value_at(SCRATCH + i * COEFFICIENTS, h, lanes)
     lanes[TIME + lane] += h
     coefficients(lane, SCRATCH, lanes)
     room = JUMP * 2.0 ** lanes[LOG_TOLERANCE + lane] + LEAST_JUMP
@@ -228,33 +169,41 @@ def _ends_wrong(lane, h, lanes):
         size = max(lanes[SIZES + i * LANES + lane], abs(lanes[Y + i * LANES + lane]))
         apart = abs(lanes[SCRATCH + i * COEFFICIENTS + 1] - lanes[SLOPE + i * LANES + lane])
         noise = NOISE * lanes[SCRATCH + (STATES + EXTREMES + EVENTS) * COEFFICIENTS + i]
-        if not (apart * h <= room * size or apart <= noise):
+        if not (apart * h <= room * size + LEAST_CHANGE or apart <= noise):
             return True
     return False
 
 
 @kernel
 def go_on(lane, place, run, memory):
-    """Let a lane go on whose step was not proved free of events, and has none: its series are looked at closely."""
-    h = memory[STEP + lane]
+    """Let a lane go on whose step has no event, although a simple bound does not prove it, or several summits.
+
+    A step in which something may hide is shortened first.
+    """
+    memory[STEP + lane] = h = safe_step(lane, memory[STEP + lane], memory)
     if not h < memory[END + lane] - memory[TIME + lane]:
         return False
     scratch = place - (place - STEPPING) % SIZE + SCRATCH
     coefficients(lane, scratch, memory)
+    work, proved = scratch + WORK, True
     for j in range(EVENTS):
-        if _first_above(STATES + EXTREMES + j, h, scratch, memory) <= h:
+        row = scratch + (STATES + EXTREMES + j) * COEFFICIENTS
+        crossing, known = first_above(row, h, work, memory)
+        proved = proved and known
+        if crossing <= h:
             return False
     for i in range(STATES):
-        memory[SLOPE + i * LANES + lane] = _slope(i, h, scratch, memory)
-        memory[Y + i * LANES + lane] = found = value_after(i, h, scratch, memory)
-        memory[SIZES + i * LANES + lane] = max(memory[SIZES + i * LANES + lane], abs(found))
+        row = scratch + i * COEFFICIENTS
+        memory[SLOPE + i * LANES + lane] = slope_at(row, h, memory)
+        memory[Y + i * LANES + lane] = state = value_at(row, h, memory)
+        memory[SIZES + i * LANES + lane] = max(memory[SIZES + i * LANES + lane], abs(state))
     for i in range(EXTREMES):
-        row = TOP + i * LANES + lane
-        memory[row] = max(memory[row], greatest_until(STATES + i, h, scratch, memory))
+        top = greatest_to(scratch + (STATES + i) * COEFFICIENTS, h, work, memory)
+        memory[TOP + i * LANES + lane] = max(memory[TOP + i * LANES + lane], top)
     memory[TIME + lane] += h
     memory[BEFORE + lane] = h
     memory[COUNT + lane] += 1.0
-    memory[UNPROVED + lane] += 1.0
+    memory[UNPROVED + lane] += 0.0 if proved else 1.0
     return True
 
 
@@ -267,22 +216,23 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
     if h > 0.0 and lanes[COUNT + lane] < MOST_STEPS:
         ending, after = RUNS_ON, h
         for j in range(EVENTS):
-            found = _first_above(STATES + EXTREMES + j, h, SCRATCH, lanes)
-            if found < after or (found <= after and ending == RUNS_ON):
-                ending, after = FIRST_EVENT + EVENT_ENDINGS[j], found
+            row = SCRATCH + (STATES + EXTREMES + j) * COEFFICIENTS
+            crossing, _ = first_above(row, h, SCRATCH + WORK, lanes)
+            if crossing < after or (crossing <= after and ending == RUNS_ON):
+                ending, after = FIRST_EVENT + EVENT_ENDINGS[j], crossing
     leg = int(lanes[LEG + lane])
     first = leg * (2 * STATES + 1 + EXTREMES)
     for i in range(STATES):
-        last = value_after(i, after, SCRATCH, lanes)
+        last = value_at(SCRATCH + i * COEFFICIENTS, after, lanes)
         size = max(lanes[SIZES + i * LANES + lane], abs(last))
         measures[first + i, cell] = last if ending != UNRESOLVED else math.nan
         measures[first + STATES + 1 + EXTREMES + i, cell] = size if ending != UNRESOLVED else math.nan
     time = run.duration if ending == RUNS_ON else lanes[TIME + lane] + after
     measures[first + STATES, cell] = time if ending != UNRESOLVED else math.nan
     for i in range(EXTREMES):
-        top, last = lanes[TOP + i * LANES + lane], greatest_until(STATES + i, after, SCRATCH, lanes)
-        found = last if last > top else top
-        measures[first + STATES + 1 + i, cell] = found if ending != UNRESOLVED else math.nan
+        row = SCRATCH + (STATES + i) * COEFFICIENTS
+        top = max(lanes[TOP + i * LANES + lane], greatest_to(row, after, SCRATCH + WORK, lanes))
+        measures[first + STATES + 1 + i, cell] = top if ending != UNRESOLVED else math.nan
     if ending != UNRESOLVED and after > 0.0 and _ends_wrong(lane, after, lanes):
         ending = UNRESOLVED
         for row in range(first, first + 2 * STATES + 1 + EXTREMES):

@@ -29,6 +29,7 @@ from kernels.system import lanes as system_lanes
 from kernels.system.endings import RUNS_ON, UNRESOLVED
 from kernels.system.integrate import numbers_of, program_of
 from kernels.system.lanes import finish_leg, go_on, prepared_settings, read_start, set_off
+from kernels.system.roots import greatest_to, value_at
 
 LEGS = system_lanes.LEGS
 STATES: int = 0
@@ -43,6 +44,7 @@ UNPROVED: int = 0
 BEFORE: int = 0
 STEP: int = 0
 SCRATCH: int = 0
+WORK: int = 0
 STEPPING: int = 0
 SIZE: int = 0
 
@@ -72,11 +74,12 @@ def _sample(i, leg, time, d, memory, measures, counts):
     first = leg * (2 * STATES + 1 + EXTREMES)
     measures[first + STATES, i] = time
     for j in range(STATES):
-        found, before = system_lanes.value_after(j, d, SCRATCH, memory), memory[STEPPING + SIZE + j]
+        found = value_at(SCRATCH + j * system_lanes.COEFFICIENTS, d, memory)
+        before = memory[STEPPING + SIZE + j]
         measures[first + j, i] = found
         measures[first + STATES + 1 + EXTREMES + j, i] = max(before, abs(found))
     for j in range(EXTREMES):
-        top = system_lanes.greatest_until(STATES + j, d, SCRATCH, memory)
+        top = greatest_to(SCRATCH + (STATES + j) * system_lanes.COEFFICIENTS, d, SCRATCH + WORK, memory)
         measures[first + STATES + 1 + j, i] = max(memory[STEPPING + SIZE + STATES + j], top)
     counts[leg, i] = RUNS_ON
     _count(i, leg, int(memory[COUNT]), int(memory[UNPROVED]), counts)

@@ -1,4 +1,4 @@
-"""Polynomials in the time of a step, of `ORDER`: values, a bound that proves that there is no root, greatest values.
+"""Polynomials in the time of a step, of `ORDER`, in vector code: values, bounds, greatest values of simple ones.
 
 Their coefficients are arguments, because an array or a loop would keep the loop over lanes scalar.
 """
@@ -37,8 +37,8 @@ def upper_bound(h, c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12):
 
 
 @simd
-def _summit(x, low, high, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12):
-    """One step of Newton's method for a root of the slope, kept between two places."""
+def _slope_and_bend(x, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12):
+    """Slope at x, and the rate at which it changes there."""
     slope = bend = 12.0 * c12
     slope = 11.0 * c11 + x * slope
     bend = slope + x * bend
@@ -60,33 +60,48 @@ def _summit(x, low, high, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12):
     bend = slope + x * bend
     slope = 2.0 * c2 + x * slope
     bend = slope + x * bend
-    slope = c1 + x * slope
-    moved = x - slope / bend if bend < 0.0 else x
-    moved = low if moved < low else moved
-    return high if moved > high else moved
+    return c1 + x * slope, bend
 
 
 @simd
-def greatest(h, c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12):
-    """Greatest value from 0 to h: the best of five places, and of the summit beside it.
+def _kept(x, h):
+    return 0.0 if x < 0.0 else (h if x > h else x)
 
-    A step is short enough that a function along it has few summits: what is left out is a second one that is higher
-    than the first by less than they differ at these places.
+
+@simd
+def greatest(h, last, c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12):
+    """Greatest value from 0 to h, a bound of it, and whether the greatest value is proved.
+
+    It is where the slope, or else its rate of change, is proved to keep its sign: then it is that of an end or of the
+    only summit, which Newton's method finds. The bound is that of a parabola and of the terms that follow.
+
+    Parameters
+    ----------
+    h, last : float
+        The end, and the value there.
     """
-    quarter = 0.25 * h
-    best, at = c0, 0.0 * h
-    here = value(quarter, c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12)
-    best, at = here if here > best else best, quarter if here > best else at
-    here = value(2.0 * quarter, c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12)
-    best, at = here if here > best else best, 2.0 * quarter if here > best else at
-    here = value(3.0 * quarter, c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12)
-    best, at = here if here > best else best, 3.0 * quarter if here > best else at
-    here = value(h, c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12)
-    best, at = here if here > best else best, h if here > best else at
-    low, high = at - quarter, at + quarter
-    low, high = 0.0 if low < 0.0 else low, h if high > h else high
-    x = _summit(at, low, high, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12)
-    x = _summit(x, low, high, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12)
-    x = _summit(x, low, high, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12)
-    here = value(x, c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12)
-    return here if here > best else best
+    # of the rate at which the slope changes, what follows its first two terms
+    rest = h * h * (12.0 * abs(c4) + h * (20.0 * abs(c5) + h * (30.0 * abs(c6) + h * (42.0 * abs(c7) + h * (
+        56.0 * abs(c8) + h * (72.0 * abs(c9) + h * (90.0 * abs(c10) + h * (110.0 * abs(c11) + h * (
+            132.0 * abs(c12)))))))))
+    )  # fmt: skip
+    first, second = 2.0 * c2, 2.0 * c2 + 6.0 * h * c3
+    bends = (rest <= abs(first)) & (rest <= abs(second)) & (first * second > 0.0)
+    # each further term changes the slope by at most h/2 of what it changes the rate by, and the value by h^2/6
+    off = 0.5 * h * (rest + 6.0 * h * abs(c3))
+    there = c1 + h * first
+    rises = (off <= abs(c1)) & (off <= abs(there)) & (c1 * there > 0.0)
+    slope = h * (c1 + h * _above(c2))
+    most = c0 + _above(slope) + h * off * (1.0 / 3.0)
+    x = _kept(-c1 / first if c2 < 0.0 else 0.0, h)
+    slope, bend = _slope_and_bend(x, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12)
+    x = _kept(x - slope / bend if bend < 0.0 else x, h)
+    slope, bend = _slope_and_bend(x, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12)
+    x = _kept(x - slope / bend if bend < 0.0 else x, h)
+    slope, bend = _slope_and_bend(x, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12)
+    there = value(x, c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12)
+    # one more step would change the value by less than its last bits
+    settled = slope * slope <= 1e-15 * abs(bend) * (abs(c0) + abs(last))
+    settled = settled | ((x <= 0.0) & (slope <= 0.0)) | ((x >= h) & (slope >= 0.0))
+    best = last if last > c0 else c0
+    return there if there > best else best, most, rises | (bends & (settled | (c2 > 0.0)))

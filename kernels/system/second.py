@@ -8,8 +8,9 @@ starts : float64[states + parameters + 1, n]
     States, parameters, and the time to which each cell is followed.
 settings : float64[1]
     Tolerance: the error of a step over the size of the states.
-measures : float64[states + extremes, n], written
-    The states at that time, the greatest values until then. NaN where it is not reached.
+measures : float64[states + extremes + 1, n], written
+    The states at that time, the greatest values until then, NaN where it is not reached; the shortest step, infinite
+    where nothing is watched.
 counts : int32[1, n], written
     Steps tried.
 
@@ -17,7 +18,8 @@ Notes
 -----
 The method and its step control: Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I (1993), II.5 and
 II.10. A step that passes a summit of an expression is tried again with the length at which the rate of the expression
-would vanish if it were linear.
+would vanish if it were linear. A step is bounded where a function may hide what it does later, as those of series are
+(`kernels.system.hidden`): a method that judges by the rates that it has seen passes over a short push.
 Never raises.
 """
 
@@ -29,12 +31,16 @@ from kernels.lanes.binding import bind
 from kernels.lanes.interface import LaneModel
 from kernels.lanes.layout import LANES
 from kernels.system import lanes as system_lanes
+from kernels.system.hidden import step_lines
 from kernels.system.integrate import program_of
 from kernels.system.series import SeriesSource
 from kernels.system.source import Layout, call, compiled, constants_text, function, names_of, series_text
 
 #: Steps that are tried at most.
 MOST_STEPS = 50_000.0
+
+#: Last order of the series: of the arguments that are watched. The compiler leaves out what a stage does not need.
+_ORDER = 3
 
 #: The first step, over the duration; how much longer and shorter than the last one a step may be.
 FIRST, _LONGER, _SHORTER = 1e-4, 4.0, 0.2
@@ -51,6 +57,7 @@ SIZES: int = 0
 COUNT: int = 0
 STEP: int = 0
 LONGEST: int = 0
+SHORTEST: int = 0
 END: int = 0
 SCRATCH: int = 0
 
@@ -77,7 +84,7 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
         lanes[TOP + i * LANES + lane] = -math.inf
     lanes[END + lane] = end = starts[starts.shape[0] - 1, cell]
     lanes[TIME + lane], lanes[COUNT + lane] = 0.0, 0.0
-    lanes[STEP + lane], lanes[LONGEST + lane] = FIRST * end, FIRST * end
+    lanes[STEP + lane], lanes[LONGEST + lane], lanes[SHORTEST + lane] = FIRST * end, FIRST * end, math.inf
     return True
 
 
@@ -96,6 +103,7 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         measures[i, cell] = lanes[Y + i * LANES + lane] if known else math.nan
     for i in range(EXTREMES):
         measures[STATES + i, cell] = lanes[TOP + i * LANES + lane] if known else math.nan
+    measures[STATES + EXTREMES, cell] = lanes[SHORTEST + lane]
     counts[0, cell] = int(lanes[COUNT + lane])
     return False
 
@@ -110,7 +118,7 @@ def entry_point(program, rates, wanted):
     rates, wanted : tuple of int
         The instructions with the rates of the states, and with what the greatest value is sought of.
     """
-    source = SeriesSource(program, rates, wanted, 1)
+    source = SeriesSource(program, rates, wanted, _ORDER)
     names = names_of(source)
     layout = Layout(len(rates), len(wanted), len(names), 0)
     text = "\n\n\n".join([
@@ -119,6 +127,7 @@ def entry_point(program, rates, wanted):
     ])  # fmt: skip
     made = compiled(text, ("advance", "constants"), {"MOST_STEPS": MOST_STEPS})
     numbers = {"STATES": len(rates), "EXTREMES": len(wanted), "constants": made["constants"]}
+    layout.SHORTEST = layout.BEFORE
     numbers |= {name: at for name, at in vars(layout).items() if name in globals()}
     nothing = system_lanes.prepare
     return bind(
@@ -148,20 +157,23 @@ def _step(source, layout, states, names):
     # its tables are SciPy's: the kernels of a run need neither
     from scipy.integrate import DOP853
 
-    load, found, _ = call(source, layout, states, names)
-    wanted = len(source.wanted)
+    load, found, _, watched = call(source, layout, states, names)
+    unused = "_" * (_ORDER - 1), "_" * (states + sum(map(len, watched)))
 
     def slopes(stage, at, time):
         """Return the line that calls the series: each stage keeps its rates, the last one its expressions too."""
-        kept = [name for i in range(states) for name in ("_", f"k{stage}_{i}")]
+        kept = [name for i in range(states) for name in ("_", f"k{stage}_{i}", *unused[0])]
         last = stage == DOP853.n_stages
-        kept += [name for j in range(wanted) for name in ((f"g{j}", f"d{j}") if last else "__")]
-        return f"({', '.join([*kept, *'_' * states])},) = series({', '.join([*at, time, *names])})"
+        for j in range(len(source.wanted)):
+            kept += [*((f"g{j}", f"d{j}") if last else "__"), *unused[0]]
+        return f"({', '.join([*kept, *unused[1]])},) = series({', '.join([*at, time, *names])})"
 
     def terms(row, i):
         return " + ".join(f"{float(c)!r} * k{j}_{i}" for j, c in enumerate(row) if c)
 
     lines = [*load, *(f"k0_{i} = {found[i][1]}" for i in range(states))]
+    for (way, exponent, _), texts in zip(source.watched, watched, strict=True):
+        lines += step_lines(way, exponent, texts)
     for stage in range(1, DOP853.n_stages):
         at = [f"y{i} + h * ({terms(DOP853.A[stage, :stage], i)})" for i in range(states)]
         lines.append(slopes(stage, at, f"t + {float(DOP853.C[stage])!r} * h"))
@@ -199,7 +211,7 @@ def _advance(source, layout, states, names):
         "lost = (not there) & ((not (t + h > t)) | (count > MOST_STEPS) | (not (error < 1e300)))",
         "part = 1.0",
     ]
-    for j, (_, rate) in enumerate(expressions):
+    for j, (_, rate, *_) in enumerate(expressions):
         lines += [
             f"passed = ({rate} > 0.0) & (-d{j} > {_FLAT} * {rate}) & (h > {_SHORT} * longest)",
             f"z = {rate} / ({rate} - d{j})",
@@ -207,7 +219,7 @@ def _advance(source, layout, states, names):
         ]
     lines += ["taken = right & (part == 1.0) & (not (there | lost))"]
     tops = [f"o{j}" for j in range(len(expressions))]
-    for j, (value, _) in enumerate(expressions):
+    for j, (value, *_) in enumerate(expressions):
         lines += [
             f"o{j} = {row('TOP', j)}",
             f"o{j} = {value} if {value} > o{j} else o{j}",
@@ -226,4 +238,7 @@ def _advance(source, layout, states, names):
         f"{row('TIME')} = (end if h >= left else t + h) if taken else t",
         f"{row('COUNT')} = count",
     ]
+    if source.watched:
+        shortest = row("SHORTEST")
+        lines.append(f"{shortest} = h if taken & (h < left) & (h < {shortest}) else {shortest}")
     return function("simd", "advance(lane, run, lanes)", [*lines, "return there | lost"])

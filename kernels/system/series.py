@@ -13,6 +13,8 @@ What depends on parameters alone is a constant of the cell, computed once.
 
 import math
 
+from kernels.system.hidden import HIGH
+
 #: Functions of one argument -> the function of `kernels.elementary` that has their value; of sin and cos, both.
 FUNCTIONS = {
     "sin": "sine_cosine",
@@ -143,6 +145,10 @@ class SeriesSource:
         The coefficients of each, from order 0 to `order`: texts of the lines.
     rounding : list of str
         Of each rate the size of its terms at order 0.
+    watched : list of tuple
+        Of each argument of what can hide what it does later: the way in which it is watched
+        (`kernels.system.hidden.step_lines`), an exponent, and its coefficients, from order 0 to the last one that is
+        not zero for all cells.
     constants : ConstantSource
     """
 
@@ -162,24 +168,96 @@ class SeriesSource:
             self._order(k, self._closure(wanted) if k == order else self._closure(wanted) - needed)
         self.wanted = [[self._at(each, k) for k in range(order + 1)] for each in wanted]
         self.rounding = [self._size(rate) for rate in rates]
+        self.watched = self._watched(self._closure((*rates, *wanted)), order)
+
+    def _watched(self, needed, order):
+        """Return what `watched` is: each argument once in each way, with its highest exponent."""
+        exponents = {}
+        for number in sorted(needed):
+            for key, exponent in self._ways(number):
+                exponents[key] = max(exponent, exponents.get(key, 0.0))
+        rows = []
+        for (way, argument), exponent in exponents.items():
+            texts = [] if self._constant[argument] else [self._at(argument, k) for k in range(order)]
+            while texts and not texts[-1]:
+                texts.pop()
+            if len(texts) > 1:
+                rows.append((way, exponent, texts))
+        return rows
+
+    def _ways(self, number):
+        """Yield how an operation is watched: by a way of `kernels.system.hidden` and an argument, and an exponent."""
+        kind, *given = self._program[number]
+        if kind in ("exp", "tanh"):
+            yield (kind, given[0]), 1.0
+        elif kind == "log":
+            yield ("shrinks", given[0]), 1.0
+        elif kind == "/":
+            base, exponent = self._monomial(given[1])
+            if exponent > 0.0:
+                yield ("shrinks", base), exponent
+        elif kind in ("*", "**", "sqrt"):
+            base, exponent = self._monomial(number)
+            if exponent > HIGH:
+                yield ("grows", base), exponent
+            if exponent < 0.0 or exponent % 1.0:
+                yield ("shrinks", base), max(1.0, -exponent)
+
+    def _monomial(self, number):
+        """Return an expression and the exponent of its power that a value is; itself and 1 of what is no power."""
+        kind, *given = self._program[number]
+        if kind in ("**", "sqrt"):
+            base, exponent = self._monomial(given[0])
+            return base, exponent * (given[1] if kind == "**" else 0.5)
+        if kind == "*":
+            (one, first), (other, second) = map(self._monomial, given)
+            if one == other:
+                return one, first + second
+        return number, 1.0
 
     def _size(self, number):
-        """Return the size of all terms of a value at the start of a step: with its last place the value is rounded."""
+        """Return the size of all terms of a value at the start of a step: with its last place the value is rounded.
+
+        A function passes on what its argument is rounded with, times its slope there.
+        """
         if number not in self._sizes:
             kind, *given = self._program[number]
-            inner = () if self._constant[number] else given
-            if inner and kind in ("+", "-"):
+            own = f"abs({self._at(number, 0) or '0.0'})"
+            if self._constant[number] or kind in ("state", "time"):
+                text = own
+            elif kind in ("+", "-"):
                 text = _sum(map(self._size, given))
-            elif inner and kind == "*":
-                text = _product(*map(self._size, given))
-            elif inner and kind == "neg":
+            elif kind == "neg":
                 text = self._size(given[0])
-            elif inner and kind == "/":
-                text = f"{self._size(given[0])} / abs({self._at(given[1], 0) or '0.0'})"
+            elif kind == "*":
+                text = _product(*map(self._size, given))
+            elif kind == "/" and self._constant[given[1]]:
+                text = f"{self._size(given[0])} * abs({self.constants.name(given[1], inverse=True)})"
+            elif kind == "/":
+                one, other = map(self._size, given)
+                text = f"({one} + {own} * {other}) * abs({self._notes[number, 'inverse']})"
             else:
-                text = f"abs({self._at(number, 0) or '0.0'})"
+                text = f"{own} + {self._size(given[0])} * abs({self._slope_of(number)})"
             self._sizes[number] = self._assigned(text)
         return self._sizes[number]
+
+    def _slope_of(self, number):
+        """Return the derivative of a function, or of a power, by its argument at the start of a step."""
+        kind, argument, *exponent = self._program[number]
+        value = self._at(number, 0)
+        if kind in ("sin", "cos"):
+            return self._values[number][0][1 if kind == "sin" else 0]
+        if kind in ("tan", "tanh"):
+            return self._values[number][0][1]
+        if kind == "exp":
+            return value
+        base = self._at(argument, 0) or "0.0"
+        if kind == "**" and exponent[0] in (2.0, 3.0, 4.0):
+            return f"({exponent[0]!r} * {power(base, '', exponent[0] - 1.0)})"
+        inverse = self._notes[number, "inverse"]
+        if kind == "log":
+            return inverse
+        return f"({value} * {exponent[0]!r} * {inverse})" if kind == "**" else inverse
 
     def _closure(self, roots):
         """Return the instructions that some need, themselves among them."""

@@ -10,7 +10,8 @@ from kernels.jit import kernel, simd
 from kernels.lanes.layout import LANES
 from kernels.system import lanes as system_lanes
 from kernels.system import polynomials
-from kernels.system.lanes import JUMP, LEAST_JUMP, NOISE
+from kernels.system.hidden import step_lines, test_lines
+from kernels.system.lanes import JUMP, LEAST_CHANGE, LEAST_JUMP, NOISE
 from kernels.system.polynomials import ORDER
 from kernels.system.series import SeriesSource
 
@@ -37,13 +38,15 @@ class Layout:
         ):  # fmt: skip
             rows[name] = at * LANES
             at += count
-        scratch = -(-(series * (ORDER + 1) + states) // LANES) * LANES
+        # behind the series and the sizes of the rates, a place to work in (`kernels.system.roots`)
+        rows["WORK"] = series * (ORDER + 1) + states
+        scratch = -(-(rows["WORK"] + ORDER + 1) // LANES) * LANES
         rows |= {"RETURNED": rows["CONSTANT"], "STEPPING": rows["START"], "SIZE": rows["SCRATCH"] + scratch}
         vars(self).update(rows)
 
 
 def functions_of(program, rates, extremes, events):
-    """Return the layout and the three functions of a system that is given as a program (`kernels.system.series`).
+    """Return the layout and the four functions of a system that is given as a program (`kernels.system.series`).
 
     Parameters
     ----------
@@ -56,7 +59,7 @@ def functions_of(program, rates, extremes, events):
     -------
     layout : Layout
     made : dict
-        ``advance``, ``coefficients`` and ``constants``.
+        ``advance``, ``coefficients``, ``constants`` and ``safe_step``.
     text : str
         Their source.
     """
@@ -65,12 +68,12 @@ def functions_of(program, rates, extremes, events):
     layout = Layout(len(rates), len(extremes), len(names), len(rates) + len(extremes) + len(events))
     text = "\n\n\n".join([
         constants_text(source, layout, len(rates)), series_text(source, len(rates), names),
-        _coefficients(source, layout, len(rates), names),
+        _coefficients(source, layout, len(rates), names), _safe_step(source, layout, len(rates), names),
         _advance(source, layout, len(rates), len(extremes), names),
     ])  # fmt: skip
     more = {name: getattr(polynomials, name) for name in ("value", "upper_bound", "greatest")}
     more["MOST_STEPS"] = system_lanes.MOST_STEPS
-    return layout, compiled(text, ("advance", "coefficients", "constants"), more), text
+    return layout, compiled(text, ("advance", "coefficients", "constants", "safe_step"), more), text
 
 
 def compiled(text, names, more):
@@ -113,47 +116,84 @@ def _words(text):
 def series_text(source, states, names):
     """Return the source of the function with all coefficients of a source, of states, time and constants."""
     given = ", ".join([*(f"y{i}" for i in range(states)), "t", *names])
-    found = [text or "0.0" for row in (*source.states, *source.wanted, source.rounding) for text in row]
+    watched = [texts for _, _, texts in source.watched]
+    found = [
+        text or "0.0" for row in (*source.states, *source.wanted, source.rounding, *watched) for text in row
+    ]
     # a tuple of one kind: a state that is given is a number as well
     return function("simd", f"series({given})", [*source.lines, f"return ({', '.join(found)},)"])
 
 
 def call(source, layout, states, names):
-    """Return the lines that load a lane and compute its series, and the names of the coefficients."""
+    """Return the lines that load a lane and compute its series, and the names of the coefficients.
+
+    Returns
+    -------
+    lines : list of str
+    rows : list of list of str
+        The coefficients of states and of what is wanted.
+    rounding : list of str
+        The sizes of the rates.
+    watched : list of list of str
+        The coefficients of the arguments that are watched; an empty text is zero.
+    """
     load = [f"y{i} = lanes[{layout.Y + i * LANES} + lane]" for i in range(states)]
     load += [f"t = lanes[{layout.TIME} + lane]"]
     load += [f"{name} = lanes[{layout.CONSTANT + i * LANES} + lane]" for i, name in enumerate(names)]
     rows = (*source.states, *source.wanted)
     found = [[f"a{row}_{k}" for k in range(len(each))] for row, each in enumerate(rows)]
     rounding = [f"b{i}" for i in range(states)]
-    unpacked = ", ".join(name for row in (*found, rounding) for name in row)
+    arguments = [[f"g{row}_{k}" for k in range(len(texts))] for row, (*_, texts) in enumerate(source.watched)]
+    unpacked = ", ".join(name for row in (*found, rounding, *arguments) for name in row)
     given = ", ".join([*(f"y{i}" for i in range(states)), "t", *names])
-    return [*load, f"({unpacked},) = series({given})"], found, rounding
+    watched = [
+        [name if text else "" for name, text in zip(row, texts, strict=True)]
+        for row, (*_, texts) in zip(arguments, source.watched, strict=True)
+    ]
+    return [*load, f"({unpacked},) = series({given})"], found, rounding, watched
 
 
 def _coefficients(source, layout, states, names):
-    lines, found, rounding = call(source, layout, states, names)
+    lines, found, rounding, _ = call(source, layout, states, names)
     values = [*(name for row in found for name in row), *rounding]
     lines += [f"lanes[scratch + {place}] = {name}" for place, name in enumerate(values)]
     return function("kernel", "coefficients(lane, scratch, lanes)", lines)
+
+
+def _safe_step(source, layout, states, names):
+    """Source of the step of one lane that hides nothing, at most h."""
+    lines, _, _, watched = call(source, layout, states, names)
+    lines = [*lines, f"left = lanes[{layout.END} + lane] - t"] if source.watched else []
+    for (way, exponent, _), row in zip(source.watched, watched, strict=True):
+        lines += step_lines(way, exponent, row)
+    return function("kernel", "safe_step(lane, h, lanes)", [*lines, "return h"])
 
 
 def _radius(texts, row, names):
     """Return the lines with the binary logarithm of the step that a series allows: `r` and its number.
 
     The last two terms of its series are to be smaller, by the tolerance, than one of its first three: a rule that is
-    the same in all units, and needs no typical size of a state.
+    the same in all units, and needs no typical size of a state. Where both are zero, as those of ``cos(t**2)`` at t = 0
+    are, the two before them take their places.
     """
     last = [k for k in (ORDER, ORDER - 1) if texts[k]]
     if not last:
         return [], None
-    lines = [f"e{k} = rough_log2(abs({names[k]}) + 1e-300)" for k in last]
+    before = {k: k - 2 for k in last if texts[k - 2]}
+    lines = []
+    if before:
+        lines.append(f"gap = {' + '.join(f'abs({names[k]})' for k in last)} < 1e-300")
+    for k in last:
+        size = f"(abs({names[before[k]]}) if gap else abs({names[k]}))" if k in before else f"abs({names[k]})"
+        lines.append(f"e{k} = rough_log2({size} + 1e-300)")
     for k in range(3):
         if texts[k]:
             lines.append(f"b = lt + rough_log2(abs({names[k]}) + 1e-200)")
-            lines.append(f"q{k} = (b - e{last[0]}) * {1.0 / (last[0] - k)!r}")
+            for number, at in enumerate(last):
+                share = repr(1.0 / (at - k))
+                share = f"({1.0 / (at - 2 - k)!r} if gap else {share})" if at in before else share
+                lines.append(f"{'z' if number else f'q{k}'} = (b - e{at}) * {share}")
             if len(last) > 1:
-                lines.append(f"z = (b - e{last[1]}) * {1.0 / (last[1] - k)!r}")
                 lines.append(f"q{k} = z if z < q{k} else q{k}")
     known = [f"q{k}" for k in range(3) if texts[k]]
     lines.append(f"r{row} = {known[0]}")
@@ -163,7 +203,7 @@ def _radius(texts, row, names):
 
 def _advance(source, layout, states, extremes, names):
     """Source of one step of one lane."""
-    lines, found, rounding = call(source, layout, states, names)
+    lines, found, rounding, watched = call(source, layout, states, names)
     lines += [f"lt = lanes[{layout.LOG_TOLERANCE} + lane]", "longest = 1000.0"]
     seen = {""}
     for row, texts in enumerate((*source.states, *source.wanted)):
@@ -196,8 +236,9 @@ def _advance(source, layout, states, extremes, names):
         # read before anything is written: else the loop over lanes is no vector code, seven times as slow
         lines.append(f"d{i} = lanes[{at['SLOPE'] + i * LANES} + lane]")
         lines.append(f"apart = abs({found[i][1]} - d{i}) * last")
+        size = f"lanes[{at['SIZES'] + i * LANES} + lane]"
         lines.append(
-            f"room = (rough_exp2(lt + {math.log2(JUMP)!r}) + {LEAST_JUMP!r}) * lanes[{at['SIZES'] + i * LANES} + lane]"
+            f"room = (rough_exp2(lt + {math.log2(JUMP)!r}) + {LEAST_JUMP!r}) * {size} + {LEAST_CHANGE!r}"
         )
         noise = f"{NOISE!r} * {rounding[i]} * last"
         lines.append(f"jump = jump | ((apart > room) & (apart > {noise}))")
@@ -205,10 +246,18 @@ def _advance(source, layout, states, extremes, names):
     finite = " + ".join([
         *(f"0.0 * n{i}" for i in range(states)), *(f"0.0 * w{i}" for i in range(len(found) - states))
     ])  # fmt: skip
+    lines.append(f"hides = {'unsure' if events else 'False'}")
+    for (way, exponent, _), row in zip(source.watched, watched, strict=True):
+        lines += test_lines(way, exponent, row)
+    lines.append("unsure = hides")
+    for i in range(extremes):
+        # a step with several summits, one of which may be the greatest value of all, is looked at alone
+        lines.append(f"v{i}, most, proved = greatest(h, w{i}, {', '.join(found[states + i])})")
+        lines.append(f"unsure = unsure | ((most > lanes[{at['TOP'] + i * LANES} + lane]) & (not proved))")
     lines += [
         # not a number, or too short to move the time
         f"lost = (not (t + h > t)) | (count > MOST_STEPS) | (not ({finite} == 0.0)) | jump",
-        "done = over | lost" + " | unsure" * bool(events),
+        "done = over | lost | unsure",
     ]
     for i in range(states):
         lines.append(f"lanes[{at['Y'] + i * LANES} + lane] = y{i} if done else n{i}")
@@ -223,9 +272,8 @@ def _advance(source, layout, states, extremes, names):
     lines.append(f"lanes[{at['BEFORE']} + lane] = last if done else h")
     for i in range(extremes):
         lines.append(f"before = lanes[{at['TOP'] + i * LANES} + lane]")
-        lines.append(f"top = greatest(h, {', '.join(found[states + i])})")
-        lines.append("kept = done | (top < before)")
-        lines.append(f"lanes[{at['TOP'] + i * LANES} + lane] = before if kept else top")
+        lines.append(f"kept = done | (v{i} < before)")
+        lines.append(f"lanes[{at['TOP'] + i * LANES} + lane] = before if kept else v{i}")
     lines += [
         f"lanes[{at['TIME']} + lane] = t if done else t + h",
         f"lanes[{at['COUNT']} + lane] = count - 1.0 if done & (not lost) else count",

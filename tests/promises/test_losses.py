@@ -42,6 +42,7 @@ def bits(atlas):
     return {name: variable.values.tobytes() for name, variable in atlas.variables.items()}
 
 
+@pytest.mark.usefixtures("two_threads")
 @pytest.mark.parametrize("law", LAWS)
 def test_bits_depend_on_the_cell_alone(law):
     """Threads and blocks change no bit; a part of a grid has the bits of the whole."""

@@ -27,6 +27,7 @@ def bits(atlas):
     return {name: variable.values.tobytes() for name, variable in atlas.variables.items()}
 
 
+@pytest.mark.usefixtures("two_threads")
 @pytest.mark.parametrize("preset", GRIDS)
 def test_threads_and_blocks_change_no_bit(preset):
     """Every variable of the dataset is the same to the last bit, and so it is in a second run of the process."""
@@ -68,8 +69,8 @@ print(hashlib.sha256(b"".join(atlas[name].values.tobytes() for name in sorted(at
 """
 
 
-#: What makes the C library of Linux return memory to the system at once, and fill what is new and what is freed.
-STRICT = {"MALLOC_MMAP_THRESHOLD_": "65536", "MALLOC_PERTURB_": "165"}
+#: Two threads anywhere, and what makes the C library of Linux return memory to the system at once, and fill what is new and what is freed.
+STRICT = {"NUMBA_NUM_THREADS": "2", "MALLOC_MMAP_THRESHOLD_": "65536", "MALLOC_PERTURB_": "165"}
 
 
 @pytest.mark.slow_lane

@@ -48,6 +48,7 @@ def references(tmp_path_factory):
     return found
 
 
+@pytest.mark.usefixtures("two_threads")
 def test_blocks_threads_and_jobs_change_no_byte(tmp_path, references):
     """However a run is cut and shared out, its file is the same, and nothing else is left."""
     path = tmp_path / "a.nc"

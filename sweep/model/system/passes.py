@@ -10,8 +10,8 @@ from kernels.system.endings import DIFFERENT, UNRESOLVED
 from sweep.model.description import Columns, Starts
 from sweep.model.quantity import Array, Endings, Truths
 from sweep.model.system import tables
-from sweep.model.system.cell_values import evaluated, labels_of, sizes
-from sweep.model.system.definition import TIME, Definition, Measure
+from sweep.model.system.cell_values import evaluated, sizes
+from sweep.model.system.definition import TIME, Definition, Label, Measure, symbols
 
 #: What the passes are called, which the kernel makes (`kernels.system.lanes.LEGS`).
 PASSES = ("first", "second", "third", "fourth")
@@ -93,7 +93,7 @@ class Passes:
             error = self._error(passes, size) + _ROUNDING * largest
             found[tables.stated(name)] = np.where(known, error, np.nan)
         if self._definition.labels:
-            found["label"] = self._label(ending)
+            found["label"] = self._label(ending, found)
         if self._definition.conserved:
             found["conserved_change"] = np.where(known, self._change(), np.nan)
         return {**found, "ending": ending, "steps": measured["steps"], "unproved": measured["unproved"]}
@@ -167,11 +167,38 @@ class Passes:
         """Return parameters, states and time at the end of a pass."""
         return {**self._starts, **self._places[number], TIME: self._times[number]}
 
-    def _label(self, ending: Array) -> Array:
-        shape = ending.shape
-        one, other = (labels_of(self._definition.labels, self._at_end(n), shape) for n in (-2, -1))
-        decided = (one == other) & (ending != DIFFERENT) & (ending != UNRESOLVED)
-        return np.where(decided, other, 0)
+    def _label(self, ending: Array, found: Columns) -> Array:
+        """Return the first label that fits in any case; none where one before it may fit as well."""
+        errors = {TIME: found[tables.stated(tables.END_TIME)]}
+        errors |= {
+            each.name: found[tables.stated(each.name + tables.AT_END)] for each in self._definition.states
+        }
+        decided = (ending != DIFFERENT) & (ending != UNRESOLVED)
+        label, open_ = np.zeros(ending.shape, np.int8), decided.copy()
+        for number, each in enumerate(self._definition.labels, 1):
+            surely, possibly = self._fits(each, errors)
+            label[open_ & surely] = number
+            open_ &= ~possibly
+        return label
+
+    def _fits(self, label: Label, errors: Columns) -> tuple[Truths, Truths]:
+        """Return where a label fits at the end in any case, and where it may within what its expressions are off by.
+
+        To first order that is the sum of what the error of each state, and of the time, changes of it.
+        """
+        ends = self._at_end(-1)
+        surely = possibly = np.ones(self._times[-1].shape, bool)
+        for each in label.all_positive:
+            value, off = evaluated([each], ends)[0], _ROUNDING * sizes([each], ends)[0]
+            for name in {*symbols(each)} & {*errors}:
+                there, back = (
+                    evaluated([each], {**ends, name: ends[name] + sign * errors[name]})[0]
+                    for sign in (1.0, -1.0)
+                )
+                off = off + np.fmax(np.abs(there - value), np.abs(back - value))
+            with np.errstate(invalid="ignore"):
+                surely, possibly = surely & (value > off), possibly & (value > -off)
+        return surely, possibly
 
     def _change(self) -> Array:
         """Return the largest change of what is conserved, over its largest term."""

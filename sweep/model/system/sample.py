@@ -25,6 +25,9 @@ TOP = "top {}"
 #: Cells of the sample, and how many of them SciPy follows too; the larger and the smaller tolerance of both.
 _CELLS, _FEW, _TOLERANCES, _OF_SCIPY = 2000, 24, (1e-11, 1e-13), (1e-10, 1e-12)
 
+#: How much longer than the shortest step on lanes one of SciPy may be; the least bound of a step, over the time.
+_LONGER, _LEAST_STEP = 4.0, 1e-5
+
 #: Evaluations of the rates by SciPy at most, about ten seconds: it would follow a stiff system without end.
 _MOST_EVALUATIONS = 200_000
 
@@ -73,18 +76,26 @@ class Sample:
             found |= {OFF + prefix + name: rows[1, row] for row, name in enumerate(names)}
         return found
 
-    def _on_lanes(self, starts: Starts, times: Array, tolerance: float) -> Array:
+    def _lanes(self, starts: Starts, times: Array, tolerance: float) -> Array:
         given = [*self._names, *(each.name for each in self._definition.parameters)]
         rows = np.array([*(starts[name] for name in given), times])
-        measures = np.empty((len(self._names) + len(self._tops), times.size))
+        measures = np.empty((len(self._names) + len(self._tops) + 1, times.size))
         self._second.load()(rows, np.array([tolerance]), measures, np.empty((1, times.size), np.int32))
         return measures
 
+    def _on_lanes(self, starts: Starts, times: Array, tolerance: float) -> Array:
+        return self._lanes(starts, times, tolerance)[:-1]
+
     def _with_scipy(self, starts: Starts, times: Array, tolerance: float) -> Array:
-        return followed(self._definition, starts, times, tolerance)
+        # SciPy chooses its steps by the rates that it has seen, and would pass over a short push
+        shortest = self._lanes(starts, times, tolerance)[-1] / times
+        longest = max(_LONGER * float(np.min(shortest)), _LEAST_STEP)
+        return followed(self._definition, starts, times, tolerance, longest)
 
 
-def followed(definition: Definition, starts: Starts, times: Array, tolerance: float) -> Array:
+def followed(
+    definition: Definition, starts: Starts, times: Array, tolerance: float, longest: float = np.inf
+) -> Array:
     """Return the states of some cells at a time of each, by SciPy's DOP853, shape (states, n); NaN where it gives up.
 
     Parameters
@@ -95,6 +106,8 @@ def followed(definition: Definition, starts: Starts, times: Array, tolerance: fl
     times : array, shape (n,)
     tolerance : float
         Relative, of all states together.
+    longest : float
+        The longest step, over the time.
     """
     # this module is imported with the model, SciPy where an atlas is verified
     from scipy.integrate import solve_ivp
@@ -118,5 +131,6 @@ def followed(definition: Definition, starts: Starts, times: Array, tolerance: fl
     with np.errstate(all="ignore"):
         found = solve_ivp(
             rate, (0.0, 1.0), first.ravel(), "DOP853", rtol=tolerance, atol=1e-4 * tolerance * scale + 1e-300,
+            max_step=longest,
         )  # fmt: skip
     return found.y[:, -1].reshape(shape) if found.success else np.full(shape, np.nan)

@@ -4,11 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from system_passes import run
 
 from kernels.system.endings import FIRST_EVENT, RUNS_ON, UNRESOLVED
 from kernels.system.lanes import LEGS
-from sweep.model.system.model import model_of
-from sweep.request.system_file import read_system
 
 OSCILLATOR = """
 @system(duration="20 s", ends={"above": "x > level"}, measures={"top": "max x", "bottom": "min x"})
@@ -25,19 +24,6 @@ BLOW_UP = """
 def blow_up(y=1.0):
     return y**2
 """
-
-
-def run(text, starts, duration=None, tolerance=1e-11, step=0.0):
-    """Return endings (3, n), and the states, time and extremes of each pass, shape (3, rows, n)."""
-    model = model_of(read_system(text))
-    n = next(len(each) for each in starts.values())
-    rows = np.array(
-        [np.broadcast_to(starts.get(name, row.default), n) for name, row in model.parameters.items()]
-    )
-    measures, counts = np.full((len(model.measures), n), np.nan), np.zeros((len(model.counts), n), np.int32)
-    settings = np.array([duration or model.definition.duration, step, tolerance])
-    model.integrate.load()(np.ascontiguousarray(rows, float), settings, measures, counts)
-    return counts[: len(LEGS)], measures.reshape(len(LEGS), -1, n), counts[len(LEGS) :]
 
 
 @pytest.mark.slow_lane

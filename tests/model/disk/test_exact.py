@@ -140,6 +140,7 @@ def test_unresolved_where_the_tolerance_asks_too_much():
     assert vague.wells == 2
 
 
+@pytest.mark.usefixtures("two_threads")
 def test_bits_do_not_depend_on_threads_and_blocks():
     """Threads, block size and the number of tables of alpha leave every bit as it is."""
     for alpha in [0.5, "0.01:1:140"]:

@@ -103,7 +103,7 @@
 
     /** All that is known of the cell. */
     columns() {
-      const { labels, conserved } = this.#system;
+      const { labels, conserved, states, state_ends, end_time_stated } = this.#system;
       const ending = this.#ending();
       const known = ending !== this.#plan.unresolved;
       /** @type {Record<string, number>} */
@@ -112,7 +112,10 @@
         found[name] = known ? passes[passes.length - 1] + 0 : NaN;
         found[stated] = known ? this.#error(passes, size) + this.#system.rounding * largest : NaN;
       }
-      if (labels.length) found.label = this.#label(ending);
+      if (labels.length) {
+        const errors = Object.fromEntries(states.map((name, i) => [name, found[state_ends[i].stated]]));
+        found.label = this.#label(ending, { ...errors, t: found[end_time_stated] });
+      }
       if (conserved.length) found.conserved_change = known ? this.#change() : NaN;
       return { ...found, ending };
     }
@@ -202,16 +205,35 @@
       );
     }
 
-    /** @param {number} ending */
-    #label(ending) {
+    /**
+     * The first label that fits in any case; none where one before it may fit as well.
+     * @param {number} ending
+     * @param {Record<string, number>} errors of the states at the end, and of the time
+     */
+    #label(ending, errors) {
       if (ending === this.#system.different || ending === this.#plan.unresolved) return 0;
-      const [one, other] = this.#ends
-        .slice(-2)
-        .map(
-          (values) =>
-            this.#system.labels.findIndex((all) => all.every((each) => valueOf(each, values) > 0)) + 1,
-        );
-      return one === other ? other : 0;
+      for (const [i, all] of this.#system.labels.entries()) {
+        const margins = all.map((each) => this.#margin(each, errors));
+        if (margins.every(([value, off]) => value > off)) return i + 1;
+        if (margins.every(([value, off]) => value > -off)) return 0;
+      }
+      return 0;
+    }
+
+    /**
+     * The value of an expression at the end, and by how much it may be off, to first order.
+     * @param {Node} node
+     * @param {Record<string, number>} errors
+     */
+    #margin(node, errors) {
+      const ends = this.#ends[this.#ends.length - 1];
+      const value = valueOf(node, ends);
+      let off = this.#system.rounding * sizeOf(node, ends);
+      for (const [name, error] of Object.entries(errors)) {
+        const changed = [error, -error].map((each) => valueOf(node, { ...ends, [name]: ends[name] + each }) - value);
+        off += Math.max(...changed.map(Math.abs).filter((each) => !Number.isNaN(each)), 0);
+      }
+      return [value, off];
     }
 
     /** The largest change of what is conserved, over its largest term. */

@@ -1,0 +1,162 @@
+"""First root and greatest value of a polynomial in the time of a step, proved by its coefficients in Bernstein's form.
+
+On an interval the values of a polynomial lie between the least and the greatest of these coefficients, and it has at
+most as many roots as they have changes of sign, one if there is one change (Descartes' rule of signs): Farouki, "The
+Bernstein polynomial basis", Computer Aided Geometric Design 29 (2012) 379, sections 3 and 4. Intervals are halved until
+that says enough.
+
+A polynomial is a row of ``ORDER + 1`` coefficients in the memory of a lane, `work` a place for as many numbers.
+"""
+
+import math
+
+import numpy as np
+
+from kernels.jit import kernel
+from kernels.system.polynomials import ORDER
+
+#: A value of a polynomial is rounded by so much of the sum of its terms.
+_ROUNDING = 8.0 * np.finfo(np.float64).eps
+
+#: Least share of a step that is looked at: what a function does within it is far below `_ROUNDING`.
+_LEAST_SHARE = 2.0**-30
+
+#: 1/C(ORDER, k)
+_SHARES = tuple(1.0 / math.comb(ORDER, k) for k in range(ORDER + 1))
+
+
+@kernel
+def value_at(row, h, memory):
+    """Value of the polynomial at h."""
+    value = memory[row + ORDER]
+    for k in range(ORDER - 1, -1, -1):
+        value = memory[row + k] + h * value
+    return value
+
+
+@kernel
+def slope_at(row, h, memory):
+    """Slope of the polynomial at h."""
+    slope = ORDER * memory[row + ORDER]
+    for k in range(ORDER - 1, 0, -1):
+        slope = k * memory[row + k] + h * slope
+    return slope
+
+
+@kernel
+def _write_bernstein(row, begin, width, work, memory):
+    """Write the Bernstein coefficients of the polynomial from `begin` to `begin` + `width` into `work`."""
+    for k in range(ORDER + 1):
+        memory[work + k] = memory[row + k]
+    # Taylor's series about the beginning
+    for done in range(ORDER):
+        for k in range(ORDER - 1, done - 1, -1):
+            memory[work + k] += begin * memory[work + k + 1]
+    power = 1.0
+    for k in range(ORDER + 1):
+        memory[work + k] *= power * _SHARES[k]
+        power *= width
+    for done in range(ORDER):
+        for k in range(ORDER, done, -1):
+            memory[work + k] += memory[work + k - 1]
+
+
+@kernel
+def _rounding(row, h, memory):
+    """How far rounding may change a value from 0 to h."""
+    total, power = 0.0, 1.0
+    for k in range(ORDER + 1):
+        total += abs(memory[row + k]) * power
+        power *= h
+    return _ROUNDING * total
+
+
+@kernel
+def _signs(first, count, memory):
+    """First sign of some coefficients that are not zero (1, -1; 0: there are none), and how often signs change."""
+    sign, last, changes = 0, 0, 0
+    for k in range(first, first + count):
+        here = int(memory[k] > 0.0) - int(memory[k] < 0.0)
+        if here != 0:
+            sign = here if sign == 0 else sign
+            changes += int(last * here < 0)
+            last = here
+    return sign, changes
+
+
+@kernel
+def _crossing(row, low, high, memory):
+    """Where the polynomial, which is positive at `high`, becomes positive, by bisection to rounding."""
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        above = value_at(row, middle, memory) > 0.0
+        low, high = low if above else middle, middle if above else high
+    return high
+
+
+@kernel
+def first_above(row, h, work, memory):
+    """Time from 0 to h from which on the polynomial is positive, infinite if it nowhere is; whether that is proved.
+
+    Not proved is what touches zero to rounding.
+    """
+    rounding, proved = _rounding(row, h, memory), True
+    begin, width = 0.0, h
+    while begin < h:
+        width = min(width, h - begin)
+        _write_bernstein(row, begin, width, work, memory)
+        sign, changes = _signs(work, ORDER + 1, memory)
+        top = -math.inf
+        for k in range(ORDER + 1):
+            top = max(top, memory[work + k])
+        if sign > 0:
+            return begin, proved
+        if changes == 1 and memory[work + ORDER] > 0.0:
+            return _crossing(row, begin, begin + width, memory), proved
+        touches = top <= rounding or width <= _LEAST_SHARE * h
+        if changes == 0 or touches:
+            proved = proved and changes == 0
+            begin, width = begin + width, 2.0 * width
+        else:
+            width = 0.5 * width
+    # the last place alone
+    return (h if value_at(row, h, memory) > 0.0 else math.inf), proved
+
+
+@kernel
+def _summit(row, low, high, memory):
+    """Greatest value between two places where the polynomial rises to one summit and falls behind it."""
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        rising = slope_at(row, middle, memory) > 0.0
+        low, high = middle if rising else low, high if rising else middle
+    return value_at(row, 0.5 * (low + high), memory)
+
+
+@kernel
+def greatest_to(row, h, work, memory):
+    """Greatest value of the polynomial from 0 to h."""
+    rounding = _rounding(row, h, memory)
+    best = max(memory[row], value_at(row, h, memory))
+    begin, width = 0.0, h
+    while begin < h:
+        width = min(width, h - begin)
+        _write_bernstein(row, begin, width, work, memory)
+        top, end = -math.inf, memory[work + ORDER]
+        for k in range(ORDER + 1):
+            top = max(top, memory[work + k])
+        known = not top > best + rounding
+        if not known:
+            for k in range(ORDER):
+                memory[work + k] = memory[work + k + 1] - memory[work + k]
+            sign, changes = _signs(work, ORDER, memory)
+            known = changes <= 1 or width <= _LEAST_SHARE * h
+            if changes == 1 and sign > 0:
+                best = max(best, _summit(row, begin, begin + width, memory))
+            elif known:
+                best = max(best, end)
+        if known:
+            begin, width = begin + width, 2.0 * width
+        else:
+            width = 0.5 * width
+    return best

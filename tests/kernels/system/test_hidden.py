@@ -1,0 +1,119 @@
+"""Functions that are nothing until they are something: every pass sees them, from rest and in motion."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import erf, fresnel
+from system_passes import run
+
+from kernels.system.endings import FIRST_EVENT, RUNS_ON
+
+DOSE = """
+@system(duration="100")
+def dose(amount=0.0, *, width=0.5, when=50.0, t):
+    return exp(-((t - when)/width)**2)
+"""
+SWITCHES = """
+@system(duration="100")
+def switches(a=0.0, b=0.0, c=0.0, d=0.0, *, width=0.01, when=50.0, t):
+    return (tanh((t - when)/width) + 1)/2, 1/(1 + ((t - when)/width)**2)**2, sqrt((t - when)**2 + width**2), (t/when)**40
+"""
+FORCED = """
+@system(duration="40")
+def forced(x=0.0, v=0.0, *, width=0.05, when=20.0, strength=10.0, t):
+    return v, -sin(x) - 0.05*v + strength*exp(-((t - when)/width)**2)
+"""
+PASSER = """
+@system(duration="200", ends={"slow": "v < 0.5"}, measures={"fastest": "max v"})
+def passer(x=-100.0, v=1.0, *, width=0.01, depth=0.2):
+    return v, -2*depth*x/width**2*exp(-(x/width)**2)
+"""
+CHIRP = """
+@system(duration="10")
+def chirp(x=0.0, *, k=1.0, t):
+    return cos(k*t**2)
+"""
+FRICTION = """
+@system(duration="50", measures={"reach": "max abs(x)"})
+def block(x=0.0, v=0.0, *, mu=0.3, force=1.0, drive=0.8, eps=1e-3, t):
+    return v, -x - mu*tanh(v/eps) + force*cos(drive*t)
+"""
+
+
+@pytest.mark.parametrize("step", [0.0, 1.0])
+def test_a_dose_from_nothing(rng, step):
+    """A push from rest leaves width times the root of pi, in every pass and with a longest step too."""
+    width, when = 10.0 ** rng.uniform(-4.0, 1.0, 40), rng.uniform(30.0, 70.0, 40)
+    endings, found, _ = run(DOSE, {"width": width, "when": when}, step=step)
+    truth = 0.5 * math.sqrt(math.pi) * width * (erf((100.0 - when) / width) + erf(when / width))
+    assert np.all(endings == RUNS_ON)
+    for leg, share in enumerate((1e-3, 1e-5, 1e-8, 1e-10)):
+        assert np.all(np.abs(found[leg, 0] - truth) <= share * truth), leg
+
+
+def test_switches_far_from_where_they_switch(rng):
+    """A step of tanh, the square of a Lorentzian, a corner and a high power, against their integrals."""
+    width, when = 10.0 ** rng.uniform(-3.0, 0.0, 20), rng.uniform(30.0, 70.0, 20)
+    endings, found, _ = run(SWITCHES, {"width": width, "when": when})
+    assert np.all(endings == RUNS_ON)
+    ends = (100.0 - when) / width, -when / width
+    # log(cosh(x)), and the integrals of the square of a Lorentzian and of a hyperbola
+    logs = [np.abs(x) + np.log1p(np.exp(-2.0 * np.abs(x))) - math.log(2.0) for x in ends]
+    assert found[-1, 0] == pytest.approx(50.0 + 0.5 * width * (logs[0] - logs[1]), rel=1e-9)
+    bells = [0.5 * (x / (1.0 + x**2) + np.arctan(x)) for x in ends]
+    assert found[-1, 1] == pytest.approx(width * (bells[0] - bells[1]), rel=1e-9)
+    arcs = [0.5 * (x * np.sqrt(x**2 + 1.0) + np.arcsinh(x)) for x in ends]
+    assert found[-1, 2] == pytest.approx(width**2 * (arcs[0] - arcs[1]), rel=1e-9)
+    assert found[-1, 3] == pytest.approx(when / 41.0 * (100.0 / when) ** 41, rel=1e-9)
+
+
+@pytest.mark.parametrize("x", [0.0, 0.5])
+def test_a_pendulum_gets_a_push(x):
+    """From rest and in a swing, against SciPy with steps that cannot pass the push."""
+    for width in (0.05, 0.3):
+        _, found, _ = run(FORCED, {"x": np.array([x]), "width": np.array([width])})
+
+        def rates(t, y, width=width):
+            return y[1], -math.sin(y[0]) - 0.05 * y[1] + 10.0 * math.exp(-(((t - 20.0) / width) ** 2))
+
+        # a first rate of 1e-200 has squares of zero
+        with np.errstate(invalid="ignore"):
+            truth = solve_ivp(
+                rates, (0.0, 40.0), [x, 0.0], "DOP853", rtol=1e-12, atol=1e-13, max_step=width / 4.0
+            )
+        assert found[-1, :2, 0] == pytest.approx(truth.y[:, -1], abs=1e-9)
+        assert found[0, :2, 0] == pytest.approx(truth.y[:, -1], abs=1e-2)
+
+
+def test_a_narrow_well_that_a_straight_motion_passes():
+    """Energy says how fast a body is in the middle of a well that is a ten thousandth of its way wide."""
+    depth = np.array([0.2, -0.2, -0.4])
+    endings, found, _ = run(PASSER, {"depth": depth, "width": np.array([0.01, 0.01, 0.1])})
+    # a hill of 0.2 takes v to sqrt(1 - 0.4), one of 0.4 below 1/2; a well of 0.2 gives sqrt(1.4)
+    assert np.all(endings[-1] == [RUNS_ON, RUNS_ON, FIRST_EVENT])
+    assert found[-1, 3] == pytest.approx([math.sqrt(1.4), 1.0, 1.0], rel=1e-9)
+
+
+def test_terms_that_vanish_at_the_start():
+    """Of cos(t**2) the last terms of the series are zero at t = 0; Fresnel's integral is what it adds up to."""
+    k = np.array([0.3, 1.0, 3.0])
+    endings, found, _ = run(CHIRP, {"k": k})
+    assert np.all(endings == RUNS_ON)
+    truth = np.sqrt(np.pi / 2.0 / k) * fresnel(10.0 * np.sqrt(2.0 * k / np.pi))[1]
+    assert found[-1, 0] == pytest.approx(truth, abs=1e-10)
+
+
+def test_dry_friction_that_is_smoothed():
+    """A friction that switches within a thousandth of the greatest speed: SciPy's Radau says 3.48257 (1e-3), 3.48071."""
+    eps = np.array([1e-3, 1e-2])
+    endings, found, _ = run(FRICTION, {"eps": eps})
+    assert np.all(endings == RUNS_ON)
+    for column, width in enumerate(eps):
+
+        def rates(t, y, width=width):
+            return y[1], -y[0] - 0.3 * np.tanh(y[1] / width) + np.cos(0.8 * t)
+
+        truth = solve_ivp(rates, (0.0, 50.0), [0.0, 0.0], "Radau", rtol=1e-9, atol=1e-11)
+        assert found[-1, :2, column] == pytest.approx(truth.y[:, -1], abs=1e-5)
