@@ -121,13 +121,13 @@ def entry_point(program, rates, wanted):
     source = SeriesSource(program, rates, wanted, _ORDER)
     names = names_of(source)
     layout = Layout(len(rates), len(wanted), len(names), 0)
+    layout.SHORTEST = layout.BEFORE
     text = "\n\n\n".join([
         constants_text(source, layout, len(rates)), series_text(source, len(rates), names),
         _advance(source, layout, len(rates), names),
     ])  # fmt: skip
     made = compiled(text, ("advance", "constants"), {"MOST_STEPS": MOST_STEPS})
     numbers = {"STATES": len(rates), "EXTREMES": len(wanted), "constants": made["constants"]}
-    layout.SHORTEST = layout.BEFORE
     numbers |= {name: at for name, at in vars(layout).items() if name in globals()}
     nothing = system_lanes.prepare
     return bind(

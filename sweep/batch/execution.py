@@ -171,7 +171,8 @@ def _verify(found: Outcome, show: Show) -> None:
         wrong = f"; wrong: {', '.join(each.name for each in audit.wrong[:6])}" if audit.wrong else ""
         found.problems["verify"] = (
             f"{counted(audit.disagreeing, 'cell')} {disagree} with the reference of the model, "
-            f"{audit.missing} {are(audit.missing, 'lacks', 'lack')} a value{wrong}. "
+            f"{audit.missing} {are(audit.missing, 'lacks', 'lack')} a value{wrong}, "
+            f"{audit.compared} could be compared. "
             f"More is said by: {shlex.join(['eulerdisk', 'verify', str(found.path)])}"
         )
 

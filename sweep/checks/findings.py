@@ -27,6 +27,8 @@ class Findings:
     agreeing, disagreeing, missing : int
         Cells that agree (as far as time and the tolerance let them), that disagree, that have not been computed. The
         others are unresolved or invalid, in the atlas or in the reference.
+    compared : int
+        Cells that were held against the reference, or a second computation, which said something of them.
     coordinate, units : str
         Whose extremes were held against the exact ones, and their unit.
     extremes : (median, 99 %, largest)
@@ -55,6 +57,7 @@ class Findings:
     agreeing: int
     disagreeing: int
     missing: int
+    compared: int
     coordinate: str
     units: str
     extremes: tuple[float, float, float]
@@ -80,8 +83,8 @@ class Findings:
 
     @property
     def passed(self) -> bool:
-        """Whether no cell disagrees, none is missing, and nothing that the atlas states is wrong."""
-        return not self.disagreeing and not self.missing and not self.wrong
+        """Whether cells were compared, none disagrees, none is missing, and nothing that the atlas states is wrong."""
+        return self.compared > 0 and not self.disagreeing and not self.missing and not self.wrong
 
 
 class AuditSummary:
@@ -144,6 +147,7 @@ class AuditSummary:
             agreeing=self._sum_of(audit.agreeing),
             disagreeing=self._sum_of(audit.disagreeing),
             missing=self._sum_of((audit.missing,)),
+            compared=self.extremes.count,
             coordinate=spec.model.coordinate,
             units=audit.units,
             extremes=self.extremes.summary(),

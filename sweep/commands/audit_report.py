@@ -88,11 +88,9 @@ def audit_line(found: Findings) -> str:
     if found.passed and found.sampled:
         largest = f", largest difference {found.extremes[2]:.1e} {found.units}" if known else ""
         return (
-            f"verified: {agreeing} against themselves, and only a sample against a second "
+            f"verified: {agreeing} against themselves, {found.compared} of them against a second "
             f"computation ({found.sampled}){largest}"
         )
-    if found.passed and not known:
-        return f"verified: {agreeing}; none has extremes that could be held against exact ones"
     if found.passed:
         return (
             f"verified: {agreeing} within {found.tolerance:g} {found.units}, "
@@ -101,6 +99,10 @@ def audit_line(found: Findings) -> str:
     names = [each.name for each in found.wrong]
     wrong = f"; wrong: {', '.join(names[:_MOST_WRONG])}" if names else ""
     more = f" and {len(names) - _MOST_WRONG} more" if len(names) > _MOST_WRONG else ""
+    if not (found.disagreeing or found.missing or names):
+        return (
+            f"NOT verified: of {counted(found.cells, 'cell')} none could be compared with another computation"
+        )
     disagree = (
         f"{counted(found.disagreeing, 'cell', found.cells)} {are(found.disagreeing, 'disagrees', 'disagree')}"
     )

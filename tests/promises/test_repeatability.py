@@ -69,7 +69,8 @@ print(hashlib.sha256(b"".join(atlas[name].values.tobytes() for name in sorted(at
 """
 
 
-#: Two threads anywhere, and what makes the C library of Linux return memory to the system at once, and fill what is new and what is freed.
+#: Two threads anywhere; and what makes the C library of Linux return memory to the system at once, and fill what is new
+#: and what is freed.
 STRICT = {"NUMBA_NUM_THREADS": "2", "MALLOC_MMAP_THRESHOLD_": "65536", "MALLOC_PERTURB_": "165"}
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from sweep.model.quantity import Array, Truths
-from sweep.model.system.definition import Constant, Label, Node, Symbol
+from sweep.model.system.definition import Constant, Label, Node, Symbol, symbols
 
 _OPERATIONS: Mapping[str, Callable[..., Any]] = {
     "+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide, "**": np.power, "neg": np.negative,
@@ -51,6 +51,28 @@ def sizes(nodes: Sequence[Node], values: Mapping[str, Any]) -> list[Array]:
 
     with np.errstate(all="ignore"):
         return [size(each) for each in nodes]
+
+
+def off_by(node: Node, values: Mapping[str, Any], errors: Mapping[str, Array]) -> Array:
+    """Return by how much an expression is off where names in it are, to first order: the sum of what each changes.
+
+    Parameters
+    ----------
+    node : Node
+    values : mapping of str to array or float
+        As in `evaluated`.
+    errors : mapping of str to array
+        Of some of the names.
+    """
+    value = evaluated([node], values)[0]
+    off = np.zeros(np.shape(value))
+    for name in sorted({*symbols(node)} & {*errors}):
+        moved = [
+            np.abs(evaluated([node], {**values, name: values[name] + sign * errors[name]})[0] - value)
+            for sign in (1.0, -1.0)
+        ]
+        off = off + np.fmax(*moved)
+    return off
 
 
 def labels_of(

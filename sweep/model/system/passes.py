@@ -3,15 +3,17 @@
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from kernels.system.endings import DIFFERENT, UNRESOLVED
 from sweep.model.description import Columns, Starts
 from sweep.model.quantity import Array, Endings, Truths
 from sweep.model.system import tables
-from sweep.model.system.cell_values import evaluated, sizes
-from sweep.model.system.definition import TIME, Definition, Label, Measure, symbols
+from sweep.model.system.cell_values import evaluated, off_by, sizes
+from sweep.model.system.definition import TIME, Definition, Label, Measure
 
 #: What the passes are called, which the kernel makes (`kernels.system.lanes.LEGS`).
 PASSES = ("first", "second", "third", "fourth")
@@ -44,6 +46,9 @@ _OF_TIMES = 0.6
 #: Rounding: of the largest value that a motion's steps add up to; and of each step, which grows as the error of a pass
 #: does, whose steps are off by about a hundredth of its tolerance. It adds up as the root of the number of steps.
 _ROUNDING, _GROWN = 16.0 * np.finfo(np.float64).eps, 0.7 * np.finfo(np.float64).eps
+
+#: Change of what is conserved, over its largest term, that the rounding of a whole motion may make.
+CONSERVED = 1e-9
 
 #: All of these numbers, under the names by which a page knows them.
 NUMBERS = {
@@ -84,7 +89,7 @@ class Passes:
 
     def columns(self) -> Columns:
         """Return all that is measured of the cells."""
-        measured, found = self._measured, dict[str, Array]()
+        measured, found = self._measured, dict[str, npt.NDArray[Any]]()
         ending = self._ending()
         known = ending != UNRESOLVED
         for name, passes, size, largest in self._values():
@@ -167,7 +172,7 @@ class Passes:
         """Return parameters, states and time at the end of a pass."""
         return {**self._starts, **self._places[number], TIME: self._times[number]}
 
-    def _label(self, ending: Array, found: Columns) -> Array:
+    def _label(self, ending: Array, found: Columns) -> npt.NDArray[np.int8]:
         """Return the first label that fits in any case; none where one before it may fit as well."""
         errors = {TIME: found[tables.stated(tables.END_TIME)]}
         errors |= {
@@ -182,20 +187,13 @@ class Passes:
         return label
 
     def _fits(self, label: Label, errors: Columns) -> tuple[Truths, Truths]:
-        """Return where a label fits at the end in any case, and where it may within what its expressions are off by.
-
-        To first order that is the sum of what the error of each state, and of the time, changes of it.
-        """
+        """Return where a label fits at the end in any case, and where it may within what its expressions are off by."""
         ends = self._at_end(-1)
         surely = possibly = np.ones(self._times[-1].shape, bool)
         for each in label.all_positive:
-            value, off = evaluated([each], ends)[0], _ROUNDING * sizes([each], ends)[0]
-            for name in {*symbols(each)} & {*errors}:
-                there, back = (
-                    evaluated([each], {**ends, name: ends[name] + sign * errors[name]})[0]
-                    for sign in (1.0, -1.0)
-                )
-                off = off + np.fmax(np.abs(there - value), np.abs(back - value))
+            value = evaluated([each], ends)[0]
+            with np.errstate(invalid="ignore", over="ignore"):
+                off = _ROUNDING * sizes([each], ends)[0] + off_by(each, ends, errors)
             with np.errstate(invalid="ignore"):
                 surely, possibly = surely & (value > off), possibly & (value > -off)
         return surely, possibly
@@ -216,3 +214,26 @@ def conserved_change(definition: Definition, starts: Starts, ends: Columns) -> A
             for old, new, one, other in zip(before, after, terms, later, strict=True)
         ]
     return np.asarray(np.max(np.broadcast_arrays(*changes, ends[TIME] * 0.0), axis=0))
+
+
+def conserved_room(definition: Definition, starts: Starts, ends: Columns, errors: Columns) -> Array:
+    """Return what `conserved_change` may be of what is conserved indeed, by the errors of states and time at the end.
+
+    Parameters
+    ----------
+    definition : Definition
+    starts, ends, errors : mapping of str to array
+    """
+    begun = {**starts, TIME: np.zeros(ends[TIME].shape)}
+    room = np.zeros(ends[TIME].shape)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for node, one, other in zip(
+            definition.conserved,
+            sizes(definition.conserved, begun),
+            sizes(definition.conserved, ends),
+            strict=True,
+        ):
+            terms = np.maximum(one, other)
+            off = np.where(terms > 0.0, off_by(node, ends, errors) / terms, 0.0)
+            room = np.fmax(room, CONSERVED + off)
+    return room

@@ -30,9 +30,9 @@ from sweep.model.quantity import (
     table,
 )
 from sweep.model.system import tables
-from sweep.model.system.cell_values import evaluated, labels_of, sizes
+from sweep.model.system.cell_values import evaluated, labels_of, off_by, sizes
 from sweep.model.system.definition import TIME, Definition
-from sweep.model.system.passes import conserved_change
+from sweep.model.system.passes import conserved_change, conserved_room
 from sweep.model.system.sample import LANES, OFF, SCIPY, TOP, Sample
 
 NOT_COMPUTED, CONSISTENT, AGREES, UNRESOLVED, SENSITIVE_CELL, CONTRADICTORY, DIFFERS, OTHER_DIFFERS = range(8)
@@ -159,6 +159,11 @@ class SampledReference:
                 np.asarray(conserved_change(self._definition, cells.starts, ends), np.float32).astype(np.float64),
                 np.full(ending.shape, 1e-12) + 1e-6 * np.abs(np.nan_to_num(stored["conserved_change"])),
             )  # fmt: skip
+            yield CellCheck(
+                "conserved_change", "no change beyond the errors of the states at the end",
+                np.nan_to_num(stored["conserved_change"].astype(np.float64)),
+                conserved_room(self._definition, cells.starts, ends, self._errors(cells)), known,
+            )  # fmt: skip
         if self._definition.labels:
             label = labels_of(self._definition.labels, ends, ending.shape)
             free = self._endings.have(FINAL, ending)
@@ -171,12 +176,31 @@ class SampledReference:
     def _at_events(self, cells: AuditedCells, ends: Columns) -> Iterator[CellCheck]:
         """Yield the checks that motions that an event ended are where it happens, but for the terms left out."""
         share = _SHARE + 100.0 * float(cells.spec.tolerance)
+        errors = self._errors(cells)
         for event in self._definition.ends:
-            values, terms = (np.array(each(event.any_positive, ends)) for each in (evaluated, sizes))
+            values = np.array(evaluated(event.any_positive, ends))
+            # where a threshold is zero its terms are nothing: what the place and the time are off by still counts
+            allowed = [
+                share * size + off_by(node, ends, errors)
+                for node, size in zip(event.any_positive, sizes(event.any_positive, ends), strict=True)
+            ]
             first = np.argmax(values, axis=0)[np.newaxis]
-            value, size = (np.take_along_axis(each, first, axis=0)[0] for each in (values, terms))
+            value, most = (
+                np.take_along_axis(np.array(np.broadcast_arrays(*each)), first, axis=0)[0]
+                for each in (values, allowed)
+            )
             there = cells.ended(event.name) & (cells.stored[tables.END_TIME] > 0.0)
-            yield CellCheck("ending", f"where {event.name} happens", np.abs(value), share * size, there)
+            yield CellCheck("ending", f"where {event.name} happens", np.abs(value), most, there)
+
+    def _errors(self, cells: AuditedCells) -> dict[str, Array]:
+        """Return how far the stored states at the end, and the time, may be off: so many of their stated errors."""
+        names = {each.name: each.name + tables.AT_END for each in self._definition.states} | {
+            TIME: tables.END_TIME
+        }
+        return {
+            name: _TIMES * cells.stored[tables.stated(stored)].astype(np.float64)
+            for name, stored in names.items()
+        }
 
     def _at_end(self, cells: AuditedCells) -> dict[str, Array]:
         """Return parameters, states and time where the stored motions end."""
@@ -187,6 +211,7 @@ class SampledReference:
         self, cells: AuditedCells, truth: Columns, prefix: str, against: str, difference: Array
     ) -> Iterator[CellCheck]:
         """Yield the checks by one of both, and note the largest difference of a state over its size."""
+        errors = self._errors(cells)
         ends, second = self._at_end(cells), {**cells.starts, TIME: cells.stored[tables.END_TIME]}
         # how far all states may be off, over their sizes: what follows from them may be off by as much of its terms
         share = np.full(difference.shape, _SHARE)
@@ -218,9 +243,10 @@ class SampledReference:
             yield from _said(measure.name, against, np.abs(stored - found), error, room)
         late = np.where(np.isfinite(apart), 0.0, np.nan)
         for event in self._definition.ends:
-            for size in sizes(event.any_positive, ends):
+            for node, size in zip(event.any_positive, sizes(event.any_positive, ends), strict=True):
                 name = TOP.format(next(numbers))
-                late = np.fmax(late, truth[prefix + name] - (truth[OFF + prefix + name] + share * size))
+                room = truth[OFF + prefix + name] + share * size + off_by(node, ends, errors)
+                late = np.fmax(late, truth[prefix + name] - room)
         if self._definition.ends:
             judged = np.isfinite(late)
             words = f"{against}: no event before the end"

@@ -61,7 +61,7 @@ def test_a_sample_is_what_a_shorter_sweep_finds():
 
 
 def test_a_motion_that_touches_an_event():
-    """A step that a simple bound does not prove free of one goes on: samples are those of the motion without the event."""
+    """A step that a simple bound does not prove free of one goes on, with samples as without the event."""
     times = np.linspace(0.0, 12.0, 200)
     free, _, _, _ = followed(times)
     rows = free.shape[0] // len(LEGS)

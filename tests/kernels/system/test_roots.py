@@ -1,4 +1,4 @@
-"""First roots and greatest values of polynomials against NumPy's roots, of random ones and of such as are made to hide."""
+"""First roots and greatest values of random polynomials, and of such as hide them, against NumPy's roots."""
 
 import numpy as np
 import pytest
