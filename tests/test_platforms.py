@@ -17,7 +17,7 @@ from messages import assert_facts
 
 from sweep import platforms
 from sweep.errors import SurroundingsWarning
-from sweep.platforms import free_bytes
+from sweep.platforms import free_bytes, processors
 
 #: A system whose Python has no module fcntl, as that of Windows.
 _NO_LOCKS = "import sys; sys.modules['fcntl'] = None; "
@@ -131,6 +131,7 @@ def test_threads_follow_the_quota(machine, monkeypatch, quota, asked, available,
 
 def test_processors_are_those_of_the_affinity(monkeypatch):
     """Where the system has one; otherwise all that there are."""
+    monkeypatch.setattr(platforms, "processors", processors)
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {1, 3, 5}, raising=False)
     assert platforms.processors() == 3
     monkeypatch.delattr(os, "sched_getaffinity")

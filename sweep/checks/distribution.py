@@ -13,8 +13,6 @@ class Distribution:
 
     Attributes
     ----------
-    count : int
-        How many there are.
     largest : float
         NaN if there is none.
 
@@ -26,7 +24,7 @@ class Distribution:
 
     def __init__(self) -> None:
         self._kept: list[Array] = []
-        self.count, self._stride, self.largest = 0, 1, np.nan
+        self._number, self._stride, self.largest = 0, 1, np.nan
 
     def add(self, values: Array) -> None:
         """Add an array of any shape; what is not finite is left out."""
@@ -36,15 +34,15 @@ class Distribution:
             return
         self.largest = float(np.fmax(self.largest, known.max()))
         # the place of a value among all decides whether it is kept, not the part that it came in
-        self._kept.append(known[-self.count % self._stride :: self._stride].copy())
-        self.count += known.size
-        while self.count > self._stride * _MOST_KEPT:
+        self._kept.append(known[-self._number % self._stride :: self._stride].copy())
+        self._number += known.size
+        while self._number > self._stride * _MOST_KEPT:
             self._kept = [np.concatenate(self._kept)[::2]]
             self._stride *= 2
 
     def summary(self) -> tuple[float, float, float]:
         """Return median, 99 % and largest; NaN if there is none."""
-        if not self.count:
+        if not self._number:
             return (np.nan,) * 3
         median, high = np.percentile(np.concatenate(self._kept), [50.0, 99.0])
         return float(median), float(high), self.largest

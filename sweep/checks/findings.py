@@ -99,6 +99,8 @@ class AuditSummary:
     ----------
     counts : dict of str to int
         Each flag to its number of cells.
+    compared : int
+        Cells of which the reference says something.
     extremes, period : Distribution
         The error of the extremes over the cells that have one and were not ended by time; that of the period over the
         exact period.
@@ -111,6 +113,7 @@ class AuditSummary:
         self._flags = audit.variables["audit"].flags or {}
         self.counts = dict.fromkeys(self._flags.values(), 0)
         self.extremes, self.period, self.period_share = Distribution(), Distribution(), np.nan
+        self.compared = 0
         self._disagreeing: list[tuple[str, int]] = []
         self._worst: tuple[str, int] | None = None
         self._most = -np.inf
@@ -121,6 +124,7 @@ class AuditSummary:
         for code, name in self._flags.items():
             self.counts[name] += int(np.count_nonzero(codes == code))
         difference = np.asarray(variables[audit.difference], np.float64)
+        self.compared += int(np.count_nonzero(np.isfinite(difference)))
         if audit.ended_by_time is not None and (by_time := codes == audit.ended_by_time).any():
             difference = np.where(by_time, np.nan, difference)
         self.extremes.add(difference)
@@ -147,7 +151,7 @@ class AuditSummary:
             agreeing=self._sum_of(audit.agreeing),
             disagreeing=self._sum_of(audit.disagreeing),
             missing=self._sum_of((audit.missing,)),
-            compared=self.extremes.count,
+            compared=self.compared,
             coordinate=spec.model.coordinate,
             units=audit.units,
             extremes=self.extremes.summary(),

@@ -92,10 +92,8 @@ def audit_line(found: Findings) -> str:
             f"computation ({found.sampled}){largest}"
         )
     if found.passed:
-        return (
-            f"verified: {agreeing} within {found.tolerance:g} {found.units}, "
-            f"largest difference {found.extremes[2]:.1e} {found.units}"
-        )
+        largest = f", largest difference {found.extremes[2]:.1e} {found.units}" if known else ""
+        return f"verified: {agreeing} within {found.tolerance:g} {found.units}{largest}"
     names = [each.name for each in found.wrong]
     wrong = f"; wrong: {', '.join(names[:_MOST_WRONG])}" if names else ""
     more = f" and {len(names) - _MOST_WRONG} more" if len(names) > _MOST_WRONG else ""

@@ -225,6 +225,8 @@ def _conclude(failures: "Failures", output: Path, most: float, quiet: bool) -> N
     cells = failures.spec.size
     if not quiet:
         say(f"{output}: {counted(cells, 'cell')}")
+    for line in failures.warnings():
+        say(f"warning: {line}")
     if failures.total:
         for line in failures.describe():
             say(line)

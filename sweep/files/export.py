@@ -108,7 +108,7 @@ def _check_csv(path: Path, overwrite: bool) -> None:
 
 def boundary_file(path: Path) -> Path:
     """Return the file beside a table of cells that has the boundary: ``atlas.boundary.csv``."""
-    return path.with_name(f"{path.stem}.boundary{path.suffix}")
+    return path.parent / f"{path.stem}.boundary{path.suffix}"
 
 
 def _write_parquet(dataset: "xr.Dataset", path: Path) -> None:

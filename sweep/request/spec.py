@@ -28,7 +28,7 @@ from sweep.request.spec_file import SWEEP_TABLES, find_spec_file, place, read_fi
 from sweep.request.start_list import START, WORDS, implied, with_list
 from sweep.request.start_table import Column, StartTable, table_for
 from sweep.request.substitutes import changed, parameter_of, resolved, substitutes_in
-from sweep.request.system_model import with_system
+from sweep.request.system_model import names_file, with_system
 from sweep.request.values import Value, at_word, read_value
 from sweep.request.words import (
     GRID,
@@ -448,7 +448,13 @@ class SweepSpec:
             If the text is not that of a spec.
         """
         try:
-            words = with_system({name: _from_json(value) for name, value in json.loads(text).items()})
+            held = {name: _from_json(value) for name, value in json.loads(text).items()}
+            # the text may come from a file of anybody's: it never opens another one
+            if isinstance(held.get("starts"), str) and held["starts"]:
+                raise ValueError("its starts are no table")
+            if names_file(held.get("model")):
+                raise ValueError("its model is a file")
+            words = with_system(held)
             given = {**dict.fromkeys(WORDS, ""), **words}
             needed = ("axes", *names(model_for(words.get("model"), ())))
             missing = [name for name in needed if name not in words and not implied(name, given)]

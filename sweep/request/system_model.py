@@ -32,7 +32,7 @@ def with_system(words: Mapping[str, Any], folder: Path | None = None) -> dict[st
     """
     found = dict(words)
     text, named = found.pop("system", None), found.get("model")
-    file = isinstance(named, str) and (named.endswith(".py") or _OF in named)
+    file = names_file(named)
     marked = hasattr(named, "definition") and not isinstance(named, Model)
     if text is None and not file and not marked:
         return found
@@ -55,6 +55,11 @@ def with_system(words: Mapping[str, Any], folder: Path | None = None) -> dict[st
     else:
         found["model"] = _model(named.definition)  # type: ignore[union-attr]
     return found
+
+
+def names_file(model: object) -> bool:
+    """Return whether what a request says of its model is a file of systems, or one of several in it."""
+    return isinstance(model, str) and (model.endswith(".py") or _OF in model)
 
 
 def _model(definition: "Definition") -> Model:

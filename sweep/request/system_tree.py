@@ -19,6 +19,9 @@ from sweep.request.system_units import PURE, Dimension, alike, product, told, wi
 #: together when each name is written out: compilers take seconds for more.
 MOST_DEEP, MOST_PARTS, MOST_NODES = 64, 300, 20_000
 
+#: Size of an exponent: the factors of a power's series are products of its order and this.
+MOST_POWER = 1e6
+
 #: Numbers that need no import.
 NUMBERS: Mapping[str, float] = {"pi": math.pi}
 
@@ -182,6 +185,11 @@ class Tree:
             raise RequestError(
                 f"an exponent is a number; got {exponent}",
                 hint="Write exp(y*log(x)) for x to the power of y.",
+            )
+        if not abs(power) <= MOST_POWER:
+            raise RequestError(
+                f"an exponent is at most {MOST_POWER:g} in size; got {power:g}",
+                hint="Write exp(a*log(x)) with a parameter a.",
             )
         self._check_factor(base)
         if not alike(exponent.dimension or PURE, PURE):

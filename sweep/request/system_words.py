@@ -44,8 +44,15 @@ _OTHERS = (
     "size", "stability", "stable", "status", "steps", "substitutes", "system", "threads", "time", "title", "to_toml",
     "undecided", "unproved", "verdict", "words",
 )  # fmt: skip
-#: Ends of the names that an atlas makes of a state and of a measure.
-_MADE = ("_end", "_error")
+#: Global attributes and dimensions of an atlas, beside those that the words of a request give
+#: (`tests/request/test_system_names.py` holds them against what is written).
+_WRITTEN = (
+    "Conventions", "citation", "criterion_meaning", "curve", "date_created", "history", "kernel_hash", "keywords",
+    "license", "references", "software", "source", "start", "summary", "sweep_fingerprint", "sweep_spec", "versions",
+)  # fmt: skip
+
+#: Begins and ends of the names that an atlas makes of an axis, a state and a measure.
+_BEGUN, _MADE = ("boundary_", "predicted_", "critical_", "curve_", "eulerdisk_"), ("_end", "_error", "_units")
 
 #: What one entry of a word is called.
 _CALLED = {"ends": "ending", "measures": "measure", "label": "label", "theory": "theory of"}
@@ -62,7 +69,18 @@ def reserved() -> frozenset[str]:
     disk = registry.named(registry.DEFAULT)
     of_requests = {*options(disk), *LIST_WORDS} - {*disk.options}
     return frozenset(
-        {*of_requests, "duration", "step", "tolerance", *_OTHERS, TIME, *FUNCTIONS, *NUMBERS, "abs"}
+        {
+            *of_requests,
+            "duration",
+            "step",
+            "tolerance",
+            *_OTHERS,
+            *_WRITTEN,
+            TIME,
+            *FUNCTIONS,
+            *NUMBERS,
+            "abs",
+        }
     )
 
 
@@ -107,6 +125,11 @@ def check_variable(name: str, taken: Collection[str]) -> None:
     if name.endswith(_MADE):
         raise RequestError(
             f"the name {name} ends like what an atlas says of a state or a measure ({', '.join(_MADE)})",
+            hint="Choose another name.",
+        )
+    if name.startswith(_BEGUN):
+        raise RequestError(
+            f"the name {name} begins like one that an atlas makes itself ({', '.join(_BEGUN)})",
             hint="Choose another name.",
         )
 

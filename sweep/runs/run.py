@@ -3,7 +3,7 @@
 import contextlib
 import itertools
 import json
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -42,6 +42,11 @@ from sweep.runs.manifest import Manifest
 _LISTED = 10
 
 
+#: The variable of a system with the change of what is said to be conserved; from where on, and from how many
+#: tolerances on, it is said.
+CONSERVED_CHANGE, _CHANGE, _CHANGE_OF_TOLERANCE = "conserved_change", 1e-6, 1e4
+
+
 class Failures:
     """The cells of an atlas that could not be computed: how many, and which are the first ones.
 
@@ -55,6 +60,8 @@ class Failures:
         # code of an ending -> number of cells; flat index and code of the cells that are listed
         self._counts = dict.fromkeys(spec.model.endings.codes(FAILED), 0)
         self._first: list[tuple[int, int]] = []
+        # the largest change of what is said to be conserved, and the flat index of its cell, negative
+        self._change = (0.0, 0)
 
     @classmethod
     def in_file(cls, path: Path, spec: SweepSpec) -> "Failures":
@@ -65,20 +72,28 @@ class Failures:
         failures = cls(spec)
         with netcdf_to_itself(), netCDF4.Dataset(path.absolute()) as file:
             file.set_auto_mask(False)
+            names = [name for name in ("ending", CONSERVED_CHANGE) if name in file.variables]
             for span, slices in chunks(spec.shape):
-                failures.count(span.start, np.asarray(file["ending"][slices]).reshape(-1))
+                failures.count(
+                    span.start, {name: np.asarray(file[name][slices]).reshape(-1) for name in names}
+                )
         return failures
 
-    def count(self, start: int, endings: npt.NDArray[np.int8]) -> None:
+    def count(self, start: int, columns: Mapping[str, npt.NDArray[Any]]) -> None:
         """Add the failed ones of some cells; cells are added in C order.
 
         Parameters
         ----------
         start : int
             Flat index of the first cell.
-        endings : array of int8, shape (n,)
-            The codes of the endings.
+        columns : mapping of str to array, shape (n,)
+            The codes of the endings, and the change of what is conserved, if anything is said to be.
         """
+        endings = columns["ending"]
+        if CONSERVED_CHANGE in columns:
+            changes = np.nan_to_num(np.asarray(columns[CONSERVED_CHANGE], np.float64), posinf=np.inf)
+            place = int(np.argmax(changes))
+            self._change = max(self._change, (float(changes[place]), -start - place))
         for code in self._counts:
             self._counts[code] += int(np.count_nonzero(endings == code))
         failed = np.flatnonzero(self.spec.model.endings.have(FAILED, endings))
@@ -98,6 +113,16 @@ class Failures:
             f"({100.0 * self.total / self.spec.size:.3g} %): {kinds}",
             *(f"    {self._coordinates(cell)}: {names[code]}" for cell, code in self._first),
             *(["    ..."] if self.total > _LISTED else []),
+        ]
+
+    def warnings(self) -> list[str]:
+        """Return one line if what is said to be conserved is not: the largest change, and where it is."""
+        change, place = self._change
+        if change <= max(_CHANGE, _CHANGE_OF_TOLERANCE * self.spec.tolerance):
+            return []
+        return [
+            f"what is said to be conserved changes by {change:.2g} of its terms at {self._coordinates(-place)}: the "
+            "right-hand side does not conserve it"
         ]
 
     def __repr__(self) -> str:
@@ -341,7 +366,7 @@ def write_atlas(
     spec = writer.spec
     failures = Failures(spec)
     for block in cells:
-        failures.count(block.span.start, block.columns["ending"])
+        failures.count(block.span.start, block.columns)
     timetable.begin(SEARCHING)
     bisected = bisected_cells(spec)
     writer.write_boundary(lambda share: seen(share * bisected))

@@ -200,8 +200,10 @@ def test_the_command_that_goes_on_can_be_pasted(tmp_path, on_path):
     assert_facts(told.stderr, "rm -r 'of mine.nc.run'")
 
 
-def test_a_signal_takes_effect_between_blocks(monkeypatch, capsys, tmp_path):
+def test_a_signal_takes_effect_between_blocks(monkeypatch, machine, capsys, tmp_path):
     """The block ends in which the signal comes, it is kept, and no other is begun; then the same command goes on."""
+    # on many processors several blocks are computed at once
+    machine(processors=2)
     begun = []
 
     def interrupted(spec, span):

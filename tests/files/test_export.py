@@ -168,6 +168,9 @@ def test_what_exists_is_replaced_only_when_asked(tmp_path):
         with refused("exists", "--overwrite"):
             export(atlas, path, kind)
         export(atlas, path, kind, overwrite=True)
+    # no name at all, as of the current folder, is none for the file beside it either
+    with refused("."):
+        export(atlas, ".", "csv")
     with refused("zarr store"):
         export(atlas, tmp_path / "mine", "zarr", overwrite=True)
     assert (tmp_path / "mine" / "letter.txt").read_text() == "dear"

@@ -318,3 +318,14 @@ def test_the_file_is_read_and_never_run(mine, tmp_path):
         with pytest.raises(sweep.RequestError, match="line 2"):
             read_system_file(mine, "")
     assert not (tmp_path / "touched").exists()
+
+
+def test_a_run_says_where_an_energy_is_none(command):
+    """What the right-hand side does not conserve is said with the largest change and its cell; the file is whole."""
+    text = '@system(duration="10", conserved="v**2 + x**2")\ndef odd(x=1.0, v=0.0, *, k=2.0):\n    return v, -k*x\n'
+    Path("odd.py").write_text(f"from sweep.systems import system\n{text}")
+    status, _, told = command("run odd.py k=0.9,1,2 -o odd.nc")
+    assert status == 0
+    assert_facts(told, "0.5", "k=2", "odd.nc")
+    status, _, told = command("run odd.py k=1 -o even.nc")
+    assert (status, "warning" in told) == (0, False)

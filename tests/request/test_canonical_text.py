@@ -203,3 +203,18 @@ def test_the_last_bit_of_a_number_counts():
         spec.replace(gravity=np.nextafter(9.81, 10)),
     ]
     assert len({each.fingerprint() for each in [spec, *others]}) == 1 + len(others)
+
+
+@pytest.mark.parametrize(
+    "words", [{"model": "secret.py"}, {"model": "secret.py:name"}, {"starts": "secret.csv"}]
+)
+def test_a_text_opens_no_file(tmp_path, monkeypatch, words):
+    """A text from a file of anybody's names no other file: what it names is neither read nor shown."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("secret.py", "secret.csv"):
+        (tmp_path / name).write_text("the password is 1234")
+    held = json.loads(SweepSpec.from_words("rolling", []).canonical())
+    with pytest.raises(RequestError) as refused:
+        SweepSpec.from_canonical(json.dumps({**held, **words}))
+    assert "1234" not in str(refused.value)
+    assert "canonical" in str(refused.value)

@@ -147,6 +147,7 @@ REFUSED = {
     "not": (file("return v, not x"), 4, "sign", "+ - * /; **"),
     "text": (file("return v, 'x'"), 4, "'x'", "parameter"),
     "complex": (file("return v, 2j"), 4, "2j", "parameter"),
+    "large exponent": (file("return v, x**1e308"), 4, "1e+06; 1e+308", "exp(a*log(x))"),
     "true": (file("return v, True"), 4, "True", "parameter"),
     "xor": (file("return v, x^2"), 4, "sign ^", "**"),
     "exponent": (file("return v, 2**x"), 4, "exponent; x", "exp(y*log(x))"),

@@ -147,3 +147,76 @@ def test_scipy_is_another_method():
     )
     np.testing.assert_allclose(x, truth, rtol=0, atol=1e-9)
     assert v.shape == (2,)
+
+
+LEVEL = """
+@system(duration="10", ends={"up": "x > level"})
+def rising(x=-1.0, v=0.0, *, w=1.0, level=0.0):
+    return v, -w*w*x
+"""
+UNCONSERVED = """
+@system(duration="10", conserved="v**2/2 + x**2/2")
+def spring(x=1.0, v=0.0, *, k=2.0):
+    return v, -k*x
+"""
+LABELLED = """
+@system(duration="10", label={"right": "x > 0", "left": "x < 0", "middle": True})
+def turning(x=0.0, v=1.0, *, w=0.3141592653589793):
+    return w*v, -w*x
+"""
+BLOW_UP = """
+@system(duration="10")
+def blow_up(y=0.5):
+    return y**2
+"""
+PUSHED = """
+@system(duration="100", measures={"peak": "max abs(x)"})
+def pushed(x=0.0, v=0.0, *, width=0.5, t):
+    return v, -sin(x) - 0.05*v + exp(-((t - 50)/width)**2)
+"""
+
+
+def atlas_of(text, **words):
+    """Return the atlas of a system."""
+    return sweep.run(sweep.SweepSpec(model=model_of(read_system(text)), **words))
+
+
+def test_events_at_a_level_of_zero():
+    """Where an event happens its terms are nothing; the errors of the states say how near it has to be."""
+    found = findings(sweep.verify(atlas_of(LEVEL, x="-2:-0.5:12"), seed=1))
+    assert (found.passed, found.compared, found.counts["agrees"]) == (True, 12, 12)
+
+
+def test_a_place_beside_an_event_is_wrong():
+    """A motion that did not end where its event happens contradicts itself."""
+    atlas = atlas_of(LEVEL, x="-2:-0.5:4")
+    atlas["x_end"].values[2] -= 1e-6
+    assert findings(sweep.verify(atlas, seed=1)).disagreeing == 1
+
+
+def test_what_is_not_conserved_is_found():
+    """An energy that the right-hand side changes is wrong, one that it keeps is not."""
+    found = findings(sweep.verify(atlas_of(UNCONSERVED, k="0.5,1,2"), seed=1))
+    assert [each.name for each in found.wrong] == ["conserved_change"]
+    assert (found.passed, found.disagreeing) == (False, 2)
+
+
+def test_labels_within_the_error_of_a_state_are_not_said():
+    """After a quarter of a turn x is 0 to rounding: neither label fits in any case, nor is it surely in the middle."""
+    atlas = atlas_of(LABELLED, duration=10.0, x="0,0.5", w="0.3141592653589793")
+    names = atlas.label.attrs["flag_meanings"].split()
+    values = list(np.atleast_1d(atlas.label.attrs["flag_values"]))
+    assert [names[values.index(value)] for value in atlas.label.values.reshape(-1)] == ["undecided", "left"]
+    assert findings(sweep.verify(atlas, seed=1)).passed
+
+
+def test_nothing_that_could_be_compared_is_no_pass():
+    """An atlas of unresolved cells is not verified."""
+    found = findings(sweep.verify(atlas_of(BLOW_UP, y="0.5,1"), seed=1))
+    assert (found.passed, found.compared, found.wrong) == (False, 0, [])
+
+
+def test_both_methods_see_a_push():
+    """DOP853 on lanes and SciPy's pass over no short push either."""
+    found = findings(sweep.verify(atlas_of(PUSHED, width="0.02,0.1,0.5"), seed=1))
+    assert (found.passed, found.compared) == (True, 3)
