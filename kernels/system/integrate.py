@@ -9,7 +9,8 @@ settings : float64[3]
     Duration, longest step (0: none), tolerance: how small the last terms of a series are beside the first.
 measures : float64[4 (2 states + 1 + extremes), n], written
     Of each leg, that with the largest tolerance first: the states at its end, its end, the greatest values, the
-    greatest magnitudes of the states at the ends of steps. NaN where it is unresolved.
+    greatest magnitudes of the states at the ends of steps. Of one that could not be followed the end is the time until
+    which it was, and all others are NaN.
 counts : int32[6, n], written
     The endings of the legs; the steps of all together; those of them that were not proved free of an event.
 

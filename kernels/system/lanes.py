@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from kernels.jit import kernel, simd
 from kernels.lanes.layout import LANES
-from kernels.system.endings import FIRST_EVENT, RUNS_ON, UNRESOLVED
+from kernels.system.endings import ENDLESS, FIRST_EVENT, GROWS, JUMPS, RUNS_ON, UNRESOLVED
 from kernels.system.polynomials import ORDER
 from kernels.system.roots import first_above, greatest_to, slope_at, value_at
 
@@ -157,6 +157,20 @@ def land(lane, run, lanes):
 
 
 @kernel
+def _jumps(lane, h, lanes):
+    """Whether the rates in the scratch are not those of the series of a step of length h that has ended there."""
+    room = JUMP * 2.0 ** lanes[LOG_TOLERANCE + lane] + LEAST_JUMP
+    for i in range(STATES):
+        size = max(lanes[SIZES + i * LANES + lane], abs(lanes[Y + i * LANES + lane]))
+        apart = abs(lanes[SCRATCH + i * COEFFICIENTS + 1] - lanes[SLOPE + i * LANES + lane])
+        noise = NOISE * lanes[SCRATCH + (STATES + EXTREMES + EVENTS) * COEFFICIENTS + i]
+        # not the other way round: a rate that is no number is not that of the series
+        if not (apart * h <= room * size + LEAST_CHANGE or apart <= noise):
+            return True
+    return False
+
+
+@kernel
 def _ends_wrong(lane, h, lanes):
     """Whether the rate at the end of the last step is not that of its series; the lane is moved there."""
     for i in range(STATES):
@@ -164,14 +178,22 @@ def _ends_wrong(lane, h, lanes):
         lanes[Y + i * LANES + lane] = value_at(SCRATCH + i * COEFFICIENTS, h, lanes)
     lanes[TIME + lane] += h
     coefficients(lane, SCRATCH, lanes)
-    room = JUMP * 2.0 ** lanes[LOG_TOLERANCE + lane] + LEAST_JUMP
-    for i in range(STATES):
-        size = max(lanes[SIZES + i * LANES + lane], abs(lanes[Y + i * LANES + lane]))
-        apart = abs(lanes[SCRATCH + i * COEFFICIENTS + 1] - lanes[SLOPE + i * LANES + lane])
-        noise = NOISE * lanes[SCRATCH + (STATES + EXTREMES + EVENTS) * COEFFICIENTS + i]
-        if not (apart * h <= room * size + LEAST_CHANGE or apart <= noise):
-            return True
-    return False
+    return _jumps(lane, h, lanes)
+
+
+@kernel
+def _failure(lane, lanes):
+    """Why a lane cannot go on from its place, whose series are in the scratch."""
+    if not lanes[COUNT + lane] < MOST_STEPS:
+        return ENDLESS
+    for i in range(STATES + EXTREMES + EVENTS):
+        # later terms may be beyond all numbers where a motion grows
+        row = SCRATCH + i * COEFFICIENTS
+        if not math.isfinite(lanes[row] + lanes[row + 1] + lanes[row + 2]):
+            return UNRESOLVED
+    if lanes[BEFORE + lane] > 0.0 and _jumps(lane, lanes[BEFORE + lane], lanes):
+        return JUMPS
+    return GROWS
 
 
 @kernel
@@ -212,31 +234,33 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
     """Land where the leg ended, and write its results; then the next leg begins."""
     coefficients(lane, SCRATCH, lanes)
     h = lanes[STEP + lane]
-    ending, after = UNRESOLVED, 0.0
-    if h > 0.0 and lanes[COUNT + lane] < MOST_STEPS:
-        ending, after = RUNS_ON, h
-        for j in range(EVENTS):
-            row = SCRATCH + (STATES + EXTREMES + j) * COEFFICIENTS
-            crossing, _ = first_above(row, h, SCRATCH + WORK, lanes)
-            if crossing < after or (crossing <= after and ending == RUNS_ON):
-                ending, after = FIRST_EVENT + EVENT_ENDINGS[j], crossing
+    followed = h > 0.0 and lanes[COUNT + lane] < MOST_STEPS
+    ending, after = RUNS_ON, h
+    if not followed:
+        ending, after = _failure(lane, lanes), 0.0
+    for j in range(EVENTS if followed else 0):
+        row = SCRATCH + (STATES + EXTREMES + j) * COEFFICIENTS
+        crossing, _ = first_above(row, h, SCRATCH + WORK, lanes)
+        if crossing < after or (crossing <= after and ending == RUNS_ON):
+            ending, after = FIRST_EVENT + EVENT_ENDINGS[j], crossing
     leg = int(lanes[LEG + lane])
     first = leg * (2 * STATES + 1 + EXTREMES)
     for i in range(STATES):
         last = value_at(SCRATCH + i * COEFFICIENTS, after, lanes)
         size = max(lanes[SIZES + i * LANES + lane], abs(last))
-        measures[first + i, cell] = last if ending != UNRESOLVED else math.nan
-        measures[first + STATES + 1 + EXTREMES + i, cell] = size if ending != UNRESOLVED else math.nan
+        measures[first + i, cell] = last if followed else math.nan
+        measures[first + STATES + 1 + EXTREMES + i, cell] = size if followed else math.nan
     time = run.duration if ending == RUNS_ON else lanes[TIME + lane] + after
-    measures[first + STATES, cell] = time if ending != UNRESOLVED else math.nan
+    measures[first + STATES, cell] = time
     for i in range(EXTREMES):
         row = SCRATCH + (STATES + i) * COEFFICIENTS
         top = max(lanes[TOP + i * LANES + lane], greatest_to(row, after, SCRATCH + WORK, lanes))
-        measures[first + STATES + 1 + i, cell] = top if ending != UNRESOLVED else math.nan
-    if ending != UNRESOLVED and after > 0.0 and _ends_wrong(lane, after, lanes):
-        ending = UNRESOLVED
+        measures[first + STATES + 1 + i, cell] = top if followed else math.nan
+    if followed and after > 0.0 and _ends_wrong(lane, after, lanes):
+        ending = JUMPS
         for row in range(first, first + 2 * STATES + 1 + EXTREMES):
             measures[row, cell] = math.nan
+        measures[first + STATES, cell] = lanes[TIME + lane] - after
     counts[leg, cell] = ending
     last = len(LEGS) - 1
     before_steps, before_unproved = (counts[last + 1, cell], counts[last + 2, cell]) if leg > 0 else (0, 0)
@@ -245,9 +269,10 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
     if not lanes[COUNT + lane] < MOST_STEPS:
         # a smaller tolerance takes more steps
         for later in range(leg + 1, len(LEGS)):
-            counts[later, cell] = UNRESOLVED
-        for row in range(first, measures.shape[0]):
-            measures[row, cell] = math.nan
+            counts[later, cell] = ENDLESS
+            for row in range(later * (2 * STATES + 1 + EXTREMES), (later + 1) * (2 * STATES + 1 + EXTREMES)):
+                measures[row, cell] = math.nan
+            measures[later * (2 * STATES + 1 + EXTREMES) + STATES, cell] = time
         return False
     if leg < last:
         lanes[LEG + lane] = leg + 1.0

@@ -26,7 +26,7 @@ from kernels.lanes.binding import copied, rebound
 from kernels.lanes.layout import LANES, aligned
 from kernels.native.entry import parallel
 from kernels.system import lanes as system_lanes
-from kernels.system.endings import RUNS_ON, UNRESOLVED
+from kernels.system.endings import FIRST_EVENT, RUNS_ON, UNRESOLVED
 from kernels.system.integrate import numbers_of, program_of
 from kernels.system.lanes import finish_leg, go_on, prepared_settings, read_start, set_off
 from kernels.system.roots import greatest_to, value_at
@@ -125,7 +125,8 @@ def _follow_pass(leg, run, times, memory, measures, counts):
     again = finish_leg(0, 0, run, memory, measures[:, last:], counts[:, last:])
     end = measures[leg * (2 * STATES + 1 + EXTREMES) + STATES, last]
     # a pass that ends in a step which it cannot make is known up to that step
-    while first < last and counts[leg, last] != UNRESOLVED and times[first] < end:
+    failed = UNRESOLVED <= counts[leg, last] < FIRST_EVENT
+    while first < last and not failed and times[first] < end:
         first += 1
     _stay(first, leg, steps, unproved, measures, counts)
     return again

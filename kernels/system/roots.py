@@ -109,9 +109,10 @@ def first_above(row, h, work, memory):
         top = -math.inf
         for k in range(ORDER + 1):
             top = max(top, memory[work + k])
-        if sign > 0:
+        # behind the beginning its coefficient may be above zero by rounding alone
+        if sign > 0 and (begin == 0.0 or top > rounding):
             return begin, proved
-        if changes == 1 and memory[work + ORDER] > 0.0:
+        if changes == 1 and value_at(row, begin + width, memory) > 0.0:
             return _crossing(row, begin, begin + width, memory), proved
         touches = top <= rounding or width <= _LEAST_SHARE * h
         if changes == 0 or touches:

@@ -243,6 +243,7 @@ class Ending:
 
     `code` is the number that the kernels write, `name` and `meaning` stand in the file, `role` is one of the roles
     above, `reason` says in a sentence why such a cell has the verdict that it has; empty where extremes decide.
+    `help` says what to do where a cell could not be computed.
     """
 
     code: int
@@ -250,6 +251,7 @@ class Ending:
     meaning: str
     role: str
     reason: str = ""
+    help: str = ""
 
 
 class Endings:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kernels.system.endings import DIFFERENT, FIRST_EVENT, RUNS_ON, UNRESOLVED
+from kernels.system.endings import DIFFERENT, FAILURES, FIRST_EVENT, RUNS_ON, UNRESOLVED
 from sweep.errors import NoMotionError
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import ERROR_GAUGE, Array, Quantity, Tolerance, Word, table
@@ -147,14 +147,14 @@ def _check_goes_on(spec: MotionRequest, times: Array, measured: dict[str, npt.ND
     """Refuse a motion that ends where it begins, and one that cannot be followed to its end."""
     definition: Definition = spec.kind.model.definition  # type: ignore[attr-defined]  # of a SystemModel
     last = [measured[f"{name}: ending"] for name in PASSES[-2:]]
-    failed = (last[0] == UNRESOLVED) | (last[1] == UNRESOLVED)
-    if failed[-1]:
-        known = times[~failed]
-        until = f"after {spec.kind.time.spell(float(known[-1]), 6)}" if known.size else "at all"
+    failed = [np.isin(each, FAILURES) for each in last]
+    if failed[0][-1] or failed[1][-1]:
+        which = 1 if failed[1][-1] else 0
+        until = float(measured[f"{PASSES[which - 2]}: {tables.END_TIME}"][-1])
+        why = spec.kind.model.endings.of(last[which][-1])
         raise NoMotionError(
-            f"This motion could not be followed {until}: its states must stay finite, its rates smooth, and a pass may "
-            "take at most 1e7 steps.",
-            hint="Give a shorter duration, or another start.",
+            f"This motion could not be followed beyond {spec.kind.time.spell(until, 6)}: {why.reason}.",
+            hint=f"{why.help}, or give a shorter duration.",
         )
     if _end(measured) == 0.0:
         event = definition.ends[last[1][-1] - FIRST_EVENT]

@@ -7,6 +7,7 @@ ones parameters, annotations are units, and the function returns the rate of eac
 import ast
 import dataclasses
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -278,8 +279,10 @@ def _check_used(source: Source, function: ast.FunctionDef, found: Definition) ->
         *(node for end in found.ends for node in end.any_positive),
         *(node for label in found.labels for node in label.all_positive),
         *(node for measure in found.measures for node in measure.expressions),
+        *found.conserved,
+        *(node for _, node in found.theory),
     ]
-    used = {name for node in nodes for name in symbols(node)}
+    used = {name for node in nodes for name in symbols(node)} | {*re.findall(r"\w+", found.stable)}
     for each in function.args.kwonlyargs:
         if each.arg not in used and each.arg != TIME:
             source.refuse(

@@ -113,6 +113,11 @@ class Failures:
             f"({100.0 * self.total / self.spec.size:.3g} %): {kinds}",
             *(f"    {self._coordinates(cell)}: {names[code]}" for cell, code in self._first),
             *(["    ..."] if self.total > _LISTED else []),
+            *(
+                f"    {each.name}: {each.reason}. {each.help}."
+                for each in self.spec.model.endings
+                if self._counts.get(each.code) and each.help
+            ),
         ]
 
     def warnings(self) -> list[str]:

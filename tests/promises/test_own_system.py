@@ -329,3 +329,23 @@ def test_a_run_says_where_an_energy_is_none(command):
     assert_facts(told, "0.5", "k=2", "odd.nc")
     status, _, told = command("run odd.py k=1 -o even.nc")
     assert (status, "warning" in told) == (0, False)
+
+
+def test_why_a_motion_could_not_be_followed_and_what_helps(command):
+    """`run`, `explain` and `simulate` say why and until when; the ending that they propose is one that helps."""
+    text = '@system(duration="10")\ndef blow_up(y=0.5):\n    return y**2\n'
+    Path("up.py").write_text(f"from sweep.systems import system\n{text}")
+    status, _, told = command("run up.py y=0.05,0.5 -o up.nc")
+    assert status == 1
+    assert_facts(told, "1 unresolved_growth", "y=0.5", 'ends={"escaped": "abs(y) > 1e6"}')
+    status, told, _ = command("explain up.nc y=0.5")
+    assert status == 0
+    assert row(told, "  end_time").split()[1] == "2"
+    status, _, told = command("simulate up.py y=0.5 -o path.nc")
+    assert status == 2
+    assert_facts(told, "2", 'ends={"escaped": "abs(y) > 1e6"}')
+    Path("up.py").write_text(
+        Path("up.py").read_text().replace('"10"', '"10", ends={"escaped": "abs(y) > 1e6"}')
+    )
+    assert command("run up.py y=0.05,0.5 -o escaped.nc")[0] == 0
+    assert command("verify escaped.nc")[0] == 0

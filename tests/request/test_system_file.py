@@ -280,6 +280,16 @@ def test_what_is_refused_with_its_line_and_what_to_write_instead(case):
     assert_facts(caught.value.hint, *hint.split("; "))
 
 
+def test_a_parameter_may_serve_the_energy_the_theory_or_the_verdict_alone():
+    """A mass that stands in the energy, a limit of the criterion, a number of the theory are used."""
+    found = read_system(
+        '@system(duration="1", measures={"peak": "max abs(x)"}, conserved="m*v**2 + m*k*x**2", stable="peak < limit",\n'
+        '        theory={"k": "wanted**2"})\n'
+        "def spring(x=1.0, v=0.0, *, k=1.0, m=2.0, limit=3.0, wanted=1.0):\n    return v, -k*x\n"
+    )
+    assert [each.name for each in found.parameters] == ["k", "m", "limit", "wanted"]
+
+
 def test_no_name_of_a_spec_is_a_parameter():
     """A spec gives its values under their names: one called like its size or its words would hide them."""
     names = {name for name in (*dir(SweepSpec), *SweepSpec.__annotations__) if not name.startswith("_")}

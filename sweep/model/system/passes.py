@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kernels.system.endings import DIFFERENT, UNRESOLVED
+from kernels.system.endings import DIFFERENT, FAILURES
 from sweep.model.description import Columns, Starts
 from sweep.model.quantity import Array, Endings, Truths
 from sweep.model.system import tables
@@ -91,10 +91,12 @@ class Passes:
         """Return all that is measured of the cells."""
         measured, found = self._measured, dict[str, npt.NDArray[Any]]()
         ending = self._ending()
-        known = ending != UNRESOLVED
+        known = ~np.isin(ending, FAILURES)
         for name, passes, size, largest in self._values():
             # no -0, which reports would show
-            found[name] = np.where(known, passes[-1] + 0.0, np.nan)
+            # of one that could not be followed the end is until when it was
+            value = self._followed_until() if name == tables.END_TIME else np.nan
+            found[name] = np.where(known, passes[-1] + 0.0, value)
             error = self._error(passes, size) + _ROUNDING * largest
             found[tables.stated(name)] = np.where(known, error, np.nan)
         if self._definition.labels:
@@ -113,8 +115,13 @@ class Passes:
             one, other = (place[each.name] for place in self._places[-2:])
             with np.errstate(invalid="ignore"):
                 same &= np.abs(one - other) <= SAME_PLACE * self._size(each.name)
-        failed = (first == UNRESOLVED) | (second == UNRESOLVED)
-        return np.where(failed, UNRESOLVED, np.where(same, second, DIFFERENT))
+        known = np.where(same, second, DIFFERENT)
+        return np.where(np.isin(second, FAILURES), second, np.where(np.isin(first, FAILURES), first, known))
+
+    def _followed_until(self) -> Array:
+        """Return until when the pass went on that could not be followed, the last of two."""
+        last = np.isin(self._measured[f"{PASSES[-1]}: ending"], FAILURES)
+        return np.where(last, self._times[-1], self._times[-2])
 
     def _size(self, state: str) -> Array:
         return self._measured[f"{PASSES[-1]}: largest {state}"]
@@ -178,7 +185,7 @@ class Passes:
         errors |= {
             each.name: found[tables.stated(each.name + tables.AT_END)] for each in self._definition.states
         }
-        decided = (ending != DIFFERENT) & (ending != UNRESOLVED)
+        decided = ~np.isin(ending, (DIFFERENT, *FAILURES))
         label, open_ = np.zeros(ending.shape, np.int8), decided.copy()
         for number, each in enumerate(self._definition.labels, 1):
             surely, possibly = self._fits(each, errors)

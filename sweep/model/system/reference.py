@@ -141,7 +141,9 @@ class SampledReference:
         known = ~self._endings.have(FAILED, ending) & ~self._endings.have(MISSING, ending)
         for name, quantity in spec.model.variables.items():
             if quantity.dtype.startswith("f"):
-                right = np.isfinite(stored[name]) == known
+                # until when a motion was followed is known of one that failed, too
+                there = ~self._endings.have(MISSING, ending) if name == tables.END_TIME else known
+                right = np.isfinite(stored[name]) == there
                 if name.endswith(tables.ERROR) or name == "conserved_change":
                     right &= ~(stored[name] < 0.0)
                 yield cells.decided(name, _RULES, right)

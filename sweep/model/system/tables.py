@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from kernels.system.endings import DIFFERENT, FIRST_EVENT, RUNS_ON, UNRESOLVED
+from kernels.system.endings import DIFFERENT, ENDLESS, FIRST_EVENT, GROWS, JUMPS, RUNS_ON, UNRESOLVED
 from sweep.model.quantity import (
     DECISION,
     DURATION,
@@ -35,7 +35,8 @@ from sweep.model.system.definition import Declared, Definition
 RUNNING, UNDECIDED_END = "runs_on", "sensitive"
 
 #: Names of the endings that every system has, and of the label of a motion that has none.
-OWN_ENDINGS, NO_LABEL = ("not_computed", RUNNING, "unresolved", UNDECIDED_END), "undecided"
+FAILED_ENDINGS = ("unresolved", "unresolved_growth", "unresolved_jump", "unresolved_steps")
+OWN_ENDINGS, NO_LABEL = ("not_computed", RUNNING, UNDECIDED_END, *FAILED_ENDINGS), "undecided"
 
 #: End of the name of the stated error of a value, and of that of a state at the end.
 ERROR, AT_END = "_error", "_end"
@@ -93,10 +94,32 @@ def endings(definition: Definition) -> Endings:
     return Endings(
         Ending(0, "not_computed", "the cell has not been integrated", MISSING, "it has not been integrated"),
         Ending(RUNS_ON, RUNNING, "nothing ended it within the duration", FINAL, "nothing ended it within the duration"),
-        Ending(UNRESOLVED, "unresolved", "it could not be followed", FAILED, "it could not be followed"),
         Ending(
             DIFFERENT, UNDECIDED_END, "passes with different tolerances end in different ways, times or places",
             SENSITIVE, "it is too sensitive to its start to say how it ends",
+        ),
+        Ending(
+            UNRESOLVED, FAILED_ENDINGS[0], "a value or a rate became no number", FAILED,
+            "a value or a rate became no number, as of log(-1), 1/0, exp(1000) or an angle beyond 1.6e6 rad",
+            "Write it so that it has a value, as (1 + tanh(x/2))/2 for 1/(1 + exp(-x)), or end the motion before with "
+            "an entry of ends",
+        ),
+        Ending(
+            GROWS, FAILED_ENDINGS[1], "steps became too short for the time", FAILED,
+            "steps became too short for the time: a value or a rate goes to infinity, or a root, a logarithm or a "
+            "divisor to zero",
+            'End it before with an entry of ends, as in ends={"escaped": "abs(y) > 1e6"}; if nothing goes to infinity, '
+            "take another unit of time",
+        ),
+        Ending(
+            JUMPS, FAILED_ENDINGS[2], "a rate jumped", FAILED,
+            "a rate was not what the step before led to: it jumps, has a kink, or changed within a step",
+            "Give a longest step, as in step=0.01, and smooth what jumps, as with tanh",
+        ),
+        Ending(
+            ENDLESS, FAILED_ENDINGS[3], "a pass took more than 1e7 steps", FAILED,
+            "a pass took more than 1e7 steps, as of a stiff system",
+            "Give a shorter duration or a larger tolerance",
         ),
         *events,
     )  # fmt: skip

@@ -12,6 +12,7 @@ const [UNRESOLVED, DIFFERENT] = [9, 8];
 const PLAN = {
   parameters: ["x"],
   unresolved: UNRESOLVED,
+  failed: [UNRESOLVED],
   kernel_settings: [10, 0, 1e-6],
   system: {
     passes: ["first", "last"],

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from system_passes import run
 
-from kernels.system.endings import FIRST_EVENT, RUNS_ON, UNRESOLVED
+from kernels.system.endings import ENDLESS, FIRST_EVENT, GROWS, JUMPS, RUNS_ON, UNRESOLVED
 from kernels.system.lanes import LEGS
 
 OSCILLATOR = """
@@ -110,10 +110,11 @@ def test_bits_depend_on_the_cell_alone(rng):
 
 @pytest.mark.slow_lane
 def test_what_cannot_be_followed_is_unresolved():
-    """Y' = y^2 has no value after 1: the cell ends as unresolved, without numbers, and others go on."""
+    """Y' = y^2 has no value after 1: the cell says that it grows, and until when it was followed; others go on."""
     endings, found, _ = run(BLOW_UP, {"y": np.array([1.0, 0.1, -1.0, math.nan, math.inf])})
-    assert endings[-1].tolist() == [UNRESOLVED, RUNS_ON, RUNS_ON, UNRESOLVED, UNRESOLVED]
-    assert np.isnan(found[-1, :, [0, 3, 4]]).all()
+    assert endings[-1].tolist() == [GROWS, RUNS_ON, RUNS_ON, UNRESOLVED, UNRESOLVED]
+    assert np.isnan(found[-1, [0, 2]][:, [0, 3, 4]]).all()
+    assert found[-1, 1, [0, 3, 4]] == pytest.approx([1.0, 0.0, 0.0], abs=1e-9)
     assert found[-1, 0, 1] == pytest.approx(0.1 / (1.0 - 0.2), rel=1e-12)
 
 
@@ -136,12 +137,23 @@ def test_the_longest_step(rng):
 
 @pytest.mark.slow_lane
 def test_a_series_without_terms_at_the_start():
-    """All terms of t^12 vanish at the start: no number is given, and with a longest step the right one."""
+    """All terms of t^12 vanish at the start: the number is right all the same, with a longest step and without."""
     late, y = '@system(duration="2")\ndef late(y=1.0, *, t):\n    return t**12\n', {"y": np.array([1.0, 5.0])}
-    endings, _, _ = run(late, y)
-    assert endings[-1].tolist() == [UNRESOLVED] * 2
-    _, found, _ = run(late, y, step=0.05)
-    assert np.all(np.abs(found[-1, 0] - y["y"] - 2.0**13 / 13.0) <= 1e-9)
+    for step in (0.0, 0.05):
+        endings, found, _ = run(late, y, step=step)
+        assert endings[-1].tolist() == [RUNS_ON] * 2
+        assert np.all(np.abs(found[-1, 0] - y["y"] - 2.0**13 / 13.0) <= 1e-9)
+
+
+def test_a_rate_that_jumps_says_so():
+    """Of cos(t^3) the terms that set the step are all zero at the start: where they are not the rate is another one."""
+    text = '@system(duration="3")\ndef chirp(y=0.0, *, t):\n    return cos(t**3)\n'
+    endings, found, _ = run(text, {"y": np.array([0.0])})
+    assert endings[-1].tolist() == [JUMPS]
+    assert np.isnan(found[-1, [0, 2]]).all()
+    assert found[-1, 1] == [0.0]
+    endings, found, _ = run(text, {"y": np.array([0.0])}, step=0.1)
+    assert endings[-1].tolist() == [RUNS_ON]
 
 
 @pytest.mark.slow_lane
@@ -164,7 +176,7 @@ def test_a_cell_of_too_many_steps_is_given_up_at_once():
     endings, _, counts = run(
         '@system(duration="1")\ndef p(y=1.0):\n    return 1.0\n', {"y": np.array([1.0])}, step=5e-8
     )
-    assert endings[:, 0].tolist() == [UNRESOLVED] * len(LEGS)
+    assert endings[:, 0].tolist() == [ENDLESS] * len(LEGS)
     assert 1e7 <= counts[0, 0] <= 1.001e7
 
 
@@ -174,7 +186,8 @@ def test_a_root_that_reaches_zero_is_unresolved():
     endings, found, _ = run(
         '@system(duration="3")\ndef drain(y=4.0):\n    return -sqrt(y)\n', {"y": np.array([1.0, 4.0])}
     )
-    assert endings[-1].tolist() == [UNRESOLVED, RUNS_ON]
+    assert endings[-1].tolist() == [GROWS, RUNS_ON]
+    assert found[-1, 1, 0] == pytest.approx(2.0, rel=1e-6)
     assert found[-1, 0, 1] == pytest.approx(0.25, rel=1e-11)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kernels.system.endings import DIFFERENT, RUNS_ON, UNRESOLVED
+from kernels.system.endings import DIFFERENT, FIRST_EVENT, GROWS, RUNS_ON, UNRESOLVED
 from sweep.model.system.model import model_of
 from sweep.model.system.passes import PASSES, Passes, conserved_change
 from sweep.request.system_file import read_system
@@ -70,9 +70,10 @@ def test_rounding_grows_as_errors_do():
     ("given", "expected"),
     [
         ({}, RUNS_ON),
-        ({"endings": (RUNS_ON, RUNS_ON, 4, RUNS_ON)}, DIFFERENT),
-        ({"endings": (4, UNRESOLVED, RUNS_ON, RUNS_ON)}, RUNS_ON),
+        ({"endings": (RUNS_ON, RUNS_ON, FIRST_EVENT, RUNS_ON)}, DIFFERENT),
+        ({"endings": (FIRST_EVENT, UNRESOLVED, RUNS_ON, RUNS_ON)}, RUNS_ON),
         ({"endings": (RUNS_ON, RUNS_ON, UNRESOLVED, RUNS_ON)}, UNRESOLVED),
+        ({"endings": (RUNS_ON, RUNS_ON, UNRESOLVED, GROWS)}, GROWS),
         ({"times": (10.0, 10.0, 9.99, 10.0)}, DIFFERENT),
         ({"x": (0.5, 0.5, 0.52, 0.5)}, DIFFERENT),
         ({"x": (0.2, 0.4, 0.5005, 0.5)}, RUNS_ON),

@@ -103,13 +103,13 @@
 
     /** All that is known of the cell. */
     columns() {
-      const { labels, conserved, states, state_ends, end_time_stated } = this.#system;
+      const { labels, conserved, states, state_ends, end_time, end_time_stated } = this.#system;
       const ending = this.#ending();
-      const known = ending !== this.#plan.unresolved;
+      const known = !this.#plan.failed.includes(ending);
       /** @type {Record<string, number>} */
       const found = {};
       for (const { name, stated, passes, size, largest } of this.#values()) {
-        found[name] = known ? passes[passes.length - 1] + 0 : NaN;
+        found[name] = known ? passes[passes.length - 1] + 0 : name === end_time ? this.#followedUntil() : NaN;
         found[stated] = known ? this.#error(passes, size) + this.#system.rounding * largest : NaN;
       }
       if (labels.length) {
@@ -120,11 +120,19 @@
       return { ...found, ending };
     }
 
+    /** Until when the pass went on that could not be followed, the last of two. */
+    #followedUntil() {
+      const [before, last] = this.#system.passes.slice(-2);
+      const pass = this.#plan.failed.includes(this.#of(last, "ending")) ? last : before;
+      return this.#of(pass, this.#system.end_time);
+    }
+
     #ending() {
       const { passes, states, same_time, same_place, different } = this.#system;
       const [one, other] = passes.slice(-2).map((pass) => this.#of(pass, "ending"));
-      const { unresolved } = this.#plan;
-      if (one === unresolved || other === unresolved) return unresolved;
+      const { failed } = this.#plan;
+      if (failed.includes(other)) return other;
+      if (failed.includes(one)) return one;
       const [before, last] = this.#ends.slice(-2);
       const isSame =
         one === other &&
@@ -211,7 +219,7 @@
      * @param {Record<string, number>} errors of the states at the end, and of the time
      */
     #label(ending, errors) {
-      if (ending === this.#system.different || ending === this.#plan.unresolved) return 0;
+      if (ending === this.#system.different || this.#plan.failed.includes(ending)) return 0;
       for (const [i, all] of this.#system.labels.entries()) {
         const margins = all.map((each) => this.#margin(each, errors));
         if (margins.every(([value, off]) => value > off)) return i + 1;
@@ -230,7 +238,9 @@
       const value = valueOf(node, ends);
       let off = this.#system.rounding * sizeOf(node, ends);
       for (const [name, error] of Object.entries(errors)) {
-        const changed = [error, -error].map((each) => valueOf(node, { ...ends, [name]: ends[name] + each }) - value);
+        const changed = [error, -error].map(
+          (each) => valueOf(node, { ...ends, [name]: ends[name] + each }) - value,
+        );
         off += Math.max(...changed.map(Math.abs).filter((each) => !Number.isNaN(each)), 0);
       }
       return [value, off];
