@@ -73,7 +73,7 @@ def _rounding(row, h, memory):
 
 @kernel
 def _signs(first, count, memory):
-    """First sign of some coefficients that are not zero (1, -1; 0: there are none), and how often signs change."""
+    """Sign of the first coefficient that is not zero (0 if all are), and how often signs change."""
     sign, last, changes = 0, 0, 0
     for k in range(first, first + count):
         here = int(memory[k] > 0.0) - int(memory[k] < 0.0)
@@ -109,7 +109,7 @@ def first_above(row, h, work, memory):
         top = -math.inf
         for k in range(ORDER + 1):
             top = max(top, memory[work + k])
-        # behind the beginning its coefficient may be above zero by rounding alone
+        # after the first interval the coefficient at its beginning may be positive because of rounding
         if sign > 0 and (begin == 0.0 or top > rounding):
             return begin, proved
         if changes == 1 and value_at(row, begin + width, memory) > 0.0:
@@ -126,7 +126,7 @@ def first_above(row, h, work, memory):
 
 @kernel
 def _summit(row, low, high, memory):
-    """Greatest value between two places where the polynomial rises to one summit and falls behind it."""
+    """Greatest value between two places where the polynomial first rises and then falls."""
     for _ in range(50):
         middle = 0.5 * (low + high)
         rising = slope_at(row, middle, memory) > 0.0

@@ -10,7 +10,7 @@ from kernels.jit import kernel, simd
 from kernels.lanes.layout import LANES
 from kernels.system import lanes as system_lanes
 from kernels.system import polynomials
-from kernels.system.hidden import step_lines, test_lines
+from kernels.system.hidden import step_lines, watch_lines
 from kernels.system.lanes import JUMP, LEAST_CHANGE, LEAST_JUMP, NOISE
 from kernels.system.polynomials import ORDER
 from kernels.system.series import SeriesSource
@@ -248,7 +248,7 @@ def _advance(source, layout, states, extremes, names):
     ])  # fmt: skip
     lines.append(f"hides = {'unsure' if events else 'False'}")
     for (way, exponent, _), row in zip(source.watched, watched, strict=True):
-        lines += test_lines(way, exponent, row)
+        lines += watch_lines(way, exponent, row)
     lines.append("unsure = hides")
     for i in range(extremes):
         # a step with several summits, one of which may be the greatest value of all, is looked at alone

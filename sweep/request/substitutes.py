@@ -118,7 +118,13 @@ def resolved(
     sources = {
         name: read_distribution(words[name], each) or read(words[name], each) for name, each in given.items()
     }
-    known = {**{name: row.default for name, row in model.parameters.items()}, **fixed, **words}
+    # a substitute may need what another one gives, as a scaled rate needs the radius of a diameter
+    direct = {
+        each.parameter: _parameter(each, sources[name], {}, words[name], model)
+        for name, each in given.items()
+        if not each.needs
+    }
+    known = {**{name: row.default for name, row in model.parameters.items()}, **fixed, **words, **direct}
     words = table_for(words, model)
     if isinstance(table := words.get("starts"), StartTable):
         known |= {name: Column(name, table) for name in table.names}

@@ -65,17 +65,32 @@ def test_it_means_the_same_in_words_files_and_python(spec_file):
 
 
 @given(
-    st.sampled_from(sorted(name for name, each in DISK.substitutes.items() if not each.offset)),
+    st.sampled_from(sorted(name for name, each in DISK.substitutes.items() if each.needs)),
     st.floats(-1e3, 1e3),
     st.floats(1e-3, 1e3),
     st.floats(1e-3, 1e3),
 )
 def test_a_substitute_is_its_parameter_times_its_scale(name, value, radius, gravity):
-    """What was given comes back from the rate of the spec, to rounding."""
+    """What was given comes back from the rate of the spec, to rounding, for what needs the radius."""
     spec = SweepSpec(**{name: value}, radius=radius, gravity=gravity)
     substitute = DISK.substitutes[name]
     back = getattr(spec, substitute.parameter) * substitute.scale({"radius": radius, "gravity": gravity})
     assert back == pytest.approx(value, rel=1e-15, abs=1e-300)
+
+
+def test_a_diameter_is_twice_the_radius():
+    """Alone, as an axis, and where a scaled rate, a speed or a length of the body needs the radius."""
+    for words in ("", "scaled_roll_rate=0.5", "speed=1", "body=torus tube=1mm"):
+        given, expected = (
+            SweepSpec.from_words("rolling", [size, *words.split()])
+            for size in ("diameter=3cm", "radius=1.5cm")
+        )
+        assert given.canonical() == expected.canonical(), words
+    assert SweepSpec(diameter="2cm:4cm:3").radius.array() == pytest.approx([0.01, 0.015, 0.02])
+    with refused("radius", "diameter"):
+        SweepSpec(diameter=1, radius=2)
+    with refused("speed", "radius"):
+        SweepSpec(diameter="2cm:4cm:3", speed=1)
 
 
 def test_the_inclination_is_what_the_tilt_lacks_to_a_right_angle():

@@ -108,7 +108,7 @@ PARAMETERS: Mapping[str, Input] = table(
 
 SUBSTITUTES: Mapping[str, Substitute] = table(
     *(disk.SUBSTITUTES[name] for name in ("scaled_tilt_rate", "scaled_precession_rate", "scaled_roll_rate",
-                                          "inclination")),
+                                          "inclination", "diameter")),
     *(_in_metres(name, PARAMETERS[name].symbol, PARAMETERS[name].long_name.removesuffix(", over the outer radius"))
       for name in ("tube", "thickness", "fillet", "offset")),
 )

@@ -191,6 +191,8 @@ SUBSTITUTES: Mapping[str, Substitute] = table(
                parameter="roll_rate", needs=("radius",), scale=lambda disk: disk["radius"]),
     Substitute("inclination", "a", "rad", "angle of the plane of the disk from the table: 90 deg less the tilt", GRID,
                parameter="tilt", needs=(), scale=lambda _: -1.0, offset=math.pi / 2),
+    Substitute("diameter", "D", "m", "diameter: twice the radius", GRID,
+               parameter="radius", needs=(), scale=lambda _: 2.0),
 )
 
 SETTINGS: Mapping[str, Input] = table(
