@@ -19,7 +19,7 @@ from sweep.files.atlas_writer import AtlasWriter
 from sweep.files.one_thread import netcdf_to_itself
 from sweep.files.paths import check_target
 from sweep.files.publish import refusals
-from sweep.model.quantity import FAILED
+from sweep.model.quantity import FAILED, UNDECIDED
 from sweep.progress.display import following
 from sweep.progress.timetable import COMPUTING, SEARCHING, Progress, Show, Timetable
 from sweep.request.spec import SweepSpec
@@ -47,6 +47,10 @@ _LISTED = 10
 CONSERVED_CHANGE, _CHANGE, _CHANGE_OF_TOLERANCE = "conserved_change", 1e-6, 1e4
 
 
+#: Share of undecided cells from which on they are mentioned.
+_MUCH = 0.5
+
+
 class Failures:
     """The cells of an atlas that could not be computed: how many, and which are the first ones.
 
@@ -62,6 +66,7 @@ class Failures:
         self._first: list[tuple[int, int]] = []
         # the largest change of what is said to be conserved, and the flat index of its cell, negative
         self._change = (0.0, 0)
+        self._undecided = 0
 
     @classmethod
     def in_file(cls, path: Path, spec: SweepSpec) -> "Failures":
@@ -72,7 +77,7 @@ class Failures:
         failures = cls(spec)
         with netcdf_to_itself(), netCDF4.Dataset(path.absolute()) as file:
             file.set_auto_mask(False)
-            names = [name for name in ("ending", CONSERVED_CHANGE) if name in file.variables]
+            names = [name for name in ("ending", "stability", CONSERVED_CHANGE) if name in file.variables]
             for span, slices in chunks(spec.shape):
                 failures.count(
                     span.start, {name: np.asarray(file[name][slices]).reshape(-1) for name in names}
@@ -87,9 +92,10 @@ class Failures:
         start : int
             Flat index of the first cell.
         columns : mapping of str to array, shape (n,)
-            The codes of the endings, and the change of what is conserved, if anything is said to be.
+            The codes of the endings and the verdicts, and the change of what is conserved, if anything is said to be.
         """
         endings = columns["ending"]
+        self._undecided += int(np.count_nonzero(columns["stability"] == UNDECIDED))
         if CONSERVED_CHANGE in columns:
             changes = np.nan_to_num(np.asarray(columns[CONSERVED_CHANGE], np.float64), posinf=np.inf)
             place = int(np.argmax(changes))
@@ -121,14 +127,20 @@ class Failures:
         ]
 
     def warnings(self) -> list[str]:
-        """Return one line if what is said to be conserved is not: the largest change, and where it is."""
+        """Return what may not be what the user expects: cells without a verdict, and an energy that is none."""
+        lines, undecided = [], self._undecided - self.total
+        if undecided > _MUCH * self.spec.size:
+            lines.append(
+                f"{counted(undecided, 'cell', self.spec.size)} {are(undecided)} undecided; eulerdisk explain says why "
+                "of each"
+            )
         change, place = self._change
-        if change <= max(_CHANGE, _CHANGE_OF_TOLERANCE * self.spec.tolerance):
-            return []
-        return [
-            f"what is said to be conserved changes by {change:.2g} of its terms at {self._coordinates(-place)}: the "
-            "right-hand side does not conserve it"
-        ]
+        if change > max(_CHANGE, _CHANGE_OF_TOLERANCE * self.spec.tolerance):
+            lines.append(
+                f"what is said to be conserved changes by {change:.2g} of its terms at {self._coordinates(-place)}: "
+                "the right-hand side does not conserve it"
+            )
+        return lines
 
     def __repr__(self) -> str:
         """Return what `describe` says, which an interpreter shows of the result of a call."""

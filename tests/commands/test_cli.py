@@ -69,6 +69,14 @@ def test_a_key_press_that_ends_it(command, monkeypatch):
     assert command("run rolling -o a.nc") == (130, "", told)
 
 
+def test_cells_without_a_verdict_are_mentioned(command):
+    """A run that leaves most cells undecided says how many, and which command says why; another one is silent."""
+    status, _, told = command("run rolling tilt=1deg roll_rate=3:4:5 duration=0.01s -o short.nc")
+    assert status == 0
+    assert_facts(told, "5 of 5 cells", "undecided", "eulerdisk explain")
+    assert "undecided" not in command("run rolling tilt=1deg roll_rate=3:4:5 -o long.nc")[2]
+
+
 @pytest.mark.parametrize(("kind", "status"), [(RequestError, 2), (StorageError, 3), (FailedBlocksError, 1)])
 def test_each_error_has_its_exit_status(command, monkeypatch, kind, status):
     """The command ends with the status of the error, and prints it on one line."""
