@@ -25,7 +25,7 @@ import numpy.typing as npt
 from bench.ten_systems import RANGES, Heyoka, gaps, random_starts, slow_magnets
 
 import sweep
-from kernels.system.endings import DIFFERENT, FIRST_EVENT, RUNS_ON, UNRESOLVED
+from kernels.system.endings import DIFFERENT, FAILURES, FIRST_EVENT, RUNS_ON
 from sweep.engine.compute import compute
 from sweep.model.system.definition import Definition, Event, Operation, Symbol
 from sweep.model.system.model import model_of
@@ -101,7 +101,7 @@ def audit_errors(count: int = 2000, seed: int = 1) -> int:
         wild = chaotic(definition, starts)
         for tolerance in _TOLERANCES:
             found = columns(definition, starts, tolerance)
-            decided = (found["ending"] != DIFFERENT) & (found["ending"] != UNRESOLVED)
+            decided = ~np.isin(found["ending"], (DIFFERENT, *FAILURES))
             same = np.where(endings >= 0, FIRST_EVENT, RUNS_ON) == found["ending"]
             left_out += int((decided & ~same).sum())
             judged = decided & same & ~wild
@@ -143,7 +143,7 @@ def audit_labels(count: int = 20_000, seed: int = 1) -> int:
     for name, definition, starts in _sensitive(count, np.random.default_rng(seed)):
         found = columns(definition, starts, 1e-11)
         decided = (found["label"] > 0) if definition.labels else found["ending"] != DIFFERENT
-        decided &= found["ending"] != UNRESOLVED
+        decided &= ~np.isin(found["ending"], FAILURES)
         one, other = (_outcome(definition, starts, tolerance) for tolerance in (1e-16, 1e-18))
         agreed = (one[0] == other[0]) & (np.abs(one[1:] - other[1:]).max(axis=0) < 0.01)
         said = found["label"] if definition.labels else found["ending"]
