@@ -24,6 +24,12 @@ SATURATED = 18.5
 HIGH = 8.0
 
 
+#: No step is made shorter than this share of the whole motion. Where a divisor would ask for it, the step is left as
+#: it is: a divisor may pass through zero where what it divides is zero, as that of a body that rolls end over end
+#: through its pole.
+SHORTEST = 1e-13
+
+
 def watch_lines(way, exponent, names):
     """Return the lines that set `hides` if something may hide in a step `h`; their bound is cheap and may be far off.
 
@@ -41,7 +47,9 @@ def watch_lines(way, exponent, names):
 
 
 def step_lines(way, exponent, names):
-    """Return the lines that shorten a step `h` so that nothing hides in it; `left` is the time to the end.
+    """Return the lines that shorten a step `h` so that nothing hides in it.
+
+    `left` is the time that is left, `end` that of the whole motion.
 
     Parameters as for `watch_lines`.
     """
@@ -58,7 +66,9 @@ def step_lines(way, exponent, names):
     # divided by m, because their squares may overflow
     lines += ["m = 1.0 / m", f"s = m * ({slope})", "w = 1.0 / s if s * w > 1.0 else w"]
     lines += [f"b = s + math.sqrt(s * s + 4.0 * (m * ({_sum_of_sizes(names, 'w')})))"]
-    return [*lines, "w = 2.0 / b if b * w > 2.0 else w", "h = w if w < a else h"]
+    lines += ["w = 2.0 / b if b * w > 2.0 else w", f"e = {SHORTEST!r} * end"]
+    shortest = "h" if way == "shrinks" else "e"
+    return [*lines, f"w = {shortest} if w < e else w", "h = w if w < a else h"]
 
 
 def _allowed(way, exponent, names):

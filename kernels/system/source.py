@@ -163,7 +163,7 @@ def _coefficients(source, layout, states, names):
 def _safe_step(source, layout, states, names):
     """Source of the step of one lane that hides nothing, at most h."""
     lines, _, _, watched = call(source, layout, states, names)
-    lines = [*lines, f"left = lanes[{layout.END} + lane] - t"] if source.watched else []
+    lines = [*lines, f"end = lanes[{layout.END} + lane]", "left = end - t"] if source.watched else []
     for (way, exponent, _), row in zip(source.watched, watched, strict=True):
         lines += step_lines(way, exponent, row)
     return function("kernel", "safe_step(lane, h, lanes)", [*lines, "return h"])

@@ -88,8 +88,8 @@ def audit_line(found: Findings) -> str:
     if found.passed and found.sampled:
         largest = f", largest difference {found.extremes[2]:.1e} {found.units}" if known else ""
         return (
-            f"verified: {agreeing} against themselves, {found.compared} of them against a second "
-            f"computation ({found.sampled}){largest}"
+            f"verified: {agreeing} against themselves, and a sample of {found.compared} against a second computation "
+            f"({found.sampled}){largest}"
         )
     if found.passed:
         largest = f", largest difference {found.extremes[2]:.1e} {found.units}" if known else ""

@@ -100,7 +100,8 @@ def test_cells_are_held_against_themselves_where_the_kernels_are_others(monkeypa
     """Of an atlas of other code, in cells beside the sample, ledger, ending and verdict alone find what is wrong."""
     monkeypatch.setattr("sweep.model.lossy_disk.sample.CELLS", 0)
     atlas = sweep.run(spec_of(f"{GRID} {LAWS['contour']}")).assign_attrs(kernel_hash="0" * 64)
-    assert findings(verify(atlas, seed=1)).passed
+    found = findings(verify(atlas, seed=1))
+    assert (found.wrong, found.disagreeing, found.compared) == ([], 0, 0)
     place = tuple(np.argwhere(atlas.ending.values == LOSSY_DISK.endings.code("flat"))[0])
     for name, change in {
         "contour_loss": 10.0,

@@ -328,6 +328,7 @@ def test_the_result_says_what_failed(tmp_path):
     well = run_to_file(SweepSpec(tilt="1deg:5deg:4", roll_rate=3), tmp_path / "a.nc")
     assert_facts(repr(well), "all 4 cells")
     failed = run.Failures(well.spec)
-    failed.count(0, np.full(4, next(iter(failed._counts)), np.int8))
+    ending = np.full(4, next(iter(failed._counts)), np.int8)
+    failed.count(0, {"ending": ending, "stability": np.zeros(4, np.int8)})
     assert repr(failed) == "\n".join(failed.describe())
     assert_facts(repr(failed), "4 of 4 cells")

@@ -12,6 +12,7 @@ from scipy.integrate import quad
 
 import sweep
 from kernels.disk import endings as code
+from kernels.system.endings import FIRST_EVENT
 from sweep.engine.compute import compute
 from sweep.model.system.model import model_of
 from sweep.request.system_file import read_system
@@ -31,7 +32,7 @@ def whole(tilt, *, core=0.0, shift=0.0, edge=1.0, axial=0.4, transverse=0.4, squ
 """
 MODEL = model_of(read_system(TEXT))
 BODY = ("core", "shift", "edge", "axial", "transverse", "square")
-RUNS_ON, FELL = 1, 4
+RUNS_ON, FELL = 1, FIRST_EVENT
 
 
 def cells(duration, **starts):
@@ -137,14 +138,14 @@ def test_by_the_poles():
     precession = np.array([1e-1, 1e-3, 1e-5, 1e-9, 0.0])
     egg = {"axial": 0.4, "transverse": 0.45, "second": 0.2, "third": 0.05}
     found = cells(8.0, **egg, tilt=0.3, tilt_rate=1.8, precession_rate=precession)
-    # at 1e-9 it passes too near: that is said
-    assert list(found["ending"] == RUNS_ON) == [True, True, True, False, True]
+    assert list(found["ending"] == RUNS_ON) == [True] * 5
     body = Body(0.0, 0.0, 1.0, 0.4, 0.45, more=Polynomial([0.0, 0.0, 0.2, 0.05]))
-    for number in (0, 1, 2, 4):
+    for number in range(5):
         rates = 1.8, precession[number] * math.cos(0.3), precession[number] * math.sin(0.3)
         distance, stated = far(found, number, body, 0.3, rates, 8.0)
         assert distance <= stated
-        assert stated < 2e-5
+        # at 1e-9 it passes so near to the pole that little is known behind it
+        assert stated < 2e-5 or precession[number] == 1e-9
     assert found["tilt_max"][2] < 0.5 * math.pi < 2.0 * math.pi < found["tilt_max"][4]
 
 

@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 from scipy.special import mathieu_a
 
 import sweep
+from kernels.system.endings import FIRST_EVENT
 from sweep.engine.compute import compute
 from sweep.request.system_file import read_system
 from sweep.systems import System
@@ -226,7 +227,7 @@ def test_a_weakly_driven_pendulum_has_its_linear_resonance():
 def test_no_pendulum_turns_over_below_the_torque_of_melnikov():
     """(4 damping/pi) cosh(pi drive/2). The least torque that turns it over is that of another method."""
     atlas = sweep.run("driven_pendulum", torque="0.02:1:50", drive="0.2:1.6:50")
-    turned = atlas.ending == 4
+    turned = atlas.ending == FIRST_EVENT
     line = 0.4 / np.pi * np.cosh(np.pi * atlas.drive / 2.0)
     assert int(turned.sum()) > 300
     over = (atlas.torque / line).where(turned)
