@@ -23,7 +23,6 @@ SATURATED = 18.5
 #: Powers above this one are watched: a lower one cannot grow unseen.
 HIGH = 8.0
 
-
 #: No step is made shorter than this share of the whole motion. Where a divisor would ask for it, the step is left as
 #: it is: a divisor may pass through zero where what it divides is zero, as that of a body that rolls end over end
 #: through its pole.
@@ -49,9 +48,7 @@ def watch_lines(way, exponent, names):
 def step_lines(way, exponent, names):
     """Return the lines that shorten a step `h` so that nothing hides in it.
 
-    `left` is the time that is left, `end` that of the whole motion.
-
-    Parameters as for `watch_lines`.
+    They need the names `left`, the time to the end, and `end`, the time of the end. Parameters as for `watch_lines`.
     """
     lines, slope = _allowed(way, exponent, names)
     lines.append("w = a = left if h > left else h")

@@ -11,7 +11,7 @@ times : float64[n]
     Increasing, from 0 to the duration.
 measures : float64[4 (2 states + 1 + extremes), n], written
     What `kernels.system.integrate` finds of a cell whose duration is each of the times; a pass that has ended before
-    stays at its end. Not a number where a pass is unresolved, if the caller has filled it with that.
+    stays at its end. Where a pass could not be followed, the time until which it was, and NaN.
 counts : int32[6, n], written
     Likewise; filled with `kernels.system.endings.UNRESOLVED` by the caller.
 

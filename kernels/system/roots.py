@@ -45,7 +45,7 @@ def slope_at(row, h, memory):
 
 @kernel
 def _write_bernstein(row, begin, width, work, memory):
-    """Write the Bernstein coefficients of the polynomial from `begin` to `begin` + `width` into `work`."""
+    """Write the Bernstein coefficients from `begin` to `begin` + `width` into `work`; return the greatest of them."""
     for k in range(ORDER + 1):
         memory[work + k] = memory[row + k]
     # Taylor's series about the beginning
@@ -59,6 +59,10 @@ def _write_bernstein(row, begin, width, work, memory):
     for done in range(ORDER):
         for k in range(ORDER, done, -1):
             memory[work + k] += memory[work + k - 1]
+    top = -math.inf
+    for k in range(ORDER + 1):
+        top = max(top, memory[work + k])
+    return top
 
 
 @kernel
@@ -98,17 +102,14 @@ def _crossing(row, low, high, memory):
 def first_above(row, h, work, memory):
     """Time from 0 to h from which on the polynomial is positive, infinite if it nowhere is; whether that is proved.
 
-    Not proved is what touches zero to rounding.
+    It is not proved where the polynomial touches zero to within rounding.
     """
     rounding, proved = _rounding(row, h, memory), True
     begin, width = 0.0, h
     while begin < h:
         width = min(width, h - begin)
-        _write_bernstein(row, begin, width, work, memory)
+        top = _write_bernstein(row, begin, width, work, memory)
         sign, changes = _signs(work, ORDER + 1, memory)
-        top = -math.inf
-        for k in range(ORDER + 1):
-            top = max(top, memory[work + k])
         # after the first interval the coefficient at its beginning may be positive because of rounding
         if sign > 0 and (begin == 0.0 or top > rounding):
             return begin, proved
@@ -120,7 +121,7 @@ def first_above(row, h, work, memory):
             begin, width = begin + width, 2.0 * width
         else:
             width = 0.5 * width
-    # the last place alone
+    # at the end itself
     return (h if value_at(row, h, memory) > 0.0 else math.inf), proved
 
 
@@ -142,11 +143,8 @@ def greatest_to(row, h, work, memory):
     begin, width = 0.0, h
     while begin < h:
         width = min(width, h - begin)
-        _write_bernstein(row, begin, width, work, memory)
-        top, end = -math.inf, memory[work + ORDER]
-        for k in range(ORDER + 1):
-            top = max(top, memory[work + k])
-        known = not top > best + rounding
+        known = not _write_bernstein(row, begin, width, work, memory) > best + rounding
+        end = memory[work + ORDER]
         if not known:
             for k in range(ORDER):
                 memory[work + k] = memory[work + k + 1] - memory[work + k]

@@ -121,6 +121,7 @@ def entry_point(program, rates, wanted):
     source = SeriesSource(program, rates, wanted, _ORDER)
     names = names_of(source)
     layout = Layout(len(rates), len(wanted), len(names), 0)
+    # no step is held against the one before, so its row is free
     layout.SHORTEST = layout.BEFORE
     text = "\n\n\n".join([
         constants_text(source, layout, len(rates)), series_text(source, len(rates), names),

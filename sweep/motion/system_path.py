@@ -112,7 +112,7 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
     """
     times = spec.times
     measured = _followed(spec, start, times)
-    _check_goes_on(spec, times, measured)
+    _check_goes_on(spec, measured)
     if spec.interval == AUTOMATIC:
         last = _end(measured)
         # at the end itself is the last column, which stands at the duration
@@ -143,7 +143,7 @@ def _end(measured: dict[str, npt.NDArray[Any]]) -> float:
     return float(measured[f"{PASSES[-1]}: {tables.END_TIME}"][-1])
 
 
-def _check_goes_on(spec: MotionRequest, times: Array, measured: dict[str, npt.NDArray[Any]]) -> None:
+def _check_goes_on(spec: MotionRequest, measured: dict[str, npt.NDArray[Any]]) -> None:
     """Refuse a motion that ends where it begins, and one that cannot be followed to its end."""
     definition: Definition = spec.kind.model.definition  # type: ignore[attr-defined]  # of a SystemModel
     last = [measured[f"{name}: ending"] for name in PASSES[-2:]]

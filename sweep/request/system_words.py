@@ -68,20 +68,8 @@ def reserved() -> frozenset[str]:
     """Return the names that no state, parameter or measure may have: words of a request, functions, numbers."""
     disk = registry.named(registry.DEFAULT)
     of_requests = {*options(disk), *LIST_WORDS} - {*disk.options}
-    return frozenset(
-        {
-            *of_requests,
-            "duration",
-            "step",
-            "tolerance",
-            *_OTHERS,
-            *_WRITTEN,
-            TIME,
-            *FUNCTIONS,
-            *NUMBERS,
-            "abs",
-        }
-    )
+    fixed = ("duration", "step", "tolerance", TIME, "abs")
+    return frozenset({*of_requests, *fixed, *_OTHERS, *_WRITTEN, *FUNCTIONS, *NUMBERS})
 
 
 def check_name(name: str, taken: Collection[str] = (), beside: Collection[str] = ()) -> None:

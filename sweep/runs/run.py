@@ -41,18 +41,16 @@ from sweep.runs.manifest import Manifest
 #: How many failed cells are listed.
 _LISTED = 10
 
-
-#: The variable of a system with the change of what is said to be conserved; from where on, and from how many
-#: tolerances on, it is said.
-CONSERVED_CHANGE, _CHANGE, _CHANGE_OF_TOLERANCE = "conserved_change", 1e-6, 1e4
-
+#: The variable of a system with the change of what is said to be conserved. A warning begins at the first number, or at
+#: the second one times the tolerance if that is more.
+_CONSERVED_CHANGE, _CHANGE, _CHANGE_OF_TOLERANCE = "conserved_change", 1e-6, 1e4
 
 #: Share of undecided cells from which on they are mentioned.
 _MUCH = 0.5
 
 
 class Failures:
-    """The cells of an atlas that could not be computed: how many, and which are the first ones.
+    """The cells of an atlas that could not be computed, how many and which are first, and those to warn of.
 
     Parameters
     ----------
@@ -64,9 +62,8 @@ class Failures:
         # code of an ending -> number of cells; flat index and code of the cells that are listed
         self._counts = dict.fromkeys(spec.model.endings.codes(FAILED), 0)
         self._first: list[tuple[int, int]] = []
-        # the largest change of what is said to be conserved, and the flat index of its cell, negative
-        self._change = (0.0, 0)
-        self._undecided = 0
+        # the largest change of what is said to be conserved, and the flat index of its cell
+        self._change, self._changed, self._undecided = 0.0, 0, 0
 
     @classmethod
     def in_file(cls, path: Path, spec: SweepSpec) -> "Failures":
@@ -77,7 +74,7 @@ class Failures:
         failures = cls(spec)
         with netcdf_to_itself(), netCDF4.Dataset(path.absolute()) as file:
             file.set_auto_mask(False)
-            names = [name for name in ("ending", "stability", CONSERVED_CHANGE) if name in file.variables]
+            names = [name for name in ("ending", "stability", _CONSERVED_CHANGE) if name in file.variables]
             for span, slices in chunks(spec.shape):
                 failures.count(
                     span.start, {name: np.asarray(file[name][slices]).reshape(-1) for name in names}
@@ -85,7 +82,7 @@ class Failures:
         return failures
 
     def count(self, start: int, columns: Mapping[str, npt.NDArray[Any]]) -> None:
-        """Add the failed ones of some cells; cells are added in C order.
+        """Add some cells; cells are added in C order.
 
         Parameters
         ----------
@@ -96,10 +93,11 @@ class Failures:
         """
         endings = columns["ending"]
         self._undecided += int(np.count_nonzero(columns["stability"] == UNDECIDED))
-        if CONSERVED_CHANGE in columns:
-            changes = np.nan_to_num(np.asarray(columns[CONSERVED_CHANGE], np.float64), posinf=np.inf)
+        if _CONSERVED_CHANGE in columns:
+            changes = np.nan_to_num(np.asarray(columns[_CONSERVED_CHANGE], np.float64), posinf=np.inf)
             place = int(np.argmax(changes))
-            self._change = max(self._change, (float(changes[place]), -start - place))
+            if changes[place] > self._change:
+                self._change, self._changed = float(changes[place]), start + place
         for code in self._counts:
             self._counts[code] += int(np.count_nonzero(endings == code))
         failed = np.flatnonzero(self.spec.model.endings.have(FAILED, endings))
@@ -127,17 +125,17 @@ class Failures:
         ]
 
     def warnings(self) -> list[str]:
-        """Return what may not be what the user expects: cells without a verdict, and an energy that is none."""
+        """Return a line each if most cells have no verdict, and if what is said to be conserved changes."""
         lines, undecided = [], self._undecided - self.total
         if undecided > _MUCH * self.spec.size:
             lines.append(
                 f"{counted(undecided, 'cell', self.spec.size)} {are(undecided)} undecided; eulerdisk explain says why "
                 "of each"
             )
-        change, place = self._change
-        if change > max(_CHANGE, _CHANGE_OF_TOLERANCE * self.spec.tolerance):
+        if self._change > max(_CHANGE, _CHANGE_OF_TOLERANCE * self.spec.tolerance):
             lines.append(
-                f"what is said to be conserved changes by {change:.2g} of its terms at {self._coordinates(-place)}: "
+                f"what is said to be conserved changes by {self._change:.2g} of its terms at "
+                f"{self._coordinates(self._changed)}: "
                 "the right-hand side does not conserve it"
             )
         return lines

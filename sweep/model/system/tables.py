@@ -108,7 +108,7 @@ def endings(definition: Definition) -> Endings:
             GROWS, FAILED_ENDINGS[1], "steps became too short for the time", FAILED,
             "steps became too short for the time: a value or a rate goes to infinity, or a root, a logarithm or a "
             "divisor to zero",
-            'End it before with an entry of ends, as in ends={"escaped": "abs(y) > 1e6"}; if nothing goes to infinity, '
+            'End it before with an entry of ends, as in ends={"escaped": "abs(y) > 1e6"} or ends={"low": "y < 0.01"}, or '
             "take another unit of time",
         ),
         Ending(

@@ -109,7 +109,8 @@
       /** @type {Record<string, number>} */
       const found = {};
       for (const { name, stated, passes, size, largest } of this.#values()) {
-        found[name] = known ? passes[passes.length - 1] + 0 : name === end_time ? this.#followedUntil() : NaN;
+        const last = known ? passes[passes.length - 1] + 0 : NaN;
+        found[name] = !known && name === end_time ? this.#followedUntil() : last;
         found[stated] = known ? this.#error(passes, size) + this.#system.rounding * largest : NaN;
       }
       if (labels.length) {
