@@ -108,8 +108,8 @@ def endings(definition: Definition) -> Endings:
             GROWS, FAILED_ENDINGS[1], "steps became too short for the time", FAILED,
             "steps became too short for the time: a value or a rate goes to infinity, or a root, a logarithm or a "
             "divisor to zero",
-            'End it before with an entry of ends, as in ends={"escaped": "abs(y) > 1e6"} or ends={"low": "y < 0.01"}, or '
-            "take another unit of time",
+            'End it before with an entry of ends, as in ends={"escaped": "abs(y) > 1e6"} or ends={"low": "y < 0.01"}, '
+            "or take another unit of time",
         ),
         Ending(
             JUMPS, FAILED_ENDINGS[2], "a rate jumped", FAILED,
