@@ -28,7 +28,8 @@ def verify(
 
     Without losses every cell is held against the reduction, of a system of your own a sample against DOP853; with
     losses every cell is held against itself, and a sample against a second computation.
-    Exit status 0 if all cells agree within the tolerance that the atlas records, 1 otherwise, or if none could be compared.
+    Exit status 0 if all cells agree within the tolerance that the atlas records, 1 otherwise and if none could be
+    compared.
     """
     from sweep.atlas.dataset import spec_named
     from sweep.checks.verify import findings, findings_of
