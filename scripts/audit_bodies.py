@@ -1,7 +1,7 @@
 """Hold the engine and the reduction of other bodies against each other, and against a rigid body in space.
 
     python scripts/audit_bodies.py errors [CELLS] [SEED]   engine against reduction: endings, extremes, stated errors
-    python scripts/audit_bodies.py space [COUNT] [SEED]    both against Newton and Euler's equations by SciPy's DOP853
+    python scripts/audit_bodies.py space [COUNT] [SEED]    reduction against Newton and Euler's equations by DOP853
     python scripts/audit_bodies.py losses [CELLS] [SEED]   balls and spheroids with losses against a tolerance of 1e-11
 
 CELLS are those of each body, with random lengths, moments, radii, gravities, tilts and rates over decades. Exit status
@@ -25,7 +25,7 @@ from lossy_body_referee import run, starts
 from lossy_pole_referee import drawn_polar
 
 from kernels.bodies.arrays import PARAMETERS, REDUCED
-from kernels.bodies.shapes import NAMES, RIM, arc_of, solid_moments, torus_moments
+from kernels.bodies.shapes import FIRST_WITH_POLES, NAMES, RIM, arc_of, solid_moments, torus_moments
 from kernels.disk.arrays import ENDING
 from kernels.disk.endings import BOUNDED
 from kernels.lossy_disk.endings import REST, UNRESOLVED
@@ -94,12 +94,12 @@ def reduced(given: Array, body: str) -> tuple[dict[str, Array], npt.NDArray[np.i
 
 
 def audit_errors(cells: int, rng: np.random.Generator) -> bool:
-    """Hold the engine against the reduction; return whether every promise holds."""
+    """Hold the engine against the reduction, of bodies that have both; return whether every promise holds."""
     fine = True
     print(
         f"{'':8}{'cells':>8}{'endings':>9}{'extremes':>10}{'beyond 2 x stated':>19}{'periods':>10}{'without':>9}"
     )
-    for body in NAMES:
+    for body in NAMES[:FIRST_WITH_POLES]:
         given = drawn(body, cells, rng)
         engine = body_runner.run(given, body, duration=1e5, fall_tilt=FALL)
         exact, ending = reduced(given, body)

@@ -5,21 +5,40 @@ import math
 import kernel_runner
 import numpy as np
 
+from kernels.bodies.arrays import REDUCED
 from kernels.bodies.shapes import NAMES, solid_moments, torus_moments
-from kernels.disk.arrays import COUNTS, MEASURES
-from sweep.model.bodies.model import integrator_of
+from kernels.disk.arrays import COUNTS, ENDING, MEASURES
+from sweep.model.bodies.exact import kernel_of
+from sweep.model.bodies.model import Bodies
+from sweep.model.bodies.shape import has_poles
 
 FALL_TILT = math.radians(88.0)
 TORUS = {"tube": 0.25, "axial_moment": 0.609375, "transverse_moment": 0.3203125}
 
 
 def run(given, body, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance=1e-8):
-    """Integrate starts of a body, by its name."""
+    """Integrate starts of a body, by its name; reduce those of one that rolls through its poles."""
     n = given.shape[1]
     measures, counts = np.full((len(MEASURES), n), -777.0), np.full((len(COUNTS), n), -777, np.int32)
-    settings = np.array([duration, step, fall_tilt, tolerance, float(NAMES.index(body))])
-    integrator_of(body).load()(np.ascontiguousarray(given), settings, measures, counts)
+    if has_poles(body):
+        known = reduce(given, body, fall_tilt)
+        counts[ENDING] = known["ending"]
+        for row, name in enumerate(MEASURES):
+            measures[row] = known.get(name, np.nan)
+    else:
+        settings = np.array([duration, step, fall_tilt, tolerance, float(NAMES.index(body))])
+        Bodies.integrate.load()(np.ascontiguousarray(given), settings, measures, counts)
     return kernel_runner.Results.of(measures, counts)
+
+
+def reduce(given, body, fall_tilt=FALL_TILT):
+    """Return the measures of the reduction of starts by their names, and the endings."""
+    n = given.shape[1]
+    measures, counts = np.full((len(REDUCED), n), -777.0), np.full((1, n), -777, np.int32)
+    kernel_of(body, "reduce").load()(
+        np.ascontiguousarray(given), float(NAMES.index(body)), fall_tilt, 1, measures, counts
+    )
+    return dict(zip(REDUCED, measures, strict=True)) | {"ending": counts[0]}
 
 
 def drawn(body, rng):

@@ -1,4 +1,7 @@
-"""What other bodies take: a step beside one of the thin disk, the reduction, and the errors of the engine."""
+"""What other bodies take: a step beside one of the thin disk, the reduction, and the errors of the engine.
+
+Balls and spheroids have the reduction alone.
+"""
 
 import statistics
 import sys
@@ -23,6 +26,8 @@ BODIES = {
     "spheroid": {"body": "spheroid", "flattening": 0.3},
 }
 
+_REDUCED = ("ball", "spheroid")
+
 #: Scaled rates and tilts of random starts, in units of sqrt(gravity/radius) with both 1.
 _STARTS = {
     "radius": 1.0, "gravity": 1.0, "seed": 5, "tilt": "uniform:-80deg:80deg", "tilt_rate": "normal:0:0.5",
@@ -32,12 +37,13 @@ _STARTS = {
 
 def _step_times(cells: int, repeats: int) -> dict[str, float]:
     """Return nanoseconds per equal step of each body, one thread, in turns."""
-    times: dict[str, list[float]] = {name: [] for name in BODIES}
     specs = {
         name: sweep.SweepSpec(**_STARTS, **words, samples=cells, step=0.01, duration=100, tolerance=0.1)
         for name, words in BODIES.items()
+        if name not in _REDUCED
     }
     starts = {name: whole(spec) for name, spec in specs.items()}
+    times: dict[str, list[float]] = {name: [] for name in specs}
     for turn in range(repeats + 1):
         for name, spec in specs.items():
             began = time.process_time()
@@ -48,15 +54,17 @@ def _step_times(cells: int, repeats: int) -> dict[str, float]:
 
 
 def _errors(name: str, cells: int) -> dict[str, float]:
-    """Return how a body's extremes at the default tolerance differ from those of the reduction, and what that takes."""
+    """Return what the reduction of a body takes, and how extremes at the default tolerance differ from it."""
     spec = sweep.SweepSpec(**_STARTS, **BODIES[name], samples=cells, duration=1e4)
     starts = whole(spec)
-    engine = compute.measure(spec, starts)
     reduced = spec.replace(method="exact")
     compute.measure(reduced, starts)
     began = time.process_time()
     exact = compute.measure(reduced, starts)
     seconds = time.process_time() - began
+    if name in _REDUCED:
+        return {"cells": cells, "reduction_us": seconds / cells * 1e6}
+    engine = compute.measure(spec, starts)
     apart = np.fmax(
         np.abs(engine["tilt_min"] - exact["tilt_min"]), np.abs(engine["tilt_max"] - exact["tilt_max"])
     )

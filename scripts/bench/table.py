@@ -107,10 +107,11 @@ def _bodies_lines(found: dict[str, Any]) -> Iterator[str]:
     yield ""
     yield f"Other bodies, one thread; a step of the thin disk takes {steps['disk']:.2f} ns:"
     for name, row in found["bodies"]["errors"].items():
-        yield (
-            f"  {name:8}{steps[name]:6.2f} ns{steps[name] / steps['disk']:6.2f} times as long; reduction "
-            f"{row['reduction_us']:.1f} us per cell"
-        )
+        reduction = f"reduction {row['reduction_us']:.1f} us per cell"
+        if name not in steps:
+            yield f"  {name:8}{reduction}"
+            continue
+        yield f"  {name:8}{steps[name]:6.2f} ns{steps[name] / steps['disk']:6.2f} times as long; {reduction}"
         yield (
             f"  {'':8}of {row['cells']} random starts {row['other_endings']} end otherwise, extremes within "
             f"{row['largest_error']:.1e} rad, {100 * row['beyond_twice_stated']:.2g} % beyond twice their stated error"

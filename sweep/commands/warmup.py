@@ -22,7 +22,7 @@ def warmup() -> None:
     """Compile the kernels into the cache, for images and clusters, and say where it is.
 
     These are the kernels of every method, of contact forces, of balls, of the presets and of motions. Each other set of
-    laws of loss has its own, and so have spheroids but for method=rk4: the first run with them compiles them.
+    laws of loss has its own, and so have spheroids: the first run with them compiles them.
 
     EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them.
     EULERDISK_NOTICES=no silences the notices of what takes seconds.

@@ -263,6 +263,11 @@ class Model(ABC):
         """Return the name of the motion that a start disturbs, in words."""
         return "the undisturbed motion"
 
+    def methods_for(self, values: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return those of `methods` that compute the cells of a request with these values, the usual one first."""
+        del values
+        return self.methods
+
     def check(self, values: Mapping[str, Any]) -> None:
         """Refuse values of a request that do not go together; by default all do.
 

@@ -299,10 +299,13 @@ class Criterion:
             )
         needed, unknown = self.needs(model), model.unknown_to.get(method, ())
         if without := [name for name in needed if name in unknown]:
+            usual = model.methods_for(spec.words())[0]
             raise RequestError(
                 f"The criterion {self} judges by {' and '.join(without)}, of which method={method} knows no "
                 "value.",
-                hint=f"Use another criterion, or method={model.methods[0]}.",
+                hint="Use another criterion."
+                if usual == method
+                else f"Use another criterion, or method={usual}.",
                 where="criterion",
             )
         if missing := [name for name in needed if name not in model.cell_variables(spec)]:

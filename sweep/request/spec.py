@@ -33,6 +33,7 @@ from sweep.request.values import Value, at_word, read_value
 from sweep.request.words import (
     GRID,
     check_known,
+    check_method,
     check_size,
     check_steps,
     given_in,
@@ -129,12 +130,15 @@ class SweepSpec:
         check_known(words, model)
         substitutes, words = substitutes_in(words, model), resolved(words, model)
         values = {**_defaults(model), **{name: read_word(name, raw, model) for name, raw in words.items()}}
+        if "method" not in words:
+            values["method"] = model.methods_for(values)[0]
         given = tuple(name for name in words if isinstance(values[name], Range | Values))
         values, given = with_list(model, values, given, words)
         try:
             model.check(values)
         except RequestError as error:
             raise at_word(error, words, values) from None
+        check_method(values, model)
         check_steps(values, words)
         # a list of starts has no boundary
         check_size([len(values[name]) for name in given if name != START.name])
@@ -367,13 +371,19 @@ class SweepSpec:
         return type(self)(**{"model": model, **changed(kept, changes, model)})
 
     def _words_for(self, model: Model) -> dict[str, Any]:
-        """Return every word with its value; for another model those that have not their defaults."""
+        """Return every word with its value; for another model those that have not their defaults.
+
+        The usual method is left out: another body or model may have another one.
+        """
+        words = self.words()
+        if self.method == self.model.methods_for(self._values)[0]:
+            del words["method"]
         if model is self.model:
-            return self.words()
+            return words
         defaults = _defaults(self.model)
         return {
             name: value
-            for name, value in self.words().items()
+            for name, value in words.items()
             if value != defaults[name] and name not in model.does_without
         }
 

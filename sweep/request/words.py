@@ -282,6 +282,18 @@ def read_axes(order: object, given: tuple[str, ...]) -> tuple[str, ...]:
     )
 
 
+def check_method(values: Mapping[str, Any], model: Model) -> None:
+    """Refuse a method that does not compute these cells."""
+    methods = model.methods_for(values)
+    if values["method"] not in methods:
+        body = f" of a {values['body']}" if "body" in values else ""
+        raise RequestError(
+            f"The cells{body} are computed by method={' or '.join(methods)}; got method={values['method']}.",
+            hint="Leave method out.",
+            where="method",
+        )
+
+
 def check_steps(values: Mapping[str, Any], words: Mapping[str, Any]) -> None:
     """Refuse a step so short that a cell would never end; `words` has what was given for the values."""
     step, duration = values["step"], values["duration"]

@@ -5,7 +5,7 @@ import pytest
 from messages import refused
 
 import sweep
-from sweep.atlas.parts import is_inside, nearest_cell, part_of
+from sweep.atlas.parts import is_inside, is_other, nearest_cell, part_of
 from sweep.request.sources import Range
 from sweep.request.spec import SweepSpec
 
@@ -107,3 +107,12 @@ def test_an_axis_reaches_half_a_step_beyond_its_ends():
     for axis, inside, outside in ((even, (0.51, 4.49), (0.49, 4.51)), (log, (0.32, 316.0), (0.31, 317.0))):
         assert all(is_inside(axis, value) for value in inside)
         assert not any(is_inside(axis, value) for value in outside)
+
+
+def test_a_value_that_rounding_changed_is_no_other_one():
+    """The rounding is that of the larger end of the axis: one end may be 0."""
+    axis = Range(0.0, 0.3, 4)
+    assert not is_other(axis, 3, 0.1 + 0.2)
+    assert not is_other(axis, 0, 1e-17)
+    assert is_other(axis, 3, 0.3001)
+    assert is_other(axis, 0, 1e-6)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from messages import assert_facts
 
-from sweep.checks.statement import Checks
+from sweep.checks.statement import Checks, Statement, from_text, to_text
 from sweep.checks.tally import Tally, difference, other_bits
 from sweep.model.audit import CellCheck
 
@@ -86,3 +86,17 @@ def test_a_variable_held_against_two_things_is_as_wrong_as_the_worse_one_says():
     found = checks.statement(lambda place: f"value {place}")
     assert (found.judged, found.wrong, found.named) == (8, 2, ["value 2", "value 6"])
     assert (found.difference, found.allowed) == (3.0, 1.0)
+
+
+@pytest.mark.parametrize("size", [math.inf, -math.inf, math.nan, 2.5])
+def test_a_difference_of_any_size_is_written_and_read(size):
+    """JSON has no infinity: what is not finite is missing in the text, and not a number when it is read."""
+    (read,) = from_text(to_text([Statement("end_time", "another run", 3, 1, size, 1.0, "s", ["value 0"])]))
+    assert (read.name, read.judged, read.wrong, read.allowed, [*read.named]) == (
+        "end_time",
+        3,
+        1,
+        1.0,
+        ["value 0"],
+    )
+    assert read.difference == size if math.isfinite(size) else math.isnan(read.difference)

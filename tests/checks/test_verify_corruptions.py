@@ -302,6 +302,15 @@ def test_a_missing_variable_is_named():
         assert {"fall_time", "tilt_error"} <= set(gone)
 
 
+def test_a_boundary_of_another_shape_is_named():
+    """How many values there are comes first, and how many there should be."""
+    dataset = atlas("edges")
+    values = dataset["boundary_precession_rate"]
+    shorter = dataset.assign(boundary_precession_rate=("other", values.values.ravel()[:-1], values.attrs))
+    (told,) = (each for each in findings(verify(shorter)).wrong if each.name == "boundary_precession_rate")
+    assert_in_order(told.named[0], f"{values.size - 1} values", str(values.size))
+
+
 def test_a_corrupt_type_is_named():
     """A variable in single instead of double precision, or in another width of integers, is named."""
     for kind in ("edges", "exact", "falls"):

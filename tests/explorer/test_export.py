@@ -160,6 +160,13 @@ def test_the_command_writes_a_page(tmp_path):
     os.umask(mask)
     assert stat.S_IMODE((tmp_path / "p.html").stat().st_mode) == 0o666 & ~mask
     assert [path.name for path in tmp_path.iterdir()] == ["p.html"]
+    (tmp_path / "p.html").write_text("mine")
+    again = subprocess.run(
+        [sys.executable, "-m", "sweep", *words], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert again.returncode == 2
+    assert_facts(again.stderr, "p.html", "--overwrite")
+    assert (tmp_path / "p.html").read_text() == "mine"
 
 
 INTERRUPTED = """

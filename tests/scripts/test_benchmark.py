@@ -217,12 +217,15 @@ def test_what_bodies_cost_is_told_and_compared(records):
     """A line for each body beside the thin disk, from measurements of few cells."""
     found = copy.deepcopy(records[AMD])
     steps = bodies._step_times(40, 1)
-    assert steps.keys() == bodies.BODIES.keys()
+    assert steps.keys() == bodies.BODIES.keys() - {"ball", "spheroid"}
     assert all(0.0 < each < 1e5 for each in steps.values())
     row = bodies._errors("rim", 60)
     assert row["other_endings"] == 0
     assert row["largest_error"] < 1e-8
-    found["bodies"] = {"ns_per_step": {"disk": 5.0, "rim": 10.0}, "errors": {"rim": row}}
+    ball = bodies._errors("ball", 60)
+    assert ball.keys() == {"cells", "reduction_us"}
+    found["bodies"] = {"ns_per_step": {"disk": 5.0, "rim": 10.0}, "errors": {"rim": row, "ball": ball}}
+    assert re.search(r"^ *ball +reduction [0-9.]+ us per cell$", table.text(found), re.MULTILINE)
     assert re.search(r"^ *rim +10\.00 ns +2\.00 times\b", table.text(found), re.MULTILINE)
     assert record.ratios(found)["step of the thin disk / rim"] == 0.5
 

@@ -117,51 +117,12 @@ def inlined_step(state, body, h):
 
 
 @simd
-def tilt_acceleration(state, body):
-    """Scaled second derivative of the sine of the tilt."""
-    S, _, n, y, x, s, p, q = state
-    return slopes(S, y, x, s, n, p, q, body)[1]
-
-
-@simd
-def carried(state, body, rise):
-    """State at rest at a tilt whose sine differs by a little, to first order: the second order is below rounding."""
-    S, _, n, _, x, s, p, q = state
-    _, _, dx, ds, dn, dp, dq = slopes(S, 1.0, x, s, n, p, q, body)
-    S, x, s, n = S + rise, x + rise * dx, s + rise * ds, n + rise * dn
-    return S, cosine(S, 0.0, x, s, n, body), n, 0.0, x, s, p + rise * dp, q + rise * dq
-
-
-@simd
 def begun(S, C, w, o, s, body):
     """The state of a start in sine and cosine of the tilt and scaled rates."""
     n = 1.0 / math.sqrt(1.0 - (1.0 - body.square) * S * S)
     _, b, _, _, _ = _shape(S, n, body)
     A, I, aa, bb = body.transverse, body.axial, n * n * C * C, b * b
     return S, C, n, C * w, C * o, s, 1.0 / (A + aa + bb), 1.0 / (I * (A + bb) + A * aa)
-
-
-@simd
-def departure(state, body):
-    """How far n, p and q are from what they are of the tilt: relative differences, summed."""
-    S, _, n, _, _, _, p, q = state
-    _, b, _, _, _ = _shape(S, n, body)
-    A, I, square, bb = body.transverse, body.axial, 1.0 - S * S, b * b
-    aa = n * n * square
-    shape = n * n * (1.0 - (1.0 - body.square) * S * S) - 1.0
-    return abs(shape) + abs(p * (A + aa + bb) - 1.0) + abs(q * (I * (A + bb) + A * aa) - 1.0)
-
-
-@simd
-def sine_pull(state, body):
-    """Magnitude of C^2 times the slope of the potential in the sine of the tilt, and that of its terms; over m g R."""
-    S, _, n, _, x, s, _, _ = state
-    _, b, lever, _, high = _shape(S, n, body)
-    A, square = body.transverse + b * b, 1.0 - S * S
-    turning = turning_square(S, x, s, n, body)
-    axial, along, across = x * s * (body.axial + high * n), n * b * x * x, S * A * turning
-    terms = abs(lever * square) + abs(axial) + abs(along) + abs(across)
-    return abs(lever * square + axial + along - across), terms
 
 
 @simd

@@ -37,13 +37,6 @@ from sweep.model.disk.path import PATH_VARIABLES, path_columns
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
 
-_THROUGH_POLES = Kernel("kernels.bodies.poles.integrate", "integrate", seconds=10.0)
-
-
-def integrator_of(body: str) -> Kernel:
-    """Return the kernel that integrates a body, by its name."""
-    return _THROUGH_POLES if has_poles(body) else Bodies.integrate
-
 
 class Bodies(Model):
     """A body of revolution that rolls without slipping and without losses."""
@@ -121,6 +114,10 @@ class Bodies(Model):
         called = tables.CALLED[spec.body]
         return f"a {called} that circles at this tilt" if circling(spec) else f"the upright {called}"
 
+    def methods_for(self, values: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return the methods for a body: beside the poles of a ball or a spheroid RK4 loses the rates."""
+        return ("exact",) if has_poles(values["body"]) else self.methods
+
     def check(self, values: Mapping[str, Any]) -> None:
         """Refuse rates that do not follow from the others, and what no body is."""
         check_steady_rates(values)
@@ -135,10 +132,6 @@ class Bodies(Model):
             **(tables.CONTACT_VARIABLES if spec.contact == "yes" else {}),
         }
         return untimed(held) if spec.method == "exact" else held
-
-    def integrator(self, spec: Request) -> Kernel:
-        """Return the kernel that integrates the body: balls and spheroids roll on through their poles."""
-        return integrator_of(spec.body)
 
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
         """Return the kernel of the method, and those of the path and of the contact forces where they are asked for."""

@@ -250,6 +250,9 @@ def without_vague(
         Of the model.
     """
     vague = found["tilt_error"] > spec.tolerance
+    # no number is better known than its last bit
+    last_bit = np.finfo(float).eps * np.fmax(np.abs(found["tilt_min"]), np.abs(found["tilt_max"]))
+    np.copyto(found["tilt_error"], last_bit, where=last_bit > found["tilt_error"])
     for name in ("tilt_min", "tilt_max", "nutation_period", "tilt_error"):
         found[name][vague] = np.nan
     missing, none = np.full(vague.size, np.nan), np.zeros(vague.size, np.int32)

@@ -19,6 +19,12 @@ CLOCK = """async () => {
   return [clock.time, clock.playing, clock.speed];
 }"""
 
+#: Of every slider with a field: what stands in the field, and what a screen reader says of the slider.
+SPOKEN = """() => [...document.querySelectorAll(".slider")]
+  .map((slider) => [slider.querySelector(".number input"), slider.querySelector("input[type=range]")])
+  .filter(([field, range]) => field && range?.hasAttribute("aria-valuetext"))
+  .map(([field, range]) => [field.value, range.getAttribute("aria-valuetext")])"""
+
 
 def fragment_of(page):
     """Return the fragment of the address."""
@@ -28,6 +34,15 @@ def fragment_of(page):
 def stage(page):
     """Return the picture of the first disk, colours from 0 to 255."""
     return np.asarray(Image.open(io.BytesIO(page.locator(".stage canvas").first.screenshot())), float)
+
+
+def test_a_slider_is_spoken_as_it_is_read(opened):
+    """A screen reader says the number of the field with its unit: degrees, not the radians of the address."""
+    page = opened("base=rolling&x=roll_rate,2.5,0.7,linear&y=alpha,0.6,0.3,linear&with.tilt=0.05")
+    wait_for_picture(page)
+    spoken = page.evaluate(SPOKEN)
+    assert any(text.endswith((" deg", " °")) for _, text in spoken)
+    assert [text.partition(" ")[0] for _, text in spoken] == [field for field, _ in spoken]
 
 
 def test_address_holds_all(opened):

@@ -1,10 +1,13 @@
-"""The step of the coarse search along the tilt, against SciPy."""
+"""The coarse search along the tilt for where a motion was slowest, against SciPy and a closed form."""
+
+import math
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
-from kernels.disk.equations import inertia
-from kernels.disk.summit import _step_along
+from kernels.disk.equations import inertia, per_inertia
+from kernels.disk.summit import _slow_between, _step_along
 
 ALPHA = 0.7
 
@@ -30,3 +33,18 @@ def test_the_step_is_of_the_fourth_order():
     assert errors[0].max() < 1e-4
     for coarse, fine in ((0, 1), (1, 2)):
         assert (errors[coarse] / errors[fine] > 12.0).all(), errors
+
+
+@pytest.mark.parametrize("left", [1e-9, 1e-4, 1e-3, 0.01, 0.5])
+def test_a_slow_pass_over_upright_is_seen(left):
+    """A disk without rates but that of its tilt has the potential cos(tilt): upright it keeps what energy it has."""
+    constants, tilt = inertia(ALPHA), -0.25
+    for end in (0.25, 0.1):
+        w = math.sqrt(
+            2.0 * (left + 1.0 - math.cos(tilt)) * per_inertia(math.sin(tilt), math.cos(tilt), constants)
+        )
+        state = (math.sin(tilt), math.cos(tilt), math.tan(tilt), w, 0.0, 0.0)
+        assert _slow_between(state, end, constants) == (left < 2e-3)
+    # from upright on it only becomes faster
+    w = math.sqrt(2.0 * 1e-4 * per_inertia(math.sin(0.01), math.cos(0.01), constants))
+    assert not _slow_between((math.sin(0.01), math.cos(0.01), math.tan(0.01), w, 0.0, 0.0), 0.3, constants)

@@ -7,7 +7,10 @@ import pytest
 from system_passes import run
 
 from kernels.system.endings import ENDLESS, FIRST_EVENT, GROWS, JUMPS, RUNS_ON, UNRESOLVED
+from kernels.system.integrate import numbers_of, program_of
 from kernels.system.lanes import LEGS
+from sweep.model.system.model import model_of
+from sweep.request.system_file import read_system
 
 OSCILLATOR = """
 @system(duration="20 s", ends={"above": "x > level"}, measures={"top": "max x", "bottom": "min x"})
@@ -228,3 +231,14 @@ def test_a_state_of_rounding_alone_is_followed():
     assert endings[-1].tolist() == [RUNS_ON] * 3
     assert np.all(np.abs(found[-1, 0] - np.array([1.0, 0.3, 7.0]) * math.cos(10.0)) <= 1e-10)
     assert np.all(np.abs(found[-1, 2]) <= 1e-12)
+
+
+def test_code_has_another_name_for_other_endings():
+    """Two events that end as one, and the same two that end as two, are the same conditions and other machine code."""
+    one, two = '{"left": "x > 1 or x < -1"}', '{"right": "x > 1", "left": "x < -1"}'
+    text = '@system(duration="1", ends={})\ndef walk(x=0.0):\n    return 1.0\n'
+    names = []
+    for ends in (one, two, two):
+        program = model_of(read_system(text.replace("{}", ends))).integrate.function
+        names.append(numbers_of(*program_of(program))[-1])
+    assert names[0] != names[1] == names[2]

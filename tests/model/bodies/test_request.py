@@ -216,3 +216,20 @@ def test_lines_of_starts_upright_and_on_their_end():
     )
     assert upper[0] == alone[0][0]
     assert np.isnan(upper[1])
+
+
+def test_what_rolls_through_its_poles_is_computed_by_the_reduction_alone():
+    """It is the method that balls and spheroids take, and leave behind for a body or a model that has RK4."""
+    for words in (BALL, PROLATE):
+        spec = SweepSpec(**words)
+        assert spec.method == "exact"
+        assert spec.replace(title="x").method == "exact"
+        assert SweepSpec.from_canonical(spec.canonical()) == spec
+        with refused("method=exact", "method=rk4"):
+            SweepSpec(**words, method="rk4")
+        with refused("method=exact", "method=rk4"):
+            spec.replace(method="rk4")
+        assert spec.replace(pivoting_friction="20um", duration=1.0).method == "rk4"
+    bowl = SweepSpec(body="arc", fillet=1.0, offset=0.1, axial_moment=0.4, transverse_moment=0.3)
+    assert bowl.method == "rk4"
+    assert bowl.replace(body="ball", fillet="none").method == "exact"
