@@ -371,7 +371,7 @@ class SweepSpec:
         return type(self)(**{"model": model, **changed(kept, changes, model)})
 
     def _words_for(self, model: Model) -> dict[str, Any]:
-        """Return every word with its value; for another model those that have not their defaults.
+        """Return every word with its value; for another model those that say what its defaults do not.
 
         The usual method is left out: another body or model may have another one.
         """
@@ -380,11 +380,11 @@ class SweepSpec:
             del words["method"]
         if model is self.model:
             return words
-        defaults = _defaults(self.model)
+        own, others = _defaults(self.model), _defaults(model)
         return {
             name: value
             for name, value in words.items()
-            if value != defaults[name] and name not in model.does_without
+            if (value != own[name] or others.get(name, value) != value) and name not in model.does_without
         }
 
     def resolve(
