@@ -65,10 +65,7 @@ def moved(dataset, place, low=0.0, high=0.0):
     reach = max(abs(least - steady), abs(greatest - steady))
     before = max(abs(float(dataset[name].values[place]) - steady) for name in ("tilt_min", "tilt_max"))
     scale = before / float(dataset.amplification.values[place])
-    ending = {"ending": dataset.ending.values[place]}
-    verdict = spec.criterion.verdict(TABLE, ending, np.float64(reach), np.float64(scale))
     # numbers that this code did not make: their integration is not to be repeated
     copy = copy.assign_attrs(kernel_hash="0" * 64)
-    return changed(
-        copy, place, peak_tilt=max(abs(least), abs(greatest)), amplification=reach / scale, stability=verdict
-    )
+    copy = changed(copy, place, peak_tilt=max(abs(least), abs(greatest)), amplification=reach / scale)
+    return changed(copy, place, stability=sweep.reclassify(copy, spec.criterion).stability.values[place])

@@ -10,14 +10,11 @@ import numpy.typing as npt
 from sweep.engine.compute import compute
 from sweep.engine.grid import Span, blocks, completed, starts_of
 from sweep.model.description import Starts
-from sweep.model.quantity import PROMISED, UNDECIDED, Array, Truths
+from sweep.model.quantity import UNDECIDED, Array, Truths
 from sweep.request.spec import SweepSpec
 
 #: Share of the width that each side of an undecided stretch may keep.
 _SIDE = 0.25
-
-#: What rounding alone may change in an extreme [SI unit]: the estimated errors do not count it.
-_ROUNDING = 2e-14
 
 #: Rows with their lines of theory, and brackets, that are worked on at a time: 50 MB of starts and results.
 AT_ONCE = 2**16
@@ -180,15 +177,12 @@ def verdicts(spec: SweepSpec, given: Brackets, which: Places, places: Array) -> 
 
 
 def judged(spec: SweepSpec, starts: Starts) -> npt.NDArray[np.int8]:
-    """Return the verdicts of starts, undecided where the estimated error of the extremes may change them.
+    """Return the verdicts of starts, undecided where stated errors may change them.
 
     Without this a bracket would close around where the integration puts the boundary, however coarse it is: with a
     tolerance of 1e-6 rad brackets of 1e-9 rad/s lay 1e-7 rad/s beside the exact boundary.
     """
-    found = compute(spec, starts, verdicts_only=True)
-    error = PROMISED * spec.model.error(found) + _ROUNDING
-    codes = np.where(spec.criterion.is_open(spec, starts, found, error), UNDECIDED, found["stability"])
-    return codes.astype(np.int8, copy=False)
+    return np.asarray(compute(spec, starts, verdicts_only=True)["stability"])
 
 
 def _divisible(one: Array, other: Array, width: Array) -> Truths:

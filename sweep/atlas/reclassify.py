@@ -111,7 +111,7 @@ def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH, *, progress: Pro
 
 def _judged(dataset: "xr.Dataset", spec: SweepSpec) -> npt.NDArray[np.int8]:
     """Return the verdicts of the criterion of a spec, of the shape of the grid."""
-    needed = dict.fromkeys((*spec.criterion.needs(spec.model), *spec.model.extremes))
+    needed = spec.criterion.reads(spec.model)
     require(dataset, needed)
     measured = {name: dataset[name].values.reshape(-1) for name in needed}
     found = np.empty(spec.size, np.int8)
@@ -119,7 +119,7 @@ def _judged(dataset: "xr.Dataset", spec: SweepSpec) -> npt.NDArray[np.int8]:
         starts = starts_of(spec, span)
         part = {name: values[span.start : span.stop] for name, values in measured.items()}
         reach = reach_and_scale(spec, starts, part)
-        found[span.start : span.stop] = spec.criterion.verdict(spec.model.endings, {**starts, **part}, *reach)
+        found[span.start : span.stop] = spec.criterion.decide(spec, starts, part, *reach)
     return found.reshape(spec.shape)
 
 

@@ -14,7 +14,7 @@ from sweep.checks.variables import Stated, allowed_of_cells
 from sweep.engine.grid import Span
 from sweep.files.cell_reader import CellReader
 from sweep.model.description import Columns, Starts
-from sweep.model.quantity import STABLE, UNSTABLE, Array, Truths
+from sweep.model.quantity import Array, Truths
 from sweep.runs.executor import prefetch
 
 Values = npt.NDArray[Any]
@@ -110,7 +110,7 @@ class CellPair:
 
         The ending of a cell may where a neighbour of it, in the reference, ended as the new atlas says: an ending
         changes where time, error or coordinate reaches its limit, and that edge runs between cells. With the same
-        ending, a cell may be stable in one and unstable in the other where the limit of the criterion lies between the
+        ending, a cell may have another verdict where the limit of the criterion lies between the
         departures of the two, or within the tolerance of the extremes from either; a criterion of one's own where its
         comparisons are so for the variables that they name. Where the ending flips, the verdict that follows from it
         may flip too.
@@ -120,8 +120,6 @@ class CellPair:
         same_ending = ~endings
         endings[endings] = self._beside(block.at(np.flatnonzero(endings)))
         close = verdicts & same_ending
-        for each in (new, old):
-            close &= np.isin(each["stability"], (STABLE, UNSTABLE))
         close[close] = _at_limit(block.at(np.flatnonzero(close)))
         return {"ending": endings, "stability": verdicts & (endings | close)}
 

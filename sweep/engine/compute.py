@@ -101,7 +101,7 @@ def derive(spec: SweepSpec, starts: Starts, measured: Columns) -> Columns:
         **model.derive(starts, measured),
         "amplification": amplification,
     }
-    found["stability"] = spec.criterion.verdict(model.endings, {**starts, **found}, reach, scale)
+    found["stability"] = spec.criterion.decide(spec, starts, found, reach, scale)
     columns = {
         name: found[name].astype(quantity.dtype, copy=False)
         for name, quantity in model.cell_variables(spec).items()

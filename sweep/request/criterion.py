@@ -23,6 +23,8 @@ from sweep.model.quantity import (
     FINAL,
     LOST,
     OPEN,
+    PROMISED,
+    SENSITIVE,
     STABLE,
     UNDECIDED,
     UNSTABLE,
@@ -38,6 +40,9 @@ from sweep.request.values import read_number
 
 #: Variable -> how far its values may be off, in its unit.
 Errors = Callable[[str], Array | float]
+
+#: What rounding alone may change in an extreme [SI unit]: stated errors do not count it.
+ROUNDING = 2e-14
 
 #: What only the text of a comparison holds, also one that is written with the signs of printed pages.
 _COMPARING = "<>=!\u2264\u2265\u2260"
@@ -226,6 +231,9 @@ class Criterion:
         limit = f"the {coordinate.spell(float(self.allowed(np.array(scale))), 6)} of the criterion"
         if self.limit_text() != coordinate.spell(self.limit, 6):
             limit += f" ({self.limit_text()}, {coordinate.spell(scale, 6)})"
+        if cell["stability"] == UNDECIDED and ending.role == FINAL:
+            error = coordinate.spell(PROMISED * float(cell[model.error_name]), 3)
+            return f"the {name} leaves its steady value by {far} +- {error}: that may be more or less than {limit}"
         if cell["stability"] == UNSTABLE:
             return f"the {name} left its steady value by {far}, more than {limit}"
         if cell["stability"] == STABLE:
@@ -236,8 +244,8 @@ class Criterion:
         model, ending = spec.model, spec.model.endings.of(cell["ending"])
         time, limit = cell[model.endings.lost_time], f"the {self.limit_text()} of the criterion"
         if ending.role == LOST:
-            order = "less than" if cell["stability"] == UNSTABLE else "not before"
-            return f"{model.lost_name} after {time:.6g} s, {order} {limit}"
+            orders = {UNSTABLE: "less than", UNDECIDED: "within the stated error of"}
+            return f"{model.lost_name} after {time:.6g} s, {orders.get(int(cell['stability']), 'not before')} {limit}"
         if ending.role == OPEN and cell["stability"] == UNDECIDED:
             return f"before {limit} {model.open_in_words(spec, cell)}"
         lasts = ending.reason if ending.role == FINAL else model.open_in_words(spec, cell)
@@ -253,18 +261,32 @@ class Criterion:
             named = (f"{name} is {spelled(quantities[name], float(each))}" for name, each in values.items())
             sentences.append(f"{comparison} is {holds}: {', '.join(named)}")
         found = "; ".join(sentences)
-        if ending.role == OPEN and cell["stability"] != UNSTABLE:
-            return f"{found}; but {model.open_in_words(spec, cell)}"
-        return found if cell["stability"] == UNSTABLE else f"{found}; the ending, {ending.name}, is final"
+        if cell["stability"] == UNSTABLE:
+            return found
+        if ending.role == SENSITIVE:
+            known = cell["stability"] == STABLE
+            return f"{found}; {'that is known, though' if known else 'but'} {model.open_in_words(spec, cell)}"
+        if ending.role in (FINAL, LOST) and cell["stability"] == UNDECIDED:
+            return f"{found}; but that is within twice the stated error of what it is compared with"
+        if ending.role in (FINAL, LOST):
+            return f"{found}; the ending, {ending.name}, is final"
+        return f"{found}; but {model.open_in_words(spec, cell)}"
 
     # -- what it judges by
 
     def needs(self, model: Model) -> tuple[str, ...]:
-        """Return the variables of an atlas from which the verdicts follow."""
+        """Return the variables of an atlas by which it judges."""
         stands_for = {REACH: model.extremes, SCALE: (), LOST_TIME: (model.endings.lost_time,)}
         found = ["ending"]
         for name in self._named:
             found += [] if name in model.parameters else stands_for.get(name, (name,))
+        return tuple(dict.fromkeys(found))
+
+    def reads(self, model: Model) -> tuple[str, ...]:
+        """Return the variables of an atlas that `decide` reads: those that it `needs`, and what states their errors."""
+        quantities = _quantities(model)
+        found = [*self.needs(model), *((*model.extremes, model.error_name) if model.extremes else ())]
+        found += [stated for name in found if (stated := quantities[name].tolerance.stated) in quantities]
         return tuple(dict.fromkeys(found))
 
     @property
@@ -409,6 +431,49 @@ class Criterion:
         missing = np.logical_or.reduce(np.broadcast_arrays(*(np.isnan(each) for each in values.values())))
         return self.outcome(endings, measured["ending"], true, missing)
 
+    def decide(
+        self, spec: Request, starts: Starts, measured: Columns, reach: Array, scale: Array, share: float = 1.0
+    ) -> npt.NDArray[np.int8]:
+        """Return the stability of cells as far as it is known: undecided where stated errors leave it open.
+
+        Parameters
+        ----------
+        spec : Request
+        starts : mapping of str to array, shape (n,)
+        measured : mapping of str to array, shape (n,)
+            The variables of the cells that the criterion `reads`.
+        reach, scale : array of float, shape (n,)
+            As in `verdict`.
+        share : float
+            Of the stated errors that is taken into account.
+
+        Returns
+        -------
+        array of int8, shape (n,)
+        """
+        model = spec.model
+        stability = self.verdict(model.endings, {**starts, **measured}, reach, scale)
+        near: slice | npt.NDArray[np.intp] = slice(None)
+        if self.limits_reach:
+            # most cells are further from the limit than the largest error of all
+            stated = measured[model.error_name]
+            largest = PROMISED * np.fmax.reduce(stated, initial=0.0, where=np.isfinite(stated)) + ROUNDING
+            near = np.flatnonzero(
+                (np.abs(reach - self.allowed(scale)) <= largest)
+                | (model.may_be_lost(spec, measured, np.array(largest)) & (stability == STABLE))
+            )
+        cells = {name: values[near] for name, values in measured.items()} | {"stability": stability[near]}
+        begun = {name: values[near] for name, values in starts.items()}
+        error = np.zeros(cells["stability"].shape)
+        if model.extremes:
+            error = share * np.nan_to_num(PROMISED * model.error(cells) + ROUNDING)
+            # a motion that goes no further than its start is where that says
+            error[reach[near] <= np.abs(begun[model.coordinate] - model.undisturbed(spec, begun))] = 0.0
+        stability[near] = np.where(
+            self.is_open(spec, begun, cells, error), np.int8(UNDECIDED), cells["stability"]
+        )
+        return stability
+
     def on_edge(self, spec: Request, starts: Starts, columns: Sequence[Columns], errors: Errors) -> Truths:
         """Return which cells have the edge of the criterion within the span of their variables.
 
@@ -461,9 +526,12 @@ class Criterion:
             error = errors(model.extremes[1])
         else:
             several = [_number(each[name]) for each in columns]
-            # a rate that each cell computes is known to rounding, and a flag is what it is
-            known = name in model.parameters or model.cell_variables(spec)[name].flags is not None
-            error = 0.0 if known else errors(name)
+            # a rate that each cell computes is known to rounding
+            error = 0.0 if name in model.parameters else errors(name)
+            if name not in model.parameters and model.cell_variables(spec)[name].flags is not None:
+                # a flag is what it is, or nobody knows
+                unknown = [model.endings.have(SENSITIVE, each["ending"]) for each in columns]
+                error = np.where(np.any(unknown, axis=0), np.inf, 0.0)
         return np.minimum.reduce(several) - error, np.maximum.reduce(several) + error
 
     def is_open(self, spec: Request, starts: Starts, measured: Columns, error: Array) -> Truths:

@@ -14,6 +14,7 @@ from sweep.model.quantity import (
     FINAL,
     LOST,
     OPEN,
+    SENSITIVE,
     STABLE,
     UNDECIDED,
     UNDISTURBED,
@@ -45,9 +46,11 @@ _BY_TIME: Outcomes = {
     LOST: (UNSTABLE, STABLE, STABLE),
 }
 #: Unstable where the condition is true, also for what was measured until time ran out. Where it is false a cell is
-#: stable if its ending is final, a fall too, and undecided if time ran out or nothing was disturbed.
+#: stable if its ending is final, a fall too, and undecided if time ran out or nothing was disturbed. Of one that is too
+#: sensitive to its start to say how it ends, what is known well enough decides (`Criterion.decide`).
 _BY_EXPRESSION: Outcomes = {
     FINAL: (UNSTABLE, STABLE, STABLE),
+    SENSITIVE: (UNSTABLE, STABLE, UNDECIDED),
     LOST: (UNSTABLE, STABLE, STABLE),
     OPEN: (UNSTABLE, UNDECIDED, UNDECIDED),
     UNDISTURBED: (UNSTABLE, UNDECIDED, UNDECIDED),

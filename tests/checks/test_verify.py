@@ -11,6 +11,7 @@ from sweep.checks.verify import findings, findings_of, verify
 from sweep.commands.audit_report import audit_line, audit_text
 from sweep.errors import RequestError
 from sweep.model.disk.tables import PARAMETERS
+from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 from sweep.request.criterion import Criterion
 from sweep.request.spec import SweepSpec
 
@@ -259,12 +260,21 @@ def test_the_atlas_is_not_changed():
     xr.testing.assert_identical(atlas("circling"), before)
 
 
-def test_a_cell_on_the_limit_may_have_either_verdict():
-    """Another processor rounds the largest tilt, and so the verdict, otherwise; away from the limit it does not."""
+def test_a_cell_on_the_limit_is_undecided_and_beside_its_error_may_have_either_verdict():
+    """Another processor rounds the largest tilt, and so what the error reaches, otherwise; elsewhere it does not."""
     atlas = sweep.run("rolling", roll_rate="2:4:9", tilt="0.5deg:5deg:7")
-    limit = float(atlas["tilt_max"][4, 3])
-    for shift, is_wrong in ((0.0, False), (1e-3, True)):
-        flipped = sweep.reclassify(atlas, f"departure:{limit + shift!r}rad").copy(deep=True)
-        flipped["stability"][4, 3] = 3 - int(flipped["stability"][4, 3])
-        wrong = {each.name for each in findings_of(flipped).statements if each.wrong}
-        assert ("stability" in wrong) == is_wrong, shift
+    tilt, error = float(atlas["tilt_max"][4, 3]), 2.0 * float(atlas["tilt_error"][4, 3]) + 2e-14
+    for shift, right in (
+        (0.0, {UNDECIDED}),
+        (0.9 * error, {UNDECIDED}),
+        (error, {UNDECIDED, STABLE}),
+        (-error, {UNDECIDED, UNSTABLE}),
+        (1.1 * error, {STABLE}),
+        (-1.1 * error, {UNSTABLE}),
+    ):
+        judged = sweep.reclassify(atlas, f"departure:{tilt + shift!r}rad").copy(deep=True)
+        assert int(judged["stability"][4, 3]) in right, shift
+        for verdict in (UNDECIDED, STABLE, UNSTABLE):
+            judged["stability"][4, 3] = verdict
+            wrong = {each.name for each in findings_of(judged).statements if each.wrong}
+            assert ("stability" in wrong) == (verdict not in right), (shift, verdict)

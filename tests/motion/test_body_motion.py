@@ -208,3 +208,12 @@ def test_a_motion_goes_around_the_centre_of_its_ring():
         apart = np.hypot(x, y)
         assert apart.min() == pytest.approx(ring.ring_inner.item(), abs=1e-4), rate
         assert apart.max() == pytest.approx(ring.ring_outer.item(), abs=1e-4), rate
+
+
+def test_a_body_that_turns_fast_has_close_samples():
+    """None turns by more than 0.2 rad from one sample to the next, of a ring that turns ten times a second."""
+    motion = sweep.simulate(
+        body="torus", tube=0.2, tilt=0.3, roll_rate=60.0, precession_rate=2.0, duration=30.0
+    )
+    assert float(motion.roll_angle[-1]) > 1700.0
+    assert float(np.abs(np.diff(motion.roll_angle)).max()) <= 0.2

@@ -13,14 +13,17 @@ from messages import assert_facts, assert_in_order, refused
 
 import sweep
 from kernels.disk.endings import BOUNDED, FELL, HORIZON, INVALID, NOT_COMPUTED, STEADY, UNRESOLVED
+from kernels.system import endings as of_system
 from sweep.checks.verify import findings, verify
 from sweep.errors import RequestError
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import ENDINGS
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.model.quantity import FILL, FINAL, MISSING, STABLE, UNDECIDED, UNSTABLE, Ending, Endings
+from sweep.model.system.model import model_of
 from sweep.request.criterion import Criterion
 from sweep.request.spec import SweepSpec
+from sweep.request.system_file import read_system
 
 DEPARTURE, AMPLIFICATION = Criterion("departure", 0.1), Criterion("amplification", 10.0)
 TEXT = "peak_tilt > 10deg or fall_time < 2s"
@@ -430,3 +433,71 @@ def test_a_criterion_gives_the_reason_of_a_verdict():
             assert_in_order(reason, *facts)
             assert ("300 s" in reason) == ("300 s" in facts), reason
             assert ("0.5 deg" in reason) == (text.startswith("amplification") and ending != FELL)
+
+
+def test_a_disk_that_friction_holds_is_stable():
+    """It never moves again, however long one looks; one that lies flat is not."""
+    endings = LOSSY_DISK.endings
+    codes = np.array([endings.code(name) for name in ("rest", "flat")])
+    found = Criterion("departure", 0.1).outcome(endings, codes, np.zeros(2, bool))
+    assert found.tolist() == [STABLE, UNSTABLE]
+
+
+# -- what is known
+
+SYSTEM = """
+@system(duration="10", measures={"top": "max x"}, stable="top < 2")
+def swing(x=1.0, v=0.0, *, rate=1.0):
+    return v, -(rate**2)*x
+"""
+
+
+def decided(criterion, **columns):
+    """Return the verdicts of cells of `SYSTEM` with these values, 0 where none is given."""
+    model = model_of(read_system(SYSTEM))
+    spec = SweepSpec(model=model, criterion=criterion)
+    size = len(columns["ending"])
+    held = {name: np.zeros(size) for name in model.variables} | {
+        name: np.asarray(values) for name, values in columns.items()
+    }
+    nothing = np.full(size, np.nan)
+    return spec.criterion.decide(
+        spec, {name: np.zeros(size) for name in model.parameters}, held, nothing, nothing
+    )
+
+
+def test_a_measure_within_its_stated_error_decides_nothing():
+    """Beyond twice the error it does, on either side, whatever is known of the end of the motion."""
+    top = [1.0, 1.9, 2.0, 2.1, 3.0]
+    for ending in (of_system.RUNS_ON, of_system.DIFFERENT):
+        found = decided("top > 2", ending=[ending] * 5, top=top, top_error=[0.06] * 5)
+        assert found.tolist() == [STABLE, UNDECIDED, UNDECIDED, UNDECIDED, UNSTABLE]
+        found = decided("not (top <= 2)", ending=[ending] * 5, top=top, top_error=[0.0] * 5)
+        # on the limit itself rounding decides
+        assert found.tolist() == [STABLE, STABLE, UNDECIDED, UNSTABLE, UNSTABLE]
+
+
+def test_an_ending_that_nobody_knows_decides_nothing():
+    """A criterion that asks how a motion ends is open of one that is too sensitive to say, unless the rest decides."""
+    endings = [of_system.RUNS_ON, of_system.DIFFERENT, of_system.UNRESOLVED]
+    assert decided("ending != runs_on", ending=endings).tolist() == [STABLE, UNDECIDED, UNDECIDED]
+    both = decided("ending != runs_on or top > 2", ending=endings, top=[3.0, 3.0, 3.0])
+    assert both.tolist() == [UNSTABLE, UNSTABLE, UNDECIDED]
+    both = decided("ending != runs_on and top > 2", ending=endings, top=[1.0, 1.0, 1.0])
+    assert both.tolist() == [STABLE, STABLE, UNDECIDED]
+
+
+@pytest.mark.parametrize("error", [0.0, 1e-9])
+def test_a_motion_that_leaves_its_start_no_further_is_at_its_start(error):
+    """The tilt of the start is known: one at the limit that goes no further is stable, one that passes it is open."""
+    limit = 0.1
+    spec = SweepSpec(tilt=[0.05, limit], criterion=f"departure:{limit}rad")
+    highs = np.array([limit, limit, limit + 1e-9, limit + 1e-6])
+    tilts = np.array([0.05, limit, limit, limit])
+    columns = {
+        "ending": np.full(4, BOUNDED), "tilt_min": np.zeros(4), "tilt_max": highs, "tilt_error": np.full(4, error)
+    }  # fmt: skip
+    starts = {name: np.zeros(4) for name in DISK.parameters} | {"tilt": tilts}
+    found = spec.criterion.decide(spec, starts, columns, highs, tilts)
+    within = UNDECIDED if error else UNSTABLE
+    assert found.tolist() == [UNDECIDED, STABLE, within, UNSTABLE]

@@ -209,7 +209,7 @@ class ExactReduction:
 
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
-        needed = (*MEASURES, *spec.criterion.needs(spec.model), *computed_rates(spec))
+        needed = (*MEASURES, *spec.criterion.reads(spec.model), *computed_rates(spec))
         return tuple(dict.fromkeys(needed))
 
     def truth(

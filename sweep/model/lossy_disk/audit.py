@@ -143,7 +143,7 @@ class SampledAudit:
             "end_tilt",
         )
         more = (*_LOSSES, "largest_loss", "energy_imbalance", *_STATED.values())
-        return tuple(dict.fromkeys((*own, *more, *spec.criterion.needs(spec.model))))
+        return tuple(dict.fromkeys((*own, *more, *spec.criterion.reads(spec.model))))
 
     def truth(self, spec: Request, starts: Starts, first: int, stored: Columns) -> Columns:
         """Return what a second computation says of the cells from `first` on that are drawn."""

@@ -48,6 +48,8 @@ REFUSED = {
     "body=ball criterion=aloft:2s": "A ball does not fall: by the criterion",
     "body=spheroid flattening=0.9": "-2 <= flattening <= 0.8",
     "body=spheroid flattening=5mm": "takes no unit",
+    "body=arc fillet=0.2 offset=-5 axial_moment=0.4 transverse_moment=0.3": "-3 < offset < 3",
+    "body=arc fillet=0.2 offset=5 axial_moment=0.4 transverse_moment=0.3": "-3 < offset < 3",
     "body=spheroid flattening=0.4 offset=0.1": "moments of a spheroid whose centre of mass",
     "body=spheroid flattening=0.2:0.4:3 offset=0.6 axial_moment=0.4 transverse_moment=0.4": "-0.6 < offset < 0.6",
     "body=ball offset=0.1 axial_moment=0.9 transverse_moment=0.4": "axial_moment <= 2 transverse_moment",

@@ -177,7 +177,8 @@ def test_steady_rates_that_follow_from_nothing_are_refused():
 
 def test_circling_may_pass_through_zero_precession():
     """An axis of precession rates through 0 is accepted: that one cell will be invalid, the others not."""
-    assert circling(SweepSpec(roll_rate=" steady ", precession_rate="-1:1:3", tilt=0.1))
+    for axis in ("-1:1:3", "0:5:6", "-5:0:6"):
+        assert circling(SweepSpec(roll_rate=" steady ", precession_rate=axis, tilt=0.1)), axis
 
 
 GRID = {
