@@ -16,12 +16,24 @@ from sweep.model.disk.model import STEEPEST_EXACT
 from sweep.model.disk.path import PATH_VARIABLES
 from sweep.model.disk.tables import STEADY_PRECESSION, STEADY_ROLL, WOBBLE
 from sweep.model.lossy_disk.tables import AIR_LAWS, LOSSES, NO_AIR
-from sweep.model.quantity import FAILED, LOST, UNDECIDED, Input, Quantity
+from sweep.model.quantity import (
+    AMPLIFIED,
+    EXTREME,
+    FAILED,
+    LOST,
+    PROMISED,
+    SENSITIVE,
+    TIMED,
+    UNDECIDED,
+    Input,
+    Quantity,
+)
 from sweep.model.system.model import SystemModel
 from sweep.motion.body_tables import BODY_MOTION
 from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
 from sweep.motion.tables import DISK_MOTION, LAWS, LOSSY_MOTION, TRAJECTORY, MotionKind
-from sweep.request.criterion_kinds import LOST_TIME
+from sweep.request.criterion import ROUNDING
+from sweep.request.criterion_kinds import LOST_TIME, REACH
 from sweep.request.expression import Comparison, Expression, Not, Number, Term, variables
 from sweep.request.spec import SweepSpec
 
@@ -171,7 +183,29 @@ def _criterion(spec: SweepSpec) -> dict[str, Any]:
         "outcomes": outcomes,
         "condition": _condition(criterion.condition, names),
         "named": [names.get(name, name) for name in variables(criterion.condition)],
+        "errors": {
+            names.get(name, name): rule
+            for name in variables(criterion.condition)
+            if (rule := _error_rule(spec, names.get(name, name))) is not None
+        },
     }
+
+
+def _error_rule(spec: SweepSpec, name: str) -> dict[str, Any] | None:
+    """Return how far the values of a criterion's variable may be off, the type ErrorRule of types.js; None if not."""
+    model, quantities = spec.model, spec.model.cell_variables(spec)
+    extremes = {"stated": model.error_name, "times": PROMISED, "rounding": ROUNDING}
+    if name == REACH:
+        return {"by": EXTREME, **extremes}
+    if name not in quantities or name in model.parameters:
+        return None
+    rule = quantities[name].tolerance
+    if quantities[name].flags is not None:
+        return {"unknown": [each.code for each in model.endings if each.role == SENSITIVE]}
+    room = {"absolute": rule.absolute, "relative": rule.relative}
+    if rule.stated in (EXTREME, AMPLIFIED, TIMED):
+        return {"by": rule.stated, **extremes, **room}
+    return {"stated": rule.stated, "times": PROMISED, **room} if rule.stated in quantities else room
 
 
 def _condition(tree: Expression, names: Mapping[str, str]) -> dict[str, Any]:

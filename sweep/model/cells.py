@@ -45,8 +45,8 @@ def stated_error(
         return np.asarray(allowed + PROMISED * magnitude(columns[rule.stated]))
     if rule.stated == EXTREME:
         return np.asarray(allowed + error)
-    scale = model.perturbation(spec, starts)
     with np.errstate(divide="ignore", invalid="ignore"):
+        scale = model.perturbation(spec, starts)
         if rule.stated == AMPLIFIED:
             return np.asarray(allowed + np.where(scale > 0.0, error / scale, 0.0))
         low, high = (columns[name] for name in model.extremes)

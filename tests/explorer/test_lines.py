@@ -124,7 +124,8 @@ def test_the_measured_line_is_found_at_every_depth(url):
     for depth in range(-1, -11, -1):
         sides = side("roll_rate", x, x * 10.0**depth), side("tilt", y, y * 10.0**depth)
         view = {**ROLLING, "x": sides[0], "y": sides[1]}
-        (found,) = lines(url, view)["measured"]
+        # deep down some cells beside it are within their errors of the limit, and interrupt it
+        found = max(lines(url, view)["measured"], key=lambda line: line.shape[1])
         x, y = found[:, found.shape[1] // 2]
         assert abs(x - sides[0]["centre"]) <= sides[0]["half"]
         read = View.read(view, None)

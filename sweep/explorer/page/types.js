@@ -204,8 +204,18 @@
  * @property {string[]} singles
  * @property {ToldNumber[]} starts
  * @property {ToldNumber[]} numbers
- * @property {{text: string, timed: boolean, outcomes: number[][], condition: Condition, named: string[]}} criterion
+ * @property {{text: string, timed: boolean, outcomes: number[][], condition: Condition, named: string[],
+ *   errors?: Record<string, ErrorRule>}} criterion
  *   `outcomes` has for each code of an ending the verdicts where the condition is true, is false, and has no value
+ */
+
+/**
+ * How far the values of a column may be off: what each cell states in the column `stated`, so many `times`, a number and
+ * a share of the value; or without bound where a motion ended with one of the codes `unknown`. With `by` the cells state
+ * how far the extremes are off, and what follows from that for an extreme, an amplification or a time is the same as in
+ * sweep/model/cells.py.
+ * @typedef {{by?: "extreme"|"amplified"|"timed", stated?: string, times?: number, rounding?: number, absolute?: number,
+ *   relative?: number, unknown?: number[]}} ErrorRule
  */
 
 /**

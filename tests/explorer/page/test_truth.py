@@ -238,7 +238,7 @@ def test_cells_of_a_system(served_with, opened, rng, count, name, tmp_path, monk
 BODIES = {
     "disk": ["rolling", "path=yes", "precession_rate=2", "criterion=path_drift > 2 or path_class == closed"],
     "torus": ["body=torus", "tube=0.05:0.6:3", "precession_rate=2:4:3", "roll_rate=steady", "tilt=20deg",
-              "tilt_rate=0.3", "filling=hollow", "contact=yes", "path=yes"],
+              "tilt_rate=0.3", "criterion=departure:15deg", "filling=hollow", "contact=yes", "path=yes"],
     "rounded": ["body=rounded", "thickness=0.05:0.9:3", "tilt=5deg:40deg:3", "roll_rate=3", "path=yes"],
     "rim": ["true_edge"],
     "arc": ["body=arc", "fillet=0:0.9:3", "offset=-0.1", "tilt=5deg:60deg:3", "precession_rate=4", "roll_rate=wobble",

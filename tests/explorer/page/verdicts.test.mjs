@@ -10,11 +10,11 @@ const { verdicts } = scriptsOf("verdicts");
 function verdictsOf(
   condition,
   columns,
-  { named = Object.keys(columns), ending, outcomes = [[1, 2, 0]] } = {},
+  { named = Object.keys(columns), ending, outcomes = [[1, 2, 0]], errors } = {},
 ) {
   const count = Object.values(columns)[0].length;
   const codes = ending ?? new Array(count).fill(0);
-  return Array.from(verdicts({ criterion: { outcomes, condition, named } }, columns, codes, count));
+  return Array.from(verdicts({ criterion: { outcomes, condition, named, errors } }, columns, codes, count));
 }
 
 const terms = (...parts) => ({
@@ -77,4 +77,44 @@ test("each ending has outcomes of its own", () => {
   const a = [0, 0, 0, 0, NaN];
   const found = verdictsOf(terms(A, ">", 1), { a }, { ending: [0, 1, 2, 3, 1], outcomes });
   assert.deepEqual(found, [2, 2, 1, 0, 2]);
+});
+
+test("a value within its error of what it is compared with leaves a cell undecided", () => {
+  const columns = { a: [1, 1.95, 2, 2.05, 3, NaN], off: [0.03, 0.03, 0.03, 0.03, NaN, 0.03] };
+  const errors = { a: { stated: "off", times: 2 } };
+  const given = { named: ["a"], errors };
+  const expected = {
+    "<": [1, 0, 0, 0, 2, 0],
+    "<=": [1, 0, 0, 0, 2, 0],
+    ">": [2, 0, 0, 0, 1, 0],
+    ">=": [2, 0, 0, 0, 1, 0],
+    "==": [2, 0, 0, 0, 2, 0],
+    "!=": [1, 0, 0, 0, 1, 0],
+  };
+  for (const [sign, codes] of Object.entries(expected)) {
+    assert.deepEqual(verdictsOf(terms(A, sign, 2), columns, given), codes, sign);
+  }
+  // what holds in any case decides, and an error may be a share of the value
+  const wide = terms({ ...A, absolute: true, factor: -1 }, ">", -1.5);
+  assert.deepEqual(verdictsOf(wide, { a: [-1, -1.4, 1.6] }, { errors: { a: { relative: 0.1 } } }), [1, 0, 0]);
+  const either = { word: "or", parts: [terms(A, ">", 2), terms({ name: "b" }, ">", 0)] };
+  assert.deepEqual(verdictsOf(either, { a: [2, 2], b: [1, -1] }, { errors: { a: { absolute: 1 } } }), [1, 0]);
+});
+
+test("an ending that nobody knows is no flag, but decides where both outcomes are one", () => {
+  const [isOne, code] = [terms(A, "==", 1), [0, 1, 1]];
+  const errors = { a: { unknown: [1] } };
+  const outcomes = [
+    [1, 2, 0],
+    [1, 2, 0],
+  ];
+  assert.deepEqual(verdictsOf(isOne, { a: [1, 1, 2] }, { ending: code, errors, outcomes }), [1, 0, 0]);
+  assert.deepEqual(
+    verdictsOf(
+      { not: isOne },
+      { a: [1, 1, 2] },
+      { ending: code, errors, outcomes: [outcomes[0], [2, 2, 2]] },
+    ),
+    [2, 2, 2],
+  );
 });

@@ -4,7 +4,7 @@
  * A part of the worker's script (worker.js), which finds it under its name.
  */
 
-/** @import { BodyPlan, Plan } from "eulerdisk/types" */
+/** @import { BodyPlan, ErrorRule, Plan } from "eulerdisk/types" */
 
 /** @typedef {Float64Array|Int32Array|Uint8Array} Values */
 /** @typedef {Record<string, Values>} Columns */
@@ -16,6 +16,9 @@
 
   /** What a criterion judges by, by the names that it has for them (sweep/request/criterion_kinds.py). */
   const [REACH, SCALE] = ["the reach", "the scale"];
+
+  /** Share of a time that the errors of a small swing may come to (sweep/model/cells.py). */
+  const MOST_OF_A_TIME = 0.5;
 
   /** Number of the ball; a body with a higher one is a spheroid (kernels/bodies/shapes.py). */
   const BALL = 4;
@@ -40,6 +43,9 @@
     if (isNeeded(SCALE, "amplification")) found[SCALE] = scales(plan, found, count);
     if (isNeeded("amplification")) {
       found.amplification = Float64Array.from(found[REACH], (each, i) => each / found[SCALE][i]);
+    }
+    for (const [name, rule] of Object.entries(plan.criterion.errors ?? {})) {
+      if (rule.by) found[`${name}: error`] = errorsOf(name, rule, plan, found, count);
     }
     found.stability = verdicts(plan, found, measured.ending, count);
     if (measured.wells && isNeeded("regime")) found.regime = regimes(plan, measured, count);
@@ -92,6 +98,37 @@
     for (let i = 0; i < count; i += 1) {
       const steady = steadyOf(i);
       found[i] = Math.max(Math.abs(greatest[i] - steady), Math.abs(least[i] - steady));
+    }
+    return found;
+  }
+
+  /**
+   * How far the values of a column may be off that follow from the extremes.
+   * @param {string} name
+   * @param {ErrorRule} rule
+   * @param {Plan} plan
+   * @param {Columns} cells
+   * @param {number} count
+   */
+  function errorsOf(name, rule, plan, cells, count) {
+    const { by, stated = "", times = 0, rounding = 0, absolute = 0, relative = 0 } = rule;
+    const found = new Float64Array(count);
+    const [values, reach] = [cells[name], cells[REACH] ?? reaches(plan, cells, count)];
+    const scale = by === "extreme" ? reach : (cells[SCALE] ?? scales(plan, cells, count));
+    const { tilt, tilt_min: least, tilt_max: greatest } = cells;
+    const steadyOf = undisturbed(plan, cells);
+    for (let i = 0; i < count; i += 1) {
+      const size = Number.isFinite(values[i]) ? Math.abs(values[i]) : 0;
+      // a motion that goes no further than its start is where that says
+      const isStart = reach[i] <= Math.abs(tilt[i] - steadyOf(i));
+      const error = isStart ? 0 : times * cells[stated][i] + rounding || 0;
+      found[i] = absolute + relative * size;
+      if (by === "extreme") found[i] += error;
+      else if (by === "amplified") found[i] += scale[i] > 0 ? error / scale[i] : 0;
+      else {
+        const swing = Math.min(1, Math.min(scale[i] || 0, greatest[i] - least[i]));
+        found[i] += swing > 0 ? size * Math.min(MOST_OF_A_TIME, error / swing) : 0;
+      }
     }
     return found;
   }

@@ -4,82 +4,161 @@
  * A part of the worker's script (worker.js), which finds it under its name.
  */
 
-/** @import { Condition, Plan, Term } from "eulerdisk/types" */
+/** @import { Condition, ErrorRule, Plan, Term } from "eulerdisk/types" */
 
 /** @typedef {Float64Array|Int32Array|Uint8Array} Values */
 /** @typedef {Record<string, Values>} Columns */
 
 // all scripts of a worker share their global names
 (() => {
+  /** How far a condition is known to hold, in bits: it may, and it does in any case. */
+  const [NEVER, PERHAPS, SURELY] = [0, 1, 3];
+
+  /** Truth of a condition -> that of its opposite. */
+  const OPPOSITE = Uint8Array.of(SURELY, PERHAPS, PERHAPS, NEVER);
+
+  /** @typedef {{low: Values, high: Values}} Ends  least and largest values of cells; the same array if they are known */
+
   /**
-   * Verdicts of cells by their endings and the criterion.
+   * Verdicts of cells by their endings and the criterion; 0 where errors leave it open.
    * @param {Plan} plan
-   * @param {Columns} judged  what the criterion judges by
+   * @param {Columns} judged  what the criterion judges by, and the errors that cells state
    * @param {Values} ending
    * @param {number} count
    */
-  function verdicts({ criterion: { outcomes, condition, named } }, judged, ending, count) {
-    const holds = holding(condition, judged);
+  function verdicts({ criterion: { outcomes, condition, named, errors = {} } }, judged, ending, count) {
+    /** @type {Record<string, Ends>} */
+    const ends = {};
+    for (const name of named) ends[name] = endsOf(name, errors[name], judged, ending, count);
+    const holds = truths(condition, ends, count);
     const columns = named.map((name) => judged[name]);
-    const stability = new Uint8Array(count);
+    const [stability, table] = [new Uint8Array(count), Uint8Array.from(outcomes.flat())];
     for (let i = 0; i < count; i += 1) {
-      const [isTrue, isFalse, isMissing] = outcomes[ending[i]];
-      stability[i] = isFalse;
-      if (holds(i)) stability[i] = isTrue;
-      else if (isFalse !== isMissing && columns.some((column) => Number.isNaN(column[i]))) {
-        stability[i] = isMissing;
-      }
+      const row = 3 * ending[i];
+      let column = 1;
+      if (holds[i] === SURELY) column = 0;
+      else if (holds[i] === NEVER && columns.some((values) => values[i] !== values[i])) column = 2;
+      const isOpen = holds[i] === PERHAPS && table[row] !== table[row + 1];
+      stability[i] = isOpen ? 0 : table[row + column];
     }
     return stability;
   }
 
   /**
-   * Where a condition holds, as a function of the number of a cell; false of a missing value.
-   * @param {Condition} condition
-   * @param {Columns} columns
-   * @returns {(i: number) => boolean}
+   * The ends between which the values of a column lie.
+   * @param {string} name
+   * @param {ErrorRule|undefined} rule
+   * @param {Columns} judged
+   * @param {Values} ending
+   * @param {number} count
+   * @returns {Ends}
    */
-  function holding(condition, columns) {
-    if (condition.not) {
-      const part = holding(condition.not, columns);
-      return (i) => !part(i);
+  function endsOf(name, rule, judged, ending, count) {
+    const values = judged[name];
+    if (!rule) return { low: values, high: values };
+    const { stated, times = 0, absolute = 0, relative = 0, unknown } = rule;
+    const [low, high] = [new Float64Array(count), new Float64Array(count)];
+    const own = judged[`${name}: error`];
+    const errors = own ?? (stated ? judged[stated] : new Float64Array(count));
+    const [share, least] = own ? [1, 0] : [times, absolute];
+    for (let i = 0; i < count; i += 1) {
+      const said = share * errors[i];
+      // an error that is missing says nothing
+      const error = least + relative * Math.abs(values[i]) + (said > 0 ? said : 0);
+      low[i] = values[i] - error;
+      high[i] = values[i] + error;
     }
+    if (unknown) {
+      for (let i = 0; i < count; i += 1) {
+        if (unknown.includes(ending[i])) [low[i], high[i]] = [-Infinity, Infinity];
+      }
+    }
+    return { low, high };
+  }
+
+  /**
+   * How far a condition holds in each cell; it does not of a missing value.
+   * @param {Condition} condition
+   * @param {Record<string, Ends>} columns
+   * @param {number} count
+   * @returns {Uint8Array}
+   */
+  function truths(condition, columns, count) {
+    if (condition.not) return truths(condition.not, columns, count).map((truth) => OPPOSITE[truth]);
     if (condition.parts) {
-      const parts = condition.parts.map((part) => holding(part, columns));
-      return condition.word === "and"
-        ? (i) => parts.every((part) => part(i))
-        : (i) => parts.some((part) => part(i));
+      const parts = condition.parts.map((part) => truths(part, columns, count));
+      return joined(parts, condition.word === "and", count);
     }
     const { terms = [], signs = [] } = condition;
-    const values = terms.map((term) => valueOf(term, columns));
-    const pairs = signs.map((sign, i) => {
-      const [agrees, one, other] = [SIGNS[sign], values[i], values[i + 1]];
-      return (/** @type {number} */ cell) => agrees(one(cell), other(cell));
-    });
-    return pairs.length === 1 ? pairs[0] : (i) => pairs.every((pair) => pair(i));
+    const ends = terms.map((term) => endsOfTerm(term, columns, count));
+    return joined(
+      signs.map((sign, i) => compared(sign, ends[i], ends[i + 1], count)),
+      true,
+      count,
+    );
+  }
+
+  /**
+   * @param {Uint8Array[]} parts
+   * @param {boolean} all  whether all of them have to hold, or one
+   * @param {number} count
+   */
+  function joined([found, ...others], all, count) {
+    for (const part of others) {
+      for (let i = 0; i < count; i += 1) found[i] = all ? found[i] & part[i] : found[i] | part[i];
+    }
+    return found;
   }
 
   /**
    * @param {Term} term
-   * @param {Columns} columns
-   * @returns {(i: number) => number}
+   * @param {Record<string, Ends>} columns
+   * @param {number} count
+   * @returns {Ends}
    */
-  function valueOf({ value = 0, name, factor = 1, absolute }, columns) {
-    if (!name) return () => value;
-    const column = columns[name];
-    if (factor === 1) return absolute ? (i) => Math.abs(column[i]) : (i) => column[i];
-    return absolute ? (i) => factor * Math.abs(column[i]) : (i) => factor * column[i];
+  function endsOfTerm({ value = 0, name, factor = 1, absolute }, columns, count) {
+    if (!name) {
+      const same = new Float64Array(count).fill(value);
+      return { low: same, high: same };
+    }
+    if (factor === 1 && !absolute) return columns[name];
+    const { low, high } = columns[name];
+    const [least, largest] = [new Float64Array(count), new Float64Array(count)];
+    for (let i = 0; i < count; i += 1) {
+      let [a, b] = [low[i], high[i]];
+      if (absolute) [a, b] = [Math.max(0, a, -b), Math.max(Math.abs(a), Math.abs(b))];
+      least[i] = factor * (factor > 0 ? a : b);
+      largest[i] = factor * (factor > 0 ? b : a);
+    }
+    return { low: least, high: largest };
   }
 
-  /** @type {Record<string, (one: number, other: number) => boolean>} all false of a missing value */
-  const SIGNS = {
-    "<": (one, other) => one < other,
-    "<=": (one, other) => one <= other,
-    ">": (one, other) => one > other,
-    ">=": (one, other) => one >= other,
-    "==": (one, other) => one === other,
-    "!=": (one, other) => one < other || one > other,
-  };
+  /**
+   * How two terms compare that lie between ends: never of a missing value.
+   * @param {string} sign
+   * @param {Ends} one
+   * @param {Ends} other
+   * @param {number} count
+   */
+  function compared(sign, one, other, count) {
+    if (sign.startsWith(">")) return compared(sign.replace(">", "<"), other, one, count);
+    const found = new Uint8Array(count);
+    const [{ low: a, high: b }, { low: c, high: d }] = [one, other];
+    const [isLess, isEqual] = [sign.startsWith("<"), sign === "<="];
+    for (let i = 0; i < count; i += 1) {
+      if (isLess) {
+        if (b[i] < c[i] || (isEqual && b[i] === c[i])) found[i] = SURELY;
+        else if (a[i] < d[i] || (isEqual && a[i] === d[i])) found[i] = PERHAPS;
+        continue;
+      }
+      const apart = b[i] < c[i] || d[i] < a[i];
+      const same = a[i] === d[i] && b[i] === c[i];
+      if (sign === "==" ? same : apart) found[i] = SURELY;
+      // neither of a missing value
+      else if (!apart && !same && a[i] <= b[i] && c[i] <= d[i]) found[i] = PERHAPS;
+    }
+    return found;
+  }
 
   Object.assign(self, { verdicts });
 })();
