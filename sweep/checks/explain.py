@@ -23,6 +23,7 @@ from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
 from sweep.engine.grid import Span, starts_of
 from sweep.model.description import Starts
 from sweep.model.quantity import FAILED, MISSING, OF_THE_RUN, UNDISTURBED, UNSTABLE, Quantity
+from sweep.request.criterion_reason import reason_of
 from sweep.request.spec import SweepSpec
 
 if TYPE_CHECKING:
@@ -300,7 +301,7 @@ def _reason(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, fl
         return ending.reason
     starts, measured = ({name: np.array([each[name]]) for name in each} for each in (start, stored))
     reach, scale = reach_and_scale(spec, starts, measured)
-    return spec.criterion.reason(spec, {**start, **stored}, float(reach[0]), float(scale[0]))
+    return reason_of(spec.criterion, spec, {**start, **stored}, float(reach[0]), float(scale[0]))
 
 
 def departure(spec: SweepSpec, start: Mapping[str, float]) -> tuple[float, float]:

@@ -22,19 +22,17 @@ from sweep.model.description import Columns, Model, Request, Starts
 from sweep.model.quantity import (
     FINAL,
     LOST,
-    OPEN,
     PROMISED,
     SENSITIVE,
     STABLE,
     UNDECIDED,
-    UNSTABLE,
     Array,
     Endings,
     Quantity,
     Truths,
 )
 from sweep.request.criterion_kinds import BY_REACH, KINDS, LOST_TIME, REACH, SCALE, Kind
-from sweep.request.expression import Comparison, Expression, Number, spelled, variables
+from sweep.request.expression import Comparison, Expression, Number, variables
 from sweep.request.expression_text import read_expression
 from sweep.request.values import read_number
 
@@ -207,71 +205,6 @@ class Criterion:
         """Return what the file says of the verdicts, if it is not what it says of them by a limit; ASCII."""
         return self.row.comment.format(**self.words(model))
 
-    def reason(self, spec: Request, cell: Mapping[str, float], reach: float, scale: float) -> str:
-        """Return why a cell that was computed has its verdict.
-
-        Parameters
-        ----------
-        spec : Request
-        cell : mapping of str to float
-            The start and the variables of the cell.
-        reach, scale : float
-            How far it went from its undisturbed value, and the size of its perturbation, in the unit of the coordinate.
-        """
-        if self.limits_reach:
-            return self._reason_of_reach(spec, cell, reach, scale)
-        return self._reason_of_time(spec, cell) if self.predictable else self._reason_of_tree(spec, cell)
-
-    def _reason_of_reach(self, spec: Request, cell: Mapping[str, float], reach: float, scale: float) -> str:
-        model, ending = spec.model, spec.model.endings.of(cell["ending"])
-        if ending.role == LOST:
-            return model.lost_in_words(spec, cell)
-        coordinate = model.parameters[model.coordinate]
-        far, name = coordinate.spell(reach, 6), model.coordinate.replace("_", " ")
-        limit = f"the {coordinate.spell(float(self.allowed(np.array(scale))), 6)} of the criterion"
-        if self.limit_text() != coordinate.spell(self.limit, 6):
-            limit += f" ({self.limit_text()}, {coordinate.spell(scale, 6)})"
-        if cell["stability"] == UNDECIDED and ending.role == FINAL:
-            error = coordinate.spell(PROMISED * float(cell[model.error_name]), 3)
-            return f"the {name} leaves its steady value by {far} +- {error}: that may be more or less than {limit}"
-        if cell["stability"] == UNSTABLE:
-            return f"the {name} left its steady value by {far}, more than {limit}"
-        if cell["stability"] == STABLE:
-            return f"the {name} never leaves its steady value by more than {far}, at most {limit}; {ending.reason}"
-        return f"the {name} has left its steady value by {far}, at most {limit}, but {model.open_in_words(spec, cell)}"
-
-    def _reason_of_time(self, spec: Request, cell: Mapping[str, float]) -> str:
-        model, ending = spec.model, spec.model.endings.of(cell["ending"])
-        time, limit = cell[model.endings.lost_time], f"the {self.limit_text()} of the criterion"
-        if ending.role == LOST:
-            orders = {UNSTABLE: "less than", UNDECIDED: "within the stated error of"}
-            return f"{model.lost_name} after {time:.6g} s, {orders.get(int(cell['stability']), 'not before')} {limit}"
-        if ending.role == OPEN and cell["stability"] == UNDECIDED:
-            return f"before {limit} {model.open_in_words(spec, cell)}"
-        lasts = ending.reason if ending.role == FINAL else model.open_in_words(spec, cell)
-        return f"the motion was not lost in {limit}; {lasts}"
-
-    def _reason_of_tree(self, spec: Request, cell: Mapping[str, float]) -> str:
-        """Return which comparisons are true, with the values."""
-        model, quantities = spec.model, {**spec.model.parameters, **spec.model.cell_variables(spec)}
-        ending, sentences = model.endings.of(cell["ending"]), []
-        for comparison in self.limit.comparisons():
-            values = {name: _number(cell[name]) for name in variables(comparison)}
-            holds = "true" if comparison.truth(values, values)[0] else "false"
-            named = (f"{name} is {spelled(quantities[name], float(each))}" for name, each in values.items())
-            sentences.append(f"{comparison} is {holds}: {', '.join(named)}")
-        found = "; ".join(sentences)
-        if cell["stability"] == UNSTABLE:
-            return found
-        if ending.role == SENSITIVE:
-            known = cell["stability"] == STABLE
-            return f"{found}; {'that is known, though' if known else 'but'} {model.open_in_words(spec, cell)}"
-        if ending.role in (FINAL, LOST) and cell["stability"] == UNDECIDED:
-            return f"{found}; but that is within twice the stated error of what it is compared with"
-        if ending.role in (FINAL, LOST):
-            return f"{found}; the ending, {ending.name}, is final"
-        return f"{found}; but {model.open_in_words(spec, cell)}"
-
     # -- what it judges by
 
     def needs(self, model: Model) -> tuple[str, ...]:
@@ -426,7 +359,7 @@ class Criterion:
         known: Mapping[str, Any] = {**measured, REACH: reach, SCALE: _perturbed(scale)}
         if LOST_TIME in self._named:
             known = {**known, LOST_TIME: measured[endings.lost_time]}
-        values = {name: _number(known[name]) for name in self._named}
+        values = {name: finite_numbers(known[name]) for name in self._named}
         true = self.condition.truth(values, values)[0]
         missing = np.logical_or.reduce(np.broadcast_arrays(*(np.isnan(each) for each in values.values())))
         return self.outcome(endings, measured["ending"], true, missing)
@@ -511,7 +444,7 @@ class Criterion:
             scale = _perturbed(model.perturbation(spec, starts))
             return scale, scale
         if name in starts and name in model.parameters:
-            start = _number(starts[name])
+            start = finite_numbers(starts[name])
             return start, start
         if name == LOST_TIME:
             # a motion that was not lost may have no time
@@ -525,7 +458,7 @@ class Criterion:
                 several = [model.reach(spec, starts, each) for each in columns]
             error = errors(model.extremes[1])
         else:
-            several = [_number(each[name]) for each in columns]
+            several = [finite_numbers(each[name]) for each in columns]
             # a rate that each cell computes is known to rounding
             error = 0.0 if name in model.parameters else errors(name)
             if name not in model.parameters and model.cell_variables(spec)[name].flags is not None:
@@ -574,7 +507,7 @@ def _perturbed(scale: Array) -> Array:
     return np.where(np.asarray(scale) > 0.0, scale, np.nan)
 
 
-def _number(values: Any) -> Array:
+def finite_numbers(values: Any) -> Array:
     """Return values as float64, and NaN where they are missing."""
     found = np.asarray(values, np.float64)
     return found if np.isfinite(found).all() else np.where(np.isfinite(found), found, np.nan)

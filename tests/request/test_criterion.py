@@ -22,6 +22,7 @@ from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.model.quantity import FILL, FINAL, MISSING, STABLE, UNDECIDED, UNSTABLE, Ending, Endings
 from sweep.model.system.model import model_of
 from sweep.request.criterion import Criterion
+from sweep.request.criterion_reason import reason_of
 from sweep.request.spec import SweepSpec
 from sweep.request.system_file import read_system
 
@@ -429,7 +430,9 @@ def test_a_criterion_gives_the_reason_of_a_verdict():
         for text in texts:
             # ten times half a degree are 5 deg
             half = math.radians(0.5)
-            reason = Criterion.parse(text).reason(SweepSpec(), {**cell, **values}, math.radians(far), half)
+            reason = reason_of(
+                Criterion.parse(text), SweepSpec(), {**cell, **values}, math.radians(far), half
+            )
             assert_in_order(reason, *facts)
             assert ("300 s" in reason) == ("300 s" in facts), reason
             assert ("0.5 deg" in reason) == (text.startswith("amplification") and ending != FELL)
@@ -501,3 +504,18 @@ def test_a_motion_that_leaves_its_start_no_further_is_at_its_start(error):
     found = spec.criterion.decide(spec, starts, columns, highs, tilts)
     within = UNDECIDED if error else UNSTABLE
     assert found.tolist() == [UNDECIDED, STABLE, within, UNSTABLE]
+
+
+def test_a_verdict_that_errors_leave_open_says_so():
+    """With the number, its error and the limit; of a sensitive motion whether what is known decides."""
+    departure = SweepSpec(criterion="departure:0.1rad")
+    cell = {"ending": BOUNDED, "stability": UNDECIDED, "tilt_min": 0.0, "tilt_max": 0.1, "tilt_error": 1e-6}
+    told = reason_of(departure.criterion, departure, cell, 0.1, 0.05)
+    assert_in_order(told, "5.72958 deg", "+-", "0.000115 deg", "5.72958 deg")
+    model = model_of(read_system(SYSTEM))
+    spec = SweepSpec(model=model, criterion="top > 2")
+    values = dict.fromkeys(model.variables, 0.0) | {"ending": of_system.DIFFERENT}
+    open_ = reason_of(spec.criterion, spec, {**values, "top": 2.0, "stability": UNDECIDED}, np.nan, np.nan)
+    known = reason_of(spec.criterion, spec, {**values, "top": 1.0, "stability": STABLE}, np.nan, np.nan)
+    assert_facts(open_, "top is 2", "but", "sensitive")
+    assert_facts(known, "top is 1", "known", "sensitive")
