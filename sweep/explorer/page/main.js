@@ -27,6 +27,27 @@ function part(id) {
   return found;
 }
 
+/** Whether others can open the page at its address: a frame whose text stands in the page around it has none. */
+function hasAddress() {
+  return !["about:", "blob:", "data:"].includes(location.protocol);
+}
+
+/**
+ * Keep a state in the address where the browser allows that: it does not in a frame without an address, nor in some
+ * sandboxes, nor a hundred times within half a minute.
+ * @param {State} state
+ * @param {"replaceState"|"pushState"} how
+ */
+function writeAddress(state, how) {
+  const fragment = `#${fragmentOf(state)}`;
+  if (fragment === location.hash) return;
+  try {
+    history[how](null, "", fragment);
+  } catch (problem) {
+    if (/** @type {Error} */ (problem).name !== "SecurityError") throw problem;
+  }
+}
+
 class Page {
   #about;
   #source;
@@ -92,7 +113,7 @@ class Page {
     part("whole").addEventListener("click", () => this.#reset(false));
     const followMenus = addMenus(part("menus"), about, {
       state: () => this.#state,
-      address: () => location.href.replace(/#.*/, "") + "#" + fragmentOf(this.#state),
+      address: hasAddress() ? () => location.href.replace(/#.*/, "") + "#" + fragmentOf(this.#state) : null,
       map: this.#map,
       motions: this.#motions,
       source,
@@ -174,8 +195,7 @@ class Page {
       this.#restore();
       return;
     }
-    const fragment = `#${fragmentOf(this.#state)}`;
-    if (fragment !== location.hash) history.replaceState(null, "", fragment);
+    writeAddress(this.#state, "replaceState");
     this.#address = location.hash;
   }
 
@@ -185,8 +205,7 @@ class Page {
    */
   #begin(state) {
     this.#keep();
-    const fragment = `#${fragmentOf(state)}`;
-    if (fragment !== location.hash) history.pushState(null, "", fragment);
+    writeAddress(state, "pushState");
     this.#address = location.hash;
     this.#show(state);
   }

@@ -13,10 +13,13 @@ import { isFixed } from "eulerdisk/state";
 /** Cells that are saved at most. */
 const MOST_CELLS = 1e6;
 
+const NO_DOWNLOADS =
+  "the page around this one allows no downloads: open this page by itself, or add allow-downloads to the frame's sandbox.";
+
 /**
  * @typedef {object} Place
  * @property {() => State} state
- * @property {() => string} address  that can be shared
+ * @property {(() => string)|null} address  that can be shared
  * @property {AtlasMap} map
  * @property {Motions} motions
  * @property {Source} source
@@ -45,16 +48,26 @@ export function addMenus(element, about, place) {
   const copyAs = async (request, which) => {
     if (request) await copy(String((await /** @type {any} */ (source).command(request))[which]), say);
   };
+  /**
+   * @param {Blob} blob
+   * @param {string} file
+   */
+  const give = (blob, file) => {
+    download(blob, file);
+    // nothing tells a page that its sandbox allows no downloads
+    if (!place.address) say(`${file} was given to the browser. If it does not arrive, ${NO_DOWNLOADS}`);
+  };
   /** @param {"csv"|"netcdf"} format */
   const save = async (format) => {
     const { blob, name: file } = await /** @type {any} */ (source).data({ ...asked(MOST_CELLS), format });
-    download(blob, file);
+    give(blob, file);
   };
-  const copies = [item("address of this view", () => copy(place.address(), say))];
+  const { address } = place;
+  const copies = address ? [item("address of this view", () => copy(address(), say))] : [];
   const files = [
-    item("picture, PNG", async () => download(await pngOf(map), `${name()}.png`)),
+    item("picture, PNG", async () => give(await pngOf(map), `${name()}.png`)),
     item("picture, SVG", async () =>
-      download(new Blob([svgOf(map)], { type: "image/svg+xml" }), `${name()}.svg`),
+      give(new Blob([svgOf(map)], { type: "image/svg+xml" }), `${name()}.svg`),
     ),
   ];
   if (source.command) {
@@ -79,7 +92,8 @@ export function addMenus(element, about, place) {
       item("data, netCDF", () => save("netcdf"), offered),
     );
   }
-  element.append(menu("Copy", copies, say), menu("Save", files, say));
+  if (copies.length) element.append(menu("Copy", copies, say));
+  element.append(menu("Save", files, say));
   return (state) => {
     for (const { button, offered } of [...copies, ...files]) button.hidden = !offered(state);
   };

@@ -24,9 +24,9 @@ class HeldWorker {
 const EMPTY = Uint8Array.of(0, 97, 115, 109, 1, 0, 0, 0);
 
 /** A computation with so many workers, all of them ready. */
-async function computing(count, content = Promise.resolve(EMPTY)) {
+async function computing(count, content = Promise.resolve(EMPTY), worker = HeldWorker) {
   [HeldWorker.all, HeldWorker.asked] = [[], []];
-  globalThis.Worker = HeldWorker;
+  globalThis.Worker = worker;
   Object.defineProperty(navigator, "hardwareConcurrency", { value: count, configurable: true });
   const computation = new Computation(content);
   await computation.ready;
@@ -108,6 +108,26 @@ test("where no module can be made every question is refused, with what to do", a
       message: /cannot compute here/,
       hint: /newer browser/,
     });
+  }
+});
+
+test("where the browser refuses workers every question is refused, with what to allow", async () => {
+  class Thrown {
+    constructor() {
+      throw new DOMException("no workers here", "SecurityError");
+    }
+  }
+  class NeverLoaded extends HeldWorker {
+    postMessage() {
+      // an event of a script that was not loaded has no message
+      queueMicrotask(() => this.onerror({ preventDefault() {} }));
+    }
+  }
+  for (const refused of [Thrown, NeverLoaded]) {
+    const computation = await computing(1, Promise.resolve(EMPTY), refused);
+    for (let i = 0; i < 2; i += 1) {
+      await assert.rejects(computation.ask("call", {}), { message: /workers/, hint: /blob:/ });
+    }
   }
 });
 

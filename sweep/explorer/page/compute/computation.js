@@ -16,7 +16,11 @@ const MOST_WORKERS = 6;
  */
 const PIECES = { plain: 32768, timed: 24576, body: 2048, path: 256, system: 256 };
 
-const HINT = "Open the page in a newer browser, one that has WebAssembly with vectors.";
+const OLD_BROWSER = "Open the page in a newer browser, one that has WebAssembly with vectors.";
+
+/** A frame has the policy of the page around it, and a file that of its host. */
+const FORBIDDEN =
+  "The site or the page around this one has to allow 'wasm-unsafe-eval' scripts and blob: workers. Or open the file by itself.";
 
 /**
  * What is asked of a worker.
@@ -37,7 +41,7 @@ export class Computation {
   /** @param {Promise<BufferSource>} content  of the module of WebAssembly */
   constructor(content) {
     const count = Math.min(Math.max(navigator.hardwareConcurrency || 2, 1), MOST_WORKERS);
-    const module = content.then((bytes) => WebAssembly.compile(bytes));
+    const module = content.then(compiled);
     const address = addressOf(SCRIPTS);
     this.#workers = Array.from({ length: count }, () => new Processor(address, module, () => this.#go()));
     /** Until all have begun, or failed to. */
@@ -87,7 +91,10 @@ export class Computation {
 /** A worker, and the question that it answers. */
 class Processor {
   busy = true;
-  #worker;
+  /** @type {Worker|null} */
+  #worker = null;
+  /** @type {Problem|null} why there is no worker: every question is answered with it */
+  #refusal = null;
   #free;
   /** @type {{resolve: (found: any) => void, reject: (problem: unknown) => void}|null} */
   #answered = null;
@@ -99,22 +106,35 @@ class Processor {
    * @param {() => void} free  is called when it waits for a question
    */
   constructor(address, module, free) {
-    this.#worker = new Worker(address);
     this.#free = free;
-    this.#worker.onmessage = ({ data }) => {
-      if (data.problem) this.#answered?.reject(new Problem(data.problem));
-      else this.#answered?.resolve(data.found);
-    };
-    this.#worker.onerror = (event) => {
-      event.preventDefault();
-      this.#answered?.reject(new Problem(`The page cannot compute here: ${event.message}.`, { hint: HINT }));
-    };
-    this.begun = module.then((compiled) => this.#send("begin", { module: compiled }));
+    try {
+      this.#worker = this.#startWorker(address);
+    } catch (problem) {
+      // some browsers throw what others tell by an event
+      this.#refusal = workerRefused(/** @type {Error} */ (problem).message);
+    }
+    this.begun = module.then((module) => this.#send("begin", { module }));
     const ready = () => {
       this.busy = false;
       free();
     };
     this.begun.then(ready, ready);
+  }
+
+  /** @param {string} address */
+  #startWorker(address) {
+    const worker = new Worker(address);
+    worker.onmessage = ({ data }) => {
+      if (data.problem) this.#answered?.reject(new Problem(data.problem));
+      else this.#answered?.resolve(data.found);
+    };
+    worker.onerror = (event) => {
+      event.preventDefault();
+      // an event without a message: the browser did not load the script, and nothing will ever answer
+      if (event.message === undefined) this.#refusal = workerRefused();
+      this.#answered?.reject(this.#refusal ?? cannotCompute(event, OLD_BROWSER));
+    };
+    return worker;
   }
 
   /** @param {Question} question */
@@ -124,11 +144,8 @@ class Processor {
       await this.begun;
       resolve(await this.#send(what, asked));
     } catch (problem) {
-      const { message } = /** @type {Error} */ (problem);
       reject(
-        problem instanceof Problem
-          ? problem
-          : new Problem(`The page cannot compute here: ${message}.`, { hint: HINT }),
+        problem instanceof Problem ? problem : cannotCompute(/** @type {Error} */ (problem), OLD_BROWSER),
       );
     }
     this.busy = false;
@@ -142,8 +159,37 @@ class Processor {
   #send(what, asked) {
     return new Promise((resolve, reject) => {
       this.#answered = { resolve, reject };
-      this.#worker.postMessage({ what, asked });
+      if (this.#refusal) reject(this.#refusal);
+      else this.#worker?.postMessage({ what, asked });
     });
+  }
+}
+
+/**
+ * @param {{message: string}} problem
+ * @param {string} hint
+ */
+function cannotCompute({ message }, hint) {
+  return new Problem(`The page cannot compute here: ${message.replace(/\.*$/, "")}.`, { hint });
+}
+
+/** @param {string} message */
+function workerRefused(message = "the browser does not let it start workers") {
+  return cannotCompute({ message }, FORBIDDEN);
+}
+
+/**
+ * The module, compiled.
+ * @param {BufferSource} bytes
+ */
+async function compiled(bytes) {
+  try {
+    return await WebAssembly.compile(bytes);
+  } catch (problem) {
+    // a policy that forbids to compile does not forbid to look whether the browser could
+    throw WebAssembly.validate(bytes)
+      ? cannotCompute({ message: "the browser does not let it compile WebAssembly" }, FORBIDDEN)
+      : cannotCompute(/** @type {Error} */ (problem), OLD_BROWSER);
   }
 }
 
