@@ -1,6 +1,7 @@
 """The server: HTTP on the loopback device of this machine, for the person alone who has opened the page."""
 
 import contextlib
+import io
 import json
 import os
 import secrets
@@ -8,9 +9,11 @@ import selectors
 import socket
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
@@ -28,8 +31,11 @@ MOST_BYTES = 64 * 1024
 #: Requests that are answered at a time, each by a thread: a browser has six under way.
 MOST_REQUESTS = 64
 
-#: Seconds that a connection may say nothing while its request arrives, and that one waits for room.
-_SILENCE = 5.0
+#: Seconds within which a request arrives, head and body together, and within which a part of an answer is taken.
+_ARRIVAL = 5.0
+
+#: Seconds that a request waits for room: longer than those that never arrive take it.
+_PATIENCE = _ARRIVAL + 1.0
 
 #: Bytes of a file that are in memory at a time.
 _CHUNK = 2**18
@@ -191,7 +197,10 @@ class Server(ThreadingHTTPServer):
 
     def verify_request(self, request: Any, client_address: Any) -> bool:
         """Wait until there is room for a request: those behind it wait in the queue of the system, unharmed."""
-        return self._room.acquire(timeout=_SILENCE)
+        if self._room.acquire(timeout=_PATIENCE):
+            return True
+        _refuse_for_room(request)
+        return False
 
     def process_request_thread(self, request: Any, client_address: Any) -> None:
         """Answer a request, and give its room back."""
@@ -217,11 +226,70 @@ def _body_of(request: Request) -> bytes | Answer:
     if request.headers.get("Content-Type", "").partition(";")[0].strip().lower() != JSON:
         return _problem(415, f"A request is {JSON}.")
     body = request.body(int(length))
-    return _problem(400, "The request has not arrived.") if body is None else body
+    return _not_arrived() if body is None else body
 
 
-def _problem(status: int, problem: str, headers: Mapping[str, str] | None = None) -> Answer:
-    return Answer(JSON, {"error": problem, "hint": "", "where": ""}, headers or {}, status)
+def _not_arrived() -> Answer:
+    return _problem(
+        HTTPStatus.REQUEST_TIMEOUT, f"The request did not arrive as a whole within {_ARRIVAL:g} s."
+    )
+
+
+def _problem(status: int, problem: str, headers: Mapping[str, str] | None = None, hint: str = "") -> Answer:
+    return Answer(JSON, {"error": problem, "hint": hint, "where": ""}, headers or {}, status)
+
+
+def _head(answer: Answer, length: int) -> bytes:
+    """Return the head of an answer with so many bytes."""
+    headers = {"Content-Type": answer.kind, "Content-Length": str(length)}
+    lines = [f"HTTP/1.1 {answer.status} {HTTPStatus(answer.status).phrase}"]
+    lines += [f"{name}: {value}" for name, value in {**_HEADERS, **headers, **answer.headers}.items()]
+    return "\r\n".join([*lines, "", ""]).encode("latin-1")
+
+
+def _json_bytes(content: Any) -> bytes:
+    return json.dumps(content, allow_nan=False, separators=(",", ":")).encode()
+
+
+def _refuse_for_room(connection: socket.socket) -> None:
+    """Answer a request for which there is no room, without a thread and without waiting for it."""
+    answer = _problem(
+        HTTPStatus.SERVICE_UNAVAILABLE,
+        f"The explorer answers {MOST_REQUESTS} requests at a time, and as many are under way.",
+        {"Retry-After": str(round(_ARRIVAL))},
+        "Try again in some seconds. If that does not help, close other pages of this explorer.",
+    )
+    content = _json_bytes(answer.content)
+    with contextlib.suppress(OSError):
+        connection.setblocking(False)
+        # what is not read would make the system reset the connection, and take the answer from the client
+        with contextlib.suppress(BlockingIOError):
+            connection.recv(2 * MOST_BYTES)
+        connection.sendall(_head(answer, len(content)) + content)
+
+
+class _Arrival(io.RawIOBase):
+    """What arrives at a connection until a moment; then it has ended, as if the client had closed it."""
+
+    def __init__(self, connection: socket.socket, seconds: float) -> None:
+        self._connection, self._end = connection, time.monotonic() + seconds
+        self.is_late = False
+
+    def readable(self) -> bool:
+        """Say that it can be read."""
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        """Read what is there, or wait for it until the moment."""
+        left = self._end - time.monotonic()
+        try:
+            if left > 0:
+                self._connection.settimeout(left)
+                return self._connection.recv_into(buffer)
+        except TimeoutError:
+            pass
+        self.is_late = True
+        return 0
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -229,12 +297,22 @@ class _Handler(BaseHTTPRequestHandler):
 
     server: Server
     protocol_version = "HTTP/1.1"
-    timeout = _SILENCE
+    timeout = _ARRIVAL
     server_version, sys_version = "eulerdisk", ""
+
+    def setup(self) -> None:
+        """Read from the connection, until a moment: a request that drips in would keep its room for ever."""
+        super().setup()
+        self._arrival = _Arrival(self.connection, self.timeout)
+        self.rfile = io.BufferedReader(self._arrival)
 
     def do_GET(self) -> None:
         """Answer a request."""
         headers: Any = self.headers
+        # it may lack lines, or the end of one
+        if self._arrival.is_late:
+            self._send(_not_arrived())
+            return
         self._send(self.server.app(Request(self.command, self.path, headers, self._read, self._check)))
 
     def do_POST(self) -> None:
@@ -258,18 +336,16 @@ class _Handler(BaseHTTPRequestHandler):
     def _send(self, answer: Answer) -> None:
         content = answer.content
         if answer.kind == JSON:
-            content = [json.dumps(content, allow_nan=False, separators=(",", ":")).encode()]
+            content = [_json_bytes(content)]
         with contextlib.nullcontext() if isinstance(content, list) else content:
             if isinstance(content, list):
                 length, parts = sum(map(len, content)), iter(content)
             else:
                 length, parts = os.fstat(content.fileno()).st_size, iter(lambda: content.read(_CHUNK), b"")
             self.close_connection = True
-            self.send_response_only(answer.status)
-            sizes = {"Content-Type": answer.kind, "Content-Length": str(length)}
-            for header, value in {**_HEADERS, **sizes, **answer.headers}.items():
-                self.send_header(header, value)
-            self.end_headers()
+            # what was left of it for the request is not the time for its answer
+            self.connection.settimeout(self.timeout)
+            self.wfile.write(_head(answer, length))
             for part in parts:
                 self.wfile.write(part)
 

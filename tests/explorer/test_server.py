@@ -7,6 +7,8 @@ import re
 import socket
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -237,6 +239,73 @@ def test_connections_that_say_nothing_hold_no_place_for_long(url, monkeypatch):
         for _ in range(server.MOST_REQUESTS + 1):
             silent.enter_context(socket.create_connection((place.hostname, place.port), timeout=10.0))
         assert ask(url, "about").status == 200
+
+
+@contextlib.contextmanager
+def dripping(url, count, pause):
+    """Hold so many connections, each of which sends a line of a head that never ends after each pause [s]."""
+    place, ended = urlsplit(url), threading.Event()
+
+    def drip(connections):
+        while not ended.wait(pause):
+            for connection in connections:
+                with contextlib.suppress(OSError):
+                    connection.sendall(b"X-More: 1\r\n")
+
+    with contextlib.ExitStack() as opened:
+        connections = [
+            opened.enter_context(socket.create_connection((place.hostname, place.port), timeout=30.0))
+            for _ in range(count)
+        ]
+        for connection in connections:
+            connection.sendall(f"GET {place.path}about HTTP/1.1\r\nHost: {place.netloc}\r\n".encode())
+        thread = threading.Thread(target=drip, args=(connections,))
+        thread.start()
+        try:
+            yield connections
+        finally:
+            ended.set()
+            thread.join()
+
+
+def test_requests_that_drip_in_hold_no_place_for_long(url, monkeypatch):
+    """A head that comes line by line is given up at the moment at which silence is, and its place is free again."""
+    monkeypatch.setattr(server._Handler, "timeout", 0.6)
+    with dripping(url, server.MOST_REQUESTS, 0.2) as connections:
+        begun = time.monotonic()
+        assert ask(url, "about").status == 200
+        assert time.monotonic() - begun < server._PATIENCE
+        assert {each.recv(2**16).partition(b"\r\n")[0] for each in connections} == {
+            b"HTTP/1.1 408 Request Timeout"
+        }
+
+
+def test_a_body_that_drips_in_is_given_up(url, monkeypatch):
+    """Head and body have one moment together, however often bytes come."""
+    monkeypatch.setattr(server._Handler, "timeout", 0.6)
+    place = urlsplit(url)
+    head = f"POST {place.path}window HTTP/1.1\r\nHost: {place.netloc}\r\nContent-Type: application/json\r\n"
+    with socket.create_connection((place.hostname, place.port), timeout=30.0) as connection:
+        connection.sendall(f"{head}Content-Length: 1000\r\n\r\n".encode())
+        begun = time.monotonic()
+        connection.settimeout(0.2)
+        answer = b""
+        while not answer and time.monotonic() - begun < 10.0:
+            with contextlib.suppress(TimeoutError):
+                connection.sendall(b" ")
+                answer = connection.recv(2**16)
+    assert answer.startswith(b"HTTP/1.1 408 ")
+
+
+def test_a_request_without_room_is_told_so(url, monkeypatch):
+    """Where every place stays taken a request gets status 503 with a sentence, not silence; later it is answered."""
+    monkeypatch.setattr(server, "_PATIENCE", 0.2)
+    with dripping(url, server.MOST_REQUESTS, 0.5):
+        answer = ask(url, "about")
+        assert answer.status == 503
+        assert int(answer.headers["Retry-After"]) >= 1
+        assert_facts(json.loads(answer.body)["error"], f"{server.MOST_REQUESTS}")
+    assert ask(url, "about").status == 200
 
 
 def test_only_this_machine_is_let_in(url):
