@@ -9,7 +9,7 @@ import numpy as np
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.cf_metadata import EDGES, edge_names
 from sweep.atlas.report_units import reported_as
-from sweep.model.quantity import Array
+from sweep.model.quantity import Array, with_unit
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 
@@ -62,7 +62,7 @@ def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None, asked: Itera
     reported = reported_as(spec, asked)[axis]
     name, found = reported.quantity.name, reported.value(known)
     ends = dict.fromkeys(f"{value:.4g}" for value in (found.min(), found.max()))
-    at = f"{' to '.join(ends)} {reported.quantity.units}".removesuffix(" 1")
+    at = with_unit(" to ".join(ends), reported.quantity.units)
     # converting a range to the parameter rounds its ends; they are written with four digits
     given = (
         getattr(spec, axis)

@@ -154,7 +154,7 @@ def legal(verdicts: npt.NDArray[Any]) -> npt.NDArray[np.int8]:
     return np.where(known, verdicts, UNDECIDED).astype(np.int8, copy=False)
 
 
-def in_words(status: npt.NDArray[np.integer], axis: str, edge: str = "") -> list[str]:
+def in_words(status: npt.NDArray[np.integer], axis: str, edge: str = "", across: str = "") -> list[str]:
     """Return in one line or two why rows have no boundary, or more than one; nothing if each has one.
 
     Parameters
@@ -165,21 +165,30 @@ def in_words(status: npt.NDArray[np.integer], axis: str, edge: str = "") -> list
         The parameter along which the rows lie.
     edge : {"", "upper", "lower"}
         The edge that the codes belong to, where it is to be named.
+    across : str
+        The parameter that has one value in each row, where rows are to be called by it.
     """
+
+    def place(count: int) -> str:
+        """Return in how many rows."""
+        if count == status.size:
+            return ""
+        if across:
+            return f" at {count} of {status.size} values of {across.replace('_', ' ')}"
+        return f" in {counted(count, 'row', status.size)} along {axis}"
+
     counts = {code: int((status == code).sum()) for code in ROW_STATUS}
     several, found = counts.pop(MORE_THAN_ONE), counts.pop(FOUND)
     missing = {name(code, edge): count for code, count in counts.items() if count}
     without, lines = status.size - several - found, []
     what = f"{edge} edge" if edge else "boundary"
     if without:
-        where = "" if without == status.size else f" in {counted(without, 'row', status.size)} along {axis}"
         reasons = (
             list(missing) if len(missing) == 1 else [f"{count} {word}" for word, count in missing.items()]
         )
-        lines.append(f"no {what}{where}: {', '.join(reasons)}")
+        lines.append(f"no {what}{place(without)}: {', '.join(reasons)}")
     if several:
-        where = "" if several == status.size else f" in {counted(several, 'row', status.size)} along {axis}"
-        lines.append(f"more than one {edge} edge{where}".replace("  ", " "))
+        lines.append(f"more than one {edge} edge{place(several)}".replace("  ", " "))
     return lines
 
 

@@ -6,6 +6,7 @@ from sweep.checks.compare import Comparison
 from sweep.checks.finding import Finding
 from sweep.checks.junit import Case, to_xml
 from sweep.errors import are, counted, printable
+from sweep.model.quantity import with_unit
 
 #: Characters of an attribute that the words show; the JSON has all.
 _SHOWN = 60
@@ -88,9 +89,10 @@ def what(finding: Finding) -> str:
         else []
     )
     parts += [f"{finding.on_edge} flipped on an edge"] if finding.on_edge else []
-    units = f" {finding.units}".removesuffix(" 1")
     if finding.largest:
-        parts.append(f"largest difference {finding.largest:.2g}{units}, allowed {finding.allowed:.2g}")
+        parts.append(
+            f"largest difference {with_unit(f'{finding.largest:.2g}', finding.units)}, allowed {finding.allowed:.2g}"
+        )
     if finding.share and not finding.different:
         parts.append(f"at most {_percent(finding.share)} of what is allowed")
     return ", ".join(parts) or f"{finding.values} equal"

@@ -22,7 +22,16 @@ from sweep.checks.variables import Stated, allowed_of_cells
 from sweep.engine.compute import arithmetic_hash, compute, reach_and_scale
 from sweep.engine.grid import Span, starts_of
 from sweep.model.description import Starts
-from sweep.model.quantity import FAILED, MISSING, OF_THE_RUN, UNDISTURBED, UNSTABLE, Quantity
+from sweep.model.quantity import (
+    FAILED,
+    MISSING,
+    OF_THE_RUN,
+    UNDISTURBED,
+    UNSTABLE,
+    Quantity,
+    spell_size,
+    with_unit,
+)
 from sweep.request.criterion_reason import reason_of
 from sweep.request.spec import SweepSpec
 
@@ -231,7 +240,7 @@ def _beside(quantity: Quantity, value: float, stored: float, width: int) -> str:
     """Return another value of a variable, and how far the stored one is from it."""
     apart, shown = abs(value - stored), quantity.spell(value) if np.isfinite(value) else "none"
     # a difference is compared with a tolerance, which is in SI
-    off = f"the cell is off by {apart:.1e} {quantity.units}".removesuffix(" 1")
+    off = f"the cell is off by {spell_size(apart, quantity.units)}"
     return f"{shown:<{width}} {off if np.isfinite(apart) else 'the cell has none'}"
 
 
@@ -292,7 +301,7 @@ def _lines(
 
 
 def _value(value: float, quantity: Quantity) -> str:
-    return f"{value:.6g} {quantity.units}".removesuffix(" 1") if np.isfinite(value) else "none"
+    return with_unit(f"{value:.6g}", quantity.units) if np.isfinite(value) else "none"
 
 
 def _reason(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]) -> str:

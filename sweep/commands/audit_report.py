@@ -8,6 +8,7 @@ import numpy as np
 from sweep.checks.findings import Findings
 from sweep.checks.statement import Statement
 from sweep.errors import are, counted
+from sweep.model.quantity import spell_size, with_unit
 from sweep.request.spec import SweepSpec
 
 #: Number of wrong variables and attributes that the last line of an audit names.
@@ -19,7 +20,7 @@ def audit_text(found: Findings, spec: SweepSpec) -> str:
     counted = ", ".join(f"{count} {word.replace('_', ' ')}" for word, count in found.counts.items() if count)
     lines = [f"cells        {counted}"]
     if np.isfinite(found.extremes[2]):
-        lines.append(f"{found.told} {_spread(found.extremes)} {found.units}")
+        lines.append(f"{found.told} {with_unit(_spread(found.extremes), found.units)}")
     if found.has_period:
         lines.append(
             f"periods      differ from the exact ones by {_spread(found.period)} of them; "
@@ -28,7 +29,7 @@ def audit_text(found: Findings, spec: SweepSpec) -> str:
     if found.sampled:
         lines.append(f"sample       {found.sampled}")
     units = spec.model.settings["tolerance"].units
-    lines.append(f"tolerance    {found.tolerance:.1e} {units}".removesuffix(" 1"))
+    lines.append(f"tolerance    {with_unit(f'{found.tolerance:.1e}', units)}")
     head = "wrong" if found.disagreeing else "worst cell"
     lines += [f"{head:<12} {_cell(place, spec)}, {flag.replace('_', ' ')}" for flag, place in found.named]
     if found.disagreeing > len(found.named):
@@ -48,7 +49,7 @@ def _statement_lines(statements: Sequence[Statement]) -> Iterator[str]:
     width = max((len(each.name) for each in variables), default=0)
     yield f"{'variable':<{width}}  {'difference':<10}  {'allowed':<17}  held against"
     for each in variables:
-        allowed = f"{_small(each.allowed)} {each.units}".removesuffix(" 1")
+        allowed = with_unit(_small(each.allowed), each.units)
         yield f"{each.name:<{width}}  {_small(each.difference):<10}  {allowed:<17}  {each.against}"
         yield from _named(each)
     attributes = [each for each in statements if each.checked and not _is_variable(each)]
@@ -86,14 +87,14 @@ def audit_line(found: Findings) -> str:
     agreeing = counted(found.agreeing, "cell", found.cells)
     known = np.isfinite(found.extremes[2])
     if found.passed and found.sampled:
-        largest = f", largest difference {found.extremes[2]:.1e} {found.units}" if known else ""
+        largest = f", largest difference {spell_size(found.extremes[2], found.units)}" if known else ""
         return (
             f"verified: {agreeing} against themselves, and a sample of {found.compared} against a second computation "
             f"({found.sampled}){largest}"
         )
     if found.passed:
-        largest = f", largest difference {found.extremes[2]:.1e} {found.units}" if known else ""
-        return f"verified: {agreeing} within {found.tolerance:g} {found.units}{largest}"
+        largest = f", largest difference {spell_size(found.extremes[2], found.units)}" if known else ""
+        return f"verified: {agreeing} within {with_unit(f'{found.tolerance:g}', found.units)}{largest}"
     names = [each.name for each in found.wrong]
     wrong = f"; wrong: {', '.join(names[:_MOST_WRONG])}" if names else ""
     more = f" and {len(names) - _MOST_WRONG} more" if len(names) > _MOST_WRONG else ""

@@ -15,7 +15,7 @@ from sweep.atlas.dataset import edge_status, found_edges, require, spec_of
 from sweep.atlas.report_units import ReportedAs, reported_as, words_of_command
 from sweep.errors import counted, plain_text
 from sweep.model.bodies.tables import CALLED
-from sweep.model.quantity import ERROR_GAUGE, Input, Quantity
+from sweep.model.quantity import ERROR_GAUGE, Input, Quantity, spell_size, with_unit
 from sweep.motion.sampling import end_of, is_of_body, kind_of, losses_of, peaks_of, request_of
 from sweep.motion.tables import TIME
 from sweep.request.spec import SweepSpec
@@ -209,7 +209,7 @@ def _settings(spec: SweepSpec) -> str:
         value = getattr(spec, name)
         if name == "tolerance":
             # too small to be read in degrees
-            value = f"{value:g} {quantity.units}".removesuffix(" 1")
+            value = with_unit(f"{value:g}", quantity.units)
         words.append(f"{name} {value if isinstance(value, str) else quantity.spell(value, 6)}")
     words += [
         f"{name} {getattr(spec, name)}"
@@ -239,10 +239,10 @@ def _errors(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
     error = spec.model.variables[spec.model.error_name]
     coordinate = spec.model.coordinate.replace("_", " ")
     what = f"extreme {coordinate}s" if coordinate else spec.model.peak.replace("_", " ")
-    yield f"{what} within {_most(dataset[error.name])} {error.units}"
+    yield f"{what} within {_most(dataset[error.name], error)}"
     for name, quantity in spec.model.variables.items():
         if quantity.tolerance == ERROR_GAUGE and name != error.name and name in dataset:
-            yield f"{name.replace('_', ' ')} at most {_most(dataset[name])}"
+            yield f"{name.replace('_', ' ')} at most {_most(dataset[name], quantity)}"
 
 
 def _added_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
@@ -253,9 +253,9 @@ def _added_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
             yield f"added       {quantity.long_name}: {extent}"
 
 
-def _most(values: "xr.DataArray | xr.Variable") -> str:
+def _most(values: "xr.DataArray | xr.Variable", quantity: Quantity) -> str:
     known = values.values[np.isfinite(values.values)]
-    return f"{known.max():.1e}" if known.size else "-"
+    return spell_size(float(known.max()), quantity.units) if known.size else "-"
 
 
 def _boundary_lines(
@@ -273,7 +273,7 @@ def _boundary_lines(
             half = shown.width(float(np.nanmax(dataset[halfwidth_name].values)))
             lines.insert(
                 0,
-                f"stable {side} {name} {f'{low:.6g} to {high:.6g} {shown.quantity.units}'.removesuffix(' 1')}, "
+                f"stable {side} {name} {with_unit(f'{low:.6g} to {high:.6g}', shown.quantity.units)}, "
                 f"+- {half:.2g} at most, in {counted(count, 'row', found.size)} along {name}",
             )
         else:

@@ -17,7 +17,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 
 from sweep.errors import RequestError
 from sweep.figures.look import Look
-from sweep.figures.panels import Edge, Panel
+from sweep.figures.panels import MIXED, Edge, Panel
 from sweep.figures.room import HALO
 from sweep.figures.scales import add_second_axis, set_log_ticks, set_scale, unit_of_label
 from sweep.figures.shade import COLOURS, LEAST, Shade, common_norm, flag_colours, is_wide
@@ -60,8 +60,9 @@ _VERDICTS = {"stable": ("o", "white"), "unstable": ("o", INK), "undecided": ("x"
 #: Hatching of cells: no result, no value of the quantity, no verdict, marked.
 _LOST: dict[str, Any] = {"facecolor": "0.85", "hatch": "xxxx"}
 _ABSENT: dict[str, Any] = {"facecolor": "0.95", "hatch": "\\\\\\\\"}
-_UNDECIDED: dict[str, Any] = {"facecolor": (1.0, 1.0, 1.0, 0.45), "hatch": "////"}
+_UNDECIDED: dict[str, Any] = {"facecolor": (1.0, 1.0, 1.0, 0.7), "hatch": "////"}
 _MARKED: dict[str, Any] = {"facecolor": (1.0, 1.0, 1.0, 0.3), "hatch": "...."}
+_MIXED: dict[str, Any] = {"facecolor": (1.0, 1.0, 1.0, 0.3), "hatch": "ooo"}
 
 #: Contour lines: white between black edges, so that they show on every colour and are none of the other lines.
 _CONTOUR: dict[str, Any] = {"colors": "white", "linewidths": 0.9, "linestyles": "solid", "zorder": 2.5}
@@ -93,14 +94,16 @@ def draw_map(axes: "Axes", panel: Panel, colouring: Colouring, second: bool = Tr
     if panel.shade.quantity.flags is None:
         hatch(axes, panel, panel.undecided & ~missing, "undecided", **_UNDECIDED)
     hatch(axes, panel, panel.marked, panel.marking, **_MARKED)
+    # endings show their borders by their colours
+    has_outline = not panel.has_line and panel.shade.quantity.name != "ending"
+    if has_outline and panel.shade.quantity.flags is None:
+        hatch(axes, panel, panel.mixed, f"{MIXED}: stable and unstable cells in turn", **_MIXED)
     if colouring.levels:
         _draw_contours(axes, panel, colouring.levels)
     _draw_flags(axes, panel, colouring)
     if panel.edges:
         _draw_edges(axes, panel)
-    has_line = any(edge.measured.size and np.isfinite(edge.critical).any() for edge in panel.edges)
-    # endings show their borders by their colours, and single sensitive cells would be hidden by lines around them
-    if not has_line and panel.shade.quantity.name != "ending":
+    if has_outline:
         _draw_outline(axes, panel)
 
 
@@ -352,18 +355,18 @@ def _draw_flags(axes: "Axes", panel: Panel, colouring: Colouring) -> None:
 def _draw_outline(axes: "Axes", panel: Panel) -> None:
     """Draw the borders of the unstable cells, for a map without a boundary along an axis and a line of theory."""
     assert panel.y is not None
-    x, y, unstable = panel.x.borders, panel.y.borders, dict(panel.verdicts())["unstable"]
-    rows, columns = np.nonzero(unstable[:, 1:] != unstable[:, :-1])
+    x, y, found = panel.x.borders, panel.y.borders, panel.borders
+    rows, columns = found.upright
     upright = np.stack((np.tile(x[columns + 1], (2, 1)), [y[rows], y[rows + 1]])).T
-    rows, columns = np.nonzero(unstable[1:] != unstable[:-1])
+    rows, columns = found.level
     level = np.stack(([x[columns], x[columns + 1]], np.tile(y[rows + 1], (2, 1)))).T
     if not len(upright) + len(level):
         return
-    borders = LineCollection(
+    drawn = LineCollection(
         [*upright, *level], colors=INK, linewidths=1.0, capstyle="projecting", zorder=3,
         label="border of the unstable cells",
     )  # fmt: skip
-    axes.add_collection(borders, autolim=False)
+    axes.add_collection(drawn, autolim=False)
 
 
 def hatch(axes: "Axes", panel: Panel, cells: Truths, label: str, **look: Any) -> None:

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
+from string import ascii_lowercase
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,7 +66,7 @@ class Block:
     """A panel in a figure: its map or profile, the strip below it if there is one, and their words.
 
     `regions` are the names and cells that are written into a map where they have room. `signs` are labelled handles
-    that the legend has beside those of the axes.
+    that the legend has beside those of the axes. `letter` tells it from other panels: ``(a)``.
     """
 
     axes: "Axes"
@@ -76,6 +77,7 @@ class Block:
     regions: Sequence[tuple[str, Truths]] = ()
     is_mathematics: bool = False
     signs: Sequence[Any] = ()
+    letter: str = ""
 
     @property
     def lowest(self) -> "Axes":
@@ -108,6 +110,7 @@ def figure_of(
     common: Sequence[str] | None = None,
     title: str = "",
     axes: "Axes | None" = None,
+    files: Sequence[str] = (),
 ) -> "Figure":
     """Draw a figure with a panel for each of some items.
 
@@ -131,6 +134,8 @@ def figure_of(
         Of the whole figure.
     axes : Axes, optional
         Draw the only item into these.
+    files : sequence of str
+        Names of the files of items that are told apart by letters and by these; empty where one is not known.
 
     Returns
     -------
@@ -147,6 +152,8 @@ def figure_of(
     columns = columns or columns_of(len(items), look, *widths)
     with sheet(*size_of(columns, look, widths[0]), look.font_size, "none") as drawn:
         blocks = [block(drawn.add_axes((0.2, 0.2, 0.6, 0.6)), each) for each in items]
+        if len(blocks) > 1:
+            _tell_apart(blocks, files)
         drawn.set_label(_text(title, blocks, common or (), bar))
         layout = _Layout(drawn, blocks, columns, look, bar, title)
         layout.write_legends(common)
@@ -265,7 +272,8 @@ class _Layout:
             title = "\n".join(broken(probe, title, (column - 5.0 * self.letter) * self.drawn.dpi))
             probe.remove()
         else:
-            title = "" if "title" in self.without else wrapped(title, size, column - 2.5 * self.letter)
+            title = block.letter if "title" in self.without else f"{block.letter} {title}".strip()
+            title = wrapped(title, size, column - 2.5 * self.letter)
         weight = "normal" if block.is_mathematics else "bold"
         block.axes.set_title(title, parse_math=block.is_mathematics, weight=weight)
 
@@ -461,6 +469,13 @@ def _together(found: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return joined({label: every[label] for label in once})
 
 
+def _tell_apart(blocks: Sequence[Block], files: Sequence[str]) -> None:
+    """Give panels of several atlases their letters, and the names of their files."""
+    for i, (block, name) in enumerate(zip(blocks, files, strict=False)):
+        block.letter = f"({ascii_lowercase[i] if i < len(ascii_lowercase) else i + 1})"
+        block.caption = (name, *block.caption) if name else block.caption
+
+
 def _text(title: str, blocks: Sequence[Block], common: Sequence[str], bar: Bar | None) -> str:
     """Return what a figure says in titles, captions, legends and its bar of colours, a line for each part.
 
@@ -470,7 +485,9 @@ def _text(title: str, blocks: Sequence[Block], common: Sequence[str], bar: Bar |
     if common:
         parts += _together([block.legend() for block in blocks])
     else:
-        parts += [part for each in blocks for part in (each.title, *each.caption, *each.legend())]
+        parts += [
+            part for each in blocks for part in (f"{each.letter} {each.title}", *each.caption, *each.legend())
+        ]
     parts += [f"colours: {bar.label}"] if bar else []
     return "\n".join(" ".join(each.split()) for each in parts if each)
 

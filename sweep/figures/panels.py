@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +14,7 @@ from sweep.atlas.cf_metadata import EDGES, edge_names
 from sweep.atlas.dataset import edge_status, in_order, require, spec_named
 from sweep.atlas.row_edges import in_words
 from sweep.errors import RequestError
+from sweep.figures.borders import Borders, find_borders
 from sweep.figures.look import LINEAR, SCALED, SPEED, SQUARED, Look
 from sweep.figures.scales import Scale, Speed, check_rate_is_drawn, readable, scale, unit_of_label
 from sweep.figures.shade import Shade, drawable, shade
@@ -29,6 +32,9 @@ _FINE = 400
 #: First value of the coordinate on lines that end at zero, where their motions do not exist.
 _NEAR_ZERO = 1e-6
 
+
+#: Name of a region in which the verdict changes from cell to cell.
+MIXED = "mixed"
 
 #: Columns with a boundary for which a strip of its own is worth its place.
 _LEAST_COMPARED = 3
@@ -98,7 +104,27 @@ class Panel:
 
     def regions(self) -> list[tuple[str, Truths]]:
         """Return names and cells of the regions of a map: of its verdicts, or of the flags that give it colours."""
-        return self.shade.regions() or [*self.verdicts(), ("undecided", self.undecided)]
+        if named := self.shade.regions():
+            return named
+        verdicts = (*self.verdicts(), ("undecided", self.undecided))
+        if self.y is None or self.has_line:
+            return list(verdicts)
+        return [*((name, cells & ~self.mixed) for name, cells in verdicts), (MIXED, self.mixed)]
+
+    @property
+    def has_line(self) -> bool:
+        """Whether a map has a measured boundary and an analytic line."""
+        return any(edge.measured.size and np.isfinite(edge.critical).any() for edge in self.edges)
+
+    @property
+    def mixed(self) -> Truths:
+        """Cells of a map among which stable and unstable ones alternate."""
+        return np.asarray(self.borders.mixed & ~self.no_result)
+
+    @cached_property
+    def borders(self) -> Borders:
+        """Borders between the stable and the unstable cells of a map."""
+        return find_borders(np.where(self.no_result, UNDECIDED, self.stability))
 
     def verdicts(self) -> tuple[tuple[str, Truths], ...]:
         """Return the name and the cells of the two verdicts."""
@@ -163,19 +189,23 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Loo
     is_one_curve = has_both and over_coordinate and x.ends[0] == 0.0 and up.values[0] >= 0.0
     line, line_name = _line(spec, control, up, edges) if control else ("theory", "")
     without = np.isin(ending, [each.code for each in lost])
+    drawn = shade(dataset, spec, order, look.quantity, without)
     return Panel(
         title=spec.headline.partition(":")[0],
         caption=(
-            f"unstable: {spec.criterion.caption(model)}",
+            # of a map of labels on which nothing is unstable it would say nothing
+            ""
+            if drawn.codes and not np.any(stability == UNSTABLE)
+            else f"unstable: {spec.criterion.caption(model)}",
             fixed_parameters(spec),
-            *(_row_notes(dataset, control) if control else ()),
+            *(_row_notes(dataset, control, x_name) if control else ()),
         ),
         predicted=model.line_words.label.format(spec.criterion.label(model)),
         line=line,
         line_name=line_name,
         x=x,
         y=y,
-        shade=shade(dataset, spec, order, look.quantity, without),
+        shade=drawn,
         stability=stability,
         no_result=without,
         lost=", ".join(each.name for each in lost).replace("_", " "),
@@ -205,15 +235,18 @@ def map_panel(dataset: "xr.Dataset", look: Look | None, option: str) -> Panel:
     return replace(drawn, edges=(), joined=None)
 
 
-def _row_notes(dataset: "xr.Dataset", control: str) -> list[str]:
-    """Return why rows along a control have no boundary; once if both edges are missing for the same reasons."""
+def _row_notes(dataset: "xr.Dataset", control: str, across: str) -> list[str]:
+    """Return where there is no boundary along a control, and why; once if both edges are missing for the same reasons.
+
+    `across` is the parameter to whose values the rows belong.
+    """
     found = {
         edge: edge_status(dataset, control, edge) for edge in EDGES if edge_names(control, edge)[0] in dataset
     }
     first = next(iter(found.values()))
     if all(np.array_equal(each, first) for each in found.values()):
-        return in_words(first, control)
-    return [note for edge, status in found.items() for note in in_words(status, control, edge)]
+        return in_words(first, control, across=across)
+    return [note for edge, status in found.items() for note in in_words(status, control, edge, across)]
 
 
 def formula(spec: SweepSpec, control: str, squared: bool) -> tuple[str, str]:
@@ -292,6 +325,12 @@ def _line(spec: SweepSpec, control: str, up: Scale, edges: Sequence[Edge]) -> tu
     # number and unit are not broken at the end of a line
     valued = f"=\u00a0{number} {unit}".rstrip().replace(" ", "\u00a0")
     return f"{equation} {valued}", number if scaled else f"${right}$"
+
+
+def file_names(datasets: "Sequence[xr.Dataset]") -> list[str]:
+    """Return the names of the files that atlases were read from, empty where there is none, or where all are one."""
+    names = [Path(str(each.encoding.get("source", ""))).name for each in datasets]
+    return names if len(set(names)) > 1 else [""] * len(names)
 
 
 def drawn_dims(dataset: "xr.Dataset") -> list[str]:

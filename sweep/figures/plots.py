@@ -18,7 +18,7 @@ from sweep.figures.drawing import bar_of, check_same_quantity, colours_of, draw_
 from sweep.figures.layout import Block, figure_of
 from sweep.figures.look import BAR, DPI, Look, check_friction, columns_of, size_of
 from sweep.figures.multiples import figure as figure_of_many
-from sweep.figures.panels import Panel, drawn_dims, panel
+from sweep.figures.panels import Panel, drawn_dims, file_names, panel
 from sweep.figures.sheet import styled
 from sweep.files.paths import check_format, check_target
 from sweep.files.publish import published
@@ -121,7 +121,10 @@ def figure(
             own.tick_params(axis="x", which="both", labelbottom=False)
         return found
 
-    return figure_of(panels, block, look, _WIDTHS, columns=columns, bar=bar_of(panels, colouring), axes=axes)
+    return figure_of(
+        panels, block, look, _WIDTHS, columns=columns, bar=bar_of(panels, colouring), axes=axes,
+        files=file_names(datasets),
+    )  # fmt: skip
 
 
 def _check_any(datasets: Sequence["xr.Dataset"]) -> None:

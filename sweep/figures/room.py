@@ -22,6 +22,9 @@ _RASTER = 120
 #: Distance [points] of a word from what it must not touch, and of a word from the line that it names.
 _CLEAR, _BESIDE = 2.0, 3.0
 
+#: Parts of a region, those with most room, that have its name.
+_MOST_NAMES = 4
+
 #: Distances [points] between the end of a line and the word for it.
 _NEAR, _FAR = 12.0, 60.0
 
@@ -147,17 +150,34 @@ def _width(line: Any) -> float:
 
 def name_regions(room: Room, panel: Panel, regions: Iterable[tuple[str, Truths]]) -> None:
     """Write the name of each region where it has most room, so that a map can be read without colours."""
-    for name, cells in regions:
-        if not cells.any():
-            continue
-        word = room.axes.text(
-            0.5, 0.5, name, transform=room.axes.transAxes, ha="center", va="center", weight="bold",
-            path_effects=HALO, zorder=6,
-        )  # fmt: skip
-        region, box, steps = room.cells(panel, cells), box_of(word), room.steps()
-        around = np.pad(region & ~room.covered, 1)
-        distance = distance_to_outside(around, (steps[1] / box.height, steps[0] / box.width))[1:-1, 1:-1]
-        room.put(word, region, distance, region)
+    left = [(name, room.cells(panel, cells)) for name, cells in regions if cells.any()]
+    # each name has its first place before any has a second one
+    for _ in range(_MOST_NAMES):
+        left = [(name, rest) for name, region in left if (rest := _name_region(room, name, region)).any()]
+
+
+def _name_region(room: Room, name: str, region: Truths) -> Truths:
+    """Write a name where a region has most room; return what is left of it without the part that has the name now."""
+    word = room.axes.text(
+        0.5, 0.5, name, transform=room.axes.transAxes, ha="center", va="center", weight="bold",
+        path_effects=HALO, zorder=6,
+    )  # fmt: skip
+    box, steps = box_of(word), room.steps()
+    around = np.pad(region & ~room.covered, 1)
+    distance = distance_to_outside(around, (steps[1] / box.height, steps[0] / box.width))[1:-1, 1:-1]
+    if not room.put(word, region, distance, region):
+        return np.zeros_like(region)
+    across, up = (int(part * _RASTER) for part in word.get_position())
+    return region & ~_connected(region, up, across)
+
+
+def _connected(region: Truths, row: int, column: int) -> Truths:
+    """Return the points of a region that hang together with one of them."""
+    part, size = np.zeros(np.add(region.shape, 2), bool), 0
+    part[row + 1, column + 1] = True
+    while size < (size := int(part.sum())):
+        part[1:-1, 1:-1] |= region & (part[2:, 1:-1] | part[:-2, 1:-1] | part[1:-1, 2:] | part[1:-1, :-2])
+    return part[1:-1, 1:-1]
 
 
 def name_line(room: Room, text: str, height: float) -> None:

@@ -16,7 +16,7 @@ from sweep.errors import RequestError, are, counted, plain_text
 from sweep.figures.drawing import LINES
 from sweep.figures.layout import Block, figure_of
 from sweep.figures.look import LINEAR, Look
-from sweep.figures.panels import fixed_parameters, formula
+from sweep.figures.panels import file_names, fixed_parameters, formula
 from sweep.figures.room import HALO
 from sweep.figures.scales import SQUEEZED, set_log_ticks
 from sweep.model.quantity import FAILED, MISSING, STABLE, UNDECIDED, UNSTABLE, Array, Input, Quantity
@@ -114,7 +114,7 @@ def figure(datasets: Sequence["xr.Dataset"], look: Look, axes: "Axes | None" = N
             f"A figure shows grids or lists of starts, not both; {grids[0]!r} is a grid.",
             hint="Draw them in two figures.",
         )
-    return figure_of(datasets, _block, look, _WIDTHS, axes=axes)
+    return figure_of(datasets, _block, look, _WIDTHS, axes=axes, files=file_names(datasets))
 
 
 def _check_look(look: Look) -> None:

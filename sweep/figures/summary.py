@@ -11,7 +11,7 @@ from sweep.atlas.cf_metadata import EDGES, edge_names
 from sweep.atlas.dataset import spec_named
 from sweep.atlas.selection import check_numbers, is_atlas
 from sweep.errors import RequestError, counted, plain_text, printable, shown
-from sweep.model.quantity import STABLE, UNSTABLE
+from sweep.model.quantity import STABLE, UNSTABLE, with_unit
 from sweep.motion.sampling import check_motion, end_of, is_motion, kind_of, losses_of, peaks_of
 from sweep.request.start_list import START
 
@@ -176,7 +176,7 @@ def _boundaries(dataset: "xr.Dataset") -> Iterator[Row]:
             if there.size > 1
             else ""
         )
-        yield "boundary", f"{name}: {_range(measured[there])} {units}{rows}"
+        yield "boundary", f"{name}: {with_unit(_range(measured[there]), units)}{rows}"
         # a boundary of another kind than departure has nothing to do with the limit of no perturbation
         has_theory = False
         for kind in ("predicted", "critical"):

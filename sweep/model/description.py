@@ -162,6 +162,8 @@ class Model(ABC):
         The measures with the smallest and the largest value of that coordinate; none without it.
     default_criterion : str
         The criterion of a request that names none.
+    criterion_words : mapping of str to str
+        Text of a criterion -> what captions say instead: what makes a cell unstable.
     text : str
         What an atlas carries of the model, if that is more than its name.
     error_name : str
@@ -223,6 +225,7 @@ class Model(ABC):
     coordinate: str
     extremes: tuple[str, ...]
     default_criterion: str = "departure:5deg"
+    criterion_words: Mapping[str, str] = MappingProxyType({})
     text: str = ""
     error_name: str
     of_criterion: tuple[str, ...] = ()

@@ -87,6 +87,20 @@ EVENT_COUNT = Tolerance(0.0, 0.0, "the last bit moves an event, and adds none")
 OF_THE_RUN = (ERROR_GAUGE, STEP_COUNT, EVENT_COUNT)
 
 
+#: Sizes of errors from here on are read as numbers; smaller ones as powers of ten.
+_READABLE = 1e-3
+
+
+def with_unit(number: str, units: str) -> str:
+    """Return a number with its unit; a pure number, whose unit is ``1``, has none."""
+    return number if units in ("", "1") else f"{number} {units}"
+
+
+def spell_size(size: float, units: str = "") -> str:
+    """Return the size of an error, or of a difference, with two digits: ``6.7e-10 rad``, ``0.91``."""
+    return with_unit(f"{size:.2g}" if size >= _READABLE else f"{size:.1e}", units)
+
+
 @dataclass(frozen=True)
 class Quantity:
     """One named quantity of an atlas.

@@ -198,7 +198,8 @@ class Criterion:
 
     def caption(self, model: Model) -> str:
         """Return what makes a cell unstable, as short as a figure says it; on several lines if it is long."""
-        text = re.sub(r"(?<=\d)deg\b", "°", self.row.caption.format(**self.words(model)))
+        words = model.criterion_words.get(str(self)) or self.row.caption.format(**self.words(model))
+        text = re.sub(r"(?<=\d)deg\b", "°", words)
         return textwrap.fill(text, _CAPTION, initial_indent=_BEFORE).removeprefix(_BEFORE)
 
     def comment(self, model: Model) -> str:

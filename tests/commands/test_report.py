@@ -8,6 +8,7 @@ from messages import assert_facts, refused
 
 import sweep
 from sweep.commands.report import boundary_table, describe
+from sweep.model.quantity import spell_size
 from sweep.request.spec import SweepSpec
 
 ROLLING = SweepSpec.preset("rolling").replace(roll_rate="2:4:81", tilt="0.001deg,1deg,4deg")
@@ -90,6 +91,16 @@ def test_a_line_in_words():
     assert_facts(text, "fall_tilt 85 deg", "tolerance 1e-08 rad")
 
 
+def test_sizes_of_errors_have_the_units_of_their_variables():
+    """A pure number has none, also one beside 1; small ones are powers of ten."""
+    of_system = describe(sweep.run("henon_heiles", u="-1:1:8", v="-1:1:8", duration=20))
+    assert not re.search(r"\de[+-]\d+ 1\b|e[+-]00", of_system)
+    assert_facts(row("errors", describe(sweep.run("kapitza", shake="80:120:5"))), "rad", "rad s-1")
+    assert spell_size(1.6, "1") == "1.6"
+    assert spell_size(0.91) == "0.91"
+    assert spell_size(6.7e-10, "rad") == "6.7e-10 rad"
+
+
 def test_a_boundary_without_a_rate_is_told_as_curves():
     """Of tilts and kicks at one rate the table has the points of the curves; without these it says how to get them."""
     spec = SweepSpec(roll_rate=3, tilt="0.1deg:3deg:6", tilt_rate="0.001:1:7")
@@ -114,7 +125,7 @@ def test_an_atlas_without_numbers():
     text = describe(dataset.where(dataset.tilt > 1.0).fillna({"ending": 6, "stability": 0}))
     assert "3 invalid" in text
     assert_facts(row("peak tilt", text), "no cell")
-    assert "within - rad" in text
+    assert "within -" in text
 
 
 def test_all_endings_are_counted():

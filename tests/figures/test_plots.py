@@ -472,7 +472,7 @@ def test_words_do_not_overlap(atlases):
 
 @pytest.mark.slow_lane
 def test_a_figure_says_why_there_is_no_boundary(atlases):
-    """Columns without a boundary have their reason below the map, each edge by its name where the reasons differ."""
+    """Tilts without a boundary have their reason below the map, each edge by its name where the reasons differ."""
 
     def caption(atlas):
         drawn = [axes.get_legend() for axes in plots.figure([atlas]).axes]
@@ -483,12 +483,12 @@ def test_a_figure_says_why_there_is_no_boundary(atlases):
         assert_facts(caption(each)[-1], "boundary", "unstable throughout")
         assert not re.search(r"\d", caption(each)[-1])
     assert not any("boundary" in line for line in caption(atlases["rolling"].isel(tilt=slice(0, 5))))
-    assert_facts(caption(atlases["circling"])[-1], "12 of 30 rows", "precession_rate", "stable throughout")
+    assert_facts(caption(atlases["circling"])[-1], "12 of 30", "values of tilt", "stable throughout")
     slow = sweep.run(CIRCLING.replace(precession_rate="0.05:1.5:9", tilt="10deg,20deg"))
     upper, lower = caption(slow)[-2:]
     assert_in_order(upper, "upper edge", "1 stable throughout", "1 lower edge only")
     assert_in_order(lower, "lower edge", "1 of 2", "stable throughout")
-    assert_facts(lower, "precession_rate")
+    assert_facts(lower, "values of tilt")
 
 
 @pytest.mark.slow_lane
@@ -549,3 +549,31 @@ def test_a_map_of_endings_has_no_lines_around_single_cells():
         figure = plots.figure([atlas], look=Look(quantity=name))
         labels = [each.get_label() for each in figure.axes[0].collections]
         assert bool(with_facts(labels, "border", "unstable")) == outlined, name
+
+
+def test_several_atlases_are_told_apart(tmp_path, atlases):
+    """Each panel has a letter, and below it the name of its file; one atlas alone has neither."""
+    opened = []
+    for name in ("rolling", "spinning"):
+        sweep.save(atlases[name], tmp_path / f"{name}.nc")
+        opened.append(sweep.open_atlas(tmp_path / f"{name}.nc"))
+    drawn = [axes for axes in plots.figure(opened).axes if axes.get_title(loc="left")]
+    assert [axes.get_title(loc="left")[:4] for axes in drawn] == ["(a) ", "(b) "]
+    told = plots.figure(opened).get_label()
+    assert_in_order(told, "(a)", "rolling.nc", "(b)", "spinning.nc")
+    bare = plots.figure(opened, look=Look(without=frozenset({"title", "caption"})))
+    assert [axes.get_title(loc="left") for axes in bare.axes if axes.get_title(loc="left")] == ["(a)", "(b)"]
+    for dataset in opened:
+        assert "rolling.nc" not in plots.figure([dataset]).get_label()
+        assert "(a)" not in plots.figure([dataset]).get_label()
+        dataset.close()
+
+
+def test_a_caption_of_a_system_is_in_words():
+    """What ends a motion early is unstable, in words; where nothing is a map of labels says nothing of it."""
+    atlas = sweep.run("henon_heiles", u="-1:1:8", v="-1:1:8", duration=20)
+    told = plots.figure([atlas]).get_label()
+    assert "runs_on" not in told
+    assert_facts(told, "unstable:", "duration")
+    basins = sweep.run("magnets", x="-1:1:4", y="-1:1:4", duration=10)
+    assert "unstable" not in plots.figure([basins]).get_label()

@@ -15,7 +15,7 @@ from sweep.atlas.dataset import in_order, require
 from sweep.figures.drawing import INK, Bar, draw_cells, explain_colour, hatch
 from sweep.figures.layout import Block, figure_of
 from sweep.figures.look import Look, columns_of
-from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, map_panel
+from sweep.figures.panels import Panel, drawn_spec, file_names, fixed_parameters, map_panel
 from sweep.figures.shade import common_norm, is_wide
 from sweep.model.lossy_disk.tables import ENDINGS, LOSSES, VARIABLES
 from sweep.model.quantity import Array, Truths
@@ -133,7 +133,7 @@ def figure(datasets: "Sequence[xr.Dataset]", look: Look | None = None) -> Figure
     columns = min(_IN_ROW, columns_of(len(maps), look, *_WIDTHS))
     return figure_of(
         maps, lambda axes, each: _block(axes, each, norm), look, _WIDTHS, columns=columns,
-        bar=_bar(norm),
+        bar=_bar(norm), files=file_names(datasets),
     )  # fmt: skip
 
 

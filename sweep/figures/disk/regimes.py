@@ -17,7 +17,7 @@ from sweep.engine.grid import whole
 from sweep.figures.drawing import INK, draw_cells, explain_colour, hatch
 from sweep.figures.layout import Block, figure_of
 from sweep.figures.look import Look, columns_of
-from sweep.figures.panels import Panel, drawn_spec, fixed_parameters, map_panel
+from sweep.figures.panels import Panel, drawn_spec, file_names, fixed_parameters, map_panel
 from sweep.figures.room import HALO
 from sweep.model.disk.exact import ExactReduction
 from sweep.model.disk.model import DISK
@@ -140,7 +140,7 @@ def figure(datasets: "Sequence[xr.Dataset]", look: Look | None = None) -> Figure
     look = look or Look()
     panels = [regimes(dataset, look) for dataset in datasets]
     columns = min(_IN_ROW, columns_of(len(panels), look, *_WIDTHS))
-    return figure_of(panels, _block, look, _WIDTHS, columns=columns)
+    return figure_of(panels, _block, look, _WIDTHS, columns=columns, files=file_names(datasets))
 
 
 def _block(axes: "Axes", each: Regimes) -> Block:

@@ -58,6 +58,7 @@ class SystemModel(Model):
         self.shown = ("label", "ending", *(each.name for each in definition.measures))
         self.peak, self.error_name = values[0], tables.stated(values[0])
         self.default_criterion = _criterion(definition.stable)
+        self.criterion_words = {_criterion("runs on"): "the motion ends before its duration is over"}
         title = definition.title or f"The system {definition.name}"
         self.words = Words(
             summary=f"{title.rstrip('.')}: how the motion of every start ends, {{}}, and what it leaves behind.",

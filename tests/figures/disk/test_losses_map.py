@@ -115,7 +115,8 @@ def test_several_atlases_share_one_scale(atlas):
     """The bar holds for both: a time has the same strength in each."""
     short = sweep.run(SPEC, duration="5s")
     drawn = figure([atlas, short])
-    assert [axes.get_title(loc="left") for axes in drawn.axes[:2]] == [atlas.title, short.title]
+    titles = [f"(a) {atlas.title}", f"(b) {short.title}"]
+    assert [axes.get_title(loc="left") for axes in drawn.axes[:2]] == titles
     bar = drawn.axes[-1]
     assert_facts(bar.get_ylabel(), "aloft", "(s)")
     times = np.concatenate([atlas["end_time"].values.ravel(), short["end_time"].values.ravel()])

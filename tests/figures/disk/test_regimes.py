@@ -98,7 +98,7 @@ def test_the_figure(atlas, tmp_path):
     """A panel per atlas: names or legend for every regime, both lines; the file depends on the atlas alone."""
     drawn = figure([atlas, sweep.run(RELEASED)])
     pushed, released = (axes for axes in drawn.axes if axes.get_title(loc="left"))
-    assert [axes.get_title(loc="left") for axes in (pushed, released)] == ["Pushed", "Released"]
+    assert [axes.get_title(loc="left") for axes in (pushed, released)] == ["(a) Pushed", "(b) Released"]
     for axes, regions in ((pushed, {*NAMES, "falls"}), (released, {NAMES[0], NAMES[2], "falls"})):
         told = {text.get_text() for text in axes.texts}
         told |= {text.get_text().replace(", ", "\n") for text in axes.get_legend().get_texts()}
