@@ -166,6 +166,9 @@ def request_of(dataset: "xr.Dataset") -> MotionRequest:
     """Return the request that a motion was made from; it is refused if its attribute cannot be read."""
     try:
         words = json.loads(str(dataset.attrs[_REQUEST]))
+        # the file may be of anybody's: it carries the text of a system, and never opens another file
+        if "model" in words:
+            raise ValueError("a motion names no model")
         return MotionRequest.read(**words)
     except (KeyError, TypeError, ValueError):
         raise RequestError(

@@ -31,9 +31,19 @@ def _presets_in(folder: Path) -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in folder.glob("*.toml")))
 
 
+def system_presets() -> tuple[str, ...]:
+    """Return the names of the presets of systems."""
+    return _presets_in(_SYSTEMS)
+
+
+def system_preset_file(name: str) -> Path:
+    """Return the file with the system of a preset."""
+    return _SYSTEMS / f"{name}.py"
+
+
 def _every_preset() -> tuple[str, ...]:
     """Return the names of all presets, those of the default model first and those of systems last."""
-    return (*(name for model in registry.every() for name in presets(model)), *_presets_in(_SYSTEMS))
+    return (*(name for model in registry.every() for name in presets(model)), *system_presets())
 
 
 def find_spec_file(spec: str | Path) -> Path:
@@ -53,7 +63,7 @@ def find_spec_file(spec: str | Path) -> Path:
     for model in registry.every():
         if spec in presets(model):
             return model.presets / f"{spec}.toml"
-    if spec in _presets_in(_SYSTEMS):
+    if spec in system_presets():
         return _SYSTEMS / f"{spec}.toml"
     known = _every_preset()
     example = f"rolling {spec}" if "=" in spec else "rolling"

@@ -139,3 +139,17 @@ def test_a_table_of_starts_lies_beside_its_file(spec_file, tmp_path, text):
     (found,) = read_sweeps(["sweeps/a.toml"])
     assert found.problem == ""
     assert found.spec == SweepSpec(alpha=1, starts=folder / "pushes.csv")
+
+
+def test_many_sweeps_of_one_system(spec_file, tmp_path):
+    """A file names its system once, by a path beside it; a table may name another one."""
+    tables = "".join(f'[[sweep]]\nname = "s{i}"\nrate = "{i}:{i + 1}:3"\n' for i in range(12))
+    spec_file(f'system = "decay.py"\n{tables}[[sweep]]\nname = "shaken"\nsystem = "kapitza"\n', "many.toml")
+    (tmp_path / "decay.py").write_text(
+        '@system(duration="10")\ndef decay(x=1.0, *, rate=0.5):\n    return -rate * x\n', encoding="utf-8"
+    )
+    *found, shaken = read_sweeps([str(tmp_path / "many.toml")])
+    assert [each.problem for each in found] == [""] * 12
+    assert {each.spec.model.name for each in found} == {"decay"}
+    assert [each.spec.rate.start for each in found] == [*range(12)]
+    assert shaken.spec.model.name == "kapitza"
