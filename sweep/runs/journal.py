@@ -14,6 +14,7 @@ become 17 to 46.
 import contextlib
 import json
 import re
+import shlex
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from isal.isal_zlib import crc32
 
 from sweep.atomic import publish_bytes, rename_aside
 from sweep.errors import RequestError, are, counted
-from sweep.runs.folder import MANIFEST, STARTS
+from sweep.runs.folder import MANIFEST, STARTS, SUFFIX, directory_of
 from sweep.runs.manifest import Manifest
 
 #: The measured columns of a block: name -> array with one value per cell.
@@ -39,6 +40,31 @@ BLOCK, DAMAGED = ".block", ".damaged"
 
 #: Whole name of the file of a block, also when it is set aside. Other files in the folder are not touched.
 BLOCK_NAME = re.compile(rf"([0-9]{{6,}})-[0-9a-f]{{8}}{re.escape(BLOCK)}({re.escape(DAMAGED)})?")
+
+
+def _no_run(folder: Path, problem: OSError) -> RequestError:
+    """Return the error of what is no folder of a run: the run has ended, or its file was named in place of it."""
+    ended = folder.with_name(folder.name.removesuffix(SUFFIX)) if folder.name else folder
+    if ended.is_file() and not folder.is_dir():
+        beside = directory_of(ended)
+        if beside.is_dir():
+            return RequestError(
+                f"This is a file, and the folder of its run is {beside}.",
+                hint=f"Give the folder: {shlex.quote(str(beside))}.",
+                where=str(folder),
+            )
+        return RequestError(
+            f"There is no run to go on with: its file {ended} is there, and the folder of a run goes when its file is "
+            "whole.",
+            hint=f"Nothing is left to do; eulerdisk info {shlex.quote(str(ended))} tells what is in it.",
+            where=str(folder),
+        )
+    return RequestError(
+        f"This is not the folder of a run, which is called OUT.nc.run and holds a readable {MANIFEST}: "
+        f"{problem.strerror}.",
+        hint="Make one with `eulerdisk prepare SPEC -o OUT.nc`.",
+        where=str(folder),
+    )
 
 
 class DamagedBlockError(Exception):
@@ -71,12 +97,7 @@ class Journal:
         try:
             return cls(folder, Manifest.read(folder / MANIFEST))
         except OSError as problem:
-            raise RequestError(
-                f"This is not the folder of a run, which is called OUT.nc.run and holds a readable {MANIFEST}: "
-                f"{problem.strerror}.",
-                hint="Make one with `eulerdisk prepare SPEC -o OUT.nc`.",
-                where=str(folder),
-            ) from problem
+            raise _no_run(folder, problem) from problem
 
     def held(self) -> dict[int, list[Path]]:
         """Return the files of every block that has one, by number; more than one where two results differ."""

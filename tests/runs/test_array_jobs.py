@@ -63,6 +63,32 @@ def test_parts_make_the_file_of_a_run(command, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.nc", "w.nc"]
 
 
+def test_steps_of_a_run_that_has_ended(command, tmp_path):
+    """They name the file that is there and touch nothing; their advice is followed."""
+    assert command(f"prepare {WORDS} -o a.nc")[0] == 0
+    (tmp_path / "a.nc").write_bytes(b"older")
+    status, _, err = command("assemble a.nc")
+    assert status == 2
+    assert_facts(err, "a.nc.run.")
+    (tmp_path / "a.nc").unlink()
+    assert command("block --run a.nc.run --part 1/1")[0] == 0
+    assert command("assemble a.nc.run")[0] == 0
+    before = (tmp_path / "a.nc").read_bytes()
+    for step in (
+        "assemble a.nc.run",
+        "assemble a.nc.run --overwrite",
+        "block --run a.nc.run --part 1/1",
+        "assemble a.nc",
+    ):
+        status, out, err = command(step)
+        assert (status, out) == (2, "")
+        assert_facts(err, "a.nc is there", "eulerdisk info a.nc")
+        assert "prepare" not in err
+    assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
+    assert (tmp_path / "a.nc").read_bytes() == before
+    assert command("info a.nc")[0] == 0
+
+
 def test_the_command_of_a_run_that_python_began_exists():
     """Without a command line the history names the function that was called, where it can be imported from."""
     for begin in [array_jobs.prepare, run_to_file]:
