@@ -349,7 +349,7 @@ class Eulerdisk:
                 'atlas.eulerdisk.simulate(roll_rate=2.4, tilt="1deg").eulerdisk.animate(path).',
             )
         check_motion(self._dataset)
-        check_filmed(kind_of(self._dataset))
+        check_filmed(kind_of(self._dataset), "Draw it: motion.eulerdisk.plot().")
         options = FilmOptions.read(path, speed=speed, fps=fps, size=size, camera=camera)
         check_target(Path(path), overwrite)
         from sweep.figures.disk import animation

@@ -134,6 +134,19 @@ MaxFailed = Annotated[
         callback=_percentage,
     ),
 ]
+Speed = Annotated[
+    float | None,
+    real("Of the film: 0.1 is ten times slower than the motion; default: a few seconds for all of it."),
+]
+Fps = Annotated[int | None, integer("Frames per second of the film; default: 25.")]
+Size = Annotated[str | None, typer.Option(metavar="WIDTHxHEIGHT", help="Dots of the film; default: 640x480.")]
+Camera = Annotated[
+    str | None,
+    typer.Option(
+        metavar="CAMERA",
+        help="Of the film: fixed (sees all of the motion), follow (goes along with the disk), top (from above).",
+    ),
+]
 
 
 def with_starts(words: Sequence[str] | None, starts: Path | None) -> list[str]:

@@ -1,13 +1,25 @@
 """Look into finished atlases, draw them and write them in other formats: `info`, `boundary`, `plot`, `export`."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.commands.arguments import AtlasFile, Criterion, Overwrite, integer, number, real, width
+from sweep.commands.arguments import (
+    AtlasFile,
+    Camera,
+    Criterion,
+    Fps,
+    Overwrite,
+    Size,
+    Speed,
+    integer,
+    number,
+    real,
+    width,
+)
 from sweep.commands.part import PART_HELP, Part, files_and_words, opened_part
 from sweep.commands.terminal import say, show
 from sweep.errors import RequestError, counted, shown
@@ -205,11 +217,18 @@ def _boundary_text(atlas: "xr.Dataset", kind: str | None, asked: Iterable[str] =
 def plot(
     atlases: Annotated[
         list[str],
-        typer.Argument(metavar="ATLAS.nc [NAME=VALUE]", help=f"One panel each. {PART_HELP}"),
+        typer.Argument(
+            metavar="ATLAS.nc [NAME=VALUE]", help=f"One panel each; or the file of one motion. {PART_HELP}"
+        ),
     ],
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="FIG", help="png, pdf or svg; one that exists is replaced."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FIG",
+            help="png, pdf or svg, of a motion also gif or mp4; one that exists is replaced.",
+        ),
     ],
     criterion: Criterion = None,
     friction: Annotated[
@@ -268,16 +287,40 @@ def plot(
         float | None, typer.Option(parser=number, metavar="POINTS", help="Of the words; default: 8.")
     ] = None,
     dpi: Annotated[int | None, integer("Dots per inch; default: 200.")] = None,
+    speed: Speed = None,
+    fps: Fps = None,
+    size: Size = None,
+    camera: Camera = None,
 ) -> None:
     """Draw stability maps: measured boundary, analytic line, and the boundary that the criterion predicts.
 
     An atlas of more than two axes becomes a map for each value of the others; or draw a part of it:
     eulerdisk plot three-axes.nc alpha=0.5 -o slice.png
-    """
-    from sweep.figures.look import Look, check_friction
-    from sweep.files.paths import check_atlas, check_format
 
-    check_format(output)
+    The file of a motion is drawn as simulate --plot does, and filmed as --animate does:
+    eulerdisk plot path.nc -o path.png; eulerdisk plot path.nc -o path.gif --speed 0.1
+    """
+    from sweep.commands.saved_motion import FILMS, plot_motion
+    from sweep.files.paths import check_atlas, check_format
+    from sweep.files.reading import holds_motion
+
+    film = {"speed": speed, "fps": fps, "size": size, "camera": camera}
+    is_film = output.suffix.lower() in FILMS
+    if not is_film:
+        check_format(output)
+    paths, words = files_and_words(atlases)
+    if any(holds_motion(path) for path in paths):
+        of_atlases = {
+            "--criterion": criterion, "--friction": friction, "--regimes": regimes, "--losses": losses,
+            "--rate": rate, "--quantity": quantity, "--contours": contours, "--family": family, "--bare": bare,
+            "--without": without, "--width": width, "--height": height, "--font-size": font_size,
+        }  # fmt: skip
+        plot_motion(paths, words, output, dpi=dpi, film_options=film, others=of_atlases)
+        return
+    if is_film or any(value is not None for value in film.values()):
+        _refuse_film(output, film, paths)
+    from sweep.figures.look import Look, check_friction
+
     check_friction(friction)
     others = {
         "--criterion": criterion, "--friction": friction, "--quantity": quantity, "--contours": contours,
@@ -297,7 +340,6 @@ def plot(
         rate=rate, quantity=quantity, contours=contours, width=width, height=height, font_size=font_size, dpi=dpi,
         family=family, bare=bare, without=without,
     )  # fmt: skip
-    paths, words = files_and_words(atlases)
     for atlas in paths:
         check_atlas(atlas)
     from sweep.figures import plots
@@ -317,6 +359,18 @@ def plot(
             datasets = [reclassify(dataset, criterion) for dataset in datasets]
         drawn = getattr(plots, draw)(datasets, look) if draw else plots.figure(datasets, friction, look)
         _save(drawn, output, look)
+
+
+def _refuse_film(output: Path, film: Mapping[str, object], paths: Sequence[Path]) -> None:
+    """Refuse a film of an atlas, and its options."""
+    options = " ".join(f"--{name} {shown(value)}" for name, value in film.items() if value is not None)
+    stem = output.stem or "motion"
+    given = " ".join([f"-o {output}", *([options] if options else [])])
+    without = f" without {options}" if options else ""
+    raise RequestError(
+        f"A film shows one motion, and {paths[0]} holds none; got {given}.",
+        f"Write -o {stem}.png{without}; the motion of a cell is filmed by eulerdisk simulate --from {paths[0]}.",
+    )
 
 
 def _save(drawn: "Figure", output: Path, look: "Look") -> None:
@@ -341,14 +395,21 @@ def export(
 ) -> None:
     """Write an atlas in SI as a table of cells (csv, parquet) or as zarr, and say which files were written.
 
+    Of a motion, it is a table of its samples.
+
     Beside OUT.csv is the boundary, if the atlas has one: OUT.boundary.csv, a line for each row of the grid, or for each
     point of its curves. The boundary alone: eulerdisk boundary ATLAS.nc --to csv -o OUT.csv.
     """
+    from sweep.commands.saved_motion import export_motion
     from sweep.files.export import boundary_file
     from sweep.files.export import export as exported
     from sweep.files.paths import check_apart
+    from sweep.files.reading import holds_motion
 
     target = output or atlas.with_suffix(f".{kind}")
+    if holds_motion(atlas):
+        export_motion(atlas, words, target, kind, overwrite)
+        return
     with opened_part(atlas, words) as dataset:
         check_apart(target, atlas)
         check_apart(boundary_file(target), atlas)

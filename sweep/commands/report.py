@@ -297,9 +297,9 @@ def describe_motion(path: Path) -> str:
     RequestError
         If a variable is missing.
     """
-    import xarray as xr
+    from sweep.files.reading import opened_motion
 
-    with xr.open_dataset(path.absolute(), engine="netcdf4", decode_times=False) as file:
+    with opened_motion(path) as file:
         kind = kind_of(file)
         start_names = tuple(name for name in kind.inputs if name in kind.variables)
         require(file, (*start_names, *kind.fixed, TIME.name, kind.ending_time, "ending"), str(path))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.commands.arguments import Output, Overwrite, integer, real
+from sweep.commands.arguments import Camera, Fps, Output, Overwrite, Size, Speed
 from sweep.commands.terminal import abandonable, reporting, say
 from sweep.errors import RequestError, counted, shown
 
@@ -46,21 +46,10 @@ def simulate(
     animate: Annotated[
         Path | None, typer.Option("--animate", metavar="FILM", help="Also film it: mp4 or gif.")
     ] = None,
-    speed: Annotated[
-        float | None,
-        real("Of the film: 0.1 is ten times slower than the motion; default: a few seconds for all of it."),
-    ] = None,
-    fps: Annotated[int | None, integer("Frames per second of the film; default: 25.")] = None,
-    size: Annotated[
-        str | None, typer.Option(metavar="WIDTHxHEIGHT", help="Dots of the film; default: 640x480.")
-    ] = None,
-    camera: Annotated[
-        str | None,
-        typer.Option(
-            metavar="CAMERA",
-            help="Of the film: fixed (sees all of the motion), follow (goes along with the disk), top (from above).",
-        ),
-    ] = None,
+    speed: Speed = None,
+    fps: Fps = None,
+    size: Size = None,
+    camera: Camera = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Compute one motion: its path, invariants, losses and contact forces in time.
@@ -77,7 +66,7 @@ def simulate(
 
     A rate may be given in units of sqrt(gravity/radius), as in scaled_roll_rate=0.5, and roll_rate as speed=15cm/s.
     """
-    film = _read_film(animate, speed=speed, fps=fps, size=size, camera=camera)
+    film = read_film(animate, speed=speed, fps=fps, size=size, camera=camera)
     request = _request(words or [], source)
     _check_outputs(output, plot, animate, overwrite, source)
     from sweep.files.netcdf import save
@@ -85,10 +74,10 @@ def simulate(
     from sweep.motion.trajectory import simulate as compute
 
     if animate is not None:
-        check_filmed(request.kind)
+        check_filmed(request.kind, f"Draw it: --plot {animate.stem}.png in place of --animate.")
     dataset = compute(request, command=shlex.join(["eulerdisk", *sys.argv[1:]]))
     if animate is not None and film is not None:
-        _save_film(dataset, animate, film)
+        save_film(dataset, animate, film)
     if plot is not None:
         from sweep.figures import plots
 
@@ -102,7 +91,7 @@ def simulate(
     _say_impossible(dataset)
 
 
-def _read_film(animate: Path | None, **given: object) -> "FilmOptions | None":
+def read_film(animate: Path | None, **given: object) -> "FilmOptions | None":
     """Return the options of the film, None if there is none; options without a film are refused."""
     options = [f"--{name} {shown(value)}" for name, value in given.items() if value is not None]
     if animate is None:
@@ -117,7 +106,8 @@ def _read_film(animate: Path | None, **given: object) -> "FilmOptions | None":
     return FilmOptions.read(animate, **given)
 
 
-def _save_film(dataset: "xr.Dataset", path: Path, film: "FilmOptions") -> None:
+def save_film(dataset: "xr.Dataset", path: Path, film: "FilmOptions") -> None:
+    """Write a film, and say how long it is and how fast it plays."""
     from sweep.figures.disk import animation
 
     with abandonable(path) as check, reporting(what="frames") as progress:

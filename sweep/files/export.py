@@ -1,9 +1,10 @@
-"""Atlases in other formats: tables of cells (csv, parquet), and zarr.
+"""Atlases and motions in other formats: tables of cells or samples (csv, parquet), and zarr.
 
 A format is an entry in `FORMATS`; no other code depends on which formats there are.
 """
 
 import contextlib
+import math
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from sweep.atlas.boundary_rows import as_csv, boundary_rows, curve_rows
 from sweep.atlas.completion import without_boundary
 from sweep.atlas.curves import without_curves
+from sweep.atlas.selection import is_atlas
 from sweep.errors import RequestError, shown
 from sweep.files.paths import check_target
 from sweep.files.publish import published, published_folder
@@ -39,12 +41,12 @@ class Format(NamedTuple):
 
 
 def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: bool = False) -> list[Path]:
-    """Write an atlas in another format; what is at `path` appears only when it is complete.
+    """Write an atlas or a motion in another format; what is at `path` appears only when it is complete.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        An atlas.
+        An atlas, or a motion: its table has one row for each sample.
     path : str or Path
         The file, or for zarr the folder.
     kind : str
@@ -90,9 +92,10 @@ def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: boo
 
 
 def _write_csv(dataset: "xr.Dataset", path: Path) -> None:
-    rows = boundary_rows(dataset) or curve_rows(dataset)
+    of_cells = is_atlas(dataset)
+    rows = (boundary_rows(dataset) or curve_rows(dataset)) if of_cells else []
     with published(path) as unfinished:
-        for i, table in enumerate(_tables(without_boundary(dataset))):
+        for i, table in enumerate(_tables(without_boundary(dataset) if of_cells else dataset)):
             # every digit, so that the number read is the number written
             table.to_csv(unfinished, mode="a" if i else "w", header=not i, index=False)
     # one that is there belongs to what has been replaced
@@ -164,11 +167,12 @@ FORMATS = {
 
 
 def _tables(dataset: "xr.Dataset") -> Iterator["pd.DataFrame"]:
-    """Yield the cells in C order, some rows at a time; flags are words."""
+    """Yield the cells in C order, or the samples of a motion, some rows at a time; flags are words."""
     import numpy as np
 
     dataset = without_curves(dataset)
-    axes = [str(name) for name in dataset["ending"].dims]
+    # a motion has one ending
+    axes = [str(name) for name in dataset["ending"].dims or dataset.dims]
     meanings = {
         str(name): dict(
             zip(
@@ -185,7 +189,7 @@ def _tables(dataset: "xr.Dataset") -> Iterator["pd.DataFrame"]:
         # pandas makes a table only of what has a dimension
         axes, dataset = ["cell"], dataset.expand_dims("cell")
     rows = dataset.sizes[axes[0]]
-    step = max(1, _ROWS * rows // max(1, dataset["ending"].size))
+    step = max(1, _ROWS * rows // max(1, math.prod(dataset.sizes[name] for name in axes)))
     for start in range(0, rows, step):
         part = loaded(dataset.isel({axes[0]: slice(start, start + step)}))
         table = part.to_dataframe(dim_order=axes).reset_index()

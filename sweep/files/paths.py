@@ -155,11 +155,11 @@ def check_name(path: Path) -> None:
 
 
 def check_apart(target: Path, *sources: Path) -> None:
-    """Refuse to write the result of reading an atlas over that atlas."""
+    """Refuse to write the result of reading a file over that file."""
     for source in sources:
         if os.path.exists(target) and os.path.samefile(target, source):
             raise RequestError(
-                "The output must be another file: this would replace the atlas that is read.",
+                "The output must be another file: this would replace the file that is read.",
                 hint="Give another name.",
                 where=str(target),
             )

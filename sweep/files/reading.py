@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 #: Values over file, in bytes, at most: deflate packs no more than 1032 bytes into one.
 _MOST_PACKED = 1032
 
+#: The attribute that makes a file one of a motion.
+_MOTION = "eulerdisk_trajectory_format"
+
 #: Bytes of chunks that netCDF keeps of each variable: one of those that are read one after the other. With the 16 MB to
 #: 64 MB of its own `compare` of 1e7 cells took 790 MB in place of 230.
 _KEPT_CHUNKS = 2**20
@@ -75,6 +78,42 @@ def open_atlas(path: str | Path, *, indexed: bool = True) -> "xr.Dataset":
     _tell(path, left_out)
     found.set_close(stored.close)
     return found
+
+
+@contextlib.contextmanager
+def opened_motion(path: Path) -> "Iterator[xr.Dataset]":
+    """Open the file of a motion, which is closed behind it; an error on a damaged variable names that.
+
+    Raises
+    ------
+    RequestError
+        If the file is missing, or is not readable.
+    """
+    check_atlas(path)
+    import xarray as xr
+
+    with _netcdf_errors(path):
+        unread = _unread_variables(path)
+        with netcdf_to_itself(by_xarray=True):
+            dataset = xr.open_dataset(
+                path.absolute(), engine="netcdf4", decode_times=False, drop_variables=unread
+            )
+    with dataset, damage_named(dataset):
+        yield dataset
+
+
+def holds_motion(path: Path) -> bool:
+    """Return whether a file is that of a motion; not of what cannot be read, which `open_atlas` refuses."""
+    import netCDF4
+
+    if not os.path.isfile(path):
+        return False
+    try:
+        with netcdf_to_itself(), netCDF4.Dataset(path.absolute()) as file:
+            return _MOTION in file.ncattrs()
+    except Exception:
+        # only the library works here: see `_netcdf_errors`
+        return False
 
 
 @contextlib.contextmanager
@@ -215,7 +254,7 @@ def _netcdf_errors(path: Path) -> Iterator[None]:
 
 def _check(file: "xr.Dataset", path: Path, unread: Sequence[str]) -> dict[str, str]:
     """Refuse an open file that is no atlas; return the variables that cannot stand in one, and why."""
-    if "eulerdisk_trajectory_format" in file.attrs:
+    if _MOTION in file.attrs:
         raise MotionGivenError(path)
     known = file.attrs.get("eulerdisk_format")
     try:
@@ -272,6 +311,6 @@ class MotionGivenError(RequestError):
     def __init__(self, path: Path) -> None:
         super().__init__(
             "This file holds one motion in time, which eulerdisk simulate has made, and no stability atlas.",
-            hint=f"Give a file made by eulerdisk run; eulerdisk info {path.name} tells of the motion.",
+            hint="Give a file made by eulerdisk run; info, plot and export take a motion too.",
             where=str(path),
         )

@@ -74,8 +74,8 @@ def peaks_of(dataset: "xr.Dataset") -> Iterator[tuple[str, str]]:
         yield name.replace("_", " "), quantity.flag(last) if quantity.flags else quantity.spell(last, 6)
 
 
-def check_filmed(kind: MotionKind) -> None:
-    """Refuse a film of a motion that no film shows: the picture of a film is a disk.
+def check_filmed(kind: MotionKind, hint: str) -> None:
+    """Refuse a film of a motion that no film shows: the picture of a film is a disk; the hint says how to draw it.
 
     Raises
     ------
@@ -84,8 +84,7 @@ def check_filmed(kind: MotionKind) -> None:
     if not kind.largest_tilt:
         raise RequestError(
             f"A film shows a rolling disk, and {kind.model.name} is another system.",
-            hint="Draw the motion: eulerdisk simulate with --plot, in Python motion.eulerdisk.plot().",
-            where="animate",
+            hint=hint,
         )
 
 
