@@ -343,10 +343,11 @@ class Eulerdisk:
         from sweep.files.paths import check_target
 
         if is_atlas(self._dataset):
+            values = {name: self._dataset[name].values for name in self.spec.axes}
+            cell = ", ".join(f"{name}={float(axis[axis.size // 2])!r}" for name, axis in values.items())
             raise RequestError(
                 "This is a stability atlas, and only a motion can be filmed.",
-                hint="Film the motion of a cell: "
-                'atlas.eulerdisk.simulate(roll_rate=2.4, tilt="1deg").eulerdisk.animate(path).',
+                hint=f"Film the motion of a cell: atlas.eulerdisk.simulate({cell}).eulerdisk.animate(path).",
             )
         check_motion(self._dataset)
         check_filmed(kind_of(self._dataset), "Draw it: motion.eulerdisk.plot().")

@@ -138,9 +138,10 @@ def _mark(
         return System(read_function(textwrap.dedent("".join(lines)), where, first, _constants(function)))
 
     if len(args) == 1 and not words and callable(args[0]):
+        has_units = name == "body" or bool(getattr(args[0], "__annotations__", {}))
         raise RequestError(
             f"@{name} has no words: duration is missing.",
-            hint=f'Write @{name}(duration="10 s").',
+            hint=f'Write @{name}(duration="{"10 s" if has_units else "10"}").',
             where=shown(getattr(args[0], "__name__", repr(args[0]))),
         )
     return mark

@@ -143,11 +143,18 @@ def selected_spec(dataset: "xr.Dataset") -> SweepSpec:
     stated = spec_named(dataset)
     cells = dataset["ending"]
     sizes = dict(zip(cells.dims, cells.shape, strict=True))
+    if strange := [str(name) for name in sizes if name not in stated.axes]:
+        raise RequestError(
+            f"The dimensions must be axes of the spec, {', '.join(stated.axes)}; got {', '.join(map(str, sizes))}.",
+            hint=f"Choose one value of {strange[0]}: dataset.isel({strange[0]}=0, drop=True) in Python.",
+            where=place_of(dataset),
+        )
     if list(sizes) != [name for name in stated.axes if name in sizes]:
+        present = ", ".join(repr(name) for name in stated.axes if name in sizes)
         raise RequestError(
             f"The dimensions must stand in the order of the axes of the spec, {', '.join(stated.axes)}; got "
             f"{', '.join(map(str, sizes))}.",
-            hint=f"Use dataset.transpose({', '.join(map(repr, stated.axes))}, missing_dims='ignore') in Python.",
+            hint=f"Use dataset.transpose({present}, ...) in Python.",
             where=place_of(dataset),
         )
     cut = [name for name in stated.axes if sizes.get(name) != len(getattr(stated, name))]

@@ -197,7 +197,7 @@ def _check_same_grid(specs: tuple[SweepSpec, SweepSpec], axes: tuple[str, ...], 
         raise OtherGridError(
             "The two atlases are not on the same grid: they must have the same axes with the same values, in the same "
             f"order, and they differ in {_in_words(fields, *specs)}.",
-            hint="Add --common to compare the cells that both have.",
+            hint="Add --common (in Python common=True) to compare the cells that both have.",
         )
 
 

@@ -203,7 +203,7 @@ def read_limits(given: Mapping[str, float | str], known: Mapping[str, Quantity])
         if limit < 0.0:
             raise RequestError(
                 f"A tolerance must be 0 or more; got {shown(raw)}.",
-                hint=f"Write {name}=1e-9, or use --exact for equal bits.",
+                hint=f"Write {name}=1e-9, or ask for equal bits with --exact (in Python exact=True).",
                 where=place,
             )
         limits[name] = limit

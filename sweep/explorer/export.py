@@ -39,7 +39,9 @@ from sweep.explorer.plan import plan
 from sweep.explorer.stored import Stored
 from sweep.explorer.view import View
 from sweep.files.paths import check_target
+from sweep.request.sources import Range
 from sweep.request.spec import SweepSpec
+from sweep.request.values import as_written
 
 #: Cells of a page at most: some 30 MB of text, with paths twice that.
 MOST_CELLS = 1_000_000
@@ -101,9 +103,11 @@ def _check_plane(spec: SweepSpec) -> View:
     """Return the view of all of a spec; refuse one without two axes, or whose cells the page could not compute."""
     view = View.read(base_of("", spec)["view"], spec)
     if not {view.x.name, view.y.name} <= set(spec.axes):
+        free = next(side for side in (view.y, view.x) if side.name not in spec.axes)
+        window = Range(*free.ends(), 100)
         raise RequestError(
             f"An exported page shows the plane of two axes; this request has {', '.join(spec.axes) or 'none'}.",
-            hint="Add a range, as in tilt=1deg:5deg:100.",
+            hint=f"Add a range, as in {free.name}={as_written(window, spec.model.parameters[free.name])}.",
             where="--export",
         )
     view.live  # noqa: B018 - says why cells cannot be computed

@@ -56,7 +56,7 @@ _OWN = ("same-origin", "none")
 
 _LAST_PORT = 65_535
 
-_PORT_HINT = "Leave --port out, or give one that is free, as in --port 8123."
+_PORT_HINT = "Leave port out, or give one that is free, such as 8123."
 
 
 @dataclass(frozen=True)

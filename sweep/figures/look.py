@@ -102,7 +102,7 @@ class Look:
         if rate is not None and rate not in RATES:
             raise RequestError(
                 f"The axis of a rate is {', '.join(RATES[:-1])} or {RATES[-1]}; got {shown(rate)}.",
-                suggestion(rate, RATES) or "Write --rate scaled for the rate in units of sqrt(g/R).",
+                suggestion(rate, RATES) or "Write scaled for the rate in units of sqrt(g/R), for instance.",
                 "rate",
             )
         if family and (quantity is not None or contours is not None):
@@ -161,7 +161,7 @@ def _parts(raw: object) -> frozenset[str]:
         if each not in PARTS:
             raise RequestError(
                 f"A figure can be drawn without {', '.join(PARTS[:-1])} or {PARTS[-1]}; got {shown(each)}.",
-                suggestion(each, PARTS) or "Write --without strip,bar.",
+                suggestion(each, PARTS) or "Write strip,bar, for instance.",
                 "without",
             )
     return frozenset(named)

@@ -156,7 +156,7 @@ def _check_page(drawn: Figure, look: Look, count: int) -> None:
         return
     raise RequestError(
         f"{count} maps in a width of {wide:.0f} mm would be {high:.0f} mm high, and a page has {25.4 * PAGE:.0f} mm.",
-        "Give a larger --width, as in 180mm, a --height, or draw fewer values of an axis.",
+        "Give a larger width, as in 180mm, a height, or draw fewer values of an axis.",
         "width",
     )
 

@@ -91,7 +91,7 @@ def figure(
         require(dataset, (spec_named(dataset).model.peak,))
     if any(spec_named(dataset).is_list for dataset in datasets):
         if friction is not None:
-            _refuse_lists("--friction hatches cells of a map")
+            _refuse_lists("friction hatches cells of a map")
         return scatter.figure(datasets, look, axes)
     if axes is not None:
         _check_own(look)

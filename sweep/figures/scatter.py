@@ -118,7 +118,7 @@ def figure(datasets: Sequence["xr.Dataset"], look: Look, axes: "Axes | None" = N
 
 
 def _check_look(look: Look) -> None:
-    of_maps = {"--family": look.family, "--contours": look.contours, "--quantity": look.quantity}
+    of_maps = {"family": look.family, "contours": look.contours, "quantity": look.quantity}
     if given := [name for name, value in of_maps.items() if value]:
         raise RequestError(
             f"{given[0]} belongs to maps, and a list of starts is drawn as points.",
@@ -126,8 +126,8 @@ def _check_look(look: Look) -> None:
         )
     if look.rate != LINEAR:
         raise RequestError(
-            f"The rates of a list of starts are drawn as they are; got --rate {look.rate}.",
-            hint="Leave --rate out.",
+            f"The rates of a list of starts are drawn as they are; got rate {look.rate}.",
+            hint="Leave rate out.",
         )
 
 

@@ -140,7 +140,7 @@ def _check_zarr(path: Path, overwrite: bool) -> None:
     elif not overwrite:
         raise RequestError(
             "Nothing is written, because the folder exists; what exists is not replaced by accident.",
-            hint="To replace it, add --overwrite.",
+            hint="To replace it, add --overwrite (in Python overwrite=True).",
             where=str(path),
         )
     elif any(path.iterdir()) and not any((path / name).exists() for name in (".zgroup", "zarr.json")):

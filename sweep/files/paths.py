@@ -93,7 +93,7 @@ def check_target(path: Path, overwrite: bool) -> None:
     if exists and not overwrite:
         raise RequestError(
             "Nothing is written, because the file exists; a finished file is not replaced by accident.",
-            hint="To replace it, add --overwrite.",
+            hint="To replace it, add --overwrite (in Python overwrite=True).",
             where=where,
         )
     if not os.access(folder, os.W_OK | os.X_OK):

@@ -14,6 +14,7 @@ from sweep.request.system_units import PURE, SECOND, alike, product, told
 
 _SIGNS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 
+_ONE_EACH = "Give each number a name of its own, in a line of its own: x1 = expression."
 _PLAIN = "Write it with numbers, names, + - * / **, brackets and functions."
 
 #: What has no place in an expression: what it is called, and what to write instead.
@@ -26,8 +27,10 @@ _NO_EXPRESSION: Mapping[type[ast.expr], tuple[str, str]] = {
     ast.Subscript: ("a subscript", "Give each number a name of its own: x1, x2."),
     ast.Attribute: ("a dotted name", "Write sin(x), with from sweep.systems import sin."),
     ast.Lambda: ("a function", "Write the expression itself."),
-    ast.Tuple: ("several values", "Write one name = expression in each line."),
-    ast.List: ("a list", "Return the rates with commas between them: return dx, dy."),
+    ast.Tuple: ("a group of values", _ONE_EACH),
+    ast.List: ("a list", _ONE_EACH),
+    ast.Dict: ("a table", _ONE_EACH),
+    ast.Set: ("a set", _ONE_EACH),
     ast.ListComp: ("a loop", "Write the terms out: x1 + x2 + x3."),
     ast.GeneratorExp: ("a loop", "Write the terms out: x1 + x2 + x3."),
     ast.NamedExpr: ("an assignment", "Write name = expression in a line of its own."),
@@ -81,6 +84,10 @@ class Arithmetic:
 
     def number(self, node: ast.expr) -> float:
         """Return the value of an expression of numbers."""
+        if is_collection(node):
+            self._source.refuse(
+                node.lineno, "this must be one number", "Write a number, such as 0.5 or pi/2."
+            )
         value = self.part(node).value
         if value is None:
             self._source.refuse(node.lineno, "this must be a number", "Write a number, such as 0.5 or pi/2.")
@@ -111,6 +118,11 @@ class Arithmetic:
             case ast.Call(func=ast.Name(id=name), keywords=[]):
                 return self._tree.called(name, *parts)
         _refuse_expression(node)
+
+
+def is_collection(node: ast.expr | None) -> bool:
+    """Return whether an expression is a list, a table or a group of values."""
+    return isinstance(node, ast.List | ast.Tuple | ast.Dict | ast.Set)
 
 
 def _inside(node: ast.expr) -> list[ast.expr]:
@@ -234,6 +246,12 @@ class Body:
         value = lines[-1].value
         if value is None:
             self._source.refuse(lines[-1].lineno, "nothing is returned", instead)
+        if is_collection(value) and not isinstance(value, ast.Tuple):
+            self._source.refuse(
+                lines[-1].lineno,
+                "what is returned stands in a list or a table",
+                f"Write it without: return {names}.",
+            )
         return lines[-1], value.elts if isinstance(value, ast.Tuple) else [value]
 
     def parts(self, nodes: list[ast.expr]) -> list[Part]:

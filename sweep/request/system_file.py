@@ -194,11 +194,18 @@ def _check_decorator(function: ast.FunctionDef) -> None:
         if marks[0].func.id in MARKS:
             return
     elif len(marks) == 1 and isinstance(marks[0], ast.Name) and marks[0].id in MARKS:
-        raise RequestError("the duration is missing", hint=f'Write @{marks[0].id}(duration="10 s").')
+        example = _example_duration(function, marks[0].id)
+        raise RequestError("the duration is missing", hint=f'Write @{marks[0].id}(duration="{example}").')
     raise RequestError(
         f"the function {shown(function.name)} is not marked as a system, with @system(...) and nothing else",
-        hint='Write @system(duration="10 s") above it, or leave it out.',
+        hint=f'Write @system(duration="{_example_duration(function, "system")}") above it, or leave it out.',
     )
+
+
+def _example_duration(function: ast.FunctionDef, mark: str) -> str:
+    """Return a duration that fits the units of the arguments of a function; those of a body have units."""
+    arguments = (*function.args.args, *function.args.kwonlyargs)
+    return "10 s" if mark == "body" or any(each.annotation for each in arguments) else "10"
 
 
 def _read(source: Source, function: ast.FunctionDef, constants: Mapping[str, float]) -> Definition:
@@ -207,7 +214,7 @@ def _read(source: Source, function: ast.FunctionDef, constants: Mapping[str, flo
     assert isinstance(call, ast.Call)
     assert isinstance(call.func, ast.Name)
     mark = call.func.id
-    words = Words(source, mark, call, constants)
+    words = Words(source, mark, call, constants, _example_duration(function, mark))
     duration, time_units = words.duration()
     tree = Tree()
     tree.names = {name: tree.number(value) for name, value in constants.items()}
@@ -344,6 +351,11 @@ def _declared(
         quantity = Quantity(argument.arg, "", units, "", DECISION)
         if isinstance(default, ast.Constant) and isinstance(default.value, str):
             pair = number_and_unit(default.value)
+            if pair is None or not {":", ","}.isdisjoint(default.value):
+                written_so = f'{argument.arg}: "{unit}" = 0.5' if unit else f"{argument.arg}=0.5"
+                raise RequestError(
+                    f"its value is one number; got {shown(default.value)}", hint=f"Write {written_so}."
+                )
             check_scale(default.value)
             if pair is not None and not pair[1] and unit:
                 raise RequestError(

@@ -15,7 +15,7 @@ from sweep.model.system.tables import NO_LABEL, OWN_ENDINGS
 from sweep.request.expression_text import read_expression
 from sweep.request.start_list import WORDS as LIST_WORDS
 from sweep.request.suggestions import suggestion
-from sweep.request.system_body import Arithmetic
+from sweep.request.system_body import Arithmetic, is_collection
 from sweep.request.system_source import Source
 from sweep.request.system_text import read_conserved, read_ending, read_label, read_measure, read_theory
 from sweep.request.system_tree import NUMBERS, Part, Tree
@@ -133,6 +133,8 @@ class Words:
     call : ast.Call
     constants : mapping of str to float
         What its texts may name beside the arguments of the function.
+    example : str
+        A duration that fits the units of the arguments: ``10 s``, or ``10`` of pure numbers.
 
     Raises
     ------
@@ -140,14 +142,17 @@ class Words:
         With the line.
     """
 
-    def __init__(self, source: Source, mark: str, call: ast.Call, constants: Mapping[str, float]) -> None:
+    def __init__(
+        self, source: Source, mark: str, call: ast.Call, constants: Mapping[str, float], example: str
+    ) -> None:
         self._source, self._mark, self._line = source, mark, call
+        self._example = f'duration="{example}"'
         self._tree = Tree(bare=True)
         self._constants = {name: self._tree.number(value) for name, value in constants.items()}
         self._names: tuple[str, ...] = ()
         self._given: dict[str, ast.expr] = {}
         if call.args:
-            source.refuse(call.args[0].lineno, f"a word of {mark}(...) has a name", 'Write duration="10 s".')
+            source.refuse(call.args[0].lineno, f"a word of {mark}(...) has a name", f"Write {self._example}.")
         for each in call.keywords:
             if each.arg not in MARKS[mark]:
                 source.refuse(
@@ -163,21 +168,27 @@ class Words:
         node = self._given.get("duration")
         if node is None:
             self._source.refuse(
-                self._line.lineno, "the duration is missing", f'Write @{self._mark}(duration="10 s").'
+                self._line.lineno, "the duration is missing", f"Write @{self._mark}({self._example})."
             )
         with self._source.at(node, "the duration"):
             if isinstance(node, ast.Constant) and isinstance(node.value, str):
                 pair = number_and_unit(node.value)
+                if pair is None:
+                    raise RequestError(
+                        f"it is one time; got {shown(node.value)}", hint=f"Write {self._example}."
+                    )
                 units = "s" if pair is not None and pair[1] else "1"
                 value = read_number(node.value, Quantity("duration", "", units, "", DECISION))
+            elif is_collection(node):
+                raise RequestError("it is one time", hint=f"Write {self._example}.")
             else:
                 tree = Tree(names=dict(self._constants))
                 value, units = Arithmetic(self._source, tree).number(node), "1"
             if value <= 0.0:
-                raise RequestError(f"it must be above 0; got {value:g}", hint='Write duration="10 s".')
+                raise RequestError(f"it must be above 0; got {value:g}", hint=f"Write {self._example}.")
             if self._mark == "body" and units != "s":
                 raise RequestError(
-                    f"it is a time with its unit; got {value:g}", hint='Write duration="10 s".'
+                    f"it is a time with its unit; got {value:g}", hint=f"Write {self._example}."
                 )
         return value, units
 
@@ -233,6 +244,12 @@ class Words:
         node = self._given.get("conserved")
         if node is None:
             return ()
+        if isinstance(node, ast.Dict | ast.Set):
+            self._source.refuse(
+                node.lineno,
+                "what is conserved is an expression, or a list of several, and has no names",
+                'Write conserved="..." or conserved=["...", "..."].',
+            )
         nodes = node.elts if isinstance(node, ast.List | ast.Tuple) else [node]
         found = []
         for each in nodes:
@@ -258,7 +275,7 @@ class Words:
                 )
             return name, node
 
-        return self._table("theory", row)
+        return self._table("theory", row, example=parameters[0].name if parameters else self._names[0])
 
     def stable(
         self,
@@ -274,7 +291,7 @@ class Words:
         if node is None:
             return ""
         with self._source.at(node, "what is stable"):
-            text = _text(node).strip()
+            text = _text(node, f'Write stable="{RUNS_ON}", or a criterion in quotes.').strip()
             if text == RUNS_ON:
                 return text
             flags = {
@@ -300,7 +317,11 @@ class Words:
                 raise RequestError(error.message, hint=hint.strip()) from None
 
     def _table(
-        self, word: str, make: Callable[[str, Any], _Made], instead: str = "Write the expression in quotes."
+        self,
+        word: str,
+        make: Callable[[str, Any], _Made],
+        instead: str = "Write the expression in quotes.",
+        example: str = "",
     ) -> tuple[_Made, ...]:
         """Return what is made of each name and text of a word; the text is None for True."""
         node = self._given.get(word)
@@ -310,7 +331,7 @@ class Words:
             self._source.refuse(
                 node.lineno,
                 f"the word {word} takes names with a text each",
-                f'Write {word}={{"name": "..."}}.',
+                _as_table(word, example or f"my_{_CALLED[word]}", node),
             )
         if len(node.keys) > _MOST:
             self._source.refuse(
@@ -330,4 +351,17 @@ class Words:
 def _text(node: ast.expr | None, instead: str = "Write it in quotes.") -> str:
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         return node.value
+    if is_collection(node):
+        instead = "Write one text in quotes, without brackets around it."
     raise RequestError("a text in quotes must stand here", hint=instead)
+
+
+def _as_table(word: str, name: str, node: ast.expr) -> str:
+    """Return how a word with names is written, with the texts that were given without names."""
+    nodes = node.elts if isinstance(node, ast.List | ast.Tuple | ast.Set) else [node]
+    given = [each.value for each in nodes if isinstance(each, ast.Constant) and isinstance(each.value, str)]
+    # what is one word is a name rather than an expression
+    texts = [text for text in given if re.search(r"[<>=\s]", text)]
+    names = [name, *(f"{name}{number}" for number in range(2, len(texts) + 1))]
+    rows = ", ".join(f'"{key}": "{text}"' for key, text in zip(names, texts or ["..."], strict=False))
+    return f"Write {word}={{{rows}}}."

@@ -124,7 +124,7 @@ def pairs(words: Iterable[str]) -> dict[str, str]:
         if not equals or not name:
             raise RequestError(
                 "A word is written NAME=VALUE.",
-                hint="Write it as in alpha=0.5,1.",
+                hint=f"Write {name if name.isidentifier() else 'alpha'}=0.5, for instance.",
                 where=shown(word) or "an empty word",
             )
         if name in found:
