@@ -13,6 +13,7 @@ from sweep.model.description import Request, Starts
 from sweep.model.disk.initial_conditions import circling
 from sweep.model.disk.tables import WOBBLE
 from sweep.model.quantity import Array, Input, Truths
+from sweep.model.rows import LARGEST, LEAST, SIZE, ends_of, told, worst_cases
 
 #: Thickest disk with a semicircular edge: two radii, a ball.
 _THICKEST_ROUNDED = 2.0
@@ -37,13 +38,15 @@ def check_shape(values: Mapping[str, Any], optional: tuple[str, ...] = OPTIONAL)
     """
     body = str(values["body"])
     _check_lengths(values, body, optional)
-    if body == "rounded" and _ends(values["thickness"])[1] > _THICKEST_ROUNDED:
-        _refuse(
-            f"A disk with a semicircular edge is at most two radii thick, then it is a ball; got "
-            f"thickness={values['thickness']}.",
-            "Give 0 <= thickness <= 2, in radii, or body=rim.",
-            "thickness",
-        )
+    if body == "rounded":
+        wrong = worst_cases(values, {"thickness": LARGEST})["thickness"] > _THICKEST_ROUNDED
+        if wrong.any():
+            _refuse(
+                f"A disk with a semicircular edge is at most two radii thick, then it is a ball; got "
+                f"{told(values, wrong, 'thickness')}.",
+                "Give 0 <= thickness <= 2, in radii, or body=rim.",
+                "thickness",
+            )
     if body == "rim":
         _check_rim(values)
     if body == "arc":
@@ -83,24 +86,17 @@ def _check_lengths(values: Mapping[str, Any], body: str, optional: tuple[str, ..
 
 
 def _check_rim(values: Mapping[str, Any]) -> None:
-    thickness, fillet = values["thickness"], values["fillet"]
-    if _ends(thickness)[0] == 0.0:
+    worst = worst_cases(values, {"thickness": LEAST, "fillet": LARGEST})
+    if (wrong := worst["thickness"] == 0.0).any():
         _refuse(
-            f"A disk with a rim is thicker than 0; got thickness={thickness}.",
+            f"A disk with a rim is thicker than 0; got {told(values, wrong, 'thickness')}.",
             "Give thickness > 0, or leave body out: that is the thin disk.",
             "thickness",
         )
-    # the columns of a table say what each start has of both
-    columns = [each for each in (fillet, thickness) if hasattr(each, "table")]
-    if any(each.table.columns is None for each in columns):
-        # the table of an atlas, which was checked when it was given
-        return
-    both = [each.table.values(each.name) for each in columns]
-    largest, least = both if len(both) == 2 else (_ends(fillet)[1], _ends(thickness)[0])
-    if np.any(largest > 0.5 * least):
+    if (wrong := worst["fillet"] > 0.5 * worst["thickness"]).any():
         _refuse(
-            f"The edges of a rim take half its thickness at most: 0 <= fillet <= thickness/2; got fillet={fillet} "
-            f"thickness={thickness}.",
+            "The edges of a rim take half its thickness at most: 0 <= fillet <= thickness/2; got "
+            f"{told(values, wrong, 'fillet', 'thickness')}.",
             "Give a smaller fillet, or body=rounded, whose edge is a semicircle.",
             "fillet",
         )
@@ -126,12 +122,16 @@ def _check_round(values: Mapping[str, Any], body: str) -> None:
             "Give axial_moment and transverse_moment, about the centre of mass and over mass times radius squared.",
             "offset",
         )
-    pole = 1.0 if body == "ball" else 1.0 - _ends(values["flattening"])[1]
-    if max(-_ends(offset)[0], _ends(offset)[1]) >= pole:
+    of_ball = body == "ball"
+    names = ("offset",) if of_ball else ("offset", "flattening")
+    inside = np.asarray(1.0) if of_ball else 1.0 - worst_cases(values, {"flattening": LARGEST})["flattening"]
+    wrong = np.abs(worst_cases(values, {"offset": SIZE})["offset"]) >= inside
+    if wrong.any():
+        pole = np.broadcast_to(inside, wrong.shape)[wrong][0]
         _refuse(
             f"The centre of mass of a {body} lies inside: -{pole:.6g} < offset < {pole:.6g}, where its poles are; got "
-            f"offset={offset}.",
-            "Give a smaller offset, over the outer radius.",
+            f"{told(values, wrong, *names)}.",
+            f"Give a smaller {' or '.join(names)}, over the outer radius.",
             "offset",
         )
 
@@ -172,20 +172,16 @@ def _check_moments(values: Mapping[str, Any]) -> None:
     axial, transverse = values["axial_moment"], values["transverse_moment"]
     if OF_THE_BODY in (axial, transverse):
         return
-    if _ends(axial)[1] > 2.0 * _ends(transverse)[0]:
+    worst = worst_cases(values, {"axial_moment": LARGEST, "transverse_moment": LEAST})
+    wrong = worst["axial_moment"] > 2.0 * worst["transverse_moment"]
+    if wrong.any():
         _refuse(
-            f"No body has an axial moment of more than twice the transverse one: 0 < axial_moment <= 2 "
-            f"transverse_moment, with equality for a plane one; got axial_moment={axial} "
-            f"transverse_moment={transverse}.",
+            "No body has an axial moment of more than twice the transverse one: 0 < axial_moment <= 2 "
+            "transverse_moment, with equality for a plane one; got "
+            f"{told(values, wrong, 'axial_moment', 'transverse_moment')}.",
             "Give a smaller axial_moment or a larger transverse_moment.",
             "axial_moment",
         )
-
-
-def _ends(value: Any) -> tuple[float, float]:
-    """Return the smallest and the largest value of a word."""
-    low, high = value.ends() if hasattr(value, "ends") else (value, value)
-    return (0.0, 0.0) if value == NONE else (float(low), float(high))
 
 
 def has_poles(body: str) -> bool:
@@ -195,7 +191,7 @@ def has_poles(body: str) -> bool:
 
 def off_centre(offset: Any) -> bool:
     """Whether a word for the offset puts the centre of mass off the centre."""
-    return _ends(offset) != (0.0, 0.0)
+    return ends_of(offset) != (0.0, 0.0)
 
 
 def on_end(spec: Request, starts: Mapping[str, Any]) -> Truths:
@@ -232,7 +228,7 @@ def _on_end_by(spec: Request) -> tuple[Truths, Truths]:
 
 def _some(value: Any) -> Array:
     """Return the values of a word, or of a random one or a column of a table some between its ends."""
-    return np.asarray(value.array() if hasattr(value, "array") else np.linspace(*_ends(value), 101))
+    return np.asarray(value.array() if hasattr(value, "array") else np.linspace(*ends_of(value), 101))
 
 
 def moments(body: str, filling: str, starts: Starts) -> tuple[Array, Array]:

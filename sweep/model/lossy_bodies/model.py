@@ -20,6 +20,7 @@ from sweep.model.lossy_disk.audit import SampledAudit
 from sweep.model.lossy_disk.model import LOSSY_DISK, LossyDisk, check_losses, integrator, with_constants
 from sweep.model.lossy_disk.tables import LOSSES, NO_AIR, some
 from sweep.model.quantity import Array, Truths
+from sweep.model.rows import LARGEST, told, worst_cases
 
 #: Of balls and spheroids, with all laws.
 _THROUGH_POLES = Kernel("kernels.lossy_bodies.poles.integrate", "integrate", seconds=20.0)
@@ -46,20 +47,13 @@ def check_body(values: Mapping[str, Any]) -> None:
             where="air_law",
         )
     for faced, name, whole in (("rounded", "thickness", 2.0), ("rim", "fillet", 1.0), ("arc", "fillet", 1.0)):
-        if body == faced and _largest(values[name]) >= whole:
+        if body == faced and (wrong := worst_cases(values, {name: LARGEST})[name] >= whole).any():
             raise RequestError(
-                f"A {CALLED[body]} with {name}={values[name]} has no face left to lie on: with losses {name} < "
-                f"{whole:g}, in radii.",
+                f"A {CALLED[body]} has no face left to lie on: with losses {name} < {whole:g}, in radii; got "
+                f"{told(values, wrong, name)}.",
                 hint=f"Give a smaller {name}.",
                 where=name,
             )
-
-
-def _largest(value: Any) -> float:
-    """Return the largest value of a word for a length; 0 if the body has none."""
-    if isinstance(value, str):
-        return 0.0
-    return float(value.ends()[1] if hasattr(value, "ends") else value)
 
 
 class LossyBodies(LossyDisk):

@@ -18,6 +18,7 @@ from sweep.model.lossy_disk import tables, theory, upright
 from sweep.model.lossy_disk.audit import SampledAudit
 from sweep.model.lossy_disk.tables import ARMS, BILDSTEN, MOFFATT, NO_AIR, UNKNOWN, some
 from sweep.model.quantity import Array, Input
+from sweep.model.rows import LARGEST, LEAST, told, worst_cases
 
 
 def check_losses(values: Mapping[str, Any]) -> None:
@@ -65,30 +66,13 @@ def _refuse_unused_air(values: Mapping[str, Any]) -> None:
 def _check_arms(values: Mapping[str, Any]) -> None:
     """Refuse a lever arm as long as the radius: what has it would not move at all."""
     for name in ARMS:
-        if told := _too_long(name, values[name], values["radius"]):
+        worst = worst_cases(values, {name: LARGEST, "radius": LEAST})
+        if (wrong := worst[name] >= worst["radius"]).any():
             raise RequestError(
-                f"A lever arm must be shorter than the radius; got {told}.",
+                f"A lever arm must be shorter than the radius; got {told(values, wrong, name, 'radius', unit=' m')}.",
                 hint="Give a shorter arm: that of a coin on glass is some micrometres, as in 10um.",
                 where=name,
             )
-
-
-def _too_long(name: str, arm: Any, radius: Any) -> str:
-    """Return an arm and a radius of one disk that is not longer, in words; nothing if there is none."""
-    columns = [each for each in (arm, radius) if hasattr(each, "table")]
-    if len(columns) < 2 or arm.table is not radius.table or arm.table.columns is None:
-        return f"{name}={arm} radius={radius}" if _ends(arm)[1] >= _ends(radius)[0] else ""
-    arms, radii = (each.table.values(each.name) for each in columns)
-    rows = np.flatnonzero(arms >= radii)
-    if not rows.size:
-        return ""
-    first = rows[0]
-    return f"{name}={arms[first]:g} m radius={radii[first]:g} m in row {first + 1} of the table"
-
-
-def _ends(value: Any) -> tuple[float, float]:
-    low, high = value.ends() if hasattr(value, "ends") else (value, value)
-    return float(low), float(high)
 
 
 def _check_no_mass(values: Mapping[str, Any], law: str) -> None:

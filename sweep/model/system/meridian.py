@@ -9,6 +9,7 @@ import numpy as np
 
 from sweep.errors import RequestError
 from sweep.model.quantity import Array, Truths
+from sweep.model.rows import ends_of, is_column
 from sweep.model.system.cell_values import evaluated
 from sweep.model.system.definition import Declared, Definition, Event, Meridian, Node, symbols
 
@@ -114,7 +115,7 @@ def ended(ends: tuple[Node, ...], values: Mapping[str, Any]) -> Truths:
 
 
 def _check_tilts(values: Mapping[str, Any]) -> None:
-    low, high = _ends_of(values[TILT])
+    low, high = ends_of(values[TILT])
     if max(-low, high) >= 0.5 * math.pi:
         degrees = math.degrees(high if high > -low else low)
         raise RequestError(
@@ -122,7 +123,7 @@ def _check_tilts(values: Mapping[str, Any]) -> None:
             hint="Give a tilt below 90deg, as 89.9deg of a body that spins on its end.",
             where=TILT,
         )
-    low, high = _ends_of(values.get(FALL_TILT, 1.0))
+    low, high = ends_of(values.get(FALL_TILT, 1.0))
     if low <= 0.0 or high >= 0.5 * math.pi:
         degrees = math.degrees(low if low <= 0.0 else high)
         raise RequestError(
@@ -134,7 +135,7 @@ def _check_tilts(values: Mapping[str, Any]) -> None:
 
 def _check_units(values: Mapping[str, Any]) -> None:
     for name in _POSITIVE:
-        low, _ = _ends_of(values[name])
+        low, _ = ends_of(values[name])
         if low <= 0.0:
             raise RequestError(
                 f"The {name} of a body is above 0; got {name}={low:.6g}.",
@@ -186,17 +187,31 @@ def _check_meridian(
         )
 
 
-def _ends_of(value: Any) -> tuple[float, float]:
-    low, high = value.ends() if hasattr(value, "ends") else (value, value)
-    return float(low), float(high)
-
-
 def _mixtures(values: Mapping[str, Any]) -> Iterator[dict[str, float]]:
     """Yield values of parameters together: all ends with all ends, and if these are few what lies between them."""
-    varied = sum(low != high for low, high in map(_ends_of, values.values()))
-    count = max(2, min(_MOST_VALUES, int(_MOST_MIXTURES ** (1.0 / max(1, varied)))))
-    for mixture in islice(product(*(_some(each, count) for each in values.values())), _MOST_MIXTURES):
-        yield dict(zip(values, mixture, strict=True))
+    columns = {name: value for name, value in values.items() if is_column(value)}
+    rows = _rows(columns)
+    others = {name: value for name, value in values.items() if name not in columns}
+    varied = sum(low != high for low, high in map(ends_of, others.values()))
+    most = _MOST_MIXTURES // max(1, len(rows))
+    count = max(2, min(_MOST_VALUES, int(most ** (1.0 / max(1, varied)))))
+    mixtures = product(rows, product(*(_some(each, count) for each in others.values())))
+    for row, mixture in islice(mixtures, _MOST_MIXTURES):
+        yield row | dict(zip(others, mixture, strict=True))
+
+
+def _rows(columns: Mapping[str, Any]) -> list[dict[str, float]]:
+    """Return unlike rows of a table, those with the ends of its columns among them; one of none without a table."""
+    if not columns:
+        return [{}]
+    if any(each.table is None or each.table.columns is None for each in columns.values()):
+        # the values of a table may not be here: they were checked when it was given
+        return []
+    rows = np.unique(np.column_stack([each.table.values(name) for name, each in columns.items()]), axis=0)
+    ends = np.concatenate([rows.argmin(axis=0), rows.argmax(axis=0)])
+    between = np.linspace(0, len(rows) - 1, min(len(rows), _MOST_MIXTURES // 2)).round().astype(np.intp)
+    places = dict.fromkeys([*ends.tolist(), *between.tolist()])
+    return [dict(zip(columns, rows[place].tolist(), strict=True)) for place in places]
 
 
 def _some(value: Any, count: int) -> list[float]:
@@ -205,6 +220,4 @@ def _some(value: Any, count: int) -> list[float]:
         places = np.linspace(0, len(value) - 1, min(count, len(value))).round().astype(np.intp)
         found: list[float] = value.at(places).tolist()
         return found
-    low, high = _ends_of(value)
-    # the values of a table may not be here: they were checked when it was given
-    return sorted({*np.linspace(low, high, count).tolist()}) if math.isfinite(low) else []
+    return sorted({*np.linspace(*ends_of(value), count).tolist()})
