@@ -167,7 +167,8 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
         An atlas whose run is to be repeated.
     """
     from sweep.request.spec import SweepSpec
-    from sweep.request.words import changes_in
+    from sweep.request.spec_file import kept_mass
+    from sweep.request.words import changes_in, pairs
 
     if source is None:
         if spec is None:
@@ -175,7 +176,10 @@ def read_request(spec: str | None, words: Sequence[str], source: Path | None) ->
                 "A run needs a SPEC, or --from with an atlas; got neither.",
                 "Name a preset, as in: eulerdisk run rolling -o rolling.nc.",
             )
-        return SweepSpec.from_words(spec, words)
+        request = SweepSpec.from_words(spec, words)
+        if kept := kept_mass(spec, pairs(words)):
+            say(kept)
+        return request
     if spec is not None and "=" not in spec:
         raise RequestError(
             f"A run takes a SPEC or --from, not both; got {spec} and --from {source}.",

@@ -174,9 +174,12 @@ def _request_of_preset(preset: str, given: Mapping[str, str]) -> "MotionRequest"
     from sweep.model.disk.tables import WOBBLE
     from sweep.motion.origin import request_of_preset
     from sweep.request.spec import SweepSpec
+    from sweep.request.spec_file import kept_mass
     from sweep.request.values import as_written
 
     request = request_of_preset(preset, given)
+    if kept := kept_mass(preset, given):
+        say(kept)
     model = request.kind.model
     if model.text:
         axes = [name for name in SweepSpec.read(preset).axes if name not in given]

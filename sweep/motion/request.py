@@ -24,7 +24,7 @@ from sweep.model.quantity import Array, Input, Word
 from sweep.motion.body_tables import BODY_MOTION
 from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
 from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION, MotionKind, kind_of_model
-from sweep.request.body import without_thin_body
+from sweep.request.body import check_body_named, without_thin_body
 from sweep.request.substitutes import resolved
 from sweep.request.suggestions import unknown_word
 from sweep.request.system_model import with_system
@@ -67,6 +67,7 @@ class MotionRequest:
         """
         made = request_class(words)
         kind = made.kind
+        check_body_named(kind.model, without_thin_body(words))
         words = {
             name: raw for name, raw in without_thin_body(words).items() if name not in ("model", "system")
         }

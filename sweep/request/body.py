@@ -1,11 +1,12 @@
 """The word ``body``: the thin disk needs none, and a request is of one body alone."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
+from sweep.errors import RequestError, are, shown
 from sweep.model import registry
 from sweep.model.description import Model
-from sweep.request.words import names
+from sweep.request.words import given_in, names
 
 #: The body that is no body of revolution, but the disk.
 THIN = "disk"
@@ -22,6 +23,61 @@ def thin_model(model: Model) -> Model:
 def without_thin_body(words: Mapping[str, Any]) -> dict[str, Any]:
     """Return words without ``body=disk``, which asks for the model of a request that names none."""
     return {name: raw for name, raw in words.items() if name != "body" or str(raw).strip() != THIN}
+
+
+def check_body_named(model: Model, words: Mapping[str, Any]) -> None:
+    """Refuse a length, a moment or a filling of a body that is not named: which one it is of is not known.
+
+    Parameters
+    ----------
+    model : Model
+        That the words choose.
+    words : mapping of str to anything
+        Of a request, as given.
+
+    Raises
+    ------
+    RequestError
+    """
+    if "body" not in model.options or "body" in words:
+        return
+    from sweep.model.bodies.tables import CHOOSING
+
+    given = [name for name in given_in(words) if name in CHOOSING]
+    if not given:
+        return
+    got = " ".join(f"{name}={shown(words[name])}" for name in given if name in words)
+    said = " and ".join(given)
+    hint = f"Add {' or '.join(_bodies_with(given))}, or leave {said} out."
+    if not _bodies_with(given):
+        hint = f"No body has all of them: add {' or '.join(_bodies_with(given[:1]))}, and leave out all but {given[0]}."
+    raise RequestError(
+        f"{said} {are(len(given))} said of another body than the thin disk, and the request names none; got "
+        f"{got or f'a column {said}'}.",
+        hint=hint,
+        where=given[0],
+    )
+
+
+def _bodies_with(given: Collection[str]) -> list[str]:
+    """Return the words for the bodies that have some lengths and filling; if there are, those that need no others."""
+    from sweep.model.bodies.tables import LENGTHS, OPTIONAL
+
+    every = {name for own in LENGTHS.values() for name in own}
+    having = {
+        body: own
+        for body, own in LENGTHS.items()
+        if every.intersection(given) <= {*own} and ("filling" not in given or body == "torus")
+    }
+    # both moments are needed by an arc, whose shape says nothing of them, and by what is loaded on one side
+    moments = {"axial_moment", "transverse_moment"}
+    whole = [
+        body
+        for body, own in having.items()
+        if {*own} - {*OPTIONAL} <= {*given}
+        and ((body != "arc" and "offset" not in given) or moments <= {*given})
+    ]
+    return [f"body={body}" for body in whole or having]
 
 
 def of_one_body(held: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:

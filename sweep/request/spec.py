@@ -21,7 +21,7 @@ from sweep.errors import RequestError, as_path, shown
 from sweep.model import registry
 from sweep.model.description import Model
 from sweep.model.quantity import Input, Quantity, Word
-from sweep.request.body import of_one_body, thin_model, without_thin_body
+from sweep.request.body import check_body_named, of_one_body, thin_model, without_thin_body
 from sweep.request.criterion import Criterion
 from sweep.request.sources import Distribution, Range, Values
 from sweep.request.spec_file import SWEEP_TABLES, find_spec_file, place, read_file
@@ -126,6 +126,7 @@ class SweepSpec:
     def __init__(self, /, **words: Any) -> None:
         words = without_thin_body(with_table(with_system(words)))
         model = model_for(words.pop("model", None), given_in(words))
+        check_body_named(model, words)
         order = words.pop("axes", None)
         check_known(words, model)
         substitutes, words = substitutes_in(words, model), resolved(words, model)

@@ -3,6 +3,7 @@
 import errno
 import os
 import stat
+from collections.abc import Mapping
 from pathlib import Path
 
 import sweep.model.system
@@ -129,6 +130,26 @@ def read_file(path: Path) -> dict[str, object]:
             hint="Write lists as in alpha = [0.5, 1].",
             where=str(path),
         ) from problem
+
+
+def kept_mass(spec: str | Path, changes: Mapping[str, object]) -> str:
+    """Return that a file's mass stays that of its own disk where words change the radius; empty if it does not.
+
+    Parameters
+    ----------
+    spec : str or Path
+        A preset or a file.
+    changes : mapping of str to anything
+        The words that change it.
+    """
+    sizes = [name for name in ("radius", "diameter") if name in changes]
+    if not sizes or "mass" in changes:
+        return ""
+    path = find_spec_file(spec)
+    mass = read_file(path).get("mass")
+    if mass is None:
+        return ""
+    return f"{place(path)}: with {sizes[0]}={changes[sizes[0]]} the mass is still {mass}; give another one as mass="
 
 
 def read_regular(path: Path, most: int) -> bytes:

@@ -247,3 +247,18 @@ def test_a_range_that_misses_the_boundary_is_warned_of(command, tmp_path):
         assert "warning" not in command(line.replace("roll_rate=2:4:9 ", ""))[2]
     # a refusal comes after it
     assert_facts(command(f"run {words} -o a.nc")[2].splitlines()[-1], "a.nc", "--overwrite")
+
+
+def test_the_mass_of_a_preset_is_told_where_the_disk_is_another(command, tmp_path):
+    """A coin made from the toy keeps its mass, which is said; not where a mass is given, or there is none."""
+    for line, facts in (
+        ("plan toy radius=11mm", ["toy", "438.7g", "radius=11mm", "mass="]),
+        ("plan coin diameter=2cm", ["coin", "7.5g", "diameter=2cm"]),
+        ("plan toy radius=11mm mass=7g", []),
+        ("plan toy", []),
+        ("plan rolling radius=11mm", []),
+    ):
+        status, _, err = command(f"{line} --no-calibrate")
+        assert status == 0
+        assert_facts(err, *facts)
+        assert facts or "mass" not in err

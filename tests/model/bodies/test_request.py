@@ -1,6 +1,7 @@
 """The words of bodies: what they choose, in what units, and what is refused."""
 
 import math
+import re
 import tomllib
 
 import numpy as np
@@ -11,6 +12,7 @@ from sweep.engine.grid import whole
 from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
 from sweep.model.disk.model import DISK
+from sweep.motion.request import TrajectorySpec
 from sweep.request.spec import SweepSpec
 
 TORUS = {"body": "torus", "tube": 0.25}
@@ -22,7 +24,7 @@ PROLATE = {"body": "spheroid", "flattening": -0.5}
 REFUSED = {
     "body=cube": "body is torus or rounded or rim or arc or ball or spheroid",
     "body=torus": "needs its tube",
-    "tube=0.2": "A ball has no tube",
+    "tube=0.2": "the request names none; got tube=0.2. Add body=torus",
     "body=torus tube=1": "0 <= tube < 1",
     "body=torus tube=-0.1": "0 <= tube < 1",
     "body=torus tube=30mm radius=20mm": "0 <= tube < 1",
@@ -235,3 +237,45 @@ def test_what_rolls_through_its_poles_is_computed_by_the_reduction_alone():
     bowl = SweepSpec(body="arc", fillet=1.0, offset=0.1, axial_moment=0.4, transverse_moment=0.3)
     assert bowl.method == "rk4"
     assert bowl.replace(body="ball", fillet="none").method == "exact"
+
+
+@pytest.mark.parametrize(
+    ("words", "bodies"),
+    [
+        ("thickness=1.88mm", ["rounded", "rim"]),
+        ("tube=0.2", ["torus"]),
+        ("filling=hollow tube=0.2", ["torus"]),
+        ("thickness=0.3 fillet=0.1", ["rim"]),
+        ("flattening=0.2", ["spheroid"]),
+        ("axial_moment=0.3", ["ball"]),
+        ("offset=0.1 axial_moment=0.4 transverse_moment=0.4", ["arc", "ball"]),
+        ("thickness=0.1 rolling_friction=1um", ["rounded", "rim"]),
+    ],
+)
+def test_a_length_without_a_body(words, bodies):
+    """A body is named that has what was given, no other is spoken of, and each that is named has all it needs."""
+    given = dict(word.split("=") for word in words.split())
+    for ask in (lambda: spec_of(words), lambda: TrajectorySpec.read(roll_rate=3, **given)):
+        with pytest.raises(RequestError) as caught:
+            ask()
+        said = str(caught.value)
+        assert_facts(said, words.split()[0])
+        assert re.findall(r"body=(\w+)", said) == bodies
+        assert "ball" in bodies or "ball" not in said
+    for body in bodies:
+        assert spec_of(f"{words} body={body}").body == body
+
+
+def test_lengths_that_no_body_has_together():
+    """One body is named for the first of them."""
+    with refused("tube", "thickness", "body=torus"):
+        spec_of("tube=0.2 thickness=0.3")
+    assert spec_of("tube=0.2 body=torus").body == "torus"
+
+
+def test_a_column_of_a_length_without_a_body():
+    """What a table has is said of a body too."""
+    starts = {"tilt": [0.1, 0.2], "thickness": [0.1, 0.2]}
+    with refused("thickness", "body=rim"):
+        SweepSpec(roll_rate=3, starts=starts)
+    assert SweepSpec(roll_rate=3, starts=starts, body="rim").size == 2
