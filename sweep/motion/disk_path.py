@@ -8,12 +8,13 @@ import numpy.typing as npt
 
 from kernels.disk import arrays, motion_arrays
 from kernels.disk.endings import FELL, HORIZON, UNRESOLVED
-from sweep.errors import NoMotionError, RequestError
+from sweep.errors import RequestError
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.motion.request import MotionRequest
+from sweep.motion.stated_errors import unresolved
 from sweep.motion.tables import DISK_MOTION, LIFTS, ROLLS, SLIPS
-from sweep.request.words import AUTOMATIC, MOST_STEPS
+from sweep.request.words import AUTOMATIC
 
 _TRAJECTORY = Kernel(DISK_MOTION.kernels, "trajectory", seconds=2.0)
 _DERIVED = Kernel(DISK_MOTION.kernels, "derived", seconds=1.0)
@@ -98,6 +99,9 @@ def _by_rk4(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, flo
     for refinement in range(_MOST_REFINEMENTS + 1):
         settings = np.array([step, _RELATIVE_STEP / 2**refinement, spec.fall_tilt])
         ending, filled, last, _ = _TRAJECTORY.load()(start, settings, times, samples)
+        if ending == UNRESOLVED and last == times[filled - 1]:
+            # it took too many steps, and shorter ones are more
+            break
         if ending == UNRESOLVED:
             continue
         drift = np.abs(_derived(start, samples[:, :filled])[motion_arrays.DERIVED_ENERGY_DRIFT]).max()
@@ -105,11 +109,7 @@ def _by_rk4(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, flo
         if drift <= _DRIFT or rounding or step > 0.0 or refinement == _MOST_REFINEMENTS:
             return samples[:, :filled], (last if ending == FELL else None)
         before = drift
-    raise NoMotionError(
-        "This motion could not be resolved: its state must stay finite, and it may take at most "
-        f"{MOST_STEPS} steps; gave up at {last:.6g} s.",
-        hint="Give a shorter step or duration, slower rates, or a smaller fall_tilt.",
-    )
+    raise unresolved(spec, last)
 
 
 def _by_dop853(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, float | None]:

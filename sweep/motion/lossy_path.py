@@ -20,8 +20,9 @@ from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.motion.body_path import turning
 from sweep.motion.request import MotionRequest
+from sweep.motion.stated_errors import unresolved
 from sweep.motion.tables import HELD_ROLL, HELD_TILT, LOSSY_MOTION
-from sweep.request.words import AUTOMATIC, MOST_STEPS
+from sweep.request.words import AUTOMATIC
 
 _TRAJECTORY = Kernel(LOSSY_MOTION.kernels, "trajectory", seconds=3.0)
 
@@ -144,11 +145,7 @@ def _integrated(spec: MotionRequest, start: Array, times: Array, kernel: Kernel)
         if imbalance <= _IMBALANCE or not isinstance(spec.step, str) or refinement == _MOST_REFINEMENTS:
             end = math.nan if ending == HORIZON else float(moments[-1])
             return Sampled(moments, samples, ending, end, refinement)
-    raise NoMotionError(
-        "This motion could not be resolved: its state must stay finite, and it may take at most "
-        f"{MOST_STEPS} steps; gave up at {moments[-1]:.6g} s.",
-        hint="Give a shorter step or duration, slower rates, or a smaller flat_tilt.",
-    )
+    raise unresolved(spec, float(moments[-1]))
 
 
 def _wanted(spec: MotionRequest, found: Sampled) -> Array:

@@ -92,8 +92,19 @@ def settled(
         before = found
     if best is not None:
         return best[:2]
-    raise NoMotionError(
-        f"This motion could not be resolved: its state must stay finite, and it may take at most {MOST_STEPS} steps.",
+    raise unresolved(spec)
+
+
+def unresolved(spec: MotionRequest, until: float = math.nan) -> NoMotionError:
+    """Return the error of a motion that could not be followed, with the time [s] until which it was.
+
+    A time that is not behind the start says nothing: a motion that has no step fails at once.
+    """
+    followed = f"it was followed until {spec.kind.time.spell(until, 6)}"
+    where = followed if until > 0.0 else "it fails from its start on"
+    return NoMotionError(
+        "This motion could not be resolved: its state must stay finite, and it may take at most "
+        f"{MOST_STEPS} steps; {where}.",
         hint=f"Give a shorter step or duration, slower rates, or a smaller {spec.kind.largest_tilt}.",
     )
 

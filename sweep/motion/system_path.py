@@ -152,9 +152,11 @@ def _check_goes_on(spec: MotionRequest, measured: dict[str, npt.NDArray[Any]]) -
         which = 1 if failed[1][-1] else 0
         until = float(measured[f"{PASSES[which - 2]}: {tables.END_TIME}"][-1])
         why = spec.kind.model.endings.of(last[which][-1])
+        beyond = f" beyond {spec.kind.time.spell(until, 6)}" if until > 0.0 else " from its start on"
+        shorter = "" if "shorter duration" in why.help else ", or give a shorter duration"
         raise NoMotionError(
-            f"This motion could not be followed beyond {spec.kind.time.spell(until, 6)}: {why.reason}.",
-            hint=f"{why.help}, or give a shorter duration.",
+            f"This motion could not be followed{beyond}: {why.reason}.",
+            hint=f"{why.help}{shorter}.",
         )
     if _end(measured) == 0.0:
         event = definition.ends[last[1][-1] - FIRST_EVENT]

@@ -301,3 +301,16 @@ def test_samples_increase_where_interval_and_duration_do_not_fit():
     motion = sweep.simulate(OSCILLATOR, duration="1s", interval="0.3s")
     assert motion.elapsed_time.values == pytest.approx(np.linspace(0.0, 1.0, 5))
     assert all(one < other for one, other in pairwise(motion.elapsed_time.values))
+
+
+@system(duration="10")
+def burst(y=1.0, *, rate=1e9):
+    """Goes to infinity at 1/rate."""
+    return rate * y**2
+
+
+def test_a_motion_that_cannot_be_followed_far():
+    """The time is told where there is one, and no advice twice."""
+    with refused("1e-09", "ends=") as caught:
+        sweep.simulate(burst)
+    assert str(caught.value).count("shorter duration") == 1

@@ -4,7 +4,7 @@ import math
 import numpy as np
 import pytest
 import referee
-from messages import assert_facts, refused
+from messages import assert_facts, missing, refused
 from scipy.integrate import solve_ivp
 
 import sweep
@@ -12,6 +12,8 @@ from kernels.disk import motion_arrays
 from kernels.disk.steady import steady_roll_rate
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.kernel import Kernel
+from sweep.motion.request import TrajectorySpec
+from sweep.motion.stated_errors import unresolved
 
 pytestmark = pytest.mark.compiled
 
@@ -280,3 +282,24 @@ def test_a_step_that_is_too_long_does_not_lose_the_fall():
     """A fall that a coarse step finds too early is still one when closer samples shorten the step."""
     motion = sweep.simulate(tilt=0.1, tilt_rate=0.1, duration=3000.0, step=0.4)
     assert float(motion["fall_time"]) == float(motion["elapsed_time"][-1])
+
+
+@pytest.mark.parametrize(("until", "fact"), [(1.5, "1.5 s"), (1e-9, "1e-09 s")])
+def test_until_when_a_motion_was_followed(until, fact):
+    """A time behind the start is told."""
+    assert_facts(str(unresolved(TrajectorySpec.read(roll_rate=3), until)), "until", fact, "fall_tilt")
+
+
+@pytest.mark.parametrize("until", [0.0, -0.07, math.nan])
+def test_a_motion_that_fails_from_its_start_on(until):
+    """No time before the start is told, nor the start itself."""
+    told = str(unresolved(TrajectorySpec.read(roll_rate=3), until))
+    assert_facts(told, "100000000 steps", "start", "fall_tilt")
+    assert "until" not in told
+    assert missing(told, ["0 s", "-0.07"]) == ["0 s", "-0.07"]
+
+
+def test_too_many_steps_are_taken_once():
+    """A motion of too many steps says so, at once where none of its samples is reached."""
+    with refused("100000000", "from its start on"):
+        sweep.simulate(roll_rate=1e9, tilt=0.1, duration=100)

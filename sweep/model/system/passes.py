@@ -121,7 +121,8 @@ class Passes:
     def _followed_until(self) -> Array:
         """Return until when the pass went on that could not be followed, the last of two."""
         last = np.isin(self._measured[f"{PASSES[-1]}: ending"], FAILURES)
-        return np.where(last, self._times[-1], self._times[-2])
+        # a step that failed at once may have led before the start
+        return np.maximum(np.where(last, self._times[-1], self._times[-2]), 0.0)
 
     def _size(self, state: str) -> Array:
         return self._measured[f"{PASSES[-1]}: largest {state}"]

@@ -211,9 +211,10 @@ async function derivedOf(computation, start, { times, rows }, signal) {
 
 /** @param {number} time */
 export function unresolved(time) {
+  const followed = `it was followed until ${Number(time.toPrecision(6))} s`;
   return new Problem(
     "This motion could not be resolved: its state must stay finite, and it may take no more steps; " +
-      `gave up at ${Number(time.toPrecision(6))} s.`,
+      `${time > 0 ? followed : "it fails from its start on"}.`,
     { hint: HINT, status: 400 },
   );
 }

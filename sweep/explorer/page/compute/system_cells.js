@@ -125,7 +125,7 @@
     #followedUntil() {
       const [before, last] = this.#system.passes.slice(-2);
       const pass = this.#plan.failed.includes(this.#of(last, "ending")) ? last : before;
-      return this.#of(pass, this.#system.end_time);
+      return Math.max(this.#of(pass, this.#system.end_time), 0);
     }
 
     #ending() {
