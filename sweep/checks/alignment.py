@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from sweep.atlas.dataset import spec_of
-from sweep.errors import RequestError, counted
+from sweep.atlas.cf_metadata import spec_attributes
+from sweep.atlas.dataset import place_of, spec_of
+from sweep.errors import RequestError, counted, shown
 from sweep.model.quantity import Array, Quantity
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
@@ -28,6 +29,9 @@ _Places = npt.NDArray[np.intp] | slice
 
 #: Options that change neither the measures of a cell nor their meaning.
 _PRESENTATION = ("title", "boundary", "device")
+
+#: Attributes in words, and those that hold the spec itself, of which `_check_meaning` has spoken.
+_SPELLED = ("criterion_meaning", "sweep_spec", "sweep_fingerprint")
 
 #: Words that say how many starts of a list there are: its axis has their numbers.
 _EXTENT = ("samples", "start")
@@ -93,6 +97,8 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
     """
     specs = spec_of(new), spec_of(reference)
     _check_meaning(*specs)
+    for dataset, spec in zip((new, reference), specs, strict=True):
+        _check_attributes(dataset, spec)
     axes = tuple(dict.fromkeys((*specs[1].axes, *specs[0].axes)))
     places = {name: _places(specs, name) for name in axes}
     cut = frozenset(name for name, each in places.items() if each.cut)
@@ -173,6 +179,18 @@ def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
             hint="Compare with an atlas of the same request (run --from makes one); against exact values, use "
             "eulerdisk verify.",
         )
+
+
+def _check_attributes(dataset: "xr.Dataset", spec: SweepSpec) -> None:
+    """Refuse an atlas whose attributes say other numbers, units, method or criterion than its spec."""
+    for name, value in spec_attributes(spec).items():
+        if name in dataset.attrs and name not in _SPELLED and str(dataset.attrs[name]) != str(value):
+            raise RequestError(
+                f"An attribute of this atlas is not what its cells were computed with: {name} is "
+                f"{shown(dataset.attrs[name])}, and its spec says {value}.",
+                hint="Take an undamaged copy, or compute it again: eulerdisk verify says what else was changed.",
+                where=place_of(dataset),
+            )
 
 
 def _same_tables(new: SweepSpec, reference: SweepSpec) -> bool:

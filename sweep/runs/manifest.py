@@ -17,7 +17,7 @@ from sweep.atlas.cf_metadata import PACKAGES
 from sweep.atomic import publish_bytes
 from sweep.engine.compute import arithmetic_hash
 from sweep.engine.grid import Span, blocks, starts_of
-from sweep.errors import RequestError
+from sweep.errors import RequestError, shown
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.values import both_written
@@ -145,6 +145,7 @@ class Manifest:
             if content.pop("checksum") != _digest(content):
                 raise ValueError("the checksum does not fit")
             spec = SweepSpec.from_canonical(json.dumps(content.pop("spec"), sort_keys=True))
+            _check_types(content)
             manifest = cls(spec, **content)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, RequestError) as problem:
             raise RequestError(
@@ -153,6 +154,19 @@ class Manifest:
                 where=str(path),
             ) from problem
         return replace(manifest, spec=_with_starts(spec, path.with_name(STARTS))) if spec.starts else manifest
+
+
+def _check_types(content: Mapping[str, object]) -> None:
+    """Raise ValueError for a field of a manifest that is not of its type."""
+    for name, value in content.items():
+        if name == "block_cells":
+            fits = type(value) is int and value > 0
+        elif name in ("arithmetic", "recorded", "machine"):
+            fits = isinstance(value, dict) and all(isinstance(each, str) for each in value.values())
+        else:
+            fits = isinstance(value, str)
+        if not fits:
+            raise ValueError(f"{name} is {shown(value)}")
 
 
 def _with_starts(spec: SweepSpec, path: Path) -> SweepSpec:

@@ -416,3 +416,21 @@ def test_another_steady_rate_is_another_motion():
     for other in (STEADY.replace(precession_rate="steady-fast"), CIRCLING):
         with refused("precession_rate"):
             compare(slow, sweep.run(other))
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("gravity", 3.7),
+        ("duration", 3.0),
+        ("radius_units", "mm"),
+        ("method", "exact"),
+        ("criterion", "departure:9deg"),
+    ],
+)
+def test_an_attribute_that_was_changed_is_refused(reference, name, value):
+    """What says how the cells were computed has to be what the spec says, on either side; the file is named."""
+    wrong = reference.assign_attrs({name: value})
+    for pair in ((wrong, reference), (reference, wrong)):
+        with refused(name, str(value), str(reference.attrs[name])):
+            compare(*pair)

@@ -1,6 +1,8 @@
 """The manifest: it says what a run is, and what keeps another program or machine from going on with it."""
 
+import hashlib
 import json
+import math
 import os
 import subprocess
 import sys
@@ -162,3 +164,35 @@ def test_the_environment_of_the_hint_computes(tmp_path):
     assert done.returncode == 0, done.stderr
     content = json.loads((tmp_path / "a.nc.run" / MANIFEST).read_text())
     assert content["machine"]["processor"] == "x86-64-v3"
+
+
+@pytest.mark.parametrize("value", [0, -1, 1e308, math.inf, 10**400, 3.5, True, None, "x", [], {}])
+def test_a_manifest_that_was_edited_is_read_or_refused(written, value):
+    """With a checksum that fits: what is not of its type is refused, and what is can be told from what was there."""
+    _, path = written
+    content = json.loads(path.read_text())
+    places = [(name,) for name in content if name not in ("spec", "checksum")]
+    places += [(name, key) for name in ("arithmetic", "recorded", "machine") for key in content[name]]
+    read = []
+    for place in places:
+        edited = json.loads(path.read_text())
+        inner = edited
+        for name in place[:-1]:
+            inner = inner[name]
+        inner[place[-1]] = value
+        edited.pop("checksum")
+        edited["checksum"] = hashlib.sha256(json.dumps(edited, sort_keys=True).encode()).hexdigest()
+        path.with_name("edited.json").write_text(json.dumps(edited))
+        try:
+            manifest = Manifest.read(path.with_name("edited.json"))
+        except RequestError:
+            continue
+        read.append(place)
+        assert all(isinstance(each, str) for each in manifest.differences(manifest.spec))
+        assert all(isinstance(each, str) for each in manifest.machine_differences())
+    texts = {
+        place for place in places if len(place) == 2 or place[0] in ("created", "command", "fingerprint")
+    }
+    numbers = {("block_cells",)} if type(value) is int and value > 0 else set()
+    nothing = {("arithmetic",), ("recorded",), ("machine",)} if value == {} else set()
+    assert set(read) == (texts if value == "x" else numbers | nothing)
