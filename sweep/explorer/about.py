@@ -40,8 +40,9 @@ _FAR = 1e6
 #: Halvings that lead from there to neighbouring doubles, or to an end at zero as near as matters.
 _HALVINGS = 200
 
-#: Milliseconds that a cell of a system is taken to need until one has been computed.
-_SYSTEM_COST = 0.5
+#: Milliseconds that a cell of a system is taken to need until one has been computed: some need 0.1, some 30, and of
+#: these the first picture has few, so that it comes within 2 s.
+_SYSTEM_COST = 5.0
 
 #: Criterion -> what it limits, its unit, and the ends of its slider in that unit.
 _CRITERIA: Mapping[str, tuple[str, str, float, float]] = {

@@ -101,7 +101,7 @@ def check_start(spec: SweepSpec, start: Mapping[str, float]) -> None:
 def _check_model(spec: SweepSpec) -> None:
     if not has_motions(spec):
         raise NoMotionError(
-            f"The model {spec.model.name} has no motions in time here; the disk and other bodies have.",
+            f"The explorer shows no motions in time of the model {spec.model.name}.",
             where="model",
         )
 

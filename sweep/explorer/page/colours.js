@@ -27,7 +27,7 @@ const LOSSES = ["#999999", "#e69f00", "#cc79a7", "#0072b2", "#56b4e9", "#009e73"
 
 /** Flags of cells of which nothing can be said, and their colour (_OPEN and _GREY of sweep/figures/shade.py). */
 const OPEN = ["undecided", "sensitive"];
-const GREY = "#d4d4d4";
+export const GREY = "#d4d4d4";
 
 /** Ratio of numbers beyond which equal steps would squeeze the small ones (SQUEEZED of sweep/figures/scales.py). */
 const SQUEEZED = 20;
@@ -45,7 +45,7 @@ const SHADES = 1024;
  * @param {string} hex
  * @returns {[number, number, number]}
  */
-function channels(hex) {
+export function channels(hex) {
   const number = parseInt(hex.replace("#", ""), 16);
   return [number >> 16, (number >> 8) & 255, number & 255];
 }
@@ -89,7 +89,7 @@ export function flagColour(quantity, code) {
  * One pixel as the canvas stores it (little-endian RGBA).
  * @param {[number, number, number]} colour
  */
-function packed([red, green, blue]) {
+export function packed([red, green, blue]) {
   return ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
 }
 

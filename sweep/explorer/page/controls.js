@@ -14,6 +14,7 @@ import {
   withWord,
   wordOf,
 } from "eulerdisk/state";
+import { readNumber } from "eulerdisk/number_text";
 import { printedUnits, readable } from "eulerdisk/ticks";
 
 /** @import { Ruler } from "eulerdisk/elements" */
@@ -341,7 +342,6 @@ function numberRow(name, label, description, ruler, set) {
   const field = html("input", {
     id,
     type: "text",
-    inputmode: "decimal",
     autocomplete: "off",
     spellcheck: "false",
   });
@@ -356,22 +356,27 @@ function numberRow(name, label, description, ruler, set) {
     set(tidy(valueOnRuler(ruler, Number(slide.value) / STEPS), ruler.factor)),
   );
   field.addEventListener("change", () => {
-    const value = Number(field.value.trim().replace(",", ".").replace("\u2212", "-"));
-    const { above = null, below = null } = ruler;
-    const possible =
-      Number.isFinite(value) && (above === null || value > above) && (below === null || value < below);
-    if (field.value.trim() !== "" && possible) set(value / ruler.factor);
-    field.classList.toggle("wrong", !possible);
-    const limits = `above ${above}${below === null ? "" : ` and below ${below} ${ruler.unit}`}`;
-    field.title = Number.isFinite(value) && !possible ? `This must be ${limits}.` : "";
+    const { value, problem } = readNumber(field.value, ruler);
+    field.classList.toggle("wrong", problem !== "");
+    field.title = refusal.textContent = problem;
+    if (value === null) return;
+    field.value = String(Number(value.toPrecision(12)));
+    set(value / ruler.factor);
   });
+  const refusal = html("p", { class: "refusal", role: "status" });
   const number = html(
     "span",
     { class: "number" },
     field,
     html("span", { class: "unit" }, printedUnits(ruler.unit)),
   );
-  const element = html("div", { class: "slider" }, html("div", { class: "caption" }, caption, number), slide);
+  const element = html(
+    "div",
+    { class: "slider" },
+    html("div", { class: "caption" }, caption, number),
+    slide,
+    refusal,
+  );
   /** @param {number|string|undefined} value */
   const follow = (value) => {
     if (typeof value !== "number" || !Number.isFinite(value)) return;

@@ -8,6 +8,7 @@ import { Latest, Refresh } from "eulerdisk/refresh";
 import { legendHeight, drawOverlay } from "eulerdisk/overlay";
 import { mayPass } from "eulerdisk/notice";
 import { halfOfRange, parameterOf, quantityOf, wordsOf } from "eulerdisk/state";
+import { markVerdicts } from "eulerdisk/verdict_marks";
 
 /** @import { Range } from "eulerdisk/colours" */
 /** @import { Deeds, Place } from "eulerdisk/gestures" */
@@ -183,6 +184,7 @@ export class AtlasMap {
       y: parameterOf(this.#about, view.y.name),
       quantity: coloured,
       range: this.picture.range,
+      undecided: this.picture.hasUndecided,
       lines: this.lines.filter((line) => !hidden.includes(line.name)),
       stale: this.#linesOf !== wordsOf(view),
       codeAt: (across, up) => this.picture.codeAt(view, across, up),
@@ -268,6 +270,7 @@ export class AtlasMap {
       this.linesProblem = mayPass(/** @type {any} */ (problem)) ? /** @type {Error} */ (problem) : null;
       this.lines = [];
     }
+    this.picture.showBorders(this.lines.length === 0, this.#state.range);
     this.redraw();
     this.#told.onLines();
   }
@@ -383,6 +386,9 @@ export class Picture {
   quantity = null;
   /** @type {Range} */
   range = { low: 0, high: 1, scale: "linear" };
+  /** Whether undecided cells are grey among the colours of numbers. */
+  hasUndecided = false;
+  #hasBorders = false;
   #colours = document.createElement("canvas");
 
   /**
@@ -394,6 +400,17 @@ export class Picture {
    */
   take(view, quantity, answer, held) {
     [this.view, this.quantity, this.answer] = [view, quantity, answer];
+    this.colour(held);
+  }
+
+  /**
+   * Paint the borders between stable and unstable cells, where no line shows them, or do not.
+   * @param {boolean} hasBorders
+   * @param {[number, number]|null} held
+   */
+  showBorders(hasBorders, held) {
+    if (hasBorders === this.#hasBorders) return;
+    this.#hasBorders = hasBorders;
     this.colour(held);
   }
 
@@ -418,7 +435,9 @@ export class Picture {
       this.#colours.height = height;
     }
     const image = new ImageData(width, height);
-    paint(new Uint32Array(image.data.buffer), value, width, height, this.quantity, this.range);
+    const pixels = new Uint32Array(image.data.buffer);
+    paint(pixels, value, width, height, this.quantity, this.range);
+    this.hasUndecided = this.quantity.flags === null && markVerdicts(pixels, this.answer, this.#hasBorders);
     context(this.#colours).putImageData(image, 0, 0);
   }
 

@@ -55,7 +55,8 @@ class Slot {
     );
     const heading = html("h2", {}, html("span", { class: "letter" }, letter));
     const head = html("header", {}, heading, this.#caption, button);
-    this.element = html("section", { class: "slot", "aria-label": `Motion ${letter}` }, head, this.#body);
+    const what = about.bases.some(({ hasMotions }) => hasMotions) ? "Motion" : "Start";
+    this.element = html("section", { class: "slot", "aria-label": `${what} ${letter}` }, head, this.#body);
   }
 
   /**

@@ -1,7 +1,7 @@
 /** What is drawn over the picture of a map: frame, axes, lines, legend, chosen points and the cursor, as one SVG. */
 
 import { placeOf, valueAt } from "eulerdisk/axis_window";
-import { flagColour, shade } from "eulerdisk/colours";
+import { flagColour, GREY, shade } from "eulerdisk/colours";
 import { svg, textWidth } from "eulerdisk/elements";
 import { codesOf, rasterOf, roomiest } from "eulerdisk/regions";
 import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
@@ -25,6 +25,7 @@ import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
  * @property {Parameter} y
  * @property {Quantity} quantity
  * @property {Range} range
+ * @property {boolean} undecided  whether undecided cells are grey among the colours of numbers
  * @property {Line[]} lines
  * @property {boolean} stale
  * @property {[Point|null, Point|null]} points
@@ -390,7 +391,7 @@ function storedSample({ plot }, title) {
 }
 
 /** @param {Scene} scene */
-function bar({ quantity, range, plot }) {
+function bar({ quantity, range, plot, undecided }) {
   const group = svg("g");
   const wide = Math.min(plot.width, 420);
   const gradient = svg("linearGradient", { id: "scale-of-colours" });
@@ -412,6 +413,13 @@ function bar({ quantity, range, plot }) {
     if (label) group.append(svg("text", { x, y: ROW + 26, "text-anchor": "middle" }, label));
   }
   group.append(svg("text", { class: "title", y: 12 }, titleOf(quantity, offset, power)));
+  if (undecided && wide + 36 + textWidth("undecided") <= plot.width) {
+    const x = wide + 18;
+    group.append(
+      svg("rect", { class: "bar", x, y: ROW - 1, width: 12, height: 12, fill: GREY }),
+      svg("text", { x: x + 18, y: ROW + 9.5 }, "undecided"),
+    );
+  }
   return group;
 }
 

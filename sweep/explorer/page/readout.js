@@ -39,7 +39,7 @@ export class Readout {
     this.#spoken = spoken;
     this.#about = about;
     this.#requests = new Latest((/** @type {{view: View, aim: Aim}} */ asked) => this.#ask(source, asked));
-    this.#invite();
+    this.#invite(about.bases[0].view);
   }
 
   /**
@@ -72,18 +72,21 @@ export class Readout {
   follow(view) {
     if (!this.#aim) return;
     if (planeOf(view) !== this.#plane) {
-      this.#invite();
+      this.#invite(view);
       return;
     }
     this.#aim = { ...this.#aim, shown: null, keys: false };
     this.#requests.ask({ view, aim: this.#aim });
   }
 
-  /** Say what can be done, while nothing has been pointed at. */
-  #invite() {
+  /**
+   * Say what can be done, while nothing has been pointed at.
+   * @param {View} view
+   */
+  #invite(view) {
     this.#aim = null;
-    const words =
-      "Point at the map for numbers; click for a motion. Wheel or pinch zooms. Drag moves it: one finger sideways, two fingers in all directions.";
+    const clicked = baseOf(this.#about, view).hasMotions ? "for a motion" : "to keep a start and its words";
+    const words = `Point at the map for numbers; click ${clicked}. Wheel or pinch zooms. Drag moves it: one finger sideways, two fingers in all directions.`;
     this.#element.replaceChildren(html("p", { class: "quiet" }, words));
   }
 

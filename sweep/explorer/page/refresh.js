@@ -36,6 +36,8 @@ export class Refresh {
   /** @type {Map<string, number>} milliseconds that a cell took, by bases and quantities */
   #costs = new Map();
   #costOf;
+  /** @type {Wanted|null} what needs no computing: all of it is stored */
+  #free = null;
   /** @type {Latest<Wanted>} */
   #coarse;
 
@@ -69,7 +71,11 @@ export class Refresh {
     const cells = wanted.width * wanted.height;
     if (this.#cost(wanted)) {
       let count = FINER * this.#within(wanted, SOON, COARSE);
-      while (count < Math.min(cells, this.#within(wanted, PATIENCE, FINE)) && !signal.aborted) {
+      while (
+        this.#free !== wanted &&
+        count < Math.min(cells, this.#within(wanted, PATIENCE, FINE)) &&
+        !signal.aborted
+      ) {
         await this.#ask(wanted, "coarse", signal, count);
         count *= FINER;
       }
@@ -89,7 +95,7 @@ export class Refresh {
    * @param {number} most
    */
   #within(wanted, time, most) {
-    const cost = this.#cost(wanted);
+    const cost = this.#free === wanted ? 0 : this.#cost(wanted);
     return cost ? Math.min(most, time / cost) : most;
   }
 
@@ -108,6 +114,7 @@ export class Refresh {
       const answer = await this.#source.window({ view, width, height, quantity, stored }, signal);
       // stored cells cost nothing
       const computed = answer.stored ? answer.stored.filter((each) => each === 0).length : width * height;
+      if (!computed) this.#free = wanted;
       if (this.#costOf(view.base) && computed && answer.milliseconds !== undefined) {
         this.#costs.set(`${view.base} ${quantity}`, answer.milliseconds / computed);
       }

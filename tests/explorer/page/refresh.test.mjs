@@ -91,6 +91,23 @@ test("where cells take long a coarse picture takes 0.3 s, and finer ones come be
   );
 });
 
+test("stored cells cost nothing: their fine picture comes at once, with all pixels of the screen", async (context) => {
+  context.mock.timers.enable({ apis: ["setTimeout"] });
+  const asked = [];
+  const window = async (request) => {
+    asked.push(request.width * request.height);
+    const stored = new Uint8Array(request.width * request.height).fill(1);
+    return { ...request, head: { note: "" }, stored, milliseconds: 1 };
+  };
+  const { refresh, delivered } = refreshing({ cost: 5, window });
+  refresh.ask(WANTED);
+  await settle();
+  context.mock.timers.tick(90);
+  await settle();
+  assert.deepEqual([asked.length, asked.at(-1)], [2, 1600 * 1200]);
+  assert.deepEqual(delivered.at(-1), ["fine", 1600 * 1200, ""]);
+});
+
 test("what a window took says how many cells the next one has", async (context) => {
   context.mock.timers.enable({ apis: ["setTimeout"] });
   const { refresh, asked } = refreshing({ cost: 0.1, milliseconds: 3 });

@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { bodyOf } from "eulerdisk/compute/shapes";
-import { attitude } from "eulerdisk/motion/disk_scene";
+import { attitude, middleHeight } from "eulerdisk/motion/disk_scene";
 import { niceLength } from "eulerdisk/motion/furniture";
 import { meridianOf, reachOf } from "eulerdisk/motion/solid";
 import { Vector3 } from "three";
@@ -25,6 +25,16 @@ const BODIES = [
   body("ball", { offset: 0.2 }),
   body("spheroid", { offset: 0, flattening: 0.4 }),
 ];
+
+test("the camera looks at the middle height of the centre: of a flat disk low, of an upright one at its radius", () => {
+  const samplesOf = (tilt) => ({
+    arrays: { time: [0, 2] },
+    head: { radius: 0.04 },
+    at: (name, time) => (name === "tilt" ? tilt + 0.01 * Math.sin(40 * time) : NaN),
+  });
+  near(middleHeight(samplesOf(0)), 0.04, 1e-5);
+  near(middleHeight(samplesOf(1.5)), 0.04 * Math.cos(1.5), 1e-4);
+});
 
 test("the stretches of a meridian join, and lead from the axis to the axis; a torus has none", () => {
   for (const each of BODIES) {

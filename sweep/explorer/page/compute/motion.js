@@ -79,7 +79,10 @@ export async function computedMotion(computation, tables, parameters, plans, req
   const motion = plans.motion && { ...plans.motion, losses: lossesAt(plans.motion.losses, request) };
   const losses = request.losses ?? {};
   if (!motion || !disk) {
-    throw new Problem("The cells of this map have no motions in time here.", { status: 400 });
+    throw new Problem("This page shows no motions of these cells in time.", {
+      hint: "eulerdisk simulate follows one.",
+      status: 400,
+    });
   }
   checkLosses(tables, losses);
   const cell = await cellAt(computation, disk, request, signal);

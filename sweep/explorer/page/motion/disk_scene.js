@@ -42,8 +42,11 @@ const AZIMUTH = (-58 * Math.PI) / 180;
 const ELEVATION = (22 * Math.PI) / 180;
 const DISTANCE = 5.8;
 
-/** Height of the point that the camera looks at, in radii. */
+/** Height of the point that the camera looks at, over that of the centre: of an upright disk the path is seen, too. */
 const LOOK_AT = 0.8;
+
+/** Samples of which the middle height of the centre is found. */
+const HEIGHTS = 200;
 
 /** Angle by which a key turns the camera. */
 const TURN = (6 * Math.PI) / 180;
@@ -101,6 +104,8 @@ export class DiskScene {
     this.square = 0;
     /** Length in m by which the scene is laid out: the radius, or how far a body reaches. */
     this.size = 1;
+    /** Middle height of the centre in m. */
+    this.height = 1;
     this.look = "";
     this.isCompiled = false;
     /** @type {Trail|undefined} */
@@ -125,6 +130,7 @@ export class DiskScene {
     const first = this.samples === null || this.size !== size;
     this.samples = samples;
     this.size = size;
+    this.height = middleHeight(samples);
     if (!this.canvas.isConnected) this.element.append(this.canvas);
     if (look !== this.look) this.#furnish(samples.head, colours);
     this.look = look;
@@ -183,7 +189,7 @@ export class DiskScene {
     this.disk.position.copy(pose.centre);
     this.force?.point(pose.contact, pose.push.multiplyScalar(WEIGHT * this.size));
     this.trail?.setTime(time);
-    this.#follow(pose.contact, this.size);
+    this.#follow(pose.centre, this.size);
     this.draw();
   }
 
@@ -244,12 +250,13 @@ export class DiskScene {
   }
 
   /**
-   * Move camera, light and grid along with the contact point.
-   * @param {Vector3} contact
+   * Move camera, light and grid along with the centre, which stays where it is while a disk wobbles about it. They keep
+   * their height, so that one sees the disk rise and fall.
+   * @param {Vector3} centre
    * @param {number} radius
    */
   #follow({ x, y }, radius) {
-    const target = new Vector3(x, y, LOOK_AT * radius);
+    const target = new Vector3(x, y, LOOK_AT * this.height);
     const way = target.clone().sub(this.controls.target);
     this.controls.target.copy(target);
     this.camera.position.add(way);
@@ -414,6 +421,22 @@ class Arrow extends Group {
     this.head.scale.setScalar(scale);
     this.head.position.y = shaft + 0.5 * scale * HEAD[1] * this.unit;
   }
+}
+
+/**
+ * Median over the time of the height of the centre in m.
+ * @param {Samples} samples
+ */
+export function middleHeight(samples) {
+  const { time } = samples.arrays;
+  const last = time[time.length - 1];
+  const heights = Array.from({ length: HEIGHTS }, (_, i) => {
+    const at = (last * (i + 0.5)) / HEIGHTS;
+    return samples.head.body
+      ? samples.at("centre_z", at)
+      : samples.head.radius * Math.abs(Math.cos(samples.at("tilt", at)));
+  });
+  return heights.sort((a, b) => a - b)[HEIGHTS / 2];
 }
 
 /**
