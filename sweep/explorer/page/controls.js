@@ -11,7 +11,7 @@ import {
   quantityOf,
   withAxis,
   withOtherScale,
-  withWord,
+  withValue,
   wordOf,
 } from "eulerdisk/state";
 import { readNumber } from "eulerdisk/number_text";
@@ -22,6 +22,13 @@ import { printedUnits, readable } from "eulerdisk/ticks";
 /** @import { About, Line, Parameter, View } from "eulerdisk/types" */
 
 /** @typedef {(change: (state: State) => State) => void} Change */
+
+/** @type {Record<string, string>} what the lines are, for who reads their names for the first time */
+const MEANINGS = {
+  analytic: "analytic is that of theory for the smallest disturbance",
+  predicted: "predicted is that of theory for this criterion and this tilt",
+  measured: "measured lies between computed cells, stable and unstable ones",
+};
 
 /**
  * Controls that are built anew where a base or an axis changes, and otherwise only follow the state.
@@ -127,7 +134,13 @@ export class Controls {
       });
       return label;
     });
-    return html("div", { class: "checks", role: "group", "aria-label": "Boundaries" }, ...labels);
+    const meanings = lines.flatMap(({ name }) => MEANINGS[name] ?? []).join("; ");
+    return html(
+      "div",
+      {},
+      html("div", { class: "checks", role: "group", "aria-label": "Boundaries" }, ...labels),
+      html("p", { class: "quiet" }, meanings && `Boundaries of stability: ${meanings}.`),
+    );
   }
 
   #stored() {
@@ -175,8 +188,7 @@ export class Controls {
     const { view } = state;
     const about = this.#about;
     /** @param {string} name @returns {(value: number|string) => void} */
-    const set = (name) => (value) =>
-      this.#change((now) => ({ ...now, view: withWord(about, now.view, name, value) }));
+    const set = (name) => (value) => this.#change((now) => withValue(about, now, name, value));
     const base = baseOf(about, view);
     const fixed = isFixed(about, view);
     const isText = fixed || about.criteria.length === 0;

@@ -11,7 +11,7 @@ import { tell, tellProblem } from "eulerdisk/notice";
 import { PageSource } from "eulerdisk/page_source";
 import { Readout } from "eulerdisk/readout";
 import { ServerSource } from "eulerdisk/server_source";
-import { baseOf, quantityOf, UNSET, wordsOf, withinDomain } from "eulerdisk/state";
+import { baseOf, firstAxis, quantityOf, UNSET, wordsOf, withinDomain } from "eulerdisk/state";
 
 /** @import { Aim } from "eulerdisk/map" */
 /** @import { Point, State } from "eulerdisk/state" */
@@ -263,8 +263,10 @@ class Page {
     if (chosen && this.#before) this.#state = this.#before;
     const { view } = this.#state;
     const base = baseOf(this.#about, view).view;
-    const first = [base.x, base.y];
-    const [x, y] = [view.x, view.y].map((axis) => first.find((each) => each.name === axis.name) ?? axis);
+    const isFirst = (/** @type {string} */ name) => [base.x.name, base.y.name].includes(name);
+    const [x, y] = [view.x, view.y].map((axis) =>
+      isFirst(axis.name) ? firstAxis(this.#about, view, axis.name) : axis,
+    );
     this.#begin({ ...this.#state, view: { ...view, x, y } });
   }
 

@@ -2,7 +2,7 @@
 
 import { axisBetween, valueAt, within } from "eulerdisk/axis_window";
 
-/** @import { About, Base, MotionSettings, Parameter, Quantity, View } from "eulerdisk/types" */
+/** @import { About, Axis, Base, MotionSettings, Parameter, Quantity, View } from "eulerdisk/types" */
 
 /** @type {MotionSettings} nothing is set of a motion */
 export const UNSET = { losses: {}, camera: null, open: [] };
@@ -122,6 +122,53 @@ export function withWord(about, view, name, value) {
   return { ...view, words };
 }
 
+/** Rates, of which the map is the same for all radii in units of sqrt(g/R). */
+const RATES = ["tilt_rate", "precession_rate", "roll_rate"];
+
+/**
+ * The unit sqrt(g/R) of the rates of a view over that of its base; 1 of a system, whose parameters mean what they like.
+ * @param {About} about
+ * @param {View} view
+ */
+function rateUnit(about, view) {
+  const { words } = baseOf(about, view);
+  /** @param {string} name */
+  const share = (name) => Number(wordOf(about, view, name)) / Number(words[name]);
+  const ratio = about.criteria.length ? Math.sqrt(share("gravity") / share("radius")) : 1;
+  return ratio > 0 && Number.isFinite(ratio) ? ratio : 1;
+}
+
+/**
+ * Axis whose rates are so many times as large; of another parameter the axis itself.
+ * @param {Axis} axis
+ * @param {number} times
+ * @returns {Axis}
+ */
+function withRatesTimes(axis, times) {
+  if (times === 1 || !RATES.includes(axis.name)) return axis;
+  if (axis.scale === "log") return { ...axis, centre: axis.centre + Math.log(times) };
+  return { ...axis, centre: axis.centre * times, half: axis.half * times };
+}
+
+/**
+ * State with another value of a word. Another radius or gravity leaves the map and the chosen starts where they are in
+ * scaled rates.
+ * @param {About} about
+ * @param {State} state
+ * @param {string} name
+ * @param {number|string} value
+ * @returns {State}
+ */
+export function withValue(about, state, name, value) {
+  const view = withWord(about, state.view, name, value);
+  const times = rateUnit(about, view) / rateUnit(about, state.view);
+  const [x, y] = [withRatesTimes(view.x, times), withRatesTimes(view.y, times)];
+  const [alongX, alongY] = [view.x, view.y].map((axis) => (RATES.includes(axis.name) ? times : 1));
+  const moved = (/** @type {Point|null} */ point) => point && { x: point.x * alongX, y: point.y * alongY };
+  const [a, b] = state.points;
+  return { ...state, view: { ...view, x, y }, points: [moved(a), moved(b)] };
+}
+
 /**
  * View with another parameter along an axis. The one that was there keeps the value in the middle, or the nearest that
  * its slider has: a window may be wider than the domain. If the other axis has the parameter, both change places.
@@ -149,9 +196,10 @@ export function withAxis(about, view, which, name) {
  * @param {View} view
  * @param {string} name
  */
-function firstAxis(about, view, name) {
+export function firstAxis(about, view, name) {
   const base = baseOf(about, view).view;
-  for (const axis of [base.x, base.y]) if (axis.name === name) return axis;
+  const times = rateUnit(about, view);
+  for (const axis of [base.x, base.y]) if (axis.name === name) return withRatesTimes(axis, times);
   const { low, high, scale } = parameterOf(about, name);
   return axisBetween(name, low ?? -1, high ?? 1, scale);
 }

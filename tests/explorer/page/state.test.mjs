@@ -5,6 +5,7 @@ import { test } from "node:test";
 import { ends } from "eulerdisk/axis_window";
 import {
   baseOf,
+  firstAxis,
   firstState,
   halfOfRange,
   isFixed,
@@ -16,6 +17,7 @@ import {
   withAxis,
   withinDomain,
   withOtherScale,
+  withValue,
   withWord,
   wordOf,
   wordsOf,
@@ -136,4 +138,26 @@ test("a view is fixed where stored cells are all that it shows", () => {
   assert.equal(isFixed({ ...ABOUT, atlas }, VIEW), true);
   assert.equal(isFixed({ ...ABOUT, atlas: { ...atlas, live: true } }, VIEW), false);
   assert.equal(isFixed({ ...ABOUT, atlas }, { ...VIEW, base: "spinning" }), false);
+});
+
+test("another radius or gravity leaves the map and the chosen starts where they are in scaled rates", () => {
+  const of = (more) => ({ ...ABOUT, ...more });
+  const [first] = ABOUT.bases;
+  const bases = [{ ...first, words: { ...first.words, radius: 0.5 } }];
+  const about = of({ bases, criteria: [{ word: "departure" }] });
+  const state = { ...firstState(about), points: [{ x: 2.5, y: 0.1 }, null] };
+  const smaller = withValue(about, state, "radius", 0.125);
+  assert.deepEqual(smaller.view.x, { ...state.view.x, centre: 6, half: 2 });
+  assert.deepEqual(smaller.view.y, state.view.y);
+  assert.deepEqual(smaller.points, [{ x: 5, y: 0.1 }, null]);
+  assert.deepEqual(withValue(about, smaller, "radius", 0.5).view.x, state.view.x);
+  // the whole range is that of the new radius
+  assert.deepEqual(firstAxis(about, smaller.view, "roll_rate"), { ...state.view.x, centre: 6, half: 2 });
+  const weak = withValue(about, state, "gravity", 9.81 / 4);
+  assert.deepEqual([weak.view.x.centre, weak.view.x.half], [1.5, 0.5]);
+  const log = { ...state, view: { ...state.view, x: { ...state.view.x, centre: 1, scale: "log" } } };
+  assert.ok(Math.abs(withValue(about, log, "radius", 0.125).view.x.centre - 1 - Math.log(2)) < 1e-12);
+  // what a system calls its radius is its own affair
+  assert.deepEqual(withValue(of({ bases }), state, "radius", 0.125).view.x, state.view.x);
+  assert.deepEqual(withValue(about, state, "alpha", 0.7).view.x, state.view.x);
 });
