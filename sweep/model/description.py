@@ -385,6 +385,10 @@ class Model(ABC):
         """Return what ended a motion that may yet go further, for a cell with these stored values."""
         return f"the duration of {spec.duration:g} s {self.endings.of(stored['ending']).reason}"
 
+    def reason_without_verdicts(self, spec: Request) -> str:
+        """Return why many cells may have no verdict, and what to ask for instead; empty if nothing is known."""
+        return ""
+
     def linear_prediction(
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:

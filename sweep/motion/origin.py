@@ -11,6 +11,7 @@ from sweep.engine.grid import Span, starts_of
 from sweep.errors import RequestError
 from sweep.model.disk.tables import WOBBLE
 from sweep.motion.request import MotionRequest, check_names, known_names, motions_of, request_class
+from sweep.motion.tables import MotionKind
 from sweep.request.body import of_one_body
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_file import find_spec_file, place, read_file
@@ -99,6 +100,9 @@ def _refuse_open(sweep: SweepSpec, path: Path, names: Sequence[str]) -> None:
 #: Nutation periods that a motion lasts if no duration is given: as many as `explain --plot` draws.
 _PERIODS = 3.0
 
+#: Time until a fall that is followed, over that which the cell states: both are found with steps of their own.
+_LATER = 1.01
+
 
 def cell_and_changes(spec: SweepSpec, words: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the words that name a cell of an atlas, which are those of its axes, and the words that change its motion.
@@ -134,7 +138,8 @@ def request_of_cell(
     """Return the request for the motion of a cell: its start, its disk, and the settings of the atlas.
 
     The duration of an atlas is the longest time that a cell may take: 300 s are a thousand periods of a coin. Instead
-    a motion lasts three nutation periods of its cell; where the atlas knows none of this start, 10 s as any other one.
+    a motion lasts three nutation periods of its cell, or until it ends as its cell does; where the atlas knows nothing
+    of this start, 10 s as any other one.
     One with losses may take the duration of the atlas, to its end; one of a system takes it.
 
     Parameters
@@ -176,7 +181,10 @@ def request_of_cell(
     # another start or another disk has another period, and a motion with losses is followed to its end
     same = spec.model.parameters.keys().isdisjoint(changes) and not kind.stops
     shown = _PERIODS * _period(atlas, place) if same else np.nan
-    if not model:
+    if not model and same and _comes_to_an_end(atlas, place, kind):
+        # the motion ends by itself
+        settings["duration"] = max(spec.duration, _LATER * _fall_time(atlas, place))
+    elif not model:
         settings["duration"] = min(
             shown if np.isfinite(shown) else float(kind.inputs["duration"].default), spec.duration
         )
@@ -191,9 +199,25 @@ def words_of_start(spec: SweepSpec, start: Mapping[str, float]) -> dict[str, Any
     return {name: value for name, value in {**start, **said}.items() if name in kind.names}
 
 
+def _comes_to_an_end(atlas: "xr.Dataset", place: Mapping[str, int], kind: MotionKind) -> bool:
+    """Return whether a cell has an ending that ends its motion: a fall, or a change of edges."""
+    ending = spec_of(atlas).model.variables["ending"].flag(_value(atlas, "ending", place))
+    return ending in kind.endings
+
+
+def _fall_time(atlas: "xr.Dataset", place: Mapping[str, int]) -> float:
+    """Return when a cell falls [s], by the exact reduction also later than the duration; 0 if it does not."""
+    return float(np.nan_to_num(_value(atlas, "fall_time", place)))
+
+
 def _period(atlas: "xr.Dataset", place: Mapping[str, int]) -> float:
     """Return the nutation period [s] of a cell; NaN if the atlas has none: of a fall, or where time ended it."""
-    if "nutation_period" not in atlas:
+    return _value(atlas, "nutation_period", place)
+
+
+def _value(atlas: "xr.Dataset", name: str, place: Mapping[str, int]) -> float:
+    """Return what a cell has of a variable; NaN if the atlas has none."""
+    if name not in atlas:
         return np.nan
-    period = atlas["nutation_period"]
-    return float(np.asarray(period[tuple(place[str(dim)] for dim in period.dims)]))
+    values = atlas[name]
+    return float(np.asarray(values[tuple(place[str(dim)] for dim in values.dims)]))

@@ -132,6 +132,8 @@ class Failures:
                 f"{counted(undecided, 'cell', self.spec.size)} {are(undecided)} undecided; eulerdisk explain says why "
                 "of each"
             )
+            if reason := self.spec.model.reason_without_verdicts(self.spec):
+                lines.append(reason)
         if self._change > max(_CHANGE, _CHANGE_OF_TOLERANCE * self.spec.tolerance):
             lines.append(
                 f"what is said to be conserved changes by {self._change:.2g} of its terms at "

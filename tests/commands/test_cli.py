@@ -77,6 +77,23 @@ def test_cells_without_a_verdict_are_mentioned(command):
     assert "undecided" not in command("run rolling tilt=1deg roll_rate=3:4:5 -o long.nc")[2]
 
 
+def test_a_rim_has_no_upright_motion(command):
+    """A run of one that rolls upright says so, and which presets have a motion to disturb; the others are silent."""
+    rim = "body=rim thickness=0.2"
+    status, _, told = command(f"run rolling {rim} tilt=1deg roll_rate=3:4:5 -o rim.nc")
+    assert status == 0
+    assert_facts(told, "5 of 5 cells", "upright", "thick_coin", "true_edge", "torus")
+    others = (
+        f"rolling {rim} tilt=40deg precession_rate=3:4:5 roll_rate=steady",
+        "torus tube=0.2 scaled_roll_rate=0.5:0.6:5",
+        "rolling tilt=1deg roll_rate=3:4:5 duration=0.01s",
+    )
+    for line in others:
+        status, _, told = command(f"run {line} -o other.nc --overwrite")
+        assert status == 0
+        assert "thick_coin" not in told
+
+
 @pytest.mark.parametrize(("kind", "status"), [(RequestError, 2), (StorageError, 3), (FailedBlocksError, 1)])
 def test_each_error_has_its_exit_status(command, monkeypatch, kind, status):
     """The command ends with the status of the error, and prints it on one line."""

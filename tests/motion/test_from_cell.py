@@ -11,6 +11,7 @@ from sweep.atlas.parts import nearest_cell, other_values
 from sweep.errors import RequestError
 from sweep.motion.origin import cell_and_changes, request_of_cell
 from sweep.motion.request import TrajectorySpec
+from sweep.motion.sampling import ending_of
 
 pytestmark = pytest.mark.compiled
 
@@ -160,3 +161,24 @@ def test_a_cell_without_a_start_has_no_motion():
     with refused("precession_rate", "precession_rate=2"):
         request(atlas, tilt="10deg")
     assert request(atlas, tilt="10deg", precession_rate=1.0)[0].precession_rate == 1.0
+
+
+@pytest.mark.parametrize(
+    ("words", "ending"),
+    [
+        ({"radius": 10.0, "roll_rate": "0.0001,0.0002", "tilt": 1e-10}, "fell"),
+        (
+            {"body": "rim", "thickness": 0.2, "radius": 2000.0, "roll_rate": "0.0001,0.0002", "tilt": 0.09},
+            "edge change",
+        ),
+    ],
+)
+def test_a_motion_reaches_the_ending_of_its_cell(words, ending):
+    """One that takes longer than a motion of the default duration is followed until it ends, if no word says less."""
+    atlas = sweep.run("rolling", **words)
+    motion = atlas.eulerdisk.simulate(roll_rate=0.0001)
+    assert ending_of(motion) == ending
+    assert float(motion.elapsed_time[-1]) > 10.0
+    if ending == "fell":
+        assert float(motion.fall_time) == pytest.approx(float(atlas.fall_time[0]), rel=1e-6)
+    assert float(atlas.eulerdisk.simulate(roll_rate=0.0001, duration=1).elapsed_time[-1]) == 1.0

@@ -222,6 +222,16 @@ class Bodies(Model):
             return self.endings.of(stored["ending"]).reason
         return super().open_in_words(spec, stored)
 
+    def reason_without_verdicts(self, spec: Request) -> str:
+        """Return that a body on one of two edges has no upright motion, and which presets have a motion to disturb."""
+        if all_on_end(spec) or theory.has_steady_motion(spec):
+            return ""
+        return (
+            f"upright, a {tables.CALLED[spec.body]} has no steady motion to disturb, and what reaches a tilt of 0 "
+            "goes on in a way that is left out. It has those that circle, as in the presets thick_coin and true_edge "
+            "(roll_rate=steady or wobble); the presets rolling, spinning and torus have upright ones"
+        )
+
     def linear_prediction(
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
