@@ -28,7 +28,7 @@ from sweep.model.quantity import (
     table,
 )
 from sweep.request.spec import SweepSpec
-from sweep.version import __version__
+from sweep.version import HOME, __version__
 
 #: Dimensions: the curves, and the points of all curves one after the other.
 CURVES, POINTS = "curve", "curve_point"
@@ -148,7 +148,7 @@ _WAYS = {
 
 #: What the software allows to do with an atlas or a motion, and how to name it.
 LICENSE = "the software is under BSD-3-Clause, and restricts nothing that is done with its data"
-SOFTWARE = f"eulerdisk {__version__}, a Python package: pip install eulerdisk=={__version__}"
+SOFTWARE = f"eulerdisk {__version__}, a Python package{f': {HOME}' if HOME else ''}"
 CITATION = (
     f"the eulerdisk authors: eulerdisk {__version__}, stability atlases of a disk rolling without slip (software); for "
     "the equations see references"

@@ -201,8 +201,8 @@ def _check_cuda() -> None:
     if missing:
         raise RequestError(
             f"This machine cannot compute with CUDA: {missing}. device=cuda needs an NVIDIA device, its driver and the "
-            "extra cuda.",
-            hint="Install the driver and `pip install 'eulerdisk[cuda]'`, or leave device=cuda out.",
+            "package numba-cuda.",
+            hint="Install the driver and `pip install numba-cuda`, or leave device=cuda out.",
             where="device",
         )
 

@@ -82,7 +82,7 @@ def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: boo
         raise RequestError(
             f"The format {kind} needs the package {chosen.distribution}, which is not installed; {', '.join(ready)} "
             "needs nothing more.",
-            hint="Run `pip install 'eulerdisk[formats]'`, or choose another format.",
+            hint=f"Run `pip install {chosen.distribution}`, or choose another format.",
             where="--to",
         )
     chosen.check(path, overwrite)

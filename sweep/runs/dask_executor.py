@@ -28,7 +28,7 @@ def on_cluster(address: str, say: Say = no_op) -> Executor:
     except ImportError as problem:
         raise RequestError(
             f"The package distributed is needed for this and cannot be imported: {problem}.",
-            hint="Run `pip install 'eulerdisk[dask]'` here and on the workers.",
+            hint="Run `pip install distributed` here and on the workers.",
             where="--dask",
         ) from problem
 

@@ -92,7 +92,7 @@ def test_command_line(tmp_path):
 def test_a_system_of_ones_own(tmp_path):
     """The second Python block runs in a file: it tells the boundary of the comment, within a step of the grid."""
     script = tmp_path / "readme.py"
-    script.write_text(f"import sweep\n{_blocks('python')[1]}")
+    script.write_text(_blocks("python")[1])
     done = _run([sys.executable, "-W", "error", str(script)], tmp_path)
     assert done.returncode == 0, done.stderr
     measured = float(re.search(r"boundary_shake: (\S+) rad s-1", done.stdout)[1])

@@ -142,7 +142,7 @@ def test_dask_that_is_not_installed(monkeypatch):
     from sweep.runs import dask_executor
 
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with refused("--dask", "distributed", "pip install 'eulerdisk[dask]'"):
+    with refused("--dask", "distributed", "pip install distributed"):
         dask_executor.on_cluster("tcp://127.0.0.1:8786")
 
 
