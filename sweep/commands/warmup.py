@@ -47,7 +47,9 @@ def usual_tasks() -> "tuple[Tasks, list[Kernel]]":
     tasks: dict[str, Callable[[], object]] = {}
     kernels: list[Kernel] = []
     for model in registry.every():
-        specs = {method: SweepSpec(model=model.name, method=method) for method in model.methods}
+        # the other methods of bodies are those of presets
+        methods = model.methods_for(SweepSpec(model=model.name).words())
+        specs = {method: SweepSpec(model=model.name, method=method) for method in methods}
         specs |= {word: SweepSpec(model=model.name, **dict([word.split("=")])) for word in model.additions}
         if "body" in model.options:
             specs["ball"] = SweepSpec(model=model.name, body="ball")
