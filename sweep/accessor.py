@@ -100,6 +100,40 @@ class Eulerdisk:
         self._check()
         return unstable_share(self._dataset)
 
+    def trusted(self, variable: str | None = None, *, within: float | None = None) -> xr.DataArray:
+        """Return which cells to trust: those whose ending is known, or a value of which is known well enough.
+
+        ``atlas.where(atlas.eulerdisk.trusted())`` leaves out cells that were not computed, that could not be followed,
+        and those that are too sensitive to their start. A measure may be known of these too:
+        ``trusted("peak", within=1e-3)``.
+
+        Parameters
+        ----------
+        variable : str, optional
+            A measure or another number of the cells.
+        within : float, optional
+            How far it may be off, in its unit, by twice what the cells state.
+
+        Returns
+        -------
+        xarray.DataArray
+            Of bool, over the axes.
+
+        Raises
+        ------
+        RequestError
+            If only one of both is given, the variable is no number of the cells, or the dataset is no atlas.
+        """
+        from sweep.atlas.trust import trusted_cells
+
+        atlas = self.atlas
+        return xr.DataArray(
+            trusted_cells(atlas, variable, within),
+            coords=atlas["ending"].coords,
+            dims=atlas["ending"].dims,
+            name="trusted",
+        )
+
     @property
     def critical(self) -> xr.DataArray:
         """The analytic critical value [SI], the upper edge of the unstable band, over the remaining axes."""

@@ -16,6 +16,7 @@ from PIL import Image
 
 import sweep
 from sweep.figures.disk.regimes import NAMES
+from sweep.model.disk.tables import VARIABLES
 
 CHECKOUT = Path(__file__).parents[1]
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.1deg:30deg:5:log")
@@ -89,6 +90,26 @@ def test_verdicts_are_masks(atlas):
     np.testing.assert_array_equal(atlas["ending"].cf == "bounded", atlas["ending"] == 1)
     part = atlas.isel(tilt=slice(2))
     np.testing.assert_array_equal(part.eulerdisk.stable, part["stability"] == 1)
+
+
+def test_cells_to_trust_are_a_mask(atlas):
+    """A mask of known endings, and of numbers that are known to within an error; half of that is refused."""
+    ending = atlas.ending.copy(data=atlas.ending.values.copy())
+    endings = atlas.eulerdisk.spec.model.endings
+    ending.values[0, 0], ending.values[1, 0] = endings.code("not_computed"), endings.code("unresolved")
+    known = atlas.assign(ending=ending).eulerdisk.trusted()
+    assert known.dims == atlas.ending.dims
+    assert np.argwhere(~known.values).tolist() == [[0, 0], [1, 0]]
+    rule = VARIABLES["tilt_max"].tolerance
+    allowed = 2.0 * atlas.tilt_error.values + rule.absolute + rule.relative * np.abs(atlas.tilt_max.values)
+    middle = float(np.median(allowed))
+    for within in (0.0, middle, 1.0):
+        found = atlas.eulerdisk.trusted("tilt_max", within=within)
+        assert np.array_equal(found.values, allowed <= within)
+        assert found.values.mean() == pytest.approx({0.0: 0.0, middle: 0.5, 1.0: 1.0}[within], abs=0.1)
+    for wrong in (("tilt_max",), ("stability", 1.0), (None, 1.0), ("tilt_max", -1.0), ("nothing", 1.0)):
+        with refused("within", "tilt_max"):
+            atlas.eulerdisk.trusted(*wrong[:1], within=wrong[1] if len(wrong) > 1 else None)
 
 
 def test_boundaries_and_critical_rates(atlas):
