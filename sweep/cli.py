@@ -12,7 +12,7 @@ import signal
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from importlib import import_module
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated
@@ -148,7 +148,7 @@ def main() -> None:
 
 def _run() -> None:
     from sweep.commands import process
-    from sweep.commands.terminal import say
+    from sweep.commands.terminal import ended_while_compiling, say
     from sweep.notices import listen
     from sweep.platforms import check_memory, check_system
 
@@ -161,4 +161,6 @@ def _run() -> None:
     # NumPy remarks on absurd values of a damaged file; where warnings are errors, as in the tests, they stay errors
     warnings.filterwarnings("ignore", category=RuntimeWarning, append=True)
     _check_command(sys.argv[1:])
-    parser(sys.argv[1:])(prog_name="eulerdisk")
+    # the explorer has its own end
+    with nullcontext() if sys.argv[1:2] == ["explore"] else ended_while_compiling():
+        parser(sys.argv[1:])(prog_name="eulerdisk")

@@ -29,6 +29,10 @@ _SETTINGS = (
 )
 
 
+#: One entry while something is compiled: compilers never ask for signals.
+compiling = []
+
+
 class KernelCache:
     """The machine code of entry points on disk, one file each.
 
@@ -83,7 +87,11 @@ class KernelCache:
             with _one_at_a_time(path) if path else nullcontext():
                 found = _kept(path, key) if path else b""
                 if not found or not is_usable(found):
-                    found = make()
+                    compiling.append(name)
+                    try:
+                        found = make()
+                    finally:
+                        compiling.remove(name)
                     if path and found:
                         self._publish(path, _checksum(key, found) + found)
         return found

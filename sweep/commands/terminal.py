@@ -4,7 +4,9 @@ import os
 import shlex
 import shutil
 import signal
+import socket
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -15,6 +17,7 @@ from typing import TextIO
 import typer
 
 from sweep.errors import StoppedError, printable
+from sweep.model.kernel import is_compiling
 from sweep.progress.display import showing
 from sweep.progress.timetable import COMPUTING, Stage, Timetable
 
@@ -105,6 +108,47 @@ def stoppable(program: str | None = None) -> Iterator[Callable[[], bool]]:
         except StoppedError as end:
             print(f"eulerdisk: interrupted; {end}. {again}", end="", file=sys.stderr)
             raise typer.Exit(128 + arrived[0]) from None
+
+
+#: Seconds that a signal waits for the compiler before it ends the process.
+_PATIENCE = 0.5
+
+
+@contextmanager
+def ended_while_compiling() -> Iterator[None]:
+    """Let a signal that has a handler end the process while a kernel is compiled: the compiler asks for none.
+
+    Python's own handlers run between two of its instructions, and the compiler may be in one of them for a minute. A
+    thread hears of the signal at once.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    heard, told = socket.socketpair()
+    told.setblocking(False)
+    before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
+    listener = threading.Thread(target=_end_if_compiling, args=(heard,), daemon=True)
+    listener.start()
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(before)
+        told.close()
+        listener.join(2.0 * _PATIENCE)
+        heard.close()
+
+
+def _end_if_compiling(heard: socket.socket) -> None:
+    while numbers := heard.recv(16):
+        if not is_compiling():
+            continue
+        time.sleep(_PATIENCE)
+        if is_compiling():
+            _write_at_once(
+                "\neulerdisk: interrupted while a kernel was compiled; finished blocks are kept, and no unfinished "
+                "file was written.\n"
+            )
+            os._exit(128 + numbers[0])
 
 
 def _write_at_once(text: str) -> None:

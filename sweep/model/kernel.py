@@ -8,6 +8,7 @@ aside: after an edit of any of them the old code is not found. What is in it is 
 import ast
 import hashlib
 import os
+import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -97,6 +98,12 @@ def kept_bytes(name: str, modules: Iterable[str], key: str, make: Callable[[], b
     cache = import_module(_CACHE).KernelCache(_usable_folder(cache_folder(modules)), _publish, lambda: None)
     found: bytes = cache.bytes_of(name, key, make)
     return found
+
+
+def is_compiling() -> bool:
+    """Return whether this process compiles now, in any of its threads."""
+    cache = sys.modules.get(_CACHE)
+    return bool(cache and cache.compiling)
 
 
 def _check_vectors() -> None:

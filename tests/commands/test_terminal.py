@@ -232,3 +232,38 @@ def test_a_signal_takes_effect_between_blocks(monkeypatch, machine, capsys, tmp_
     assert end.value.code == 0
     assert len(begun) == 4
     assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
+
+
+@pytest.mark.slow_lane
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_the_compiler(tmp_path, number, status):
+    """It does not wait until a kernel is compiled, which takes half a minute here, and nothing is left behind."""
+    states = ", ".join(f"x{k}=0.{k + 1}" for k in range(9))
+    rates = ", ".join(f"x{(k + 1) % 9}**2 - {k + 1}.5*x{k}" for k in range(9))
+    (tmp_path / "long.py").write_text(f'@system(duration="10")\ndef long({states}):\n    return {rates}\n')
+    process = subprocess.Popen(
+        [sys.executable, "-m", "sweep", "run", "long.py", "x0=1,2", "-o", "a.nc"],
+        cwd=tmp_path,
+        env={
+            **os.environ,
+            "PYTHONPATH": str(CHECKOUT),
+            "EULERDISK_CACHE_DIR": str(tmp_path / "cache"),
+            "EULERDISK_NOTICES": "yes",
+        },
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    for line in process.stderr:
+        if "compiling" in line:
+            break
+    # some way into it
+    time.sleep(2.0)
+    assert process.poll() is None
+    began = time.monotonic()
+    process.send_signal(number)
+    _, err = process.communicate(timeout=120)
+    # 2 s by itself; a busy machine takes longer
+    assert time.monotonic() - began < 8.0
+    assert process.returncode == status
+    assert_facts(err, "interrupted", "compiled")
+    assert not (tmp_path / "a.nc").exists()

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sweep.errors import RequestError, counted
 from sweep.model.description import Columns, LineWords, Model, Reference, Request, Starts, Words
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
@@ -19,6 +20,9 @@ from sweep.model.system.meridian import check_body
 from sweep.model.system.passes import PASSES, Passes
 from sweep.model.system.program import Program
 from sweep.model.system.reference import SampledReference
+
+#: Seconds of compiling at most: a system that takes longer is refused.
+MOST_SECONDS = 60.0
 
 
 @lru_cache(maxsize=64)
@@ -160,7 +164,16 @@ def _kernel(definition: Definition) -> Kernel:
     events = [(number, node) for number, each in enumerate(definition.ends) for node in each.any_positive]
     happened = program.add(node for _, node in events)
     name = json.dumps([program.instructions, rates, extremes, happened, [number for number, _ in events]])
-    seconds = max(4.0, 0.1 * len(program.instructions))
+    # two thirds of what was measured on a busy machine, of 2 to 32 states, up to 24 endings and 16 greatest values
+    seconds = 5.0 + 0.2 * len(program.instructions) + 0.8 * len(extremes)
+    if seconds > MOST_SECONDS:
+        raise RequestError(
+            f"This system takes about {seconds:.0f} s to compile, and at most {MOST_SECONDS:.0f} s are allowed: it has "
+            f"{counted(len(definition.states), 'state')}, {counted(len(events), 'condition')} that end it, "
+            f"{counted(len(extremes), 'greatest value')}, and {counted(len(program.instructions), 'operation')}.",
+            hint="Divide endings and measures between two systems, or leave some out.",
+            where=f"the system {definition.name}",
+        )
     return Kernel("kernels.system.integrate", name, seconds=seconds, told=f"the system {definition.name}")
 
 
