@@ -102,12 +102,20 @@ def opened_motion(path: Path) -> "Iterator[xr.Dataset]":
         yield dataset
 
 
+#: With what files of netCDF begin.
+_NETCDF = (b"\x89HDF", b"CDF")
+
+
 def holds_motion(path: Path) -> bool:
     """Return whether a file is that of a motion; not of what cannot be read, which `open_atlas` refuses."""
-    import netCDF4
-
     if not os.path.isfile(path):
         return False
+    with contextlib.suppress(OSError), open(path, "rb") as file:
+        # the library is slow to load
+        if not file.read(4).startswith(_NETCDF):
+            return False
+    import netCDF4
+
     try:
         with netcdf_to_itself(), netCDF4.Dataset(path.absolute()) as file:
             return _MOTION in file.ncattrs()

@@ -326,7 +326,7 @@ def test_curves_may_move_with_a_cell_that_flips_on_the_edge():
     beside = -3.0 * float(atlas["tilt_error"][4, 2])
     one, other = (sweep.reclassify(atlas, f"departure:{limit + shift!r}rad") for shift in (beside, 0.0))
     assert int((one["stability"] != other["stability"]).sum()) == 1
-    comparison = compare(one.assign_attrs(sweep_spec=other.attrs["sweep_spec"]), other)
+    comparison = compare(one.assign_attrs(other.attrs), other)
     assert comparison.same
     flipped = {each.name for each in comparison.findings if each.on_edge}
     assert "stability" in flipped
