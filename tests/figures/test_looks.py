@@ -342,7 +342,7 @@ def test_many_maps_fit_a_column_of_a_journal():
     assert len({round(axes.get_position().x0, 3) for axes in maps(drawn)}) == 2
     assert drawn.get_size_inches()[1] * 25.4 < 200.0
     many = sweep.run(sweep.SweepSpec(roll_rate="2:4:3", tilt="1deg,2deg", alpha="0.1:1:12"))
-    with refused("12 maps", "60 mm", "671 mm", "297 mm", "--width"):
+    with refused("12 maps", "60 mm", "671 mm", "297 mm", "width"):
         draw(many, width="60mm")
 
 

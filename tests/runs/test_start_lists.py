@@ -253,7 +253,7 @@ def test_refusals_of_commands(command):
         ("explain a.nc starts=7", ["starts", "start?"]),
         ("boundary a.nc --refine 1e-6", ["rows"]),
         ("plot a.nc -o x.png --regimes", ["--regimes"]),
-        ("plot a.nc -o x.png --friction 1", ["--friction"]),
+        ("plot a.nc -o x.png --friction 1", ["friction"]),
     ):
         status, _, errors = command(line)
         assert status == 2, line
