@@ -379,7 +379,7 @@ class Criterion:
         reach, scale : array of float, shape (n,)
             As in `verdict`.
         share : float
-            Of the stated errors that is taken into account.
+            By which errors are multiplied: `verify` asks what another rounding of them would decide.
 
         Returns
         -------
@@ -391,7 +391,8 @@ class Criterion:
         if self.limits_reach:
             # most cells are further from the limit than the largest error of all
             stated = measured[model.error_name]
-            largest = PROMISED * np.fmax.reduce(stated, initial=0.0, where=np.isfinite(stated)) + ROUNDING
+            most = np.fmax.reduce(stated, initial=0.0, where=np.isfinite(stated))
+            largest = share * (PROMISED * most + ROUNDING)
             near = np.flatnonzero(
                 (np.abs(reach - self.allowed(scale)) <= largest)
                 | (model.may_be_lost(spec, measured, np.array(largest)) & (stability == STABLE))
