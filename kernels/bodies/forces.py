@@ -1,6 +1,6 @@
 """The contact forces of a body as power series of the stretched tilt, on a panel of `kernels.bodies.pair`.
 
-It has the names of that module too, for which it stands where forces are sought (`kernels.bodies.contact_extremes`).
+It has the names of that module too, for which it stands where forces are sought (`kernels.reduction.contact_extremes`).
 """
 
 from kernels.bodies.pair import (  # noqa: F401 - see above

@@ -3,7 +3,7 @@
 import math
 
 from kernels.bodies import arrays as row
-from kernels.bodies import contact_extremes, path, reduction, shapes, trajectory
+from kernels.bodies import shapes, trajectory
 from kernels.bodies.ellipse import levers
 from kernels.bodies.poles import trajectory as poles
 from kernels.bodies.shapes import BALL, FIRST_WITH_POLES, NAMES, ROUNDED, SPHEROID, TORUS
@@ -13,6 +13,9 @@ from kernels.lossy_bodies import trajectory as lossy
 from kernels.lossy_bodies.poles import trajectory as lossy_poles
 from kernels.native.entry import entry
 from kernels.page.starts import GIVEN, WOBBLE
+from kernels.reduction import contact_extremes
+from kernels.reduction.cells import reduce
+from kernels.reduction.path import paths
 
 #: Cells that are treated at a time: all that the page asks for.
 _CHUNK = 2**31 - 1
@@ -118,14 +121,14 @@ def entries_and_sizes(body, contact, goes):
     is_ellipse, has_poles = body == "spheroid", NAMES.index(body) >= FIRST_WITH_POLES
     entries = {
         "complete": complete,
-        "reduce": reduction.reduce_ellipses if is_ellipse else reduction.reduce,
+        "reduce": reduce,
         "body_trajectory": (poles if has_poles else trajectory).trajectory,
         "body_lossy_trajectory": (lossy_poles if has_poles else lossy).trajectory,
     }
     if contact:
         entries["contact"] = contact_extremes.contact_ellipses if is_ellipse else contact_extremes.contact
     if goes:
-        entries["paths"] = path.paths_ellipses if is_ellipse else path.paths
+        entries["paths"] = paths
     shapes_of = {
         name: [each.shape for each in entries[name].memory()]
         for name in ("reduce", "contact", "paths")

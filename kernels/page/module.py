@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from kernels.bodies.path import paths
 from kernels.disk.contact_extremes import contact_extremes
 from kernels.disk.exact.chunk_periods import periods
 from kernels.disk.exact.extremes import CHUNK, TABLES, reduce
@@ -13,6 +12,7 @@ from kernels.lanes.binding import bind
 from kernels.lossy_disk.integrate import LANE_MODEL
 from kernels.lossy_disk.trajectory import trajectory as lossy_trajectory
 from kernels.page.starts import complete
+from kernels.reduction.path import paths
 
 #: All laws: those whose coefficients are zero take nothing.
 _EVERY_LAW = LANE_MODEL._replace(

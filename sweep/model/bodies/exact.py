@@ -19,20 +19,21 @@ from sweep.model.disk.tables import REDUCTION as OF_THE_DISK
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Quantity, table
 
-_CIRCLES = {
-    "reduce": Kernel("kernels.bodies.reduction", "reduce", seconds=10.0),
+_KERNELS = {
+    "reduce": Kernel("kernels.reduction.cells", "reduce", seconds=6.0),
     "paths": PATHS,
-    "contact": Kernel("kernels.bodies.contact_extremes", "contact", seconds=14.0),
-    "wells": Kernel("kernels.bodies.wells", "wells", seconds=5.0),
-}
-_ELLIPSES = {
-    name: replace(kernel, function=f"{kernel.function}_ellipses") for name, kernel in _CIRCLES.items()
+    "contact": Kernel("kernels.reduction.contact_extremes", "contact", seconds=14.0),
+    "wells": Kernel("kernels.reduction.wells", "wells", seconds=4.0),
 }
 
 
 def kernel_of(body: str, name: str) -> Kernel:
-    """Return the kernel `reduce`, `paths`, `contact` or `wells` of a body; a spheroid is no arc of a circle."""
-    return (_ELLIPSES if body == "spheroid" else _CIRCLES)[name]
+    """Return the kernel `reduce`, `paths`, `contact` or `wells` of a body.
+
+    Only the series of contact forces differ for a spheroid, whose meridian is not an arc of a circle.
+    """
+    kernel = _KERNELS[name]
+    return replace(kernel, function="contact_ellipses") if (body, name) == ("spheroid", "contact") else kernel
 
 
 #: What an atlas of the reduction holds besides.
@@ -52,11 +53,11 @@ _OF_THE_DISK_ALONE = "wells"
 def path_of_bodies(spec: Request, starts: Starts) -> Columns:
     """Return where the contact points of cells go: `sweep.model.disk.path.PATH_VARIABLES`, arrays of shape (n,)."""
     rows = np.stack([starts[name] for name in arrays.PARAMETERS])
-    return path_columns(kernel_of(spec.body, "paths"), rows, shapes.NAMES.index(spec.body), spec.fall_tilt)
+    return path_columns(rows, shapes.NAMES.index(spec.body), spec.fall_tilt)
 
 
 def contact_columns(spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
-    """Return the extremes of the contact forces of cells (`kernels.bodies.contact_extremes`): arrays, shape (n,)."""
+    """Return the extremes of the contact forces of cells (`kernels.reduction.contact_extremes`): arrays, shape (n,)."""
     rows = np.stack([starts[name] for name in arrays.PARAMETERS])
     extremes = np.empty((len(motion_arrays.CONTACT), rows.shape[1]))
     states = np.empty(rows.shape[1], np.int64)
@@ -83,7 +84,7 @@ class BodyReduction(ExactReduction):
     def measures(
         self, spec: Request, starts: Starts, extremes_only: bool = False
     ) -> dict[str, npt.NDArray[Any]]:
-        """Return what the reduction says of cells, without time stepping (`kernels.bodies.reduction`).
+        """Return what the reduction says of cells, without time stepping (`kernels.reduction`).
 
         Parameters
         ----------
@@ -109,7 +110,7 @@ class BodyReduction(ExactReduction):
         return without_vague(found, spec, (MEASURES, COUNTS), ENDINGS)
 
     def with_wells(self, spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
-        """Return `measures` without periods, and the wells of the potential (`kernels.bodies.wells`), 0 if unknown."""
+        """Return `measures` without periods, and how many wells the potential has, 0 if unknown."""
         rows = np.stack([starts[name] for name in arrays.PARAMETERS])
         counts = np.empty(rows.shape[1], np.int64)
         kernel_of(spec.body, "wells").load()(rows, float(shapes.NAMES.index(spec.body)), counts)

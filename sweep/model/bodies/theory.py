@@ -17,8 +17,7 @@ from sweep.model.disk.theory import Formulas
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Truths
 
-CARRY = Kernel("kernels.bodies.carry", "carry", seconds=4.0)
-CARRY_ELLIPSES = Kernel("kernels.bodies.carry", "carry_ellipses", seconds=4.0)
+CARRY = Kernel("kernels.reduction.carry", "carry", seconds=4.0)
 
 #: Bodies that are in balance upright, with a tilt of 0; an arc and a spheroid if their centre is the centre of mass.
 IN_BALANCE = ("torus", "rounded", "arc", "spheroid")
@@ -81,8 +80,7 @@ def _turning(spec: Request, given: Starts, tilt: Array, axis: str) -> Array:
     g = np.zeros_like(start) if axis == "roll_rate" else np.cos(start)
     bodies = np.stack([np.broadcast_to(each, start.shape) for each in body_of(spec, given)])
     squares = np.empty(start.size)
-    carry = CARRY_ELLIPSES if spec.body == "spheroid" else CARRY
-    carry.load()(np.stack([start, tilt, given["tilt_rate"] * unit]), bodies, np.stack([f, g]), squares)
+    CARRY.load()(np.stack([start, tilt, given["tilt_rate"] * unit]), bodies, np.stack([f, g]), squares)
     return np.asarray(np.sqrt(squares) / unit)
 
 

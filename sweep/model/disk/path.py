@@ -18,8 +18,8 @@ PATH = Word(
     decides=False,
 )
 
-#: Where bodies go whose meridian is an arc of a circle; a thin disk is one of them.
-PATHS = Kernel("kernels.bodies.path", "paths", seconds=12.0)
+#: Where bodies go; a thin disk is one of them.
+PATHS = Kernel("kernels.reduction.path", "paths", seconds=12.0)
 
 #: A path that comes back after this many nutations at most is told as closed.
 MOST_NUTATIONS = 12
@@ -70,13 +70,13 @@ PATH_VARIABLES: Mapping[str, Quantity] = table(
 # fmt: on
 
 
-def path_columns(kernel: Kernel, rows: Array, kind: int, fall_tilt: float) -> Columns:
+def path_columns(rows: Array, kind: int, fall_tilt: float) -> Columns:
     """Return where the contact points of cells go.
 
     Parameters
     ----------
     kernel : Kernel
-        `kernels.bodies.path.paths` or its variant of the body.
+        `kernels.reduction.path.paths`.
     rows : array, shape (len(kernels.bodies.arrays.PARAMETERS), n)
     kind : int
         Number of the body (`kernels.bodies.shapes`).
@@ -89,7 +89,7 @@ def path_columns(kernel: Kernel, rows: Array, kind: int, fall_tilt: float) -> Co
         `PATH_VARIABLES`.
     """
     measures, classes = np.empty((len(arrays.PATH), rows.shape[1])), np.empty(rows.shape[1], np.int64)
-    kernel.load()(rows, float(kind), float(fall_tilt), measures, classes)
+    PATHS.load()(rows, float(kind), float(fall_tilt), measures, classes)
     found = dict(zip(arrays.PATH, measures, strict=True))
     closing = _closing(found["heading_per_nutation"])
     closes = closing["closing_angle"] <= _CLOSED * (
@@ -116,7 +116,7 @@ def path_of_disk(starts: Starts, fall_tilt: float) -> Columns:
     alpha = starts["alpha"]
     known = {**starts, "axial_moment": alpha, "transverse_moment": 0.5 * alpha}
     rows = np.stack([known.get(name, np.zeros_like(alpha)) for name in arrays.PARAMETERS])
-    return path_columns(PATHS, rows, shapes.TORUS, fall_tilt)
+    return path_columns(rows, shapes.TORUS, fall_tilt)
 
 
 def _closing(gained: Array) -> dict[str, Array]:

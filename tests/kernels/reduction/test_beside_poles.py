@@ -89,8 +89,9 @@ def test_a_ball_beside_a_pole_is_right_to_rounding():
         with mpmath.workdps(40):
             least, greatest, period = Ball(given).extremes()
         assert found["ending"].tolist() == [BOUNDED]
-        assert found["tilt_min"][0] == pytest.approx(least, abs=2e-15), along
-        assert found["tilt_max"][0] == pytest.approx(greatest, abs=2e-15), along
+        # from 1e-8 rad to the other turning point it is 80 panels, each of which rounds
+        assert found["tilt_min"][0] == pytest.approx(least, abs=5e-15), along
+        assert found["tilt_max"][0] == pytest.approx(greatest, abs=5e-15), along
         # one that leaves the pole lingers there, where the energy over the potential is the square of `along`
         assert found["nutation_period"][0] == pytest.approx(period, rel=1e-12 + 1e-19 / along**2), along
         stay += greatest - least < 3.0 * along

@@ -10,7 +10,7 @@ from body_runner import TORUS, drawn, reduce, run
 from kernels.bodies.arrays import PARAMETERS
 from kernels.bodies.shapes import FIRST_WITH_POLES, NAMES
 from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL, INVALID, STEADY
-from sweep.model.bodies.theory import CARRY, CARRY_ELLIPSES
+from sweep.model.bodies.theory import CARRY
 
 
 def many(body, n, seed):
@@ -103,7 +103,6 @@ def test_the_linear_pair_is_that_of_whole_motions():
     rng = np.random.default_rng(5)
     for number in range(10):
         name = NAMES[number % len(NAMES)]
-        carry = CARRY_ELLIPSES if name == "spheroid" else CARRY
         _, (axial, transverse), (core, shift, edge, square) = drawn(name, rng)
         tilt, w, o, s = rng.uniform(0.1, 0.6), 0.5, *rng.normal(size=2)
         found = Body(core, shift, edge, axial, transverse, square).motion(tilt, w, o, s, 0.4)
@@ -113,9 +112,9 @@ def test_the_linear_pair_is_that_of_whole_motions():
         rates = np.array([[s], [o]])
         body = np.array([[core], [shift], [edge], [square], [axial], [transverse], [axial / transverse]])
         squares = np.empty(1)
-        carry.load()(np.array([[tilt], [there], [w]]), body, rates, squares)
+        CARRY.load()(np.array([[tilt], [there], [w]]), body, rates, squares)
         assert rates[:, 0] == pytest.approx([turning @ n, turning @ across], rel=1e-11, abs=1e-11)
-        carry.load()(np.array([[there], [tilt], [w]]), body, rates, squares)
+        CARRY.load()(np.array([[there], [tilt], [w]]), body, rates, squares)
         assert rates[:, 0] == pytest.approx([s, o], rel=1e-13, abs=1e-13)
 
 
@@ -123,10 +122,10 @@ def test_the_constants_of_a_torus_and_of_a_spheroid():
     """Their rates at a tilt of 0, to twelve digits of another integration."""
     torus = [0.75, 0.0, 0.25, 1.0, 0.609375, 0.3203125, 0.609375 / 0.3203125]
     oblate = [0.0, 0.0, 1.0, 0.25, 0.4, 0.25, 1.6]
-    for carry, body, expected in (
-        (CARRY, torus, [0.658404086457, 0.724714169927]),
-        (CARRY_ELLIPSES, oblate, [0.664235549469, 0.688070153292]),
+    for body, expected in (
+        (torus, [0.658404086457, 0.724714169927]),
+        (oblate, [0.664235549469, 0.688070153292]),
     ):
         rates, squares = np.array([[0.6], [0.5]]), np.empty(1)
-        carry.load()(np.array([[0.2], [0.0], [0.1]]), np.array([body]).T.copy(), rates, squares)
+        CARRY.load()(np.array([[0.2], [0.0], [0.1]]), np.array([body]).T.copy(), rates, squares)
         assert rates[:, 0] == pytest.approx(expected, abs=1e-12)

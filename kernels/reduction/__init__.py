@@ -1,0 +1,1 @@
+"""The reduction of rolling bodies to one degree of freedom: turning points, periods and paths without time stepping."""

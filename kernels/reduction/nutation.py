@@ -1,0 +1,275 @@
+"""Quadratures over a nutation, the way between both turning points of a motion.
+
+An angle goes from 0 at the smallest tilt to pi at the greatest one. With y = middle - half cos(angle) time and
+heading are smooth and even in the angle at both ends, so the midpoint rule converges geometrically; each tripling of
+its nodes keeps those before. Next to a maximum of the potential, where the motion is slow, y follows the angle
+through a hyperbolic function instead, and the angle is cut into pieces where the midpoint rule does not settle.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kernels.jit import kernel
+from kernels.reduction.panels import body_on, meridian, pair_at
+from kernels.reduction.pieces import (
+    AWAY,
+    CENTRE,
+    FROM,
+    HIGH,
+    LENGTH,
+    LOW,
+    P_CENTRE,
+    PANEL,
+    S_CENTRE,
+    SIDE,
+    SIGN,
+    form_quotient,
+    kinetic_at,
+)
+from kernels.reduction.turning import COUNT, PLACE, TOP, TOP_ROUNDING, WIDTH
+
+#: Nodes of the first sum and most nodes of the last one.
+_FIRST, _LAST = 8, 648
+#: Relative difference of two sums that settles the quadrature at once, and after two tripled sums: the error of the
+#: finer sum is about the third power of the difference, but two sums may agree by accident.
+_AT_ONCE, _TWICE, _BEFORE = 1e-11, 1e-8, 1e-2
+
+#: Nodes and weights of Gauss's rule on a piece of the angle.
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
+#: A piece is short enough if halving changes it by less than this share, and if the heading turns by less [rad].
+_SETTLED, _LARGEST_TURN = 1e-10, 2.0
+#: Most pieces that wait, that are kept, and that are halved.
+_MOST_WAITING, _MOST_KEPT, _MOST_HALVINGS = 64, 1024, 2000
+
+#: Numbers of a piece of the angle that is kept: both ends; heading and contact point at the first (`path`).
+CUT_LOW, CUT_HIGH, CUT_HEADING, CUT_X, CUT_Y = range(5)
+
+#: No period is stated if the bound of the rounding of the energy is more than this share of the energy between a motion
+#: and a maximum of the potential: the rounding itself is about a hundredth of its bound.
+_VAGUE = 1e-7
+
+
+class Nutation(NamedTuple):
+    """A motion between its turning points.
+
+    Attributes
+    ----------
+    table : kernels.reduction.panels.Table
+    pieces, ways : arrays
+        As of `kernels.reduction.turning.find_extremes`.
+    kind : int
+        How y follows from u, which goes as (1 - cos(angle))/2 over its range: y = u (0); y = place + width sinh(u)
+        past a maximum (1); y = place + width (cosh(u) - 1) from the turning point next to a maximum (2), u as
+        sin(angle/2).
+    low, high, place, width, begin, length : float
+        Both turning points; the constants of the map; where u begins, and its range.
+    backward : bool
+        Whether the tilt falls as u grows.
+    """
+
+    table: Any
+    pieces: Any
+    ways: Any
+    kind: Any
+    low: Any
+    high: Any
+    place: Any
+    width: Any
+    begin: Any
+    length: Any
+    backward: Any
+
+
+def cut_memory():
+    """Return the arrays with the pieces of the angle that wait, and that are kept."""
+    return np.empty((_MOST_WAITING, 4)), np.empty((_MOST_KEPT, CUT_Y + 1))
+
+
+CUT_TYPES = {"waiting": "float64[:, ::1]", "cuts": "float64[:, ::1]"}
+
+
+@kernel
+def describe_nutation(table, pieces, ways, near):
+    """Return the `Nutation` between the turning points of a bounded motion."""
+    low = high = 0.0
+    for turn in range(2):
+        for number in range(int(ways[turn, COUNT])):
+            piece = pieces[turn, number]
+            form_quotient(table, piece)
+            low, high = min(low, piece[LOW]), max(high, piece[HIGH])
+    place, width, begin, length, kind = 0.0, 1.0, low, high - low, 0
+    if abs(near[TOP]) < math.inf and abs(near[WIDTH]) < 0.5 * (high - low):
+        place, width = near[PLACE], near[WIDTH]
+        if width > 0.0:
+            kind, begin = 1, math.asinh((low - place) / width)
+            length = math.asinh((high - place) / width) - begin
+        else:
+            width = abs(width) if place - low < high - place else width
+            # the inverse of cosh(u) - 1
+            kind, begin, length = 2, 0.0, 2.0 * math.asinh(math.sqrt(0.5 * (high - low) / abs(width)))
+    tilts_grow = pieces[0, 0, SIGN] if not (kind == 2 and width < 0.0) else -pieces[0, 0, SIGN]
+    return Nutation(table, pieces, ways, kind, low, high, place, width, begin, length, tilts_grow < 0.0)
+
+
+@kernel
+def _place_at(nutation, angle):
+    """(y, dy/dangle in magnitude) at an angle; y is measured from the nearer end, without cancellation."""
+    low, high, place, width = nutation.low, nutation.high, nutation.place, nutation.width
+    length, begin = nutation.length, nutation.begin
+    sine, cosine = math.sin(0.5 * angle), math.cos(0.5 * angle)
+    if nutation.backward:
+        sine, cosine = cosine, sine
+    if nutation.kind == 2:
+        u = length * sine
+        stretch = abs(width) * math.sinh(u) * 0.5 * length * cosine
+        if sine > cosine:
+            # length (1 - sine) = length cosine^2/(1 + sine)
+            rest = length * cosine * cosine / (1.0 + sine)
+            way = 2.0 * math.sinh(0.5 * rest) * math.sinh(0.5 * (length + u)) * width
+            return (high if width > 0.0 else low) - way, stretch
+        return place + 2.0 * width * math.sinh(0.5 * u) ** 2, stretch
+    u, stretch = begin + length * sine * sine, length * sine * cosine
+    from_end = length * (sine * sine if sine < cosine else cosine * cosine)
+    if nutation.kind == 0:
+        return low + from_end if sine < cosine else high - from_end, stretch
+    end = begin if sine < cosine else begin + length
+    way = 2.0 * width * math.sinh(0.5 * from_end) * math.cosh(0.5 * (u + end))
+    y = low + way if sine < cosine else high - way
+    if abs(u) < 1.0:
+        y = place + width * math.sinh(u)
+    return y, stretch * width * math.cosh(u)
+
+
+@kernel
+def angle_of_start(nutation):
+    """The angle at which y = 0, where the motion starts."""
+    if nutation.kind == 2:
+        sine = 2.0 * math.asinh(math.sqrt(max(0.0, -0.5 * nutation.place / nutation.width))) / nutation.length
+    else:
+        u = 0.0 if nutation.kind == 0 else math.asinh(-nutation.place / nutation.width)
+        sine = math.sqrt(max(0.0, (u - nutation.begin) / nutation.length))
+    angle = 2.0 * math.asin(min(1.0, sine))
+    return math.pi - angle if nutation.backward else angle
+
+
+@kernel
+def rates_at(nutation, angle, turns):
+    """What time, heading, and the contact point across and along its track gain over the angle; scaled.
+
+    Only the time is computed unless the heading `turns`.
+    """
+    y, stretch = _place_at(nutation, angle)
+    pieces = nutation.pieces
+    turn = number = 0
+    for way in range(2):
+        for one in range(int(nutation.ways[way, COUNT])):
+            if pieces[way, one, LOW] <= y <= pieces[way, one, HIGH]:
+                turn, number = way, one
+    piece = pieces[turn, number]
+    t = (y - piece[AWAY]) / piece[LENGTH]
+    t = t if piece[SIGN] == pieces[0, 0, SIGN] else -t
+    side = int(piece[SIDE])
+    body, half = body_on(nutation.table, side), math.tanh(0.5 * (piece[FROM] + t * piece[LENGTH]))
+    per = 1.0 / (1.0 + half * half)
+    S, C = 2.0 * half * per, (1.0 - half) * (1.0 + half) * per
+    a, b, r, _ = meridian(S, C, body)
+    time = C * stretch * math.sqrt(0.5 * (body.transverse + a * a + b * b) / kinetic_at(piece, t))
+    if not turns:
+        return time, 0.0, 0.0, 0.0
+    x = (piece[FROM] - piece[CENTRE]) / piece[LENGTH] + t
+    s, p = pair_at(nutation.table, side, int(piece[PANEL]), x, piece[S_CENTRE], piece[P_CENTRE])
+    turning = p / (C * C)
+    return time, piece[SIGN] * turning * time, r * C * stretch, a * (s - turning * S) * time
+
+
+@kernel
+def _sum_time(nutation):
+    """Time between the turning points by the midpoint rule; NaN if it does not settle."""
+    count, before, change, total = _FIRST, math.inf, math.inf, 0.0
+    while count <= _LAST:
+        for j in range(count):
+            # tripling keeps every third node
+            if count == _FIRST or j % 3 != 1:
+                total += rates_at(nutation, (j + 0.5) * math.pi / count, False)[0]
+        time = total * math.pi / count
+        earlier, change = change, abs(time - before)
+        if change <= _AT_ONCE * time or (change <= _TWICE * time and earlier <= _BEFORE * time):
+            return time
+        before, count = time, 3 * count
+    return math.nan
+
+
+@kernel
+def _gauss(nutation, low, high, turns):
+    """(time, heading) over a piece of the angle."""
+    middle, half, time, heading = 0.5 * (low + high), 0.5 * (high - low), 0.0, 0.0
+    for j in range(NODES.size):
+        gained, turned, _, _ = rates_at(nutation, middle + half * NODES[j], turns)
+        time += WEIGHTS[j] * gained
+        heading += WEIGHTS[j] * turned
+    return half * time, half * heading
+
+
+@kernel
+def _wait(waiting, number, low, high, time, heading):
+    row = waiting[number]
+    row[0], row[1], row[2], row[3] = low, high, time, heading
+
+
+@kernel
+def cut_nutation(nutation, turns, waiting, cuts):
+    """Cut a nutation into pieces on which Gauss's rule settles, from the smallest tilt to the greatest one.
+
+    Returns
+    -------
+    (count, time)
+        How many pieces are written to `cuts`, 0 if it does not settle; the scaled time between the turning points.
+    """
+    time, heading = _gauss(nutation, 0.0, math.pi, turns)
+    _wait(waiting, 0, 0.0, math.pi, time, heading)
+    total, done, left, count = time, 0.0, 1, 0
+    for _ in range(_MOST_HALVINGS):
+        if left == 0:
+            return count, done
+        left -= 1
+        low, high, time, heading = waiting[left, 0], waiting[left, 1], waiting[left, 2], waiting[left, 3]
+        middle = 0.5 * (low + high)
+        first, first_turn = _gauss(nutation, low, middle, turns)
+        second, second_turn = _gauss(nutation, middle, high, turns)
+        total += first + second - time
+        settled = abs(first + second - time) <= _SETTLED * total
+        settled &= abs(first_turn + second_turn - heading) <= _SETTLED * (1.0 + abs(heading))
+        if settled and max(abs(first_turn), abs(second_turn)) <= _LARGEST_TURN:
+            if count + 2 > cuts.shape[0]:
+                return 0, math.nan
+            cuts[count, CUT_LOW], cuts[count, CUT_HIGH] = low, middle
+            cuts[count + 1, CUT_LOW], cuts[count + 1, CUT_HIGH] = middle, high
+            count, done = count + 2, done + first + second
+        elif left + 2 > waiting.shape[0]:
+            return 0, math.nan
+        else:
+            # the first half is next
+            _wait(waiting, left, middle, high, second, second_turn)
+            _wait(waiting, left + 1, low, middle, first, first_turn)
+            left += 2
+    return 0, math.nan
+
+
+@kernel
+def is_vague(near):
+    """Whether rounding decides how long a motion lingers next to a maximum of the potential."""
+    return abs(near[TOP]) < math.inf and abs(near[TOP]) * _VAGUE < near[TOP_ROUNDING]
+
+
+@kernel
+def find_period(table, pieces, ways, near, waiting, cuts):
+    """Scaled period of a bounded motion; NaN on a separatrix to rounding, or if the quadrature does not settle."""
+    if is_vague(near):
+        return math.nan
+    nutation = describe_nutation(table, pieces, ways, near)
+    time = _sum_time(nutation)
+    if math.isnan(time):
+        _, time = cut_nutation(nutation, False, waiting, cuts)
+    return 2.0 * time

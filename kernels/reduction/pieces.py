@@ -1,0 +1,137 @@
+"""A piece of a motion: what is known of it on one panel, as power series of the distance from where the piece begins.
+
+On each piece the kinetic energy of the tilt, E - V, is written about a place at which it is known: the start, or the
+end at which the motion enters the panel. There E - V = K - t (F + t q(t)), with the polynomial q from dividing the
+climb of the potential twice. So nothing of the size of V is subtracted, and a start 1e-9 rad from upright turns as
+exactly as one at 1 rad.
+"""
+
+import math
+
+from kernels.jit import kernel
+from kernels.reduction.panels import HALF, NUMBERS, ONE, PP, SP, SS, TERMS, need_panel
+
+#: Numbers of a piece: side and number of its panel; sign of the tilts there; centre of the panel and half its length;
+#: the lowest and the highest y of the motion on it, measured from the start towards the side of the start; |y| where
+#: the piece begins; the same, measured as those two; K and F there (F per half length, outward); (s, p) at the centre
+#: of the panel; whether q has been formed; its coefficients.
+(
+    SIDE, PANEL, SIGN, CENTRE, LENGTH, LOW, HIGH, FROM, AWAY, KINETIC, SLOPE, S_CENTRE, P_CENTRE, FORMED, QUOTIENT,
+) = range(15)  # fmt: skip
+PIECE = QUOTIENT + TERMS - 1
+
+
+@kernel
+def begin_piece(table, piece, side, k, sign, y):
+    """Begin a piece at |y| on a panel."""
+    need_panel(table, side, k)
+    piece[SIDE], piece[PANEL], piece[SIGN], piece[FROM], piece[AWAY], piece[FORMED] = (
+        side,
+        k,
+        sign,
+        y,
+        0.0,
+        0.0,
+    )
+    piece[LENGTH] = table.panels[side, k, NUMBERS, HALF]
+    piece[CENTRE] = table.edges[k] + piece[LENGTH]
+
+
+@kernel
+def form_quotient(table, piece):
+    """Divide the climb of the potential twice by the distance from where a piece begins, unless that has been done."""
+    if piece[FORMED] != 0.0:
+        return
+    panel = table.panels[int(piece[SIDE]), int(piece[PANEL])]
+    s, p = piece[S_CENTRE], piece[P_CENTRE]
+    ss, sp, pp, x = s * s, s * p, p * p, (piece[FROM] - piece[CENTRE]) / piece[LENGTH]
+    once = twice = 0.0
+    for n in range(TERMS - 1, 0, -1):
+        climb = ss * panel[SS, n] + sp * panel[SP, n] + pp * panel[PP, n] + panel[ONE, n]
+        once = climb + x * once
+        twice = once + x * twice
+        piece[QUOTIENT + n - 1] = twice
+    piece[FORMED] = 1.0
+
+
+@kernel
+def kinetic_at(piece, t):
+    """Kinetic energy of the tilt at the distance t outward, in half lengths."""
+    x, q = (piece[FROM] - piece[CENTRE]) / piece[LENGTH] + t, 0.0
+    for n in range(TERMS - 2, -1, -1):
+        q = q * x + piece[QUOTIENT + n]
+    return piece[KINETIC] - t * (piece[SLOPE] + t * q)
+
+
+@kernel
+def look_along(piece, t):
+    """Kinetic energy, and first and second derivative of the potential, at the distance t outward, in half lengths."""
+    x = (piece[FROM] - piece[CENTRE]) / piece[LENGTH] + t
+    q = first = second = 0.0
+    for n in range(TERMS - 2, -1, -1):
+        second = second * x + first
+        first = first * x + q
+        q = q * x + piece[QUOTIENT + n]
+    slope = piece[SLOPE]
+    return (
+        piece[KINETIC] - t * (slope + t * q), slope + t * (2.0 * q + t * first),
+        2.0 * (q + t * (2.0 * first + t * second)),
+    )  # fmt: skip
+
+
+@kernel
+def find_change(piece, low, high, sign, order):
+    """Find between two distances where the slope (order 1) or its derivative (order 2) changes from `sign`."""
+    t = 0.5 * (low + high)
+    for _ in range(60):
+        _, slope, bend = look_along(piece, t)
+        if (slope if order == 1 else bend) * sign > 0.0:
+            low = t
+        else:
+            high = t
+        new = t - slope / bend if order == 1 else low
+        new = new if (new - low) * (new - high) < 0.0 else 0.5 * (low + high)
+        # the value at this place is stationary: half of the digits suffice
+        if abs(new - t) <= (1e-8 if order == 1 else 1e-4):
+            return new
+        t = new
+    return t
+
+
+@kernel
+def find_root(piece, sense, low, high, bend):
+    """Find the first distance at which the kinetic energy is zero, by Halley's method.
+
+    It is positive at `low`, and not at `high`; `bend` is the derivative of the slope where the piece begins.
+
+    Returns
+    -------
+    (t, slope, bend)
+        The distance in `sense`, and both derivatives of the potential there.
+    """
+    kinetic, slope, rest = piece[KINETIC], sense * piece[SLOPE], piece[KINETIC] == 0.0
+    square, t = slope * slope + 2.0 * kinetic * bend, high
+    if rest:
+        t = -2.0 * slope / bend
+    elif square >= 0.0:
+        root = math.sqrt(square)
+        t = 2.0 * kinetic / (slope + root) if slope > 0.0 else (root - slope) / bend
+    t = t if low < t < high else 0.5 * (low + high)
+    for _ in range(100):
+        value, slope, bend = look_along(piece, sense * t)
+        if value > 0.0:
+            low = t
+        else:
+            high = t
+        first, second = -sense * slope, -bend
+        if rest:
+            # the zero at t = 0 is divided out
+            value /= t
+            first = (first - value) / t
+            second = (second - 2.0 * first) / t
+        new = t - 2.0 * value * first / (2.0 * first * first - value * second)
+        new = new if low <= new <= high else 0.5 * (low + high)
+        if abs(new - t) <= 1e-6 * new or high - low <= 2.0**-52 * high:
+            return new, slope, bend
+        t = new
+    return t, slope, bend

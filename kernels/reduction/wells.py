@@ -1,0 +1,145 @@
+"""How many wells the potential of a motion of a body has.
+
+A well is where the slope of the potential passes from below zero to above. The linear pair is carried from the start to
+upright, and from there outward on each side.
+"""
+
+import math
+
+from kernels.bodies.shapes import RIM
+from kernels.bodies.stages import body_of, is_possible
+from kernels.jit import kernel
+from kernels.native.entry import parallel
+from kernels.reduction.carry import carry_on_side
+from kernels.reduction.cells import CHUNK, own_body, scaled_start
+from kernels.reduction.panels import (
+    ONE,
+    PP,
+    SP,
+    SS,
+    TABLE_TYPES,
+    TERMS,
+    Table,
+    clear_table,
+    need_panel,
+    pair_at,
+    pair_at_centre,
+    table_memory,
+    take_body,
+)
+from kernels.reduction.turning import stretch
+
+#: How far the slope is followed, in y: to 0.04 degrees from flat. Places on a panel where its sign is read.
+_FARTHEST, _PLACES = 8.0, 4
+#: Rounding of the slope, over the sum of its terms.
+_ROUNDING = 1e-14
+
+
+@kernel
+def _slope_on(table, side, k, x, s, p):
+    """Slope of the potential per x at x of a panel, 0 if it is rounding, and its derivative; (s, p) at the centre."""
+    panel, slope, bend, size = table.panels[side, k], 0.0, 0.0, 0.0
+    for n in range(TERMS - 1, -1, -1):
+        climb = (n + 1) * (s * s * panel[SS, n] + s * p * panel[SP, n] + p * p * panel[PP, n] + panel[ONE, n])
+        bend = bend * x + slope
+        slope = slope * x + climb
+        size += abs(climb)
+    return slope if abs(slope) > _ROUNDING * size else 0.0, bend
+
+
+@kernel
+def _dips(table, side, k, low, high, s, p):
+    """Whether the slope, which has one sign at both ends, has the other one in between, next to its extremum."""
+    for _ in range(40):
+        middle = 0.5 * (low[0] + high[0])
+        slope, bend = _slope_on(table, side, k, middle, s, p)
+        if slope * low[1] < 0.0:
+            return True
+        if bend * low[2] > 0.0:
+            low = middle, slope, bend
+        else:
+            high = middle, slope, bend
+    return False
+
+
+@kernel
+def _count_on_side(table, side, s, p):
+    """(wells on a side of upright, slope next to upright), from (s, p) upright.
+
+    Beyond the end the potential rises, so there is a well if it still falls at the end.
+    """
+    k, wells, before, nearest = 0, 0, 0.0, 0.0
+    while table.edges[k] < _FARTHEST:
+        need_panel(table, side, k)
+        s, p = pair_at_centre(table, side, k, -1.0, s, p)
+        slope, bend = _slope_on(table, side, k, -1.0, s, p)
+        low = -1.0, slope, bend
+        if k == 0:
+            before = nearest = slope
+        for j in range(1, _PLACES + 1):
+            x = 2.0 * j / _PLACES - 1.0
+            slope, bend = _slope_on(table, side, k, x, s, p)
+            high = x, slope, bend
+            # the bottom itself counts once
+            if before < 0.0 and slope >= 0.0:
+                wells += 1
+            elif low[1] * slope > 0.0 > low[1] * low[2] and slope * bend > 0.0:
+                wells += 1 if _dips(table, side, k, low, high, s, p) else 0
+            before = slope if slope != 0.0 else abs(before)
+            nearest = before if nearest == 0.0 else nearest
+            low = high
+        s, p = pair_at(table, side, k, 1.0, s, p)
+        k += 1
+    return wells + (1 if before < 0.0 else 0), nearest
+
+
+@kernel
+def _count(starts, cell, kind, table):
+    if not is_possible(starts, cell, kind, body_of(starts, cell, kind)):
+        return 0
+    take_body(table, own_body(starts, cell, kind))
+    _, tilt, _, o, s = scaled_start(starts, cell)
+    sign = math.copysign(1.0, tilt)
+    side = 0 if sign > 0.0 or kind == RIM else 1
+    s, p = carry_on_side(table, side, abs(stretch(tilt)), 0.0, s, sign * o * math.cos(tilt))
+    own, slope = _count_on_side(table, side, s, p)
+    if kind == RIM:
+        # a rim stays on the edge on which it starts
+        return own
+    other, back = _count_on_side(table, 1 - side, s, -p)
+    return own + other + (1 if slope > 0.0 and back > 0.0 else 0)
+
+
+@parallel(
+    CHUNK,
+    lambda *_: table_memory(),
+    starts="float64[:, ::1]",
+    kind="float64",
+    counts="int64[::1], written",
+    **TABLE_TYPES,
+)
+def wells(start, stop, starts, kind, counts, bodies, edges, made, panels, work):
+    """Count the wells of the potential of cells.
+
+    Python calls it without `start`, `stop` and what follows `counts`.
+
+    Parameters
+    ----------
+    start, stop : int
+        The cells of one chunk.
+    starts : float64[len(PARAMETERS), n]
+    kind : float
+        Number of the body (`kernels.bodies.shapes`).
+    counts : int64[n], written
+        0 where there is no such start.
+    bodies ... work : arrays
+        Memory of a thread.
+
+    Notes
+    -----
+    Never raises. Of a rim only wells at tilts on the side of its start count.
+    """
+    table = Table(bodies, edges, made, panels, work)
+    clear_table(table)
+    for cell in range(start, stop):
+        counts[cell] = _count(starts, cell, kind, table)
