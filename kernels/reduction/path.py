@@ -53,9 +53,9 @@ _TO_NODE = _integral_matrix()
 #: Weights of barycentric interpolation at the nodes.
 _BARYCENTRIC = np.sqrt((1.0 - NODES**2) * WEIGHTS) * (-1.0) ** np.arange(_COUNT)
 
-#: Rows of the numbers at the nodes of a piece: slopes of the contact point, squared distance from the centre and the
-#: slope of that.
-_DX, _DY, _SQUARED, _SLOPE = range(4)
+#: Rows of the numbers at the nodes of a piece: slopes of the contact point; its place from the centre; half the slope of
+#: its squared distance from there.
+_DX, _DY, _X, _Y, _SLOPE = range(5)
 
 #: If a nutation turns the path by whole turns to within this [rad], the path goes ever further.
 _RESONANT = 1e-8
@@ -110,20 +110,26 @@ def _interpolate(nodes, which, x):
 
 
 @kernel
+def _distance_at(nodes, x):
+    """Distance from the centre at x of a piece."""
+    return math.hypot(_interpolate(nodes, _X, x), _interpolate(nodes, _Y, x))
+
+
+@kernel
 def _find_stationary(nodes, low, high, slope):
-    """Squared distance where its slope, which is `slope` at `low`, changes its sign."""
+    """Distance where its slope, which has the sign of `slope` at `low`, changes its sign."""
     for _ in range(50):
         middle = 0.5 * (low + high)
         if _interpolate(nodes, _SLOPE, middle) * slope > 0.0:
             low = middle
         else:
             high = middle
-    return _interpolate(nodes, _SQUARED, 0.5 * (low + high))
+    return _distance_at(nodes, 0.5 * (low + high))
 
 
 @kernel
 def _find_ring(nutation, count, cuts, centre_x, centre_y, nodes):
-    """Least and greatest squared distance of the contact point from the centre."""
+    """Least and greatest distance of the contact point from the centre."""
     least, greatest = math.inf, 0.0
     for number in range(count):
         cut = cuts[number]
@@ -133,20 +139,20 @@ def _find_ring(nutation, count, cuts, centre_x, centre_y, nodes):
             for k in range(_COUNT):
                 x += _TO_NODE[j, k] * nodes[_DX, k]
                 y += _TO_NODE[j, k] * nodes[_DY, k]
-            nodes[_SQUARED, j], nodes[_SLOPE, j] = x * x + y * y, x * nodes[_DX, j] + y * nodes[_DY, j]
+            nodes[_X, j], nodes[_Y, j], nodes[_SLOPE, j] = x, y, x * nodes[_DX, j] + y * nodes[_DY, j]
         before, slope = -1.0, _interpolate(nodes, _SLOPE, -1.0)
         for j in range(_COUNT + 1):
             after = NODES[j] if j < _COUNT else 1.0
             there = _interpolate(nodes, _SLOPE, after)
-            value = _interpolate(nodes, _SQUARED, before)
+            value = _distance_at(nodes, before)
             least, greatest = min(least, value), max(greatest, value)
             if slope * there < 0.0:
                 value = _find_stationary(nodes, before, after, slope)
                 least, greatest = min(least, value), max(greatest, value)
             before, slope = after, there
-        value = _interpolate(nodes, _SQUARED, 1.0)
+        value = _distance_at(nodes, 1.0)
         least, greatest = min(least, value), max(greatest, value)
-    return max(least, 0.0), greatest
+    return least, greatest
 
 
 @kernel
@@ -195,12 +201,12 @@ def _find_path(tilt_rate, nutation, waiting, cuts, nodes):
     centre_x, centre_y = far_x * real - far_y * imaginary, far_x * imaginary + far_y * real
     least, greatest = _find_ring(nutation, count, cuts, centre_x, centre_y, nodes)
     x, y = _see_from_start(centre_x, centre_y, tilt_rate, nutation, count, cuts, nodes)
-    return turn, drift, math.sqrt(least), math.sqrt(greatest), x, y, row.ANNULAR_PATH
+    return turn, drift, least, greatest, x, y, row.ANNULAR_PATH
 
 
 @parallel(
     CHUNK,
-    lambda *_: (*table_memory(), *motion_memory(), *cut_memory(), np.empty((4, _COUNT))),
+    lambda *_: (*table_memory(), *motion_memory(), *cut_memory(), np.empty((5, _COUNT))),
     starts="float64[:, ::1]",
     kind="float64",
     fall_tilt="float64",
