@@ -27,12 +27,15 @@ def bind(model):
     -------
     kernels.native.entry.ParallelEntry
         `kernels.lanes.schedule.integrate`, which calls the functions of the model.
+
+    Raises
+    ------
+    ValueError
+        If no function uses a name among the flags.
     """
     replaced = replacements(model)
-    found = rebound(
-        schedule.integrate, replaced, model.flags or {}, lambda *given: _recompiled(model.name, *given), {}
-    )
-    return found.copied(found.py_func, copied(model.name, schedule.memory_of_thread, replaced))
+    made = rebound_for(model.name, schedule.integrate, replaced, model.flags or {}, _recompiled)
+    return made.copied(made.py_func, copied(model.name, schedule.memory_of_thread, replaced))
 
 
 def variant(entry, name, flags):
@@ -49,8 +52,13 @@ def variant(entry, name, flags):
     Returns
     -------
     kernels.native.entry.ParallelEntry
+
+    Raises
+    ------
+    ValueError
+        If no function uses a name among the flags.
     """
-    return rebound(entry, {}, flags, lambda *given: _recompiled(name, *given), {})
+    return rebound_for(name, entry, {}, flags, _recompiled)
 
 
 def replacements(model):
@@ -59,7 +67,37 @@ def replacements(model):
     return numbers | {name: getattr(model, name) for name in _FUNCTIONS}
 
 
-def rebound(kernel, replaced, flags, recompiled, made):
+def rebound_for(name, kernel, replaced, flags, recompiled):
+    """Return a copy of a kernel as `rebound` does, for a model or variant with this name.
+
+    Parameters
+    ----------
+    name : str
+    kernel, replaced, flags
+        As for `rebound`.
+    recompiled : callable
+        Called with the name, a kernel and the globals that differ for its copy; returns what takes its place.
+
+    Returns
+    -------
+    compiled function
+
+    Raises
+    ------
+    ValueError
+        If no function uses a name among the flags: it was misspelt, or what it replaced is gone.
+    """
+    used = set()
+    made = rebound(kernel, replaced, flags, lambda *given: recompiled(name, *given), {}, used)
+    unused = sorted(set(flags) - used)
+    if unused:
+        raise ValueError(
+            f"{name!r} replaces names that none of its functions uses: {', '.join(unused)}. Correct or remove them."
+        )
+    return made
+
+
+def rebound(kernel, replaced, flags, recompiled, made, used):
     """Return a copy of a kernel, and of the kernels that it calls, in which globals are replaced.
 
     Parameters
@@ -73,6 +111,8 @@ def rebound(kernel, replaced, flags, recompiled, made):
         Called with a kernel and the globals that differ for its copy; returns what takes its place.
     made : dict, written
         Plain function -> what took its place.
+    used : set of str, written
+        The names among the flags that a function uses.
 
     Returns
     -------
@@ -85,8 +125,10 @@ def rebound(kernel, replaced, flags, recompiled, made):
         for name in source.__code__.co_names:
             given = source.__globals__.get(name)
             found = names.get(name, given)
+            if name in flags and name in source.__globals__:
+                used.add(name)
             if _is_kernel(found):
-                found = rebound(found, replaced, flags, recompiled, made)
+                found = rebound(found, replaced, flags, recompiled, made, used)
             if found is not given:
                 different[name] = found
         made[source] = recompiled(kernel, different)

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numba import cuda
 
-from kernels.lanes.binding import copied, rebound, replacements
+from kernels.lanes.binding import copied, rebound_for, replacements
 from kernels.lanes.interface import (
     SIZE,
     STEPS,
@@ -66,10 +66,10 @@ def _integrate(starts, run, measures, counts):
             going = finish_leg(cell, 0, run, own, measures, counts)
 
 
-def _recompiled(model, kernel, different):
+def _recompiled(name, kernel, different):
     # Numba would compile called kernels for the device by itself, but with the CPU's options, and its CUDA target turns
     # any `fastmath` into all of it: a NaN would pass unnoticed. The device contracts a*b + c by default.
-    return cuda.jit(device=kernel is not _integrate)(copied(model.name, kernel, different))
+    return cuda.jit(device=kernel is not _integrate)(copied(name, kernel, different))
 
 
 def bind(model):
@@ -89,7 +89,7 @@ def bind(model):
     Raises
     ------
     ValueError
-        If the model has stages that only the CPU's schedule calls.
+        If the model has stages that only the CPU's schedule calls, or flags that no function uses.
     """
     for name in _CPU_ONLY:
         if getattr(model, name) is not LaneModel._field_defaults[name]:
@@ -97,9 +97,7 @@ def bind(model):
                 f"The model {model.name!r} cannot run on a CUDA device: it has a stage {name!r}, which a device does "
                 "not call. Run it on the CPU."
             )
-    kernel = rebound(
-        _integrate, replacements(model), model.flags or {}, lambda *given: _recompiled(model, *given), {}
-    )
+    kernel = rebound_for(model.name, _integrate, replacements(model), model.flags or {}, _recompiled)
 
     def integrate(starts, settings, measures, counts):
         n = starts.shape[1]

@@ -10,11 +10,23 @@ from kernels.lanes.binding import bind
 from kernels.lossy_bodies import equations, lane_step, layout, stages
 from kernels.lossy_disk import integrate as disk
 
-#: Names of the modules of the disk -> what stands for them here.
-DIFFERENT = {
-    "at": layout,
+#: Names of the modules of the disk -> what they mean here, where one motion in time is sampled too
+#: (`kernels.lossy_bodies.trajectory`).
+MECHANICS = {
     "EDGED": True,
     "per_inertia": per_inertia,
+    **{
+        name: getattr(equations, name)
+        for name in (
+            "beginning_roll", "circle", "compliance", "contact_forces", "energy_of", "lever", "losses_here",
+            "pull_at_rest", "time_scale", "turning_inertia", "unforced",
+        )
+    },
+}  # fmt: skip
+
+#: The same for cells.
+DIFFERENT = MECHANICS | {
+    "at": layout,
     "free_step": inlined_step,
     "without_losses": equations.constants_without_losses,
     "inertia_of": stages.inertia_of,
@@ -24,16 +36,15 @@ DIFFERENT = {
     **{
         name: getattr(equations, name)
         for name in (
-            "beginning_roll", "circle", "compliance", "contact_forces", "energy_of",
-            "length_of_step", "lever", "losses_here", "nutation", "pull_and_stiffness", "pull_at_rest",
-            "rate_near_flat", "state_without_losses", "time_scale", "turning_inertia", "unforced",
+            "length_of_step",
+            "nutation",
+            "pull_and_stiffness",
+            "rate_near_flat",
+            "state_without_losses",
         )
     },
-    **{
-        name: getattr(lane_step, name)
-        for name in ("changes", "changes_near", "fastest_rate", "grips")
-    },
-}  # fmt: skip
+    **{name: getattr(lane_step, name) for name in ("changes", "changes_near", "fastest_rate", "grips")},
+}
 
 #: The functions of a body with all losses for the machinery of `kernels.lanes`.
 LANE_MODEL = disk.LANE_MODEL._replace(

@@ -10,7 +10,7 @@ from kernels.jit import kernel
 from kernels.lanes.binding import variant
 from kernels.lossy_bodies import arrays as row
 from kernels.lossy_bodies.equations import Rolling
-from kernels.lossy_bodies.integrate import DIFFERENT
+from kernels.lossy_bodies.integrate import MECHANICS
 from kernels.lossy_bodies.stages import losses_of
 from kernels.lossy_disk import trajectory as disk
 
@@ -43,4 +43,4 @@ def contact_speed(state, body):
 _MOTION = {"beginning": beginning, "contact_speed": contact_speed, "height": height}
 
 #: Of bodies that lie flat where the axis is vertical.
-trajectory = variant(disk.trajectory, "lossy_bodies", DIFFERENT | _MOTION)
+trajectory = variant(disk.trajectory, "lossy_bodies", MECHANICS | _MOTION)

@@ -4,7 +4,6 @@ import math
 
 from kernels.bodies import arrays as row
 from kernels.bodies import shapes, trajectory
-from kernels.bodies.ellipse import levers
 from kernels.bodies.poles import trajectory as poles
 from kernels.bodies.shapes import BALL, FIRST_WITH_POLES, NAMES, ROUNDED, SPHEROID, TORUS
 from kernels.bodies.stages import body_of
@@ -15,6 +14,7 @@ from kernels.native.entry import entry
 from kernels.page.starts import GIVEN, WOBBLE
 from kernels.reduction import contact_extremes
 from kernels.reduction.cells import reduce
+from kernels.reduction.panels import meridian
 from kernels.reduction.path import paths
 
 #: Cells that are treated at a time: all that the page asks for.
@@ -41,7 +41,7 @@ def _moments(kind, hollow, starts, i):
 @kernel
 def _spin(o, S, C, body):
     """As `kernels.bodies.steady.steady_spin`."""
-    a, b, lever = levers(S, C, body)
+    a, b, _, lever = meridian(S, C, body)
     tall = (a * C - b * S) / C
     return -(lever + o * o * (tall * b - body.transverse * S / C)) / (o * (body.axial + a * tall))
 
@@ -49,14 +49,14 @@ def _spin(o, S, C, body):
 @kernel
 def _wobble(S, C, body):
     """Root of `kernels.bodies.steady.wobble_square`."""
-    a, b, lever = levers(S, C, body)
+    a, b, _, lever = meridian(S, C, body)
     return math.sqrt(lever / (C * C * (body.transverse * S / C + body.axial * b / a)))
 
 
 @kernel
 def _centred(o, S, C, body):
     """As `kernels.bodies.steady.centred_spin`."""
-    a, b, _ = levers(S, C, body)
+    a, b, _, _ = meridian(S, C, body)
     return -b * o / a
 
 

@@ -53,8 +53,8 @@ _TO_NODE = _integral_matrix()
 #: Weights of barycentric interpolation at the nodes.
 _BARYCENTRIC = np.sqrt((1.0 - NODES**2) * WEIGHTS) * (-1.0) ** np.arange(_COUNT)
 
-#: Rows of the numbers at the nodes of a piece: slopes of the contact point; its place from the centre; half the slope of
-#: its squared distance from there.
+#: Rows of the numbers at the nodes of a piece: slopes of the contact point; its place from the centre; half the slope
+#: of its squared distance from there.
 _DX, _DY, _X, _Y, _SLOPE = range(5)
 
 #: If a nutation turns the path by whole turns to within this [rad], the path goes ever further.

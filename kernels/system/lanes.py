@@ -49,7 +49,6 @@ SIZES: int = 0
 COUNT: int = 0
 UNPROVED: int = 0
 STEP: int = 0
-CONSTANT: int = 0
 END: int = 0
 LOG_TOLERANCE: int = 0
 LONGEST: int = 0

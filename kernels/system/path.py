@@ -22,7 +22,7 @@ multiplications as its series have terms.
 """
 
 from kernels.jit import kernel
-from kernels.lanes.binding import copied, rebound
+from kernels.lanes.binding import variant
 from kernels.lanes.layout import LANES, aligned
 from kernels.native.entry import parallel
 from kernels.system import lanes as system_lanes
@@ -158,10 +158,7 @@ def entry_point(*given):
     layout, made, numbers, name = numbers_of(*given)
     numbers |= {"advance": made["advance"]}
 
-    called = f"path_{name}"
-    found = rebound(
-        follow, {}, numbers, lambda each, new: each.copied(copied(called, each, new)) if new else each, {}
-    )
+    found = variant(follow, f"path_{name}", numbers)
     size = layout.STEPPING + layout.SIZE + numbers["STATES"] + numbers["EXTREMES"]
     # the lane, two scratches, and what is kept of the beginning of a step
     return found.copied(found.py_func, lambda *_: (aligned(size),))

@@ -83,5 +83,7 @@ _MOTION = {
     **{each.__name__: each for each in (beginning, contact_velocity, rolled, seen, lever, height)},
 }
 
+_SHARED = {name: value for name, value in DIFFERENT.items() if name != "MOST_STEPS"}
+
 #: Of balls and spheroids.
-trajectory = variant(disk.trajectory, "lossy_poles", DIFFERENT | _MOTION)
+trajectory = variant(disk.trajectory, "lossy_poles", _SHARED | _MOTION)

@@ -8,7 +8,7 @@ import pytest
 from kernels.disk import integrate as disk
 from kernels.jit import kernel, simd
 from kernels.lanes import schedule
-from kernels.lanes.binding import bind, copied, rebound, replacements
+from kernels.lanes.binding import bind, copied, rebound, replacements, variant
 from kernels.lanes.interface import LaneModel
 from kernels.lanes.layout import LANES, offsets
 
@@ -266,8 +266,17 @@ def test_copies_of_two_models_have_different_names():
             {},
             lambda *given, model=model: copied(model.name, *given),
             made,
+            set(),
         )
         copies = [copy for source, copy in made.items() if source.__module__.startswith("kernels.lanes.")]
         names.append({(copy.__module__, copy.__qualname__) for copy in copies})
         assert len(copies) == len(names[-1]) > 5
     assert not names[0] & names[1]
+
+
+def test_a_flag_that_no_function_uses_is_refused():
+    """A misspelt name would leave the function as it is, and nobody would know."""
+    with pytest.raises(ValueError, match="FASTER"):
+        bind(MODEL._replace(name="misspelt", advance=advance_by_flag, flags={"FAST": True, "FASTER": True}))
+    with pytest.raises(ValueError, match="advence"):
+        variant(schedule.integrate, "misspelt", {"advence": advance_by_flag})
