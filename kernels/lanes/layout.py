@@ -1,7 +1,7 @@
 """Where the numbers of cells lie in memory: LANES cells side by side, quantity after quantity, in one flat array.
 
-A *lane* is the place of one cell among the LANES cells of such an array. A model numbers its quantities ("rows") with
-`offsets`; quantity `row` of lane `lane` is then `lanes[row + lane]`. Constant offsets into a single array let the
+A *lane* is the place of one cell among the LANES cells of such an array. A model names its quantities ("rows") for
+`place_rows`; quantity `row` of lane `lane` is then `lanes[row + lane]`. Constant offsets into a single array let the
 compiler prove that no lane accesses another one's numbers; with two dimensions or several arrays it cannot, and the
 lane loop stays scalar (30 times slower).
 """
@@ -31,6 +31,35 @@ def offsets(first, stop, lanes=LANES):
     tuple of int
     """
     return tuple(row * lanes for row in range(first, stop))
+
+
+def place_rows(stepping, kept, returned):
+    """Number the rows of a model from lists of their names.
+
+    Parameters
+    ----------
+    stepping : sequence of str
+        Groups of names with blanks between them: what lanes need while they step.
+    kept : sequence of str
+        The same, for what is kept of a cell between its events.
+    returned : str
+        The first of the rows of `stepping` that a block does not need back after an event.
+
+    Returns
+    -------
+    dict of str to int
+        Name -> offset of its row; STEPPING, SIZE: numbers of all lanes while they step, and in all; RETURNED.
+
+    Raises
+    ------
+    ValueError
+        If a name occurs twice.
+    """
+    moving, names = " ".join(stepping).split(), " ".join((*stepping, *kept)).split()
+    if len(set(names)) < len(names):
+        raise ValueError(f"a name occurs twice among the rows: {' '.join(names)}")
+    rows = {name: number * LANES for number, name in enumerate(names)}
+    return {**rows, "STEPPING": len(moving) * LANES, "SIZE": len(names) * LANES, "RETURNED": rows[returned]}
 
 
 def aligned(size):

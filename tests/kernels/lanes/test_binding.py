@@ -10,7 +10,7 @@ from kernels.jit import kernel, simd
 from kernels.lanes import schedule
 from kernels.lanes.binding import bind, copied, rebound, replacements, variant
 from kernels.lanes.interface import LaneModel
-from kernels.lanes.layout import LANES, offsets
+from kernels.lanes.layout import LANES, offsets, place_rows
 
 # The model: a number grows by a rate in each step, first up to a goal, then with the opposite rate back to zero.
 VALUE, RATE, STEPS, LEG, TOTAL = offsets(0, 5)
@@ -280,3 +280,12 @@ def test_a_flag_that_no_function_uses_is_refused():
         bind(MODEL._replace(name="misspelt", advance=advance_by_flag, flags={"FAST": True, "FASTER": True}))
     with pytest.raises(ValueError, match="advence"):
         variant(schedule.integrate, "misspelt", {"advence": advance_by_flag})
+
+
+def test_rows_follow_from_their_names():
+    """Stepping rows come first; a name that occurs twice would be two quantities in one place."""
+    rows = place_rows(("A B", "C"), ("D",), returned="C")
+    offsets_of = {"A": 0, "B": LANES, "C": 2 * LANES, "D": 3 * LANES}
+    assert rows == {**offsets_of, "STEPPING": 3 * LANES, "SIZE": 4 * LANES, "RETURNED": 2 * LANES}
+    with pytest.raises(ValueError, match="A B C A"):
+        place_rows(("A B", "C"), ("A",), returned="C")
