@@ -2,7 +2,6 @@
 
     python scripts/audit_bodies.py errors [CELLS] [SEED]   engine against reduction: endings, extremes, stated errors
     python scripts/audit_bodies.py space [COUNT] [SEED]    reduction against Newton and Euler's equations by DOP853
-    python scripts/audit_bodies.py losses [CELLS] [SEED]   balls and spheroids with losses against a tolerance of 1e-11
 
 CELLS are those of each body, with random lengths, moments, radii, gravities, tilts and rates over decades. Exit status
 1 if a promise is broken.
@@ -21,14 +20,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 import body_runner
 from body_referee import Body
-from lossy_body_referee import run, starts
-from lossy_pole_referee import drawn_polar
 
 from kernels.bodies.arrays import PARAMETERS, REDUCED
 from kernels.bodies.shapes import FIRST_WITH_POLES, NAMES, RIM, arc_of, solid_moments, torus_moments
 from kernels.disk.arrays import ENDING
 from kernels.disk.endings import BOUNDED
-from kernels.lossy_disk.endings import REST, UNRESOLVED
 from sweep.model.bodies.exact import kernel_of
 
 Array = npt.NDArray[np.float64]
@@ -40,13 +36,6 @@ TOLERANCE, PERIOD, MOST_BEYOND = 1e-8, 1e-7, 1e-3
 
 #: How near [rad, relative] the reduction has to be to SciPy at 1e-12.
 NEAR = 1e-9
-
-#: Of losses: powers of ten of the largest arms, the share of bodies that may slip, values and their stated errors.
-MOST_ARMS, SLIPPERY, TINY = (-1.3, -0.6), 0.15, 1e-300
-STATED = {
-    "end_time": "time_error", "end_tilt": "tilt_error", "tilt_min": "tilt_error", "tilt_max": "tilt_error",
-    "heading_turned": "heading_error", "path_length": "path_error",
-}  # fmt: skip
 
 
 def drawn(body: str, n: int, rng: np.random.Generator) -> Array:
@@ -150,41 +139,9 @@ def audit_space(count: int, rng: np.random.Generator) -> bool:
     return worst <= NEAR
 
 
-def audit_losses(cells: int, rng: np.random.Generator) -> bool:
-    """Hold balls and spheroids with all laws against smaller steps; return whether endings and errors hold."""
-    fine = True
-    print(
-        f"{'':8}{'cells':>8}{'at rest':>9}{'unresolved':>12}{'endings':>9}{'values':>9}{'beyond stated':>15}{'most':>7}"
-    )
-    for body in ("ball", "spheroid"):
-        given = np.concatenate(
-            [starts(**drawn_polar(body, rng, rng.choice(MOST_ARMS))[0]) for _ in range(cells)], axis=1
-        )
-        given[-1] = np.where(rng.random(cells) < SLIPPERY, rng.uniform(0.1, 1.0, cells), math.inf)
-        found = run(given, body, duration=40.0)
-        other = run(given, body, duration=40.0, tolerance=1e-11)
-        known = (found.ending != UNRESOLVED) & (other.ending != UNRESOLVED)
-        ended = int((found.ending != other.ending)[known].sum())
-        shares = np.concatenate(
-            [
-                np.abs(getattr(found, name) - getattr(other, name))[known]
-                / (getattr(found, error)[known] + TINY)
-                for name, error in STATED.items()
-            ]
-        )
-        print(
-            f"{body:8}{cells:8d}{np.count_nonzero(found.ending == REST):9d}"
-            f"{np.count_nonzero(found.ending == UNRESOLVED):12d}{ended:9d}{shares.size:9d}"
-            f"{np.count_nonzero(shares > 1.0):15d}{shares.max():7.1f}"
-        )
-        fine &= bool(ended == 0 and known.mean() > 1.0 - MOST_BEYOND and (shares > 1.0).mean() <= MOST_BEYOND)
-    return fine
-
-
 PARTS: dict[str, tuple[Callable[[int, np.random.Generator], bool], int]] = {
     "errors": (audit_errors, 25_000),
     "space": (audit_space, 2000),
-    "losses": (audit_losses, 2000),
 }
 
 

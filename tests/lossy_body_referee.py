@@ -15,7 +15,7 @@ from body_referee import UP, Body, cross
 from body_runner import drawn
 from scipy.integrate import solve_ivp
 
-from kernels.bodies.shapes import FIRST_WITH_POLES, NAMES
+from kernels.bodies.shapes import NAMES
 from kernels.lossy_bodies.arrays import PARAMETERS, SETTINGS
 from kernels.lossy_disk.arrays import COUNTS, MEASURES
 from sweep.model.kernel import Kernel
@@ -150,14 +150,12 @@ def starts(n=1, **parameters):
 
 
 def run(given, body, variant=WITH_ALL_LAWS, **settings):
-    """Integrate starts of a body, by its name; returns its measures and counts. Of balls there is one variant."""
+    """Integrate starts of a body, by its name; returns its measures and counts."""
     values = {"duration": 30.0, "flat_tilt": FLAT_TILT, "tolerance": 1e-8, "body": NAMES.index(body)}
     row = np.array([float({**values, **settings}.get(name, 0.0)) for name in SETTINGS])
     measures = np.full((len(MEASURES), given.shape[1]), -777.0)
     counts = np.full((len(COUNTS), given.shape[1]), -777, np.int32)
-    poles = NAMES.index(body) >= FIRST_WITH_POLES
-    module = f"kernels.lossy_bodies{'.poles' * poles}.integrate"
-    kernel = Kernel(module, "integrate" if poles else variant).load()
+    kernel = Kernel("kernels.lossy_bodies.integrate", variant).load()
     kernel(np.ascontiguousarray(given), row, measures, counts)
     return SimpleNamespace(**dict(zip((*MEASURES, *COUNTS), (*measures, *counts), strict=True)))
 

@@ -9,7 +9,6 @@ from kernels.bodies.shapes import BALL, FIRST_WITH_POLES, NAMES, ROUNDED, SPHERO
 from kernels.bodies.stages import body_of
 from kernels.jit import kernel
 from kernels.lossy_bodies import trajectory as lossy
-from kernels.lossy_bodies.poles import trajectory as lossy_poles
 from kernels.native.entry import entry
 from kernels.page.starts import GIVEN, WOBBLE
 from kernels.reduction import contact_extremes
@@ -123,8 +122,9 @@ def entries_and_sizes(body, contact, goes):
         "complete": complete,
         "reduce": reduce,
         "body_trajectory": (poles if has_poles else trajectory).trajectory,
-        "body_lossy_trajectory": (lossy_poles if has_poles else lossy).trajectory,
     }
+    if not has_poles:
+        entries["body_lossy_trajectory"] = lossy.trajectory
     if contact:
         entries["contact"] = contact_extremes.contact_ellipses if is_ellipse else contact_extremes.contact
     if goes:

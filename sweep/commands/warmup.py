@@ -51,7 +51,7 @@ def usual_tasks() -> "tuple[Tasks, list[Kernel]]":
         methods = model.methods_for(SweepSpec(model=model.name).words())
         specs = {method: SweepSpec(model=model.name, method=method) for method in methods}
         specs |= {word: SweepSpec(model=model.name, **dict([word.split("=")])) for word in model.additions}
-        if "body" in model.options:
+        if "body" in model.options and "ball" in model.options["body"].choices:
             specs["ball"] = SweepSpec(model=model.name, body="ball")
         # a preset may need a variant of the kernels; how long its motions last does not matter
         short = {"duration": 1e-3, "criterion": "departure:5deg"}

@@ -11,7 +11,9 @@ from sweep.explorer.body import is_body
 from sweep.explorer.losses import has_losses, has_motions, loss_words
 from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.tables import NO_AIR
+from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
 from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION, kind_of_model
+from sweep.request.body import check_body_named
 from sweep.request.spec import SweepSpec
 
 #: Rates over sqrt(g/R) are smaller: the energy has their squares.
@@ -43,10 +45,12 @@ def words_of(spec: SweepSpec, start: Mapping[str, float], losses: Mapping[str, A
     Raises
     ------
     RequestError
-        If a name is none of a loss.
+        If a name is none of a loss, or the body has no losses.
     """
     words: dict[str, Any] = dict(start) | {name: getattr(spec, name) for name in spec.constants}
     lost = loss_words(losses)
+    if lost and is_body(spec):
+        check_body_named(LOSSY_BODY_MOTION.model, {"body": spec.body})
     lossy = has_losses(spec)
     known = kind_of_model(spec.model).words
     words |= {name: getattr(spec, name) for name in spec.model.options if name in known}

@@ -79,7 +79,7 @@ def check_edge(spec: MotionRequest) -> None:
 
 def _closer(spec: MotionRequest, times: Array, found: Found) -> Array:
     """Return evenly spaced times, close enough for the fastest turn that samples show, and as many until an end."""
-    turns = float(turning(spec, found.samples).max()) * times[1]
+    turns = float(_turning(spec, found.samples).max()) * times[1]
     end = found.times[-1]
     count = max(times.size - 1, end / times[1] * turns / _TURN)
     count = math.ceil(min(count, _MOST_SAMPLES))
@@ -89,7 +89,7 @@ def _closer(spec: MotionRequest, times: Array, found: Found) -> Array:
     return np.asarray(end / (count - 0.5) * np.arange(math.ceil(_LATER * count) + 1))
 
 
-def turning(spec: MotionRequest, samples: Array) -> Array:
+def _turning(spec: MotionRequest, samples: Array) -> Array:
     """Return how fast the body turns, and the contact point goes round it [rad/s]."""
     tilting, turning, rolling = samples[[TILT_RATE, PRECESSION_RATE, ROLL_RATE]]
     about = np.abs(rolling + turning * np.sin(samples[TILT]))

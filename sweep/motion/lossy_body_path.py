@@ -9,7 +9,6 @@ import numpy.typing as npt
 from kernels.disk.arrays import STATE
 from kernels.lossy_disk.arrays import LOSSES, SAMPLES
 from kernels.lossy_disk.endings import HORIZON, UNRESOLVED
-from sweep.model.bodies.shape import has_poles
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
 from sweep.motion.body_path import check_edge
@@ -18,11 +17,10 @@ from sweep.motion.lossy_path import Sampled, later, once, sampled, variables
 from sweep.motion.request import MotionRequest
 from sweep.motion.stated_errors import Found, in_si, settled
 
-_FLAT = Kernel(LOSSY_BODY_MOTION.kernels, "trajectory", seconds=12.0)
-_POLES = Kernel("kernels.lossy_bodies.poles.trajectory", "trajectory", seconds=8.0)
+_TRAJECTORY = Kernel(LOSSY_BODY_MOTION.kernels, "trajectory", seconds=12.0)
 
 #: All that `follow` calls.
-KERNELS = (_FLAT, _POLES)
+KERNELS = (_TRAJECTORY,)
 
 
 def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDArray[Any]]]:
@@ -34,17 +32,13 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
         If the motion is too fast to be resolved, or ends where it begins.
     """
     check_edge(spec)
-    found = sampled(spec, start, _kernel_of(spec))
+    found = sampled(spec, start, _TRAJECTORY)
     if found.end == 0.0:
         # at rest nothing is integrated
         none = dict.fromkeys(ERRORS, np.zeros(found.times.size, np.float32))
         return found.times, variables(spec, start, found) | none
     found, errors = _with_errors(spec, start, found)
     return found.times, variables(spec, start, found) | errors
-
-
-def _kernel_of(spec: MotionRequest) -> Kernel:
-    return _POLES if has_poles(spec.body) else _FLAT
 
 
 def _with_errors(
@@ -54,7 +48,7 @@ def _with_errors(
     times = later(rough.times, rough.ending)
 
     def again(refinement: int) -> Found | None:
-        ending, moments, samples = once(spec, start, times, _kernel_of(spec), rough.refinement + refinement)
+        ending, moments, samples = once(spec, start, times, _TRAJECTORY, rough.refinement + refinement)
         return None if ending == UNRESOLVED else Found(SAMPLES, moments, samples, ending)
 
     found, errors = settled(spec, again, (*LOSSES, "energy"))

@@ -33,7 +33,6 @@ _CHANGED: Mapping[str, Mapping[str, object]] = {
     "inclination": {"long_name": "angle between the axis of the body and the vertical"},
     "held": {
         "description": LOSSY_TRAJECTORY["held"].description.replace("at the rim", "where the contact runs")
-        + "; of a ball or a spheroid rolling and contour friction together hold all but the turn"
     },
 }
 
@@ -81,5 +80,4 @@ LOSSY_BODY_MOTION = replace(
     keywords="rolling body of revolution, torus, Euler's disk, dissipation, dry friction, trajectory, contact forces",
     sample_size=300,
     called="body",
-    rolls_on=body_tables.BODY_MOTION.rolls_on,
 )

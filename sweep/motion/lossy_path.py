@@ -15,10 +15,8 @@ from kernels.disk.arrays import STATE
 from kernels.lossy_disk import arrays
 from kernels.lossy_disk.endings import FLAT, HORIZON, REST, SLIP, UNRESOLVED
 from sweep.errors import NoMotionError
-from sweep.model.bodies.shape import has_poles
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array
-from sweep.motion.body_path import turning
 from sweep.motion.request import MotionRequest
 from sweep.motion.stated_errors import unresolved
 from sweep.motion.tables import HELD_ROLL, HELD_TILT, LOSSY_MOTION
@@ -100,7 +98,7 @@ def sampled(spec: MotionRequest, start: Array, kernel: Kernel) -> Sampled:
         still = np.repeat(found.samples[:, :1], spec.times.size, axis=1)
         return Sampled(spec.times, still, REST, 0.0, found.refinement)
     for _ in range(_PASSES if spec.interval == AUTOMATIC else 0):
-        wanted = _wanted(spec, found)
+        wanted = _wanted(found)
         if wanted.max(initial=0.0) <= _ENOUGH:
             break
         found = _integrated(spec, start, _closer(found, wanted), kernel)
@@ -148,16 +146,12 @@ def _integrated(spec: MotionRequest, start: Array, times: Array, kernel: Kernel)
     raise unresolved(spec, float(moments[-1]))
 
 
-def _wanted(spec: MotionRequest, found: Sampled) -> Array:
+def _wanted(found: Sampled) -> Array:
     """Return how many samples there should be in the place of each gap between two, by what turns in it."""
     times, samples = found.times, found.samples
     length, gaps = times[-1], np.diff(times)
-    if "body" in spec.kind.words and has_poles(spec.body):
-        # beside a pole its angles say nothing of how far a body turns
-        turns, rates = np.zeros(gaps.size), turning(spec, samples)
-    else:
-        angles = samples[[arrays.TILT, arrays.SAMPLE_HEADING, arrays.SAMPLE_ROLL_ANGLE]]
-        turns, rates = np.abs(np.diff(angles)).max(axis=0), np.abs(samples[arrays.TILT_RATE])
+    angles = samples[[arrays.TILT, arrays.SAMPLE_HEADING, arrays.SAMPLE_ROLL_ANGLE]]
+    turns, rates = np.abs(np.diff(angles)).max(axis=0), np.abs(samples[arrays.TILT_RATE])
     # a swing of the tilt between two samples is not seen in their difference
     turns = np.maximum(turns, np.maximum(rates[1:], rates[:-1]) * gaps)
     wanted = np.maximum(turns / _TURN, gaps / length * _LEAST_SAMPLES)

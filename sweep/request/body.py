@@ -1,6 +1,6 @@
 """The word ``body``: the thin disk needs none, and a request is of one body alone."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from sweep.errors import RequestError, are, shown
@@ -26,7 +26,7 @@ def without_thin_body(words: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def check_body_named(model: Model, words: Mapping[str, Any]) -> None:
-    """Refuse a length, a moment or a filling of a body that is not named: which one it is of is not known.
+    """Refuse losses of a body that has none, and a length, a moment or a filling of a body that is not named.
 
     Parameters
     ----------
@@ -39,7 +39,10 @@ def check_body_named(model: Model, words: Mapping[str, Any]) -> None:
     ------
     RequestError
     """
-    if "body" not in model.options or "body" in words:
+    if "body" not in model.options:
+        return
+    if "body" in words:
+        _check_losses_known(model, str(words["body"]).strip())
         return
     from sweep.model.bodies.tables import CHOOSING
 
@@ -48,26 +51,51 @@ def check_body_named(model: Model, words: Mapping[str, Any]) -> None:
         return
     got = " ".join(f"{name}={shown(words[name])}" for name in given if name in words)
     said = " and ".join(given)
-    hint = f"Add {' or '.join(_bodies_with(given))}, or leave {said} out."
-    if not _bodies_with(given):
-        hint = f"No body has all of them: add {' or '.join(_bodies_with(given[:1]))}, and leave out all but {given[0]}."
     raise RequestError(
         f"{said} {are(len(given))} said of another body than the thin disk, and the request names none; got "
         f"{got or f'a column {said}'}.",
-        hint=hint,
+        hint=_body_to_add(given, model.options["body"].choices),
         where=given[0],
     )
 
 
-def _bodies_with(given: Collection[str]) -> list[str]:
-    """Return the words for the bodies that have some lengths and filling; if there are, those that need no others."""
+def _body_to_add(given: Sequence[str], known: Sequence[str]) -> str:
+    """Return what to do with lengths, moments and filling of a body that is none of the known ones by name."""
+    whole, first = _bodies_with(given, known), _bodies_with(given[:1], known)
+    if whole:
+        return f"Add {' or '.join(whole)}, or leave {' and '.join(given)} out."
+    if first:
+        return f"No body has all of them: add {' or '.join(first)}, and leave out all but {given[0]}."
+    return f"No body with losses has it: leave {given[0]} out."
+
+
+def _check_losses_known(model: Model, body: str) -> None:
+    """Refuse a body that only the model without losses has."""
+    from sweep.model.bodies.tables import CALLED
+
+    having = model.options["body"].choices
+    if body in having or body not in CALLED:
+        return
+    named = [f"body={each}" for each in having]
+    raise RequestError(
+        f"A {CALLED[body]} rolls without losses: the thin disk, {', '.join(named[:-1])} and {named[-1]} have them; "
+        f"got body={body} beside words of losses.",
+        hint=f"Leave the words of losses out, or say {' or '.join(named)}.",
+        where="body",
+    )
+
+
+def _bodies_with(given: Collection[str], known: Sequence[str]) -> list[str]:
+    """Return the words for known bodies that have some lengths and filling; if there are, those that need no others."""
     from sweep.model.bodies.tables import LENGTHS, OPTIONAL
 
     every = {name for own in LENGTHS.values() for name in own}
     having = {
         body: own
         for body, own in LENGTHS.items()
-        if every.intersection(given) <= {*own} and ("filling" not in given or body == "torus")
+        if body in known
+        and every.intersection(given) <= {*own}
+        and ("filling" not in given or body == "torus")
     }
     # both moments are needed by an arc, whose shape says nothing of them, and by what is loaded on one side
     moments = {"axial_moment", "transverse_moment"}

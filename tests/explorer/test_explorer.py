@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 from cases import case
 from explorer_client import about, ask, post, post_refused
-from messages import assert_facts, refused, row
+from messages import assert_facts, refused
 
 import sweep
 from sweep.errors import RequestError
@@ -387,21 +387,15 @@ def test_every_question_about_a_system_is_answered(tmp_path, monkeypatch, comman
     assert (tmp_path / "window.csv").read_bytes() == cells.body
 
 
-@pytest.mark.slow_lane
-def test_what_is_explained_of_a_ball_with_losses_is_its_motion(tmp_path, monkeypatch, command):
-    """It ends as the motion of the copied command, which has the losses of the page."""
-    monkeypatch.chdir(tmp_path)
+def test_losses_beside_the_motion_of_a_ball_are_refused():
+    """What explains a motion and what copies its command say that the ball has none."""
     with explore("egg") as explorer:
         view = about(explorer.url)["bases"][0]["view"]
         place = {"view": view, "x": view["x"]["centre"], "y": view["y"]["centre"]}
-        place["losses"] = {"pivoting_friction": 1e-4, "rolling_friction": 1e-4}
-        text = post(explorer.url, "explain", **place)["text"]
-        line = post(explorer.url, "command", **place, duration=60.0)["command"]
-    assert row(text, "ending") == "ending rest"
-    end = float(re.search(r"^ *end_time +(\S+) s", text, re.MULTILINE)[1])
-    status, _, told = command(line.removeprefix("eulerdisk "))
-    assert status == 0, told
-    assert float(re.search(r"\brest\b.* (\S+) s\b", told)[1]) == pytest.approx(end, rel=1e-4)
+        place["losses"] = {"pivoting_friction": 1e-4}
+        for question in ("explain", "command"):
+            refused = ask(explorer.url, question, json.dumps({**place, "duration": 60.0}).encode())
+            assert (refused.status, b"A ball rolls without losses" in refused.body) == (400, True), question
 
 
 @pytest.mark.parametrize(

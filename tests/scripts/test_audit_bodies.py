@@ -17,11 +17,3 @@ def test_the_reduction_is_that_of_a_body_in_space(monkeypatch):
     assert audit_bodies.audit_space(24, np.random.default_rng(4))
     monkeypatch.setattr(audit_bodies, "NEAR", 1e-18)
     assert not audit_bodies.audit_space(4, np.random.default_rng(5))
-
-
-@pytest.mark.release
-def test_bodies_with_losses_are_within_their_stated_errors(monkeypatch):
-    """Some balls and spheroids against smaller steps; a stated error of 0 is found out."""
-    assert audit_bodies.audit_losses(20, np.random.default_rng(6))
-    monkeypatch.setattr(audit_bodies, "STATED", {"end_tilt": "air_loss"})
-    assert not audit_bodies.audit_losses(4, np.random.default_rng(6))

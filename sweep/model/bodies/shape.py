@@ -22,7 +22,9 @@ _THICKEST_ROUNDED = 2.0
 _ON_END = 0.25 * np.pi
 
 
-def check_shape(values: Mapping[str, Any], optional: tuple[str, ...] = OPTIONAL) -> None:
+def check_shape(
+    values: Mapping[str, Any], optional: tuple[str, ...] = OPTIONAL, known: tuple[str, ...] = tuple(LENGTHS)
+) -> None:
     """Refuse lengths and moments that are not those of one body.
 
     Parameters
@@ -31,13 +33,15 @@ def check_shape(values: Mapping[str, Any], optional: tuple[str, ...] = OPTIONAL)
         Of every word of a request.
     optional : tuple of str
         Lengths that may be left out: then they are 0.
+    known : tuple of str
+        Bodies that may be named instead.
 
     Raises
     ------
     RequestError
     """
     body = str(values["body"])
-    _check_lengths(values, body, optional)
+    _check_lengths(values, body, optional, known)
     if body == "rounded":
         wrong = worst_cases(values, {"thickness": LARGEST})["thickness"] > _THICKEST_ROUNDED
         if wrong.any():
@@ -60,7 +64,9 @@ def _refuse(message: str, hint: str, where: str) -> None:
     raise RequestError(message, hint=hint, where=where)
 
 
-def _check_lengths(values: Mapping[str, Any], body: str, optional: tuple[str, ...]) -> None:
+def _check_lengths(
+    values: Mapping[str, Any], body: str, optional: tuple[str, ...], known: tuple[str, ...]
+) -> None:
     for name in dict.fromkeys(each for lengths in LENGTHS.values() for each in lengths):
         if name in LENGTHS[body] and name not in optional and values[name] == NONE:
             _refuse(
@@ -70,11 +76,11 @@ def _check_lengths(values: Mapping[str, Any], body: str, optional: tuple[str, ..
                 name,
             )
         if name not in LENGTHS[body] and values[name] != NONE:
-            having = [other for other, lengths in LENGTHS.items() if name in lengths]
+            having = " or ".join(f"body={other}" for other in known if name in LENGTHS[other])
             _refuse(
                 f"A {CALLED[body]} has no {name}; it has {' and '.join(LENGTHS[body])}. Got body={body} "
                 f"{name}={values[name]}.",
-                f"Leave {name} out, or say body={' or body='.join(having)}.",
+                f"Leave {name} out, or say {having}." if having else f"Leave {name} out.",
                 name,
             )
     if values["filling"] != "solid" and body != "torus":

@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from sweep.model.bodies.shape import body_of, has_poles, with_body
+from sweep.model.bodies.shape import body_of, with_body
 from sweep.model.description import Request, Starts
-from sweep.model.lossy_bodies import poles
 from sweep.model.lossy_disk.audit import Mechanics
 from sweep.model.lossy_disk.sample import followed
 from sweep.model.lossy_disk.tables import BILDSTEN, MOFFATT
@@ -22,8 +21,7 @@ from sweep.model.quantity import Array
 def _height(spec: Request, starts: Starts, tilt: Array) -> Array:
     """Return the height of the centre of mass over R at tilts of bodies, shape (n,)."""
     body = body_of(spec, with_body(spec, starts))
-    round_edge = np.sqrt(np.cos(tilt) ** 2 + body.square * np.sin(tilt) ** 2)
-    return np.asarray(body.core * np.cos(tilt) + body.shift * np.sin(tilt) + body.edge * round_edge)
+    return np.asarray(body.core * np.cos(tilt) + body.shift * np.sin(tilt) + body.edge)
 
 
 def _energy(spec: Request, starts: Starts) -> Array:
@@ -32,18 +30,13 @@ def _energy(spec: Request, starts: Starts) -> Array:
     unit, tilt = np.sqrt(starts["radius"] / starts["gravity"]), starts["tilt"]
     w, turn = starts["tilt_rate"] * unit, starts["precession_rate"] * unit
     s, o = starts["roll_rate"] * unit + turn * np.sin(tilt), turn * np.cos(tilt)
-    n = 1.0 / np.sqrt(np.cos(tilt) ** 2 + body.square * np.sin(tilt) ** 2)
-    a = body.core + body.edge * n * np.cos(tilt)
-    b = -body.shift - body.edge * body.square * n * np.sin(tilt)
+    a, b = body.core + body.edge * np.cos(tilt), -body.shift - body.edge * np.sin(tilt)
     turning = (body.transverse + a**2 + b**2) * w**2 + body.transverse * o**2 + body.axial * s**2
     return np.asarray(0.5 * (turning + (a * s + b * o) ** 2) + _height(spec, starts, tilt))
 
 
 def _smooth_motion(spec: Request, start: Mapping[str, float]) -> dict[str, float]:
     """Return the measures of a motion that ends flat or with the duration; see `sweep.model.lossy_disk.sample`."""
-    if has_poles(spec.body):
-        energy = _energy(spec, {name: np.array([value]) for name, value in start.items()})
-        return poles.smooth_motion(spec, start, float(energy[0]))
     return followed(spec, start, _equations(spec, start))
 
 

@@ -9,21 +9,17 @@ import numpy as np
 from kernels.bodies import shapes
 from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
-from sweep.model.bodies.shape import all_on_end, check_no_fall, check_shape, complete, has_poles
+from sweep.model.bodies.shape import check_shape, complete
 from sweep.model.bodies.tables import CALLED
-from sweep.model.description import Columns, LineWords, Reference, Request, Starts, Words
+from sweep.model.description import LineWords, Reference, Request, Starts, Words
 from sweep.model.disk.initial_conditions import check_steady_rates
-from sweep.model.kernel import Kernel
 from sweep.model.lossy_bodies import tables, theory
 from sweep.model.lossy_bodies.mechanics import MECHANICS
 from sweep.model.lossy_disk.audit import SampledAudit
 from sweep.model.lossy_disk.model import LOSSY_DISK, LossyDisk, check_losses, integrator, with_constants
 from sweep.model.lossy_disk.tables import LOSSES, NO_AIR, some
-from sweep.model.quantity import Array, Truths
+from sweep.model.quantity import Array
 from sweep.model.rows import LARGEST, told, worst_cases
-
-#: Of balls and spheroids, with all laws.
-_THROUGH_POLES = Kernel("kernels.lossy_bodies.poles.integrate", "integrate", seconds=20.0)
 
 
 def check_body(values: Mapping[str, Any]) -> None:
@@ -108,10 +104,6 @@ class LossyBodies(LossyDisk):
         """Return the size of the perturbation in each start, as of the body without losses."""
         return BODIES.perturbation(spec, starts)
 
-    def drawn_of(self, spec: Request) -> str:
-        """Return what maps show: of a body on its end the amplification, as its motion ends with the duration."""
-        return "amplification" if all_on_end(spec) else super().drawn_of(spec)
-
     def disturbed_motion(self, spec: Request, start: Mapping[str, float]) -> str:
         """Return what a start disturbs."""
         return BODIES.disturbed_motion(spec, start)
@@ -120,8 +112,7 @@ class LossyBodies(LossyDisk):
         """Refuse rates that do not follow from the others, what no body is, and a law without what it needs."""
         check_body(values)
         check_steady_rates(values)
-        check_shape(values, tables.OPTIONAL)
-        check_no_fall(values, tables.SETTINGS["flat_tilt"])
+        check_shape(values, tables.OPTIONAL, tables.BODIES)
         check_losses(values)
 
     def complete(self, spec: Request, starts: Starts) -> Starts:
@@ -135,10 +126,6 @@ class LossyBodies(LossyDisk):
     def kernel_settings(self, spec: Request) -> Array:
         """Return the settings, what the criterion limits, the law of the air, and the number of the body."""
         return np.append(super().kernel_settings(spec), float(shapes.NAMES.index(spec.body)))
-
-    def integrator(self, spec: Request) -> Kernel:
-        """Return the kernel of the body: balls and spheroids have one, with all laws."""
-        return _THROUGH_POLES if has_poles(spec.body) else super().integrator(spec)
 
     def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
         """Return what completes starts and states settings."""
@@ -158,12 +145,6 @@ class LossyBodies(LossyDisk):
     def line_label(self, spec: Request, axis: str) -> str:
         """Return the formula of the squared critical rate without losses."""
         return BODIES.line_label(spec, axis)
-
-    def may_be_lost(self, spec: Request, measured: Columns, error: Array) -> Truths:
-        """Return which cells come so near to flat_tilt that they could have been flat within the error."""
-        if has_poles(spec.body):
-            return np.zeros(error.shape, bool)
-        return super().may_be_lost(spec, measured, error)
 
     def lost_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
         """Return when the body fell flat."""

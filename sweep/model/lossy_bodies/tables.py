@@ -3,11 +3,15 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
+from kernels.bodies.shapes import FIRST_WITH_POLES, NAMES
 from kernels.lossy_bodies import arrays
 from kernels.lossy_disk import endings as code
 from sweep.model.bodies import tables as bodies
 from sweep.model.lossy_disk import tables as disk
 from sweep.model.quantity import OPEN, Ending, Endings, Input, Quantity, Word, table
+
+#: Those that lie flat at the end: what rolls on through its poles has no losses.
+BODIES = NAMES[:FIRST_WITH_POLES]
 
 #: The body of a request that names none; bodies that have a flat face, under which air is.
 DEFAULT, FACED = "torus", ("rounded", "rim")
@@ -45,6 +49,7 @@ OPTIONS: Mapping[str, Word] = table(
     replace(
         bodies.OPTIONS["body"],
         default=DEFAULT,
+        choices=BODIES,
         remark="disk, the thin one, is the model of a request without this word",
     ),
     bodies.OPTIONS["filling"],
@@ -66,16 +71,9 @@ ENDINGS = Endings(
 _CHANGED: Mapping[str, Mapping[str, object]] = {
     "path_length": {
         "long_name": "way of the contact point along its circle on the body",
-        "description": "its way across that, by which a rounded edge rolls to and fro, is not counted; of a ball or a "
-        "spheroid its whole way over the body, which is as long as that on the plane; "
+        "description": "its way across that, by which a rounded edge rolls to and fro, is not counted; "
         + disk.VARIABLES["path_length"].description,
     },
-    "energy_imbalance": {
-        "description": disk.VARIABLES["energy_imbalance"].description
-        + "; of a ball or a spheroid that at the ending: on the way the difference of two motions with different steps "
-        "tells its errors",
-    },
-    "amplification": {"description": bodies.VARIABLES["amplification"].description},
 }
 
 VARIABLES: Mapping[str, Quantity] = table(

@@ -7,7 +7,7 @@ import numpy as np
 
 from kernels.bodies.shapes import Body
 from sweep.model.bodies import theory
-from sweep.model.bodies.shape import body_of, has_poles, on_end, with_body
+from sweep.model.bodies.shape import body_of, with_body
 from sweep.model.bodies.tables import CALLED
 from sweep.model.description import Request, Starts
 from sweep.model.disk.initial_conditions import circling
@@ -23,17 +23,13 @@ _NODES, _STEEP = 2000, math.radians(30.0)
 
 
 def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
-    """Return the critical rate of the body without losses, upright or on its end, and an estimate with them if upright.
+    """Return the critical rate of the body upright without losses, and an estimate with them.
 
     See `sweep.model.lossy_disk.upright.lines`.
     """
-    given, ends = with_body(spec, starts), on_end(spec, starts)
-    if ends.all():
-        return theory.pole_lines(spec, axis, given)
     if not theory.has_steady_motion(spec):
         return {}
-    found = upright.lines(spec, axis, starts, _upright(spec, starts))
-    return theory.of_both(ends, theory.pole_lines(spec, axis, given), found) if ends.any() else found
+    return upright.lines(spec, axis, starts, _upright(spec, starts))
 
 
 def _upright(spec: Request, starts: Starts) -> upright.Upright:
@@ -119,13 +115,8 @@ def predictions(spec: Request, start: Mapping[str, float], stored: Mapping[str, 
     """Yield what theory says of one cell, from its start and its stored measures [SI]."""
     if not all(math.isfinite(start[name]) for name in ("tilt", "precession_rate", "roll_rate")):
         return
-    if has_poles(spec.body):
-        yield from _of_a_round_body(spec, start)
-    if on_end(spec, start):
-        return
     if spec.precession_rate == WOBBLE:
-        # one that rolls through its poles is never flat
-        yield from () if has_poles(spec.body) else _of_a_wobble(spec, start, stored)
+        yield from _of_a_wobble(spec, start, stored)
     elif theory.has_steady_motion(spec) and not circling(spec):
         starts = {name: np.array([value]) for name, value in start.items()}
         yield from upright.told(spec, start, _upright(spec, starts), CALLED[spec.body])
@@ -143,46 +134,3 @@ def _of_a_wobble(spec: Request, start: Mapping[str, float], stored: Mapping[str,
     beside = f" (the cell has {measured:.6g} s)" if math.isfinite(measured) else ""
     flat = SETTINGS["flat_tilt"].spell(spec.flat_tilt, 6)
     yield f"theory      the energy of a steady wobble lasts {time:.6g} s to {flat}{beside}, to leading order near flat"
-
-
-def _of_a_round_body(spec: Request, start: Mapping[str, float]) -> Iterator[str]:
-    """Yield what theory says of a ball or a spheroid: how its spin sinks on its end, how a uniform ball comes to rest.
-
-    On its end a body turns about the contact point itself: only pivoting friction slows it, with the torque of its arm
-    times the weight.
-    """
-    unit, arm = math.sqrt(start["radius"] / start["gravity"]), start["pivoting_friction"] / start["radius"]
-    if spec.body == "ball" and start["offset"] == 0.0 and start["axial_moment"] == start["transverse_moment"]:
-        yield from _of_a_centred_ball(start, unit, arm)
-    if not on_end(spec, start):
-        return
-    yield theory.pole_prediction(spec, start)
-    found = theory.critical_pole_spin(spec, start)
-    spin = abs(start["roll_rate"] + start["precession_rate"] * math.sin(start["tilt"]))
-    if found is None or spin <= found:
-        return
-    if arm == 0.0:
-        yield "theory      no loss slows the spin of a body that stands on its end"
-        return
-    time = (spin - found) * unit * unit * start["axial_moment"] / arm
-    yield (
-        f"theory      pivoting friction takes the spin on its end down to {found:.6g} rad s-1, the critical one "
-        f"without losses, in {time:.6g} s"
-    )
-
-
-def _of_a_centred_ball(start: Mapping[str, float], unit: float, arm: float) -> Iterator[str]:
-    """Yield when a ball with its centre of mass in its centre, and the same moment about all axes, stands still.
-
-    About the contact point its moment is that and 1; friction is constant, and nothing couples rolling and turning.
-    """
-    tilt, moment = start["tilt"], start["axial_moment"]
-    turning = start["precession_rate"] + start["roll_rate"] * math.sin(tilt)
-    rolling = math.hypot(start["tilt_rate"], math.cos(tilt) * start["roll_rate"])
-    slowing = (start["rolling_friction"] + start["contour_friction"]) / start["radius"]
-    if start["contour_damping"] == 0.0 and slowing > 0.0 and rolling > 0.0:
-        time = unit * unit * rolling * (1.0 + moment) / slowing
-        yield f"theory      friction slows the rolling of this ball evenly, to a stop after {time:.6g} s"
-    if arm > 0.0 and turning != 0.0:
-        time = unit * unit * abs(turning) * moment / arm
-        yield f"theory      friction slows its turning about the vertical evenly, to a stop after {time:.6g} s"

@@ -126,6 +126,7 @@ test("sliders have ends in proportion to the disk, and the values of cells or of
   assert.equal(bare.contour_damping.high, 0.4 * 0.5 ** 2 * Math.sqrt(9.81 / 0.5));
   const body = { lossy: false, losses: {}, body: { faced: false } };
   assert.ok(!("air_law" in controls(body)));
+  assert.deepEqual(controls({ ...body, body: { faced: false, poles: true } }), {});
 });
 
 test("a slider has no loss at one end, and every value near its place", () => {

@@ -116,7 +116,7 @@ test("what is never resolved is refused after six halvings", async () => {
   assert.equal(computation.asked.length, 7);
 });
 
-const LOSSY = { flatTilt: 1.5, law: 0, body: null, poles: false };
+const LOSSY = { flatTilt: 1.5, law: 0, body: null };
 
 test("with losses samples are closer together towards a rest, and reach its end", async () => {
   const resting = (code) => lossyPath(computing({ ends: 2, code }), new Array(11).fill(0), 10, LOSSY, signal);

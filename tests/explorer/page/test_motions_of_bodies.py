@@ -9,7 +9,7 @@ from body_motion import in_space
 import sweep
 from sweep.explorer.about import sides
 from sweep.explorer.view import View
-from sweep.model.bodies.shape import body_of
+from sweep.model.bodies.shape import body_of, has_poles
 from sweep.model.lossy_bodies.tables import FACED
 from sweep.motion.sampling import ending_of
 from sweep.request.spec import SweepSpec
@@ -111,10 +111,15 @@ def test_a_motion_is_that_of_the_program(shown):
 
 @pytest.mark.slow_lane
 def test_a_motion_with_losses_is_that_of_the_program(shown):
-    """Ending, last sample and what each law took agree with `sweep.simulate`."""
+    """Ending, last sample and what each law took agree with `sweep.simulate`; a ball has none and is refused."""
     _, view, asked = shown
     losses = {"rolling_friction": 2e-3, "contour_friction": 1e-3, "pivoting_friction": 1e-4}
     losses = {name: value * view.spec.radius for name, value in losses.items()}
+    if has_poles(view.spec.body):
+        assert asked(0.45, 0.6)[0]["losses"] == []
+        with pytest.raises(Exception, match="rolls without losses"):
+            asked(0.45, 0.6, 2.0, losses)
+        return
     head, arrays, start = asked(0.45, 0.6, 2.0, losses)
     assert head["lossy"]
     assert ("air_law" in [each["name"] for each in head["losses"]]) == (view.spec.body in FACED)

@@ -110,7 +110,7 @@ export function checkArms(words, radius) {
 }
 
 /**
- * The controls of the losses of a motion.
+ * The controls of the losses of a motion; a body that rolls on through its poles has none.
  * @param {MotionTables} tables
  * @param {MotionPlan} plan
  * @param {Record<string, number>} start
@@ -118,6 +118,7 @@ export function checkArms(words, radius) {
  * @returns {LossControl[]}
  */
 export function lossControls(tables, plan, { radius, gravity }, given) {
+  if (plan.body?.poles) return [];
   /** @type {Words} */
   const held = { ...(plan.lossy ? plan.losses : {}), ...given };
   const mass = typeof held.mass === "number" ? held.mass : tables.mass;

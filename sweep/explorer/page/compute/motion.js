@@ -200,7 +200,11 @@ function checkBody({ name, called, poles, faced }, { core }, cell, words, none) 
     throw new Problem(ended, { hint: "Start with a tilt.", status: 400 });
   }
   if (!Object.keys(words).length) return;
-  if (core <= 0 && !poles) {
+  if (poles) {
+    const endless = `A ${called} rolls without losses: the thin disk and bodies that fall have them.`;
+    throw new Problem(endless, { hint: "Leave the losses out.", status: 400 });
+  }
+  if (core <= 0) {
     const round = `A ${called} of this shape has no face left to lie on: there are no losses of it.`;
     throw new Problem(round, { hint: "Give a smaller fillet or thickness.", status: 400 });
   }
@@ -306,7 +310,7 @@ async function lossyArrays(
     computation,
     start,
     duration,
-    { flatTilt, law, body: body?.number ?? null, poles: Boolean(body?.poles) },
+    { flatTilt, law, body: body?.number ?? null },
     signal,
   );
   const needed = frictionNeeded(named(FORCES, rows.slice(LOSSY_FORCES)));

@@ -107,12 +107,11 @@ export async function diskPath(computation, start, duration, fallTilt, signal) {
  * @param {Computation} computation
  * @param {number[]} start
  * @param {number} duration
- * @param {{flatTilt: number, law: number, body: number|null, poles: boolean}} given  law of the air, number of the body, and
- *   whether it rolls on through its poles
+ * @param {{flatTilt: number, law: number, body: number|null}} given  law of the air, number of the body
  * @param {AbortSignal} signal
  * @returns {Promise<Path>}
  */
-export async function lossyPath(computation, start, duration, { flatTilt, law, body, poles }, signal) {
+export async function lossyPath(computation, start, duration, { flatTilt, law, body }, signal) {
   const name = body === null ? "lossy_trajectory" : "body_lossy_trajectory";
   const integrated = async (/** @type {Float64Array} */ times) => {
     for (let refinement = 0; ; refinement += 1) {
@@ -131,7 +130,7 @@ export async function lossyPath(computation, start, duration, { flatTilt, law, b
   let path = await integrated(first);
   if (path.times.at(-1) === 0) return held(path, first, body === null ? "disk" : "body");
   for (let pass = 0; pass < PASSES; pass += 1) {
-    const wanted = wantedBetween(path, poles);
+    const wanted = wantedBetween(path);
     if (largest(wanted) <= ENOUGH) break;
     path = await integrated(closerTo(path, wanted));
   }
@@ -272,12 +271,11 @@ export function turning({ rows }, poles) {
 /**
  * How many samples there should be in the place of each gap between two, by what turns in it.
  * @param {Path} path
- * @param {boolean} poles  beside one the angles say nothing of how far a body turns
  */
-function wantedBetween({ times, rows, ending }, poles) {
+function wantedBetween({ times, rows, ending }) {
   const length = /** @type {number} */ (times.at(-1));
-  const angles = poles ? [] : TURNING.map((row) => differences(rows[row]));
-  const rates = poles ? turning({ rows }, true) : rows[TILT_RATE];
+  const angles = TURNING.map((row) => differences(rows[row]));
+  const rates = rows[TILT_RATE];
   const isTowardsEnd = ending === LOSSY.flat || ending === LOSSY.rest;
   const left = (/** @type {number} */ i) => length - times[i] + NEAREST * length;
   return differences(times).map((gap, i) => {
