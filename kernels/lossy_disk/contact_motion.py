@@ -121,24 +121,6 @@ def pull_at_rest(S, C, turning, inertia):
 
 
 @simd
-def tilting_of(state):
-    """Tilt rate of a state (S, C, w, f, v), or what has its sign."""
-    return state[2]
-
-
-@simd
-def turning_of(state):
-    """Turning rate about the vertical of a state (S, C, w, f, v)."""
-    return state[4]
-
-
-@simd
-def is_above(state):
-    """Whether a state (S, C, w, f, v) is not behind flat, where no disk comes."""
-    return state[1] > 0.0
-
-
-@simd
 def circle(S, C, inertia):
     """Radius of the circle along which the contact runs over what rolls, over R."""
     return 1.0

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from kernels.jit import kernel
 from kernels.lossy_disk.contact import contact_forces
-from kernels.lossy_disk.contact_motion import contact_rates, horizontal_rate, losses_here, tilting_of
+from kernels.lossy_disk.contact_motion import contact_rates, horizontal_rate, losses_here
 from kernels.lossy_disk.creeping import next_state
 from kernels.lossy_disk.dry_friction import HOLDS_ON
 from kernels.lossy_disk.loss_laws import EDGED, Losses
@@ -230,7 +230,7 @@ def step_to_event(state, senses, case, reach, h):
     found = NO_EVENT
     after, gain = next_state(state, senses, case.inertia, case.losses, h)
     # between two turning points the tilt is monotone: what a step passed twice is seen from the turning point
-    if heading * tilting_of(after) < 0.0:
+    if heading * after[2] < 0.0:
         turn = _time_of(TURNS, state, senses, heading, case, reach, h)
         if turn > 0.0:
             h, found = turn, TURNS

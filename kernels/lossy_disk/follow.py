@@ -17,14 +17,11 @@ from kernels.lossy_disk.contact_motion import (
     contact_state,
     entered,
     horizontal_rate,
-    is_above,
     losses_here,
     moved,
     spin_state,
-    tilting_of,
     time_scale,
     turning_inertia,
-    turning_of,
 )
 from kernels.lossy_disk.creeping import creeps, next_state, stiffness
 from kernels.lossy_disk.dry_friction import _HALVINGS, LETS_GO, SEIZES, decided, is_held
@@ -181,7 +178,7 @@ def _switched(motion, vanished, strength, case):
     state, senses, instant = decided(
         motion.state, motion.senses, vanished, strength, case.inertia, case.losses
     )
-    v = turning_of(state)
+    _, _, _, _, v = state
     gain = (v, 0.0, 0.0, case.losses.pivoting * abs(v), 0.0, 0.0, 0.0)
     return Motion(state, senses, motion.time + instant, entered(motion.ledger, instant, gain))
 
@@ -198,34 +195,21 @@ def _come_to_rest(motion, case, until):
 
 
 @kernel
-def inertia_of_turning(state, inertia):
-    """Moment of inertia about the vertical through the contact point, in m R^2."""
-    S, C, _, _, _ = state
-    return turning_inertia(S, C, inertia)
-
-
-@kernel
-def still_held(state, later, turn, case):
+def _still_held(motion, later, case):
     """Whether friction holds a disk that stands on its contact when it turns with the rate `later`."""
-    S, C, _, _, _ = state
-    return is_held(S, C, later, -case.losses.pivoting * turn, case.inertia, case.losses)
-
-
-@kernel
-def turned_by(state, angle, later):
-    """Return the state of a disk that stands on its contact, turned by an angle and with the rate `later`."""
-    S, C, _, _, _ = state
-    return S, C, 0.0, 0.0, later
+    S, C, _, _, _ = motion.state
+    pivoted = -case.losses.pivoting * motion.senses.turn
+    return is_held(S, C, later, pivoted, case.inertia, case.losses)
 
 
 @kernel
 def _let_go_after(motion, h, slowing, case):
     """Time within h after which friction does not hold a disk that slows down as it turns."""
     held, let = 0.0, h
+    _, _, _, _, v = motion.state
     for _ in range(_HALVINGS):
         middle = 0.5 * (held + let)
-        later = turning_of(motion.state) - slowing * middle
-        if still_held(motion.state, later, motion.senses.turn, case):
+        if _still_held(motion, v - slowing * middle, case):
             held = middle
         else:
             let = middle
@@ -239,8 +223,8 @@ def _turned(motion, case, until):
     The turning of another body may balance its weight: as it slows friction may let the body go. What friction has to
     hold is linear in the square of the rate, and what it can is convex: it holds in between where it does at both ends.
     """
-    turn, arm, v = motion.senses.turn, case.losses.pivoting, turning_of(motion.state)
-    I_v = inertia_of_turning(motion.state, case.inertia)
+    turn, arm, (S, C, _, _, v) = motion.senses.turn, case.losses.pivoting, motion.state
+    I_v = turning_inertia(S, C, case.inertia)
     h, event, later = until - motion.time, NO_EVENT, v
     if v == 0.0 or turn == 0.0:
         return motion, RESTS
@@ -250,16 +234,14 @@ def _turned(motion, case, until):
             h, event, later = stop, RESTS, 0.0
         else:
             later = v - turn * arm * h / I_v
-    if not still_held(motion.state, later, turn, case):
+    if not _still_held(motion, later, case):
         h, event = _let_go_after(motion, h, turn * arm / I_v, case), CONTACT_RESTS
         later = v - turn * arm * h / I_v
     # pivoting friction is constant, and so is the deceleration
     mean = 0.5 * (v + later)
     gain = (mean, 0.0, 0.0, arm * abs(mean), 0.0, 0.0, 0.0)
     time = until if event == NO_EVENT else motion.time + h
-    after = Motion(
-        turned_by(motion.state, mean * h, later), motion.senses, time, entered(motion.ledger, h, gain)
-    )
+    after = Motion((S, C, 0.0, 0.0, later), motion.senses, time, entered(motion.ledger, h, gain))
     if event == CONTACT_RESTS:
         after = _switched(after, (True, later == 0.0, True), SEIZES, case)
     return after, event
@@ -301,7 +283,7 @@ def leap(motion, case, until, reach):
     won = energy_of(state, case.inertia) - energy_of(motion.state, case.inertia)
     # so written, a NaN fails too; with rates beyond all measure the next steps would be too short to end, behind flat
     # they would go back in time
-    possible = won <= _MOST_WON and (is_above(state) or event == FLATTENS)
+    possible = won <= _MOST_WON and (state[1] > 0.0 or event == FLATTENS)
     if not (possible and math.isfinite(after.ledger[0])):
         return motion, 0.0, FAILS
     if event == CONTACT_RESTS:
@@ -309,7 +291,7 @@ def leap(motion, case, until, reach):
     if is_switch(event):
         no_roll = event == ROLL_VANISHES or event == CONTACT_RESTS or motion.senses.roll == 0.0
         no_turn = event == TURN_VANISHES or motion.senses.turn == 0.0
-        no_tilting = event == TILTING_VANISHES or event == CONTACT_RESTS or tilting_of(after.state) == 0.0
+        no_tilting = event == TILTING_VANISHES or event == CONTACT_RESTS or after.state[2] == 0.0
         strength = LETS_GO if event == ROLL_LET_GO or event == TURN_LET_GO else SEIZES
         after = _switched(after, (no_roll, no_turn, no_tilting), strength, case)
     return after, length, event

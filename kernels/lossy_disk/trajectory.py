@@ -62,7 +62,7 @@ class Beginning(NamedTuple):
     unit: float
 
 
-# Other bodies have other functions under these names (`kernels.lossy_bodies.trajectory`, `poles.trajectory`).
+# Other bodies have other functions under these names (`kernels.lossy_bodies.trajectory`).
 
 
 @kernel
@@ -106,21 +106,6 @@ def contact_velocity(state, heading, inertia):
 
 
 @kernel
-def rolled(before, middle, after, h, turned):
-    """What the roll angle gains over a step of scaled length h between three states, in which the heading turns."""
-    return h / 6.0 * (before[3] + 4.0 * middle[3] + after[3])
-
-
-@kernel
-def seen(state, tilt):
-    """(S, C, w, f, v) of a state at its tilt, and the state as it is where the heading is 0."""
-    _, _, w, f, v = state
-    # the steps keep S^2 + C^2 = 1 no better than anything else
-    here = math.sin(tilt), math.cos(tilt), w, f, v
-    return here, here
-
-
-@kernel
 def case_of(begun, tilt, settings):
     """`Case` of the beginning at a tilt of a single motion, without a criterion."""
     relative, longest = settings[row.TRAJECTORY_RELATIVE_STEP], settings[row.TRAJECTORY_STEP]
@@ -143,13 +128,13 @@ def _carried(place, before, after, h, case):
         return place
     angle, x, y = place
     middle, gain = next_state(before.state, before.senses, case.inertia, case.losses, 0.5 * h)
-    end, whole = next_state(before.state, before.senses, case.inertia, case.losses, h)
+    end, _ = next_state(before.state, before.senses, case.inertia, case.losses, h)
     heading, sixth = before.ledger[0], h / 6.0
     x_0, y_0 = contact_velocity(before.state, heading, case.inertia)
     x_1, y_1 = contact_velocity(middle, heading + gain[0], case.inertia)
     x_2, y_2 = contact_velocity(end, after.ledger[0], case.inertia)
     return (
-        angle + rolled(before.state, middle, end, h, whole[0]),
+        angle + sixth * (before.state[3] + 4.0 * middle[3] + end[3]),
         x + sixth * (x_0 + 4.0 * x_1 + x_2),
         y + sixth * (y_0 + 4.0 * y_1 + y_2),
     )
@@ -166,7 +151,10 @@ def _held(senses):
 @kernel
 def _record(samples, i, tilt, motion, place, case, unit, radius):
     angle, x, y = place
-    (S, C, w, f, v), state = seen(motion.state, tilt)
+    _, _, w, f, v = motion.state
+    # the steps keep S^2 + C^2 = 1 no better than anything else
+    S, C = math.sin(tilt), math.cos(tilt)
+    state = S, C, w, f, v
     samples[row.TILT, i] = tilt
     samples[row.TILT_RATE, i] = w / unit
     samples[row.PRECESSION_RATE, i] = (v - f * S) / unit

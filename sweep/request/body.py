@@ -79,7 +79,7 @@ def _check_losses_known(model: Model, body: str) -> None:
     named = [f"body={each}" for each in having]
     raise RequestError(
         f"A {CALLED[body]} rolls without losses: the thin disk, {', '.join(named[:-1])} and {named[-1]} have them; "
-        f"got body={body} beside words of losses.",
+        f"got body={body} with words of losses.",
         hint=f"Leave the words of losses out, or say {' or '.join(named)}.",
         where="body",
     )

@@ -143,7 +143,7 @@ def _check_round(values: Mapping[str, Any], body: str) -> None:
 
 
 def check_no_fall(values: Mapping[str, Any], setting: Input) -> None:
-    """Refuse a tilt at which a ball or a spheroid falls, or lies flat, and a time before which it does: there is none.
+    """Refuse a tilt at which a ball or a spheroid falls, and a time before which it does: there is none.
 
     Parameters
     ----------
