@@ -1,74 +1,17 @@
-"""The motion of a body of revolution by other means: Newton and Euler for a rigid body, in space, by SciPy.
-
-No tilt and no rates of it: the state is the axis n and the angular velocity, both in space. The body is what lies
-within `edge` of a ring of radius `core`, whose middle is at `-shift` along the axis; its lowest point is the contact.
-Where `square` is not 1 the ring's tube is an ellipse, sqrt(square) times as far along the axis as across it.
-Units are m = g = R = 1.
-"""
+"""The motion of a body of revolution by other means: Newton and Euler for a rigid body in space, by SciPy."""
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from kernels.bodies.arrays import PARAMETERS
 from kernels.bodies.shapes import NAMES
-
-UP = np.array([0.0, 0.0, 1.0])
-
-
-def cross(a, b):
-    """Return the vector product: that of NumPy takes four times as long."""
-    (x, y, z), (u, v, w) = a.tolist(), b.tolist()
-    return np.array((y * w - z * v, z * u - x * w, x * v - y * u))
+from sweep.model.rigid_body import UP, RigidBody, cross
 
 
-@dataclass(frozen=True)
-class Body:
-    """What rolls: the meridian, and the moments of inertia about axis and across it."""
-
-    core: float
-    shift: float
-    edge: float
-    axial: float
-    transverse: float
-    square: float = 1.0
-
-    def contact(self, n, n_rate):
-        """Return the contact point from the centre of mass, and its rate where the axis moves with `n_rate`.
-
-        The lowest point of an ellipsoid with the matrix M is -M UP/sqrt(UP M UP): M = edge^2 (1 + (square - 1) n n).
-        """
-        sine, sine_rate, more = n[2], n_rate[2], self.square - 1.0
-        size = math.sqrt(1.0 + more * sine * sine)
-        size_rate = more * sine * sine_rate / size
-        low = UP + more * sine * n
-        r = -self.shift * n - self.edge * low / size
-        low_rate = more * (sine_rate * n + sine * n_rate)
-        r_rate = -self.shift * n_rate - self.edge * (low_rate - low * size_rate / size) / size
-        if self.core:
-            # no number beyond flat, where a step may be tried
-            cosine = np.sqrt(1.0 - sine * sine)
-            d = (UP - sine * n) / cosine
-            d_rate = (-sine_rate * n - sine * n_rate + sine * sine_rate / cosine * d) / cosine
-            r, r_rate = r - self.core * d, r_rate - self.core * d_rate
-        return r, r_rate
-
-    def inertia(self, n):
-        """Return the tensor of inertia."""
-        return self.transverse * np.eye(3) + (self.axial - self.transverse) * np.outer(n, n)
-
-    def right_side(self, _, y):
-        """Return the derivatives of axis and angular velocity."""
-        n, turning = y[:3], y[3:]
-        n_rate = cross(turning, n)
-        r, r_rate = self.contact(n, n_rate)
-        inertia = self.inertia(n)
-        # the centre of mass moves with -turning x r; force = its acceleration + weight
-        known = -cross(turning, inertia @ turning) + cross(r, UP - cross(turning, r_rate))
-        whole = inertia + (r @ r) * np.eye(3) - np.outer(r, r)
-        return np.concatenate([n_rate, np.linalg.solve(whole, known)])
+class Body(RigidBody):
+    """What rolls, with the forces and the path of its motion."""
 
     def force(self, y):
         """Return the force of the plane on the body: the acceleration of its centre of mass, and its weight."""
@@ -82,25 +25,6 @@ class Body:
         r, _ = self.contact(n, np.zeros(3))
         velocity = cross(turning, r)
         return 0.5 * turning @ self.inertia(n) @ turning + 0.5 * velocity @ velocity - r[2]
-
-    def start(self, tilt, w, o, s):
-        """Return the state with a tilt and scaled rates (`kernels.bodies.equations`)."""
-        n = np.array([-math.cos(tilt), 0.0, math.sin(tilt)])
-        d = np.array([math.sin(tilt), 0.0, math.cos(tilt)])
-        return np.concatenate([n, w * np.array([0.0, 1.0, 0.0]) + o * d + s * n])
-
-    def motion(self, tilt, w, o, s, end, accuracy=1e-12, most=0, **more):
-        """Return SciPy's solution to the time `end`, or until the tilt has turned `most` times, its events."""
-
-        def turns(_, y):
-            return cross(y[3:], y[:3])[2]
-
-        turns.terminal = most
-
-        return solve_ivp(
-            self.right_side, (0.0, end), self.start(tilt, w, o, s), method="DOP853", rtol=accuracy,
-            atol=1e-2 * accuracy, events=turns, **more,
-        )  # fmt: skip
 
     def path(self, tilt, w, o, s, times):
         """Return what becomes of a start at given times, one row each: a mapping of names to arrays, in space.
@@ -125,13 +49,6 @@ class Body:
             "axis": found[:, :3], "turning": found[:, 3:6], "centre": found[:, 6:9], "painted": found[:, 9:],
             "contact": found[:, 6:9] + from_centre, "force": np.array([self.force(y[:6]) for y in found]),
         }  # fmt: skip
-
-    def extremes(self, tilt, w, o, s, end=300.0):
-        """Return the extreme tilts and the period of a motion with a rate w other than 0."""
-        found = self.motion(tilt, w, o, s, end, most=3)
-        x, y, z = found.y_events[0][:3, :3].T
-        tilts = np.arctan2(z, np.hypot(x, y))
-        return min(tilts[:2]), max(tilts[:2]), found.t_events[0][2] - found.t_events[0][0]
 
 
 #: Bodies and starts of the table of reference values, each with its extreme tilts and period: of the tilt 0.2 with the

@@ -34,10 +34,6 @@ def audit_text(found: Findings, spec: SweepSpec) -> str:
     lines += [f"{head:<12} {_cell(place, spec)}, {flag.replace('_', ' ')}" for flag, place in found.named]
     if found.disagreeing > len(found.named):
         lines.append(f"             and {found.disagreeing - len(found.named)} more")
-    if found.method == "exact":
-        lines.append(
-            "note         made by the reduction itself: only the file has been checked, not the method"
-        )
     if spec.model.exact is not None and (unknown := spec.model.exact.untimed(spec)):
         lines.append(f"note         method={found.method} knows {unknown}: there is nothing to check")
     return "\n".join([*lines, "", *_statement_lines(found.statements), "", audit_line(found)])
@@ -86,6 +82,14 @@ def audit_line(found: Findings) -> str:
     """Return the outcome of an audit in one line."""
     agreeing = counted(found.agreeing, "cell", found.cells)
     known = np.isfinite(found.extremes[2])
+    if found.passed and found.method == "exact":
+        largest = f", largest difference {spell_size(found.extremes[2], found.units)}" if known else ""
+        sample = (
+            f"a sample agrees with another method ({found.sampled})"
+            if found.sampled
+            else "but only the file was checked: no cell has a motion that another method could follow"
+        )
+        return f"verified: {agreeing} with the reduction, computed again{largest}; {sample}"
     if found.passed and found.sampled:
         largest = f", largest difference {spell_size(found.extremes[2], found.units)}" if known else ""
         return (

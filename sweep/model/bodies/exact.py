@@ -11,13 +11,14 @@ import numpy.typing as npt
 from kernels.bodies import arrays, shapes
 from kernels.disk import motion_arrays
 from kernels.disk.arrays import COUNTS, MEASURES
+from sweep.model.bodies.shape import body_of
 from sweep.model.bodies.tables import ENDINGS
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.disk.exact import AUDIT, ExactReduction, without_vague
 from sweep.model.disk.path import PATHS, path_columns
 from sweep.model.disk.tables import REDUCTION as OF_THE_DISK
 from sweep.model.kernel import Kernel
-from sweep.model.quantity import Quantity, table
+from sweep.model.quantity import Array, Quantity, table
 
 _KERNELS = {
     "reduce": Kernel("kernels.reduction.cells", "reduce", seconds=6.0),
@@ -81,6 +82,12 @@ class BodyReduction(ExactReduction):
         ),
     )
 
+    def rigid_bodies(self, spec: Request, starts: Starts) -> dict[str, Array]:
+        """Return the fields of `sweep.model.rigid_body.RigidBody` of starts."""
+        fields = body_of(spec, starts)._asdict()
+        del fields["ratio"]
+        return {name: np.broadcast_to(values, starts["tilt"].shape) for name, values in fields.items()}
+
     def measures(
         self, spec: Request, starts: Starts, extremes_only: bool = False
     ) -> dict[str, npt.NDArray[Any]]:
@@ -116,11 +123,9 @@ class BodyReduction(ExactReduction):
         kernel_of(spec.body, "wells").load()(rows, float(shapes.NAMES.index(spec.body)), counts)
         return {**self.measures(spec, starts, extremes_only=True), "wells": counts}
 
-    def truth(
-        self, spec: Request, starts: Starts, first: int, stored: Columns
-    ) -> dict[str, npt.NDArray[Any]]:
-        """Return what `check` holds cells against: `measures`."""
+    def truth(self, spec: Request, starts: Starts, first: int, stored: Columns) -> Columns:
+        """Return what `check` holds cells against: `measures`, and a sample in space."""
         exact = self.measures(spec, starts)
         # endings are compared many times
         exact["ending"] = exact["ending"].astype(np.int8)
-        return exact
+        return self._with_sample(spec, starts, first, exact)

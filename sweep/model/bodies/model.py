@@ -36,6 +36,7 @@ from sweep.model.disk.model import DISK, untimed
 from sweep.model.disk.path import PATH_VARIABLES, path_columns
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
+from sweep.model.space_sample import SpaceSample
 
 
 class Bodies(Model):
@@ -132,6 +133,10 @@ class Bodies(Model):
             **(tables.CONTACT_VARIABLES if spec.contact == "yes" else {}),
         }
         return untimed(held) if spec.method == "exact" else held
+
+    def reference(self, size: int, seed: int | None = None) -> BodyReduction:
+        """Return the reduction, with a sample of an atlas that came from it."""
+        return BodyReduction(SpaceSample(size, seed))
 
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
         """Return the kernel of the method, and those of the path and of the contact forces where they are asked for."""

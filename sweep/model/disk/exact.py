@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from kernels.disk import arrays
 from kernels.disk.exact import arrays as exact_arrays
+from sweep.errors import counted
 from sweep.model.audit import Audit, CellCheck
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.disk.cell_checks import MEASURES, ReducedCells, cell_checks
@@ -15,6 +16,7 @@ from sweep.model.disk.initial_conditions import computed_rates
 from sweep.model.disk.tables import ENDINGS, REDUCTION, VARIABLES
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import DECISION, Array, Endings, Quantity, Tolerance, Truths, table
+from sweep.model.space_sample import SpaceSample, compare_with_space, is_sampled
 
 NOT_COMPUTED, AGREES, WITHIN, MARGINAL, ATLAS_UNRESOLVED, EXACT_UNRESOLVED, INVALID = range(7)
 AGREEING = (AGREES, WITHIN, MARGINAL)
@@ -171,11 +173,43 @@ _MOST_FALLS = 20_000
 
 
 class ExactReduction:
-    """See `sweep.model.description.ExactReference`."""
+    """See `sweep.model.description.ExactReference`.
+
+    Parameters
+    ----------
+    sample : SpaceSample, optional
+        Which cells of an atlas of ``method=exact`` are followed in space; none if not given.
+    """
 
     variables = REDUCTION
     compared = ("tilt_min", "tilt_max", "nutation_period")
-    audit, sampled = AUDIT, ""
+    audit = AUDIT
+
+    def __init__(self, sample: SpaceSample | None = None) -> None:
+        self._sample = sample
+
+    @property
+    def sampled(self) -> str:
+        """Which cells were followed in space."""
+        if self._sample is None or not self._sample.followed:
+            return ""
+        return f"{counted(self._sample.followed, 'cell')}, drawn with seed {self._sample.seed}, by DOP853 in space"
+
+    def rigid_bodies(self, spec: Request, starts: Starts) -> dict[str, Array]:
+        """Return the fields of `sweep.model.rigid_body.RigidBody` of starts."""
+        one, alpha = np.ones_like(starts["alpha"]), starts["alpha"]
+        none = np.zeros_like(alpha)
+        return {
+            "core": one, "shift": none, "edge": none, "square": one, "axial": alpha, "transverse": 0.5 * alpha,
+        }  # fmt: skip
+
+    def _with_sample(self, spec: Request, starts: Starts, first: int, exact: Columns) -> Columns:
+        """Return what the reduction says, and the motions of a sample in space if the atlas came from it."""
+        if spec.method != "exact" or self._sample is None:
+            return exact
+        bounded = spec.model.endings.among(exact["ending"], "bounded")
+        bodies = self.rigid_bodies(spec, starts)
+        return {**exact, **self._sample.follow(starts, bodies, exact, bounded, first)}
 
     def measures(
         self, spec: Request, starts: Starts, extremes_only: bool = False
@@ -212,22 +246,28 @@ class ExactReduction:
         needed = (*MEASURES, *spec.criterion.reads(spec.model), *computed_rates(spec))
         return tuple(dict.fromkeys(needed))
 
-    def truth(
-        self, spec: Request, starts: Starts, first: int, stored: Columns
-    ) -> dict[str, npt.NDArray[Any]]:
-        """Return what `check` holds cells against: `measures`, and the fall times of some cells."""
+    def truth(self, spec: Request, starts: Starts, first: int, stored: Columns) -> Columns:
+        """Return what `check` holds cells against: `measures`, the fall times of some cells, and a sample in space."""
         exact = self.measures(spec, starts)
         # endings are compared many times
         exact["ending"] = exact["ending"].astype(np.int8)
         if spec.method != "exact":
             exact["fall_time"] = _fall_times(spec, starts, exact)
-        return exact
+        return self._with_sample(spec, starts, first, exact)
 
     def check(
         self, spec: Request, starts: Starts, stored: Columns, exact: Columns
     ) -> tuple[dict[str, npt.NDArray[Any]], list[CellCheck]]:
         """Compare stored cells with the reduction; see `sweep.model.disk.exact.check`."""
-        return check(spec, starts, stored, exact)
+        variables, checks = check(spec, starts, stored, exact)
+        if not is_sampled(exact):
+            return variables, checks
+        in_space = compare_with_space(stored, exact, spec.tolerance + np.fmax(exact["tilt_error"], 0.0))
+        for row in in_space:
+            variables["audit"][row.wrong] = (
+                PERIOD_DIFFERS if row.name == "nutation_period" else EXTREMES_DIFFER
+            )
+        return variables, [*checks, *in_space]
 
     def untimed(self, spec: Request) -> str:
         """Return what an atlas of ``method=exact`` does not know: the reduction has no time."""

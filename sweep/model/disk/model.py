@@ -18,6 +18,7 @@ from sweep.model.disk.initial_conditions import check_steady_rates, circling, co
 from sweep.model.disk.path import PATH_VARIABLES, PATHS, path_columns, path_of_disk
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
+from sweep.model.space_sample import SpaceSample
 
 #: (whether the disk rolls, whether it precesses) -> what it does.
 _MOTIONS = {
@@ -140,6 +141,10 @@ class Disk(Model):
         path = PATH_VARIABLES if spec.path == "yes" else {}
         held = {**super().cell_variables(spec), **contact, **path}
         return untimed(held) if spec.method == "exact" else held
+
+    def reference(self, size: int, seed: int | None = None) -> ExactReduction:
+        """Return the reduction, with a sample of an atlas that came from it."""
+        return ExactReduction(SpaceSample(size, seed))
 
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
         """Return the kernel of the method, and those of the contact forces and of the path where they are asked for."""
