@@ -9,7 +9,7 @@ import numpy as np
 
 
 def _levers(S, C, body):
-    """(a, b, lever) of `kernels.bodies.ellipse.levers`."""
+    """(a, b, lever) of `kernels.bodies.equations.levers`, on an arc of an ellipse too."""
     n = 1.0 / np.sqrt(1.0 - (1.0 - body.square) * S * S)
     return (
         body.core + body.edge * (n * C),

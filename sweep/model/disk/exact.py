@@ -264,9 +264,8 @@ class ExactReduction:
             return variables, checks
         in_space = compare_with_space(stored, exact, spec.tolerance + np.fmax(exact["tilt_error"], 0.0))
         for row in in_space:
-            variables["audit"][row.wrong] = (
-                PERIOD_DIFFERS if row.name == "nutation_period" else EXTREMES_DIFFER
-            )
+            code = PERIOD_DIFFERS if row.name == "nutation_period" else EXTREMES_DIFFER
+            variables["audit"][row.wrong & np.isin(variables["audit"], AGREEING)] = code
         return variables, [*checks, *in_space]
 
     def untimed(self, spec: Request) -> str:
