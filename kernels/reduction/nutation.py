@@ -52,7 +52,7 @@ _VAGUE = 1e-7
 
 
 class Nutation(NamedTuple):
-    """A motion between its turning points.
+    """A motion between its turning points, or between one of them, or its start, and a fall.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ CUT_TYPES = {"waiting": "float64[:, ::1]", "cuts": "float64[:, ::1]"}
 
 @kernel
 def describe_nutation(table, pieces, ways, near):
-    """Return the `Nutation` between the turning points of a bounded motion."""
+    """Return the `Nutation` between both ends of a motion."""
     low = high = 0.0
     for turn in range(2):
         for number in range(int(ways[turn, COUNT])):
@@ -219,16 +219,16 @@ def _wait(waiting, number, low, high, time, heading):
 
 
 @kernel
-def cut_nutation(nutation, turns, waiting, cuts):
-    """Cut a nutation into pieces on which Gauss's rule settles, from the smallest tilt to the greatest one.
+def cut_nutation(nutation, low, high, turns, waiting, cuts):
+    """Cut a nutation between two angles into pieces on which Gauss's rule settles.
 
     Returns
     -------
     (count, time)
-        How many pieces are written to `cuts`, 0 if it does not settle; the scaled time between the turning points.
+        How many pieces are written to `cuts`, 0 if it does not settle; the scaled time between the angles.
     """
-    time, heading = _gauss(nutation, 0.0, math.pi, turns)
-    _wait(waiting, 0, 0.0, math.pi, time, heading)
+    time, heading = _gauss(nutation, low, high, turns)
+    _wait(waiting, 0, low, high, time, heading)
     total, done, left, count = time, 0.0, 1, 0
     for _ in range(_MOST_HALVINGS):
         if left == 0:
@@ -271,5 +271,5 @@ def find_period(table, pieces, ways, near, waiting, cuts):
     nutation = describe_nutation(table, pieces, ways, near)
     time = _sum_time(nutation)
     if math.isnan(time):
-        _, time = cut_nutation(nutation, False, waiting, cuts)
+        _, time = cut_nutation(nutation, 0.0, math.pi, False, waiting, cuts)
     return 2.0 * time

@@ -184,7 +184,7 @@ def _find_path(tilt_rate, nutation, waiting, cuts, nodes):
     one gains 2h and Z = z - exp(2ih) conj(z), because the second half is the first one reversed. The centre is at
     Z/(1 - exp(2ih)), and both halves have the same distances from it.
     """
-    count, _ = cut_nutation(nutation, True, waiting, cuts)
+    count, _ = cut_nutation(nutation, 0.0, math.pi, True, waiting, cuts)
     if count == 0:
         return math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, row.UNKNOWN_PATH
     heading, x, y = _pass_all(nutation, count, cuts, nodes)

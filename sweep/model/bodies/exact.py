@@ -14,7 +14,7 @@ from kernels.disk.arrays import COUNTS, MEASURES
 from sweep.model.bodies.shape import body_of
 from sweep.model.bodies.tables import ENDINGS
 from sweep.model.description import Columns, Request, Starts
-from sweep.model.disk.exact import AUDIT, ExactReduction, without_vague
+from sweep.model.disk.exact import AUDIT, ExactReduction, fall_times, without_vague
 from sweep.model.disk.path import PATHS, path_columns
 from sweep.model.disk.tables import REDUCTION as OF_THE_DISK
 from sweep.model.kernel import Kernel
@@ -124,8 +124,11 @@ class BodyReduction(ExactReduction):
         return {**self.measures(spec, starts, extremes_only=True), "wells": counts}
 
     def truth(self, spec: Request, starts: Starts, first: int, stored: Columns) -> Columns:
-        """Return what `check` holds cells against: `measures`, and a sample in space."""
+        """Return what `check` holds cells against: `measures`, fall times of some cells, and a sample in space."""
         exact = self.measures(spec, starts)
         # endings are compared many times
         exact["ending"] = exact["ending"].astype(np.int8)
+        if spec.method != "exact":
+            rows = np.stack([starts[name] for name in arrays.PARAMETERS])
+            exact["fall_time"] = fall_times(spec, starts, exact, rows, shapes.NAMES.index(spec.body))
         return self._with_sample(spec, starts, first, exact)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from kernels.bodies import shapes
 from kernels.disk import arrays
 from kernels.disk.exact import arrays as exact_arrays
 from sweep.errors import counted
@@ -13,6 +14,7 @@ from sweep.model.audit import Audit, CellCheck
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.disk.cell_checks import MEASURES, ReducedCells, cell_checks
 from sweep.model.disk.initial_conditions import computed_rates
+from sweep.model.disk.path import rows_of_disk
 from sweep.model.disk.tables import ENDINGS, REDUCTION, VARIABLES
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import DECISION, Array, Endings, Quantity, Tolerance, Truths, table
@@ -161,12 +163,7 @@ EXTREMES = Kernel(
 )
 EXTREMES_ALONE = Kernel(_MODULE, "extremes", _ALONE, seconds=8.0)
 
-FALL_TIMES = Kernel(
-    "kernels.disk.exact.fall_time",
-    "fall_times",
-    ("kernels.disk.exact.legendre:build_tables", "kernels.disk.exact.fall_time:integrate_falls"),
-    seconds=2.0,
-)
+FALL_TIMES = Kernel("kernels.reduction.falls", "fall_times", seconds=6.0)
 
 #: Fall times computed per call at most: a tenth of a second. They also come out of a repeated integration.
 _MOST_FALLS = 20_000
@@ -252,7 +249,7 @@ class ExactReduction:
         # endings are compared many times
         exact["ending"] = exact["ending"].astype(np.int8)
         if spec.method != "exact":
-            exact["fall_time"] = _fall_times(spec, starts, exact)
+            exact["fall_time"] = fall_times(spec, starts, exact, rows_of_disk(starts), shapes.TORUS)
         return self._with_sample(spec, starts, first, exact)
 
     def check(
@@ -303,15 +300,26 @@ def without_vague(
     }
 
 
-def _fall_times(spec: Request, starts: Starts, exact: Columns) -> Array:
-    """Return the fall times [s] of cells that fall, or of every k-th of them; NaN for the others."""
+def fall_times(spec: Request, starts: Starts, exact: Columns, rows: Array, kind: int) -> Array:
+    """Return the fall times [s] of cells that fall, or of every k-th of them; NaN for the others.
+
+    Parameters
+    ----------
+    spec : Request
+    starts, exact : mapping of str to array, shape (n,)
+        The starts, and what the reduction says of them.
+    rows : array, shape (len(kernels.bodies.arrays.PARAMETERS), n)
+    kind : int
+        Number of the body (`kernels.bodies.shapes`).
+    """
     fallen = np.flatnonzero(
-        (exact["ending"] == ENDINGS.code("fell")) & (np.abs(starts["tilt"]) < spec.fall_tilt)
+        spec.model.endings.among(exact["ending"], "fell") & (np.abs(starts["tilt"]) < spec.fall_tilt)
     )
     chosen = fallen[:: max(1, -(-fallen.size // _MOST_FALLS))]
     times = np.full(exact["ending"].shape, np.nan)
     if chosen.size:
-        rows = np.stack([starts[name][chosen] for name in arrays.PARAMETERS])
-        tilts = np.stack([exact[name][chosen] for name in arrays.EXTREME_TILTS])
-        times[chosen] = FALL_TIMES.load()(rows, tilts, spec.fall_tilt)
+        found = np.empty(chosen.size)
+        few = np.ascontiguousarray(rows[:, chosen])
+        FALL_TIMES.load()(few, float(kind), float(spec.fall_tilt), found)
+        times[chosen] = found
     return times

@@ -99,6 +99,13 @@ def path_columns(rows: Array, kind: int, fall_tilt: float) -> Columns:
     return {**found, **closing, "path_class": shape}
 
 
+def rows_of_disk(starts: Starts) -> Array:
+    """Return the rows of `kernels.bodies.arrays.PARAMETERS` of thin disks, which are tori without a tube."""
+    alpha = starts["alpha"]
+    known = {**starts, "axial_moment": alpha, "transverse_moment": 0.5 * alpha}
+    return np.stack([known.get(name, np.zeros_like(alpha)) for name in arrays.PARAMETERS])
+
+
 def path_of_disk(starts: Starts, fall_tilt: float) -> Columns:
     """Return where the contact points of thin disks go, which are tori without a tube.
 
@@ -113,10 +120,7 @@ def path_of_disk(starts: Starts, fall_tilt: float) -> Columns:
     mapping of str to array, shape (n,)
         `PATH_VARIABLES`.
     """
-    alpha = starts["alpha"]
-    known = {**starts, "axial_moment": alpha, "transverse_moment": 0.5 * alpha}
-    rows = np.stack([known.get(name, np.zeros_like(alpha)) for name in arrays.PARAMETERS])
-    return path_columns(rows, shapes.TORUS, fall_tilt)
+    return path_columns(rows_of_disk(starts), shapes.TORUS, fall_tilt)
 
 
 def _closing(gained: Array) -> dict[str, Array]:
