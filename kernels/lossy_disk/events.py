@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 from kernels.jit import kernel
 from kernels.lossy_disk.contact import contact_forces
-from kernels.lossy_disk.contact_motion import contact_rates, horizontal_rate, losses_here
-from kernels.lossy_disk.creeping import next_state
+from kernels.lossy_disk.contact_motion import contact_rates, contact_step, horizontal_rate, losses_here
 from kernels.lossy_disk.dry_friction import HOLDS_ON
 from kernels.lossy_disk.loss_laws import EDGED, Losses
 from kernels.lossy_disk.rk4 import Inertia
@@ -20,7 +19,7 @@ from kernels.lossy_disk.rk4 import Inertia
 #: Events, in the order of `_margins`: the tilt rate changes its sign; roll rate or turning rate vanishes; what holds
 #: one of them lets go; the tilt rate vanishes while the roll rate is held; the disk is flat; it lifts off; it slips;
 #: a body with two edges stands on both; the criterion is broken. Without a margin: all rates that rolling friction
-#: opposes have vanished; all rates have; a number is not finite.
+#: opposes have vanished; all rates have; a number is not finite, or friction only just does not hold the disk.
 (
     TURNS,
     ROLL_VANISHES,
@@ -129,14 +128,14 @@ def _time_of(event, state, senses, heading, case, reach, h):
     """
     before, after, side = 0.0, h, 0
     low = _margins(state, senses, heading, case, reach)[event]
-    there, _ = next_state(state, senses, case.inertia, case.losses, h)
+    there, _ = contact_step(state, senses, case.inertia, case.losses, h)
     high = _margins(there, senses, heading, case, reach)[event]
     for _ in range(_MOST_HALVINGS):
         if low > _SHARP * -high:
             break
         # a rate that has just begun, and that turns back within this step
         before = 0.5 * after
-        there, _ = next_state(state, senses, case.inertia, case.losses, before)
+        there, _ = contact_step(state, senses, case.inertia, case.losses, before)
         low = _margins(there, senses, heading, case, reach)[event]
         if low < 0.0:
             after, high = before, low
@@ -146,7 +145,7 @@ def _time_of(event, state, senses, heading, case, reach, h):
         trial = after - high * (after - before) / (high - low)
         if not before < trial < after:
             trial = 0.5 * (before + after)
-        there, _ = next_state(state, senses, case.inertia, case.losses, trial)
+        there, _ = contact_step(state, senses, case.inertia, case.losses, trial)
         margin = _margins(there, senses, heading, case, reach)[event]
         if margin > 0.0:
             before, low = trial, margin
@@ -174,7 +173,7 @@ def _until_touched(event, state, senses, margin, case, h):
         return 0.0
     if margin < 0.0:
         return h
-    there, _ = next_state(state, senses, case.inertia, case.losses, 0.5 * h)
+    there, _ = contact_step(state, senses, case.inertia, case.losses, 0.5 * h)
     middle = _margins(there, senses, 0.0, case, math.inf)[event]
     if middle < 0.0:
         return 0.5 * h
@@ -184,7 +183,7 @@ def _until_touched(event, state, senses, margin, case, h):
     share = -0.5 * slope / curvature if curvature > 0.0 else 1.0
     if not 0.0 < share < 1.0:
         return math.inf
-    there, _ = next_state(state, senses, case.inertia, case.losses, share * h)
+    there, _ = contact_step(state, senses, case.inertia, case.losses, share * h)
     return share * h if _margins(there, senses, 0.0, case, math.inf)[event] < 0.0 else math.inf
 
 
@@ -228,13 +227,13 @@ def step_to_event(state, senses, case, reach, h):
     """
     heading = _heading(state, senses, case)
     found = NO_EVENT
-    after, gain = next_state(state, senses, case.inertia, case.losses, h)
+    after, gain = contact_step(state, senses, case.inertia, case.losses, h)
     # between two turning points the tilt is monotone: what a step passed twice is seen from the turning point
     if heading * after[2] < 0.0:
         turn = _time_of(TURNS, state, senses, heading, case, reach, h)
         if turn > 0.0:
             h, found = turn, TURNS
-            after, gain = next_state(state, senses, case.inertia, case.losses, h)
+            after, gain = contact_step(state, senses, case.inertia, case.losses, h)
         else:
             # it turns where it is: a step that ends there would be followed by another such one
             heading = 0.0
@@ -246,7 +245,7 @@ def step_to_event(state, senses, case, reach, h):
                 found, least = event, time
     if least < h:
         h = least
-        after, gain = next_state(state, senses, case.inertia, case.losses, h)
+        after, gain = contact_step(state, senses, case.inertia, case.losses, h)
         margins = _margins(after, senses, heading, case, reach)
     for event, near in ((SLIPS, _NEAR * case.friction * margins[LIFTS]), (LIFTS, _NEAR)):
         if found != LIFTS and found != SLIPS and margins[event] < near:
@@ -256,7 +255,7 @@ def step_to_event(state, senses, case, reach, h):
                 found, least = event, time
     if least < h:
         h = least
-        after, gain = next_state(state, senses, case.inertia, case.losses, h)
+        after, gain = contact_step(state, senses, case.inertia, case.losses, h)
     # where all of it vanishes at once, the roll rate does too
     if (found == NO_EVENT or found == TURNS or found == ROLL_VANISHES) and _contact_rests(
         after, senses, case

@@ -15,15 +15,16 @@ from kernels.lossy_disk.contact_motion import (
     compliance,
     contact_rates,
     contact_state,
+    contact_step,
     entered,
     horizontal_rate,
     losses_here,
     moved,
+    per_inertia,
     spin_state,
     time_scale,
     turning_inertia,
 )
-from kernels.lossy_disk.creeping import creeps, next_state, stiffness
 from kernels.lossy_disk.dry_friction import _HALVINGS, LETS_GO, SEIZES, decided, is_held
 from kernels.lossy_disk.endings import EDGE_CHANGE, FLAT, HORIZON, LIFT_OFF, REST, SLIP, UNRESOLVED
 from kernels.lossy_disk.events import (
@@ -60,7 +61,7 @@ _SHARE_UNTIL_REST, _SHARE_OF_RELAXING = 2.0, 4.0
 #: Longest scaled time over which the last of the horizontal turning rate vanishes.
 _LAST = 1.0e-6
 
-#: Steps here after which a motion is abandoned: a disk that all but stands, on the brink of its holding tilt.
+#: Steps here after which a motion is abandoned.
 MOST_STEPS = 1.0e7
 
 #: Switches of friction in excess of its steps after which a motion is abandoned: it would switch for ever.
@@ -68,6 +69,10 @@ _MOST_SWITCHES = 1000.0
 
 #: A step that wins more energy (of m g R) than this leads nowhere: it is ten times the largest tolerance.
 _MOST_WON = 1.0
+
+#: A motion is on the brink of holding where friction turns its direction within this share of the time scale of all
+#: else: explicit steps would have to be as short.
+_BRINK = 1.0e-4
 
 #: A rate of a start is zero where rounding may have made it.
 _ROUNDING = 8.0 * 2.0**-52
@@ -120,6 +125,28 @@ def tilt_of(state):
 
 
 @kernel
+def stiffness(S, C, inertia, losses):
+    """Magnitude of the horizontal turning rate over the time in which rolling friction turns its direction."""
+    G_ff, _, _ = compliance(S, C, inertia)
+    return losses.rolling * (per_inertia(S, C, inertia) + C * C * G_ff)
+
+
+@kernel
+def is_on_brink(state, senses, inertia, losses):
+    """Whether rolling friction only just does not hold a disk that turns: it would set off slowly, and stiff across."""
+    S, C, w, f, v = state
+    if not losses.rolling > 0.0 or senses.roll == 0.0 or (f == 0.0 and v == 0.0):
+        # one that falls straight has nothing across
+        return False
+    fast = _BRINK * stiffness(S, C, inertia, losses)
+    if w * w + C * C * f * f > (fast * time_scale(state, inertia)) ** 2:
+        return False
+    size, _, change = horizontal_rate(state, senses, inertia, losses)
+    # off its direction, or where friction stops it, a motion is not slow
+    return 0.0 < size and change < fast
+
+
+@kernel
 def step_length(state, senses, case):
     """Length of the next step, scaled: `case.relative_step` over the fastest time scale of the state."""
     S, C, _, f, v = state
@@ -130,13 +157,13 @@ def step_length(state, senses, case):
     viscous = viscosity(f, (S, C, S / C), here)
     if viscous * G_ff * h > _SHARE_OF_RELAXING * case.relative_step:
         h = _SHARE_OF_RELAXING * case.relative_step / (viscous * G_ff)
-    if losses.rolling > 0.0 and senses.roll != 0.0 and not creeps(state, senses, inertia, losses):
+    if losses.rolling > 0.0 and senses.roll != 0.0:
         size, _, change = horizontal_rate(state, senses, inertia, losses)
         share = _SHARE_UNTIL_REST * case.relative_step
         if change * h > share * size:
             h = share * size / change
         # across its direction a slow motion is stiff; one that falls straight has nothing across
-        stiff = stiffness(S, C, G_ff, losses, inertia)
+        stiff = stiffness(S, C, inertia, losses)
         if stiff * h > size and not (f == 0.0 and v == 0.0):
             h = size / stiff
     return min(h, case.longest)
@@ -275,6 +302,8 @@ def leap(motion, case, until, reach):
     if all_held(motion.senses):
         after, event = _turned(motion, case, until)
         return after, after.time - motion.time, event
+    if is_on_brink(motion.state, motion.senses, case.inertia, case.losses):
+        return motion, 0.0, FAILS
     left = until - motion.time
     h = min(step_length(motion.state, motion.senses, case), left)
     state, gain, length, event = step_to_event(motion.state, motion.senses, case, reach, h)
@@ -308,7 +337,7 @@ def turns_early(motion, case, steps):
     h = steps * step_length(motion.state, motion.senses, case)
     _, _, w, _, _ = motion.state
     (_, _, acceleration, _, _), _, _ = contact_rates(motion.state, motion.senses, case.inertia, case.losses)
-    (_, _, later, _, _), _ = next_state(motion.state, motion.senses, case.inertia, case.losses, h)
+    (_, _, later, _, _), _ = contact_step(motion.state, motion.senses, case.inertia, case.losses, h)
     gain = h * abs(acceleration)
     change = abs(later - w - h * acceleration)
     return change > 0.5 * gain and abs(w) < gain + change

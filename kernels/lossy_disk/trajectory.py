@@ -12,8 +12,7 @@ from kernels.disk.equations import scaled_state
 from kernels.jit import kernel
 from kernels.lossy_disk import arrays as row
 from kernels.lossy_disk.contact import all_held, contact_forces
-from kernels.lossy_disk.contact_motion import lever
-from kernels.lossy_disk.creeping import next_state
+from kernels.lossy_disk.contact_motion import contact_step, lever
 from kernels.lossy_disk.endings import FLAT, HORIZON, UNRESOLVED
 from kernels.lossy_disk.events import Case
 from kernels.lossy_disk.follow import (
@@ -127,8 +126,8 @@ def _carried(place, before, after, h, case):
     if all_held(before.senses):
         return place
     angle, x, y = place
-    middle, gain = next_state(before.state, before.senses, case.inertia, case.losses, 0.5 * h)
-    end, _ = next_state(before.state, before.senses, case.inertia, case.losses, h)
+    middle, gain = contact_step(before.state, before.senses, case.inertia, case.losses, 0.5 * h)
+    end, _ = contact_step(before.state, before.senses, case.inertia, case.losses, h)
     heading, sixth = before.ledger[0], h / 6.0
     x_0, y_0 = contact_velocity(before.state, heading, case.inertia)
     x_1, y_1 = contact_velocity(middle, heading + gain[0], case.inertia)

@@ -102,10 +102,13 @@ def unresolved(spec: MotionRequest, until: float = math.nan) -> NoMotionError:
     """
     followed = f"it was followed until {spec.kind.time.spell(until, 6)}"
     where = followed if until > 0.0 else "it fails from its start on"
+    rolling = getattr(spec, "rolling_friction", 0.0) > 0.0
+    brink = "rolling friction must clearly hold it or let it go, " if rolling else ""
+    other = "another rolling_friction, " if rolling else ""
     return NoMotionError(
-        "This motion could not be resolved: its state must stay finite, and it may take at most "
+        f"This motion could not be resolved: its state must stay finite, {brink}and it may take at most "
         f"{MOST_STEPS} steps; {where}.",
-        hint=f"Give a shorter step or duration, slower rates, or a smaller {spec.kind.largest_tilt}.",
+        hint=f"Give {other}a shorter step or duration, slower rates, or a smaller {spec.kind.largest_tilt}.",
     )
 
 

@@ -138,9 +138,9 @@ ENDINGS = Endings(
     Ending(
         code.UNRESOLVED, "unresolved",
         "the imbalance of the energy stayed over the tolerance although the steps were made shorter, or the steps or "
-        "the switches of friction were too many", FAILED,
+        "the switches of friction were too many, or rolling friction only just did not hold the disk", FAILED,
         "its energy was not balanced within the tolerance although the steps were made shorter, or it took too many "
-        "steps or switches of friction",
+        "steps or switches of friction, or rolling friction only just did not hold it",
     ),
     Ending(
         code.INVALID, "invalid", "no such start: not finite, or outside the domain of a parameter", FAILED,

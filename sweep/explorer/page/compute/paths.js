@@ -58,6 +58,7 @@ const PASSES = 5;
 const ENOUGH = 1.1;
 const LOSSY_LATER = 1.001;
 
+const BRINK = "rolling friction must clearly hold it or let it go, ";
 const HINT = "Give a shorter duration, slower rates, or a smaller largest tilt.";
 
 /**
@@ -119,7 +120,7 @@ export async function lossyPath(computation, start, duration, { flatTilt, law, b
       const path = await traced(computation, name, start, settings, times, LOSSY_ROWS, signal);
       const isLast = refinement === MOST_REFINEMENTS;
       if (path.ending === LOSSY.unresolved) {
-        if (isLast) throw unresolved(path.times.at(-1) ?? 0);
+        if (isLast) throw unresolved(path.times.at(-1) ?? 0, BRINK);
         continue;
       }
       const kept = path.rows[LOSSY_ENERGY].map((each, i) => each + taken(path.rows, i));
@@ -208,11 +209,14 @@ async function derivedOf(computation, start, { times, rows }, signal) {
   return Array.from({ length: DERIVED_ROWS }, (_, i) => arrays[2].subarray(i * count, (i + 1) * count));
 }
 
-/** @param {number} time */
-export function unresolved(time) {
+/**
+ * @param {number} time
+ * @param {string} also  another rule that the motion must keep, with a comma and a space
+ */
+export function unresolved(time, also = "") {
   const followed = `it was followed until ${Number(time.toPrecision(6))} s`;
   return new Problem(
-    "This motion could not be resolved: its state must stay finite, and it may take no more steps; " +
+    `This motion could not be resolved: its state must stay finite, ${also}and it may take no more steps; ` +
       `${time > 0 ? followed : "it fails from its start on"}.`,
     { hint: HINT, status: 400 },
   );
