@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from sweep.request.sources import Range as Range
     from sweep.request.sources import Values as Values
     from sweep.request.spec import SweepSpec as SweepSpec
-    from sweep.runs.in_memory import forget as forget
     from sweep.runs.in_memory import run as run
     from sweep.runs.run import Failures as Failures
     from sweep.runs.run import run_to_file as run_to_file
@@ -68,7 +67,6 @@ _HOME = {
     "compare": "sweep.checks.compare",
     "explore": "sweep.explorer.explorer",
     "findings": "sweep.checks.verify",
-    "forget": "sweep.runs.in_memory",
     "open_atlas": "sweep.files.reading",
     "reclassify": "sweep.atlas.reclassify",
     "refine": "sweep.atlas.reclassify",
@@ -101,7 +99,6 @@ __all__ = [
     "compare",
     "explore",
     "findings",
-    "forget",
     "open_atlas",
     "reclassify",
     "refine",

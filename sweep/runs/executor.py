@@ -89,7 +89,9 @@ def no_op(*_: object) -> None:
 
 
 @contextmanager
-def interruptible(stopping: Stopping | None = None) -> Iterator[Stopping]:
+def interruptible(
+    stopping: Stopping | None = None, advice: str = "To go on, give the same call again."
+) -> Iterator[Stopping]:
     """Let SIGINT end the work within after its current block, and raise a KeyboardInterrupt that says what is kept.
 
     A second SIGINT raises where it arrives, as it would without this. A handler of the caller stays in charge, and so
@@ -99,6 +101,8 @@ def interruptible(stopping: Stopping | None = None) -> Iterator[Stopping]:
     ----------
     stopping : callable, optional
         Of a caller that says itself when the work is to stop; SIGINT is left alone then.
+    advice : str
+        The sentence that says what to do after an interrupt.
 
     Yields
     ------
@@ -124,7 +128,7 @@ def interruptible(stopping: Stopping | None = None) -> Iterator[Stopping]:
         if not arrived:
             # an executor has ended early
             raise
-        raise KeyboardInterrupt(f"{end}. To go on, give the same call again.") from None
+        raise KeyboardInterrupt(f"{end}. {advice}") from None
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if arrived:

@@ -1,4 +1,4 @@
-"""An atlas in memory. If the call is interrupted, the cells that are done stay, and the same call goes on with them."""
+"""An atlas in memory. An interrupted call keeps nothing: a run that can be resumed writes to a file."""
 
 import time
 from collections.abc import Iterator
@@ -10,12 +10,11 @@ from sweep.atlas.report_units import with_substitutes
 from sweep.engine.compute import Block, check_block_cells, check_device, compute, use_threads
 from sweep.engine.grid import BLOCK_CELLS, Span, starts_of
 from sweep.errors import StoppedError, are, counted
-from sweep.files.publish import size
 from sweep.progress.display import following
 from sweep.progress.timetable import COMPUTING, SEARCHING, Progress, Show, Stage, Timetable
 from sweep.request.spec import SweepSpec
 from sweep.runs.executor import Stopping, interruptible
-from sweep.runs.forecast import bisected_cells, cell_bytes
+from sweep.runs.forecast import bisected_cells
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,27 +23,7 @@ if TYPE_CHECKING:
 #: that a block should take; and how much larger the next one may be.
 _FIRST, _SECONDS, _GROWTH = 2**12, 0.25, 32
 
-
-class _Cells:
-    """The cells of an atlas that are computed so far: the first ones in C order."""
-
-    def __init__(self, spec: SweepSpec) -> None:
-        self.spec, self.done, self.columns = spec, 0, empty_columns(spec)
-
-    def take(self, block: Block) -> None:
-        """Add the next cells."""
-        for name, column in block.columns.items():
-            self.columns[name][block.span.start : block.span.stop] = column
-        self.done = block.span.stop
-
-    def kept(self) -> str:
-        """Return in words what is kept."""
-        taken = size(self.done * cell_bytes(self.spec))
-        return f"{counted(self.done, 'cell', self.spec.size)} {are(self.done)} computed and kept in memory ({taken})"
-
-
-#: The cells of the last call that did not come to its end, if no call has gone on with them.
-_interrupted: _Cells | None = None
+_ADVICE = "For a run that can be resumed, write to a file: sweep.run_to_file(spec, path)."
 
 
 def run(
@@ -57,9 +36,8 @@ def run(
 ) -> "xr.Dataset":
     """Compute the atlas of a spec in memory: ``run("rolling", radius="12mm")``.
 
-    Ctrl-C, or the interrupt of a notebook, ends the call after its current block. The cells that are done stay in
-    memory, and the same call goes on with them, until another call is interrupted or `sweep.forget` is called. What has
-    to survive the end of the process is computed with `sweep.run_to_file`.
+    Ctrl-C, or the interrupt of a notebook, ends the call after its current block, and nothing is kept. For a run that
+    can be resumed, write to a file: `sweep.run_to_file`.
 
     Parameters
     ----------
@@ -88,68 +66,48 @@ def run(
     RequestError
         If the spec or a change is not possible, or `threads`, `block_cells` or `progress` is.
     KeyboardInterrupt
-        If it was interrupted, with how much is kept.
+        If it was interrupted.
     """
-    global _interrupted
     spec = SweepSpec.read(spec, **changes)
     check_block_cells(block_cells)
     use_threads(threads)
     check_device(spec)
-    cells = _taken_up(spec)
-    try:
-        with following(progress) as show, interruptible() as stopping:
-            return _computed(cells, block_cells, show, stopping)
-    except BaseException:
-        # an error of the caller's progress function loses nothing either
-        if cells.done:
-            _interrupted = cells
-        raise
+    with following(progress) as show, interruptible(advice=_ADVICE) as stopping:
+        return _computed(spec, block_cells, show, stopping)
 
 
-def forget() -> None:
-    """Free the cells that an interrupted `sweep.run` has kept in memory; the same call then begins anew."""
-    global _interrupted
-    _interrupted = None
-
-
-def _taken_up(spec: SweepSpec) -> _Cells:
-    """Return the cells that a call of the same spec has left, which no other call gets; else none of them computed."""
-    global _interrupted
-    if _interrupted is None or _interrupted.spec != spec:
-        return _Cells(spec)
-    cells, _interrupted = _interrupted, None
-    return cells
-
-
-def _computed(cells: _Cells, block_cells: int | None, show: Show, stopping: Stopping) -> "xr.Dataset":
-    """Compute the cells that are missing, and return the atlas; raise StoppedError when the call is to stop."""
-    spec = cells.spec
+def _computed(spec: SweepSpec, block_cells: int | None, show: Show, stopping: Stopping) -> "xr.Dataset":
+    """Compute all cells, and return the atlas; raise StoppedError when the call is to stop."""
     timetable = Timetable([Stage(COMPUTING, spec.size), Stage(SEARCHING, bisected_cells(spec))], show)
+    columns, done = empty_columns(spec), 0
 
-    def go_on() -> None:
+    def check_stop() -> None:
         if stopping():
-            raise StoppedError(cells.kept())
+            computed = f"{counted(done, 'cell', spec.size)} {are(done, 'was', 'were')} computed"
+            raise StoppedError(f"{computed}; nothing is kept")
 
-    timetable.begin(COMPUTING, cells.done)
-    for block in _blocks(spec, cells.done, block_cells):
-        cells.take(block)
-        timetable.report(cells.done)
-        go_on()
+    timetable.begin(COMPUTING)
+    for block in _blocks(spec, block_cells):
+        for name, column in block.columns.items():
+            columns[name][block.span.start : block.span.stop] = column
+        done = block.span.stop
+        timetable.report(done)
+        check_stop()
     timetable.begin(SEARCHING)
 
-    def searched(share: float) -> None:
+    def report_search(share: float) -> None:
         timetable.report(int(share * bisected_cells(spec)))
-        go_on()
+        check_stop()
 
-    atlas = assemble(spec, cells.columns, with_substitutes("sweep.run", spec), searched)
-    # not later: a call that raises returns no atlas, and the cells would be lost
-    go_on()
+    atlas = assemble(spec, columns, with_substitutes("sweep.run", spec), report_search)
+    # an interrupt returns no atlas, and must not say that all was done
+    check_stop()
     return atlas
 
 
-def _blocks(spec: SweepSpec, start: int, given: int | None) -> Iterator[Block]:
-    """Compute the cells from `start` on, in blocks of a given size, or of one that the time of the last suggests."""
-    cells = given or _FIRST
+def _blocks(spec: SweepSpec, given: int | None) -> Iterator[Block]:
+    """Compute all cells, in blocks of a given size, or of one that the time of the last suggests."""
+    start, cells = 0, given or _FIRST
     while start < spec.size:
         span = Span(start, min(spec.size, start + cells))
         began = time.monotonic()

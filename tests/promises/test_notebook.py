@@ -31,7 +31,7 @@ CELLS = {
     "begin": BEGIN,
     "short": "small = sweep.run('rolling', roll_rate='2:4:9', tilt='0.1deg:5deg:5')",
     "interrupted": "interrupted_by('the button')\natlas = sweep.run(spec)",
-    "goes on": "dones = []\natlas = sweep.run(spec, progress=lambda each: dones.append(each.done))\nprint(dones[0])",
+    "again": "dones = []\natlas = sweep.run(spec, progress=lambda each: dones.append(each.done))\nprint(dones[0])",
     "file interrupted": "interrupted_by('the button')\nsweep.run_to_file(spec, 'a.nc')",
     "left": "print(sorted(os.listdir()))",
     "file": "sweep.run_to_file(spec, 'a.nc', progress=True)",
@@ -86,14 +86,13 @@ def test_a_bar_comes_by_itself(outputs):
 
 
 @pytest.mark.compiled
-def test_an_interrupted_sweep_goes_on(outputs):
-    """The interrupt says how many cells are kept, and the next call begins with them."""
+def test_an_interrupted_sweep_in_memory_keeps_nothing(outputs):
+    """The interrupt says so and names a run to a file; the next call begins anew."""
     said = raised(outputs["interrupted"])
-    (stream,) = outputs["goes on"]
-    done = int(stream.text)
-    assert done > 0
+    (stream,) = outputs["again"]
+    assert stream.text == "0\n"
     assert said.startswith("KeyboardInterrupt: ")
-    assert_facts(said, f"{done} of 120000 cells", "memory")
+    assert_facts(said, "120000 cells", "nothing", "sweep.run_to_file")
 
 
 @pytest.mark.compiled

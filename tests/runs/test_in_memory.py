@@ -1,4 +1,4 @@
-"""`sweep.run`: what was computed when it was interrupted stays, and the same call goes on with it, to the bit."""
+"""`sweep.run`: an interrupt ends it after its block, keeps nothing, and names the run that can be resumed."""
 
 import os
 import signal
@@ -19,14 +19,6 @@ from sweep.runs.executor import interruptible
 
 CHECKOUT = Path(__file__).parents[2]
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:20", tilt="0.1deg:5deg:10")
-
-
-@pytest.fixture(autouse=True)
-def nothing_kept():
-    """Begin and end without an interrupted call."""
-    sweep.forget()
-    yield
-    sweep.forget()
 
 
 class Interrupter:
@@ -55,50 +47,24 @@ def same(one, other):
     xr.testing.assert_identical(one.drop_attrs(deep=False), other.drop_attrs(deep=False))
 
 
-def test_the_same_call_goes_on():
-    """The block ends in which the interrupt comes; what is done is not computed again, and no bit differs."""
+def test_an_interrupt_keeps_nothing():
+    """The block ends in which the interrupt comes; the same call begins anew, and no bit of it differs."""
     undisturbed = sweep.run(SPEC)
-    said = interrupted()
-    assert_facts(said, "60 of 200 cells", "memory")
-    assert_facts(said, "call again")
+    assert_facts(interrupted(), "60 of 200 cells", "nothing", "sweep.run_to_file")
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     again = Interrupter()
     same(sweep.run("rolling", roll_rate="2:4:20", tilt="0.1deg:5deg:10", progress=again), undisturbed)
-    assert again.heard[:3] == [(COMPUTING, 60), (COMPUTING, 200), (SEARCHING, 0)]
-    # it was for once
-    anew = Interrupter()
-    sweep.run(SPEC, progress=anew)
-    assert anew.heard[0] == (COMPUTING, 0)
+    assert again.heard[:3] == [(COMPUTING, 0), (COMPUTING, 200), (SEARCHING, 0)]
 
 
 def test_the_search_for_the_boundary_can_be_interrupted():
-    """All cells are kept then."""
+    """All cells had been computed then."""
     refined = SPEC.replace(boundary="refined:1e-6")
-    assert interrupted(refined, at=0, stage=SEARCHING).startswith("200 of 200 cells")
-    again = Interrupter()
-    atlas = sweep.run(refined, progress=again)
-    assert again.heard[:2] == [(COMPUTING, 200), (SEARCHING, 0)]
-    same(atlas, sweep.run(refined))
+    assert_facts(interrupted(refined, at=0, stage=SEARCHING), "200 of 200 cells", "nothing")
 
 
-def test_another_call_begins_anew_and_leaves_what_is_kept():
-    """Until it is interrupted itself: one call is kept, the last one that was interrupted."""
-    interrupted()
-    other = Interrupter()
-    sweep.run(SPEC.replace(alpha=1), progress=other)
-    assert other.heard[0] == (COMPUTING, 0)
-    again = Interrupter(at=100)
-    with pytest.raises(KeyboardInterrupt):
-        sweep.run(SPEC, progress=again)
-    assert again.heard[0] == (COMPUTING, 60)
-    interrupted(SPEC.replace(alpha=1))
-    anew = Interrupter()
-    sweep.run(SPEC, progress=anew)
-    assert anew.heard[0] == (COMPUTING, 0)
-
-
-def test_an_error_of_the_progress_function_loses_nothing():
-    """It goes on to the caller, and the cells that were done stay as after an interrupt."""
+def test_an_error_of_the_progress_function_goes_on_to_the_caller():
+    """The next call does not notice."""
 
     def broken(status):
         if status.done == 60:
@@ -106,18 +72,7 @@ def test_an_error_of_the_progress_function_loses_nothing():
 
     with pytest.raises(ZeroDivisionError):
         sweep.run(SPEC, block_cells=20, progress=broken)
-    again = Interrupter()
-    same(sweep.run(SPEC, progress=again), sweep.run(SPEC))
-    assert again.heard[0] == (COMPUTING, 60)
-
-
-def test_what_is_kept_can_be_forgotten():
-    """After `forget` the same call begins anew."""
-    interrupted()
-    sweep.forget()
-    anew = Interrupter()
-    sweep.run(SPEC, progress=anew)
-    assert anew.heard[0] == (COMPUTING, 0)
+    assert sweep.run(SPEC).sizes == {"roll_rate": 20, "tilt": 10}
 
 
 def test_a_handler_of_the_caller_stays_in_charge():
@@ -174,7 +129,7 @@ def test_what_cannot_be_is_refused():
             sweep.run(SPEC, **how)
 
 
-#: A program that is interrupted from outside, by the signal that a terminal or a notebook sends, and goes on.
+#: A program that is interrupted from outside, by the signal that a terminal or a notebook sends, and calls again.
 PROGRAM = """
 import sys, sweep
 spec = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:300", tilt="0.1deg:5deg:300")
@@ -202,7 +157,7 @@ call(wait) if sys.argv[2:] else None
 @pytest.mark.compiled
 @pytest.mark.parametrize("where", ["memory", "file"])
 def test_a_signal_from_outside(tmp_path, where):
-    """A real SIGINT: the message says where the finished part is, and the same call goes on with all of it."""
+    """A real SIGINT: the message says what is kept, and the same call goes on with that, in memory with nothing."""
     process = subprocess.Popen(
         [sys.executable, "-c", PROGRAM, where],
         cwd=tmp_path,
@@ -219,10 +174,11 @@ def test_a_signal_from_outside(tmp_path, where):
     said, numbers = out.splitlines()
     done, total = map(int, numbers.split())
     assert total == 90000
-    assert 10000 <= done < 90000
     if where == "memory":
-        assert_facts(said, f"{done} of 90000 cells", "memory")
+        assert done == 0
+        assert_facts(said, "90000 cells", "nothing", "sweep.run_to_file")
     else:
+        assert 10000 <= done < 90000
         assert_facts(said, f"{done // 5000} of 18 blocks")
         assert_facts(said, "a.nc.run", "call again")
         assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]

@@ -61,9 +61,6 @@ def main() -> None:
         atlas = computed(specification("12mm"), path)
     except sweep.RequestError as error:
         raise SystemExit(f"{error.message} {error.hint}") from error
-    except KeyboardInterrupt:
-        sweep.forget()
-        raise
     found: sweep.Findings = sweep.findings(sweep.verify(atlas))
     sweep.save(judged(atlas), "judged.nc", overwrite=True)
     print(found.passed, asked(atlas), sweep.__version__)
