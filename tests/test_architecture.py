@@ -122,9 +122,9 @@ def test_kernels_import_arithmetic_only() -> None:
     """A kernel module imports math, numpy, typing (named tuples) and other kernels, nothing else; so it loads light."""
     for path in COMPILED:
         inside = {"numba"} if path.name in ("cuda.py", "intrinsics.py") else set()
-        # the kernels of a system bear the name of its program; the tables of DOP853 are SciPy's, when it is made
-        if path.name in ("integrate.py", "second.py") and path.parent.name == "system":
-            inside |= {"json", "hashlib"} if path.name == "integrate.py" else {"hashlib", "scipy"}
+        # the kernels of a system bear the name of its program
+        if path.name == "integrate.py" and path.parent.name == "system":
+            inside |= {"json", "hashlib"}
         others = set(top_level_imports(path)) - {"math", "numpy", "typing", "kernels"} - inside
         assert not others, f"{named(path)} imports {others}"
 

@@ -39,6 +39,57 @@ def evaluated(nodes: Sequence[Node], values: Mapping[str, Any]) -> list[Array]:
         return [value(each) for each in nodes]
 
 
+class Expressions:
+    """Expressions that are evaluated many times, as a list of operations; those of parameters alone are done once.
+
+    Parameters
+    ----------
+    nodes : sequence of Node
+    variables : sequence of str
+        The names whose values change.
+    fixed : mapping of str to array
+        The values of all other names.
+    """
+
+    def __init__(self, nodes: Sequence[Node], variables: Sequence[str], fixed: Mapping[str, Any]) -> None:
+        # the variables are the first of the numbered values; None stands for a value that changes
+        self._values: list[Any] = [None] * len(variables)
+        self._operations = list[tuple[Callable[..., Any], int, tuple[int, ...]]]()
+        self._numbers: dict[str | int, int] = {name: number for number, name in enumerate(variables)}
+        self._wanted = [self._number_of(node, fixed) for node in nodes]
+
+    def _number_of(self, node: Node, fixed: Mapping[str, Any]) -> int:
+        # an expression that stands in several places is one object
+        key = node.name if isinstance(node, Symbol) else id(node)
+        if key not in self._numbers:
+            value = self._added(node, fixed)
+            self._numbers[key] = len(self._values)
+            self._values.append(value)
+        return self._numbers[key]
+
+    def _added(self, node: Node, fixed: Mapping[str, Any]) -> Any:
+        """Return the value of a node that is the next one, or None if it changes: its operation is added then."""
+        if isinstance(node, Constant):
+            return np.float64(node.value)
+        if isinstance(node, Symbol):
+            return np.asarray(fixed[node.name], np.float64)
+        operation = _OPERATIONS[node.name]
+        given = tuple(self._number_of(each, fixed) for each in node.arguments)
+        values = [self._values[each] for each in given]
+        if all(each is not None for each in values):
+            return operation(*values)
+        self._operations.append((operation, len(self._values), given))
+        return None
+
+    def values(self, variables: Sequence[Any]) -> list[Any]:
+        """Return the values of the expressions, given those of the variables; NaN where one is not defined."""
+        values = self._values.copy()
+        values[: len(variables)] = variables
+        for operation, number, given in self._operations:
+            values[number] = operation(*[values[each] for each in given])
+        return [values[number] for number in self._wanted]
+
+
 def sizes(nodes: Sequence[Node], values: Mapping[str, Any]) -> list[Array]:
     """Return how large the terms of expressions are together: what their values are rounded with."""
 

@@ -1,6 +1,6 @@
-"""What `verify` holds a system's atlas against: its own rules in every cell, and DOP853 in a sample.
+"""What `verify` holds a system's atlas against: its own rules in every cell, and SciPy's DOP853 in a sample.
 
-DOP853 follows the sampled cells (`sweep.model.system.sample`) to the times at which the atlas says that they
+It follows the sampled cells (`sweep.model.system.sample`) to the times at which the atlas says that they
 ended: then the states there, the greatest values until then and the events, none of which may have happened before,
 are known.
 """
@@ -16,7 +16,6 @@ from sweep.errors import counted
 from sweep.model.audit import Audit, CellCheck
 from sweep.model.cells import ROUNDING, AuditedCells
 from sweep.model.description import Columns, Request, Starts
-from sweep.model.kernel import Kernel
 from sweep.model.quantity import (
     DECISION,
     FAILED,
@@ -33,7 +32,7 @@ from sweep.model.system import tables
 from sweep.model.system.cell_values import evaluated, labels_of, off_by, sizes
 from sweep.model.system.definition import TIME, Definition
 from sweep.model.system.passes import conserved_change, conserved_room
-from sweep.model.system.sample import LANES, OFF, SCIPY, TOP, Sample
+from sweep.model.system.sample import FOUND, OFF, TOP, Sample
 
 NOT_COMPUTED, CONSISTENT, AGREES, UNRESOLVED, SENSITIVE_CELL, CONTRADICTORY, DIFFERS, OTHER_DIFFERS = range(8)
 
@@ -65,7 +64,7 @@ AUDIT = Audit(
 #: No value may be off by so many stated errors, and this share of its size; and how many may be off by more than one.
 _TIMES, _SHARE, _MOST = 100.0, 1e-9, 1e-3
 
-_LANES, _SCIPY = "DOP853 on lanes, of a sample", "SciPy's DOP853, of a sample"
+_SCIPY = "SciPy's DOP853, of a sample"
 _RULES = "the ending, which says where it is missing"
 
 
@@ -76,8 +75,6 @@ class SampledReference:
     ----------
     definition : Definition
     endings : Endings
-    second : Kernel
-        Of `kernels.system.second`.
     size : int
         Number of cells of the atlas.
     seed : int, optional
@@ -86,21 +83,16 @@ class SampledReference:
 
     audit = AUDIT
 
-    def __init__(
-        self, definition: Definition, endings: Endings, second: Kernel, size: int, seed: int | None = None
-    ) -> None:
+    def __init__(self, definition: Definition, endings: Endings, size: int, seed: int | None = None) -> None:
         self._definition, self._endings = definition, endings
         self._seed = int(np.random.SeedSequence().generate_state(1)[0]) if seed is None else seed
-        tops = sum(each.tops for each in definition.measures) + sum(
-            len(each.any_positive) for each in definition.ends
-        )
-        self._sample = Sample(definition, second, tops, size, self._seed)
+        self._sample = Sample(definition, size, self._seed)
 
     @property
     def sampled(self) -> str:
-        """Which cells DOP853 has followed."""
-        drawn = f"{counted(self._sample.count, 'cell')}, drawn with seed {self._seed}"
-        return f"{drawn}, by DOP853 on lanes, {self._sample.few} of them by SciPy's too"
+        """How many cells DOP853 has followed, and which."""
+        followed = counted(self._sample.followed, "cell", self._sample.count)
+        return f"{followed} drawn with seed {self._seed}, by SciPy's DOP853"
 
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
@@ -120,8 +112,7 @@ class SampledReference:
         cells = AuditedCells(spec, starts, stored)
         checks = list(self._rules(cells))
         difference = np.full(cells.every.shape, np.nan)
-        for prefix, against in ((LANES, _LANES), (SCIPY, _SCIPY)):
-            checks += self._by_dop853(cells, truth, prefix, against, difference)
+        checks += self._by_dop853(cells, truth, difference)
         code = np.full(cells.every.shape, CONSISTENT, np.int8)
         code[np.isfinite(difference)] = AGREES
         code[self._endings.have(SENSITIVE, stored["ending"])] = SENSITIVE_CELL
@@ -129,7 +120,7 @@ class SampledReference:
         for each in checks:
             if each.share:
                 continue
-            code[each.wrong] = DIFFERS if each.against.startswith((_LANES, _SCIPY)) else CONTRADICTORY
+            code[each.wrong] = DIFFERS if each.against.startswith(_SCIPY) else CONTRADICTORY
         code[self._endings.have(MISSING, stored["ending"])] = NOT_COMPUTED
         return {"audit": code, "place_difference": difference}, checks
 
@@ -209,16 +200,14 @@ class SampledReference:
         states = {each.name: cells.stored[each.name + tables.AT_END] for each in self._definition.states}
         return {**cells.starts, **states, TIME: cells.stored[tables.END_TIME]}
 
-    def _by_dop853(
-        self, cells: AuditedCells, truth: Columns, prefix: str, against: str, difference: Array
-    ) -> Iterator[CellCheck]:
-        """Yield the checks by one of both, and note the largest difference of a state over its size."""
+    def _by_dop853(self, cells: AuditedCells, truth: Columns, difference: Array) -> Iterator[CellCheck]:
+        """Yield the checks by DOP853, and note the largest difference of a state over its size."""
         errors = self._errors(cells)
         ends, second = self._at_end(cells), {**cells.starts, TIME: cells.stored[tables.END_TIME]}
         # how far all states may be off, over their sizes: what follows from them may be off by as much of its terms
         share = np.full(difference.shape, _SHARE)
         for each in self._definition.states:
-            found, off, stored = truth[prefix + each.name], truth[OFF + prefix + each.name], ends[each.name]
+            found, off, stored = truth[FOUND + each.name], truth[OFF + each.name], ends[each.name]
             size = np.maximum(np.abs(stored), np.abs(cells.starts[each.name]))
             error = cells.stored[tables.stated(each.name + tables.AT_END)].astype(np.float64)
             apart = np.abs(stored - found)
@@ -226,38 +215,36 @@ class SampledReference:
                 difference[:] = np.fmax(difference, np.where(size > 0.0, apart / size, apart))
                 share = np.fmax(share, np.where(size > 0.0, (_TIMES * error + off) / size, 0.0))
             second[each.name] = found
-            yield from _said(each.name + tables.AT_END, against, apart, error, off + _SHARE * size)
-        if prefix == SCIPY:
-            return
+            yield from _said(each.name + tables.AT_END, apart, error, off + _SHARE * size)
         numbers = count()
         for measure in self._definition.measures:
             rows = [TOP.format(next(numbers)) for _ in range(measure.tops)]
             if rows:
-                found = np.stack([truth[prefix + name] for name in rows]).max(axis=0)
+                found = np.stack([truth[FOUND + name] for name in rows]).max(axis=0)
                 found = found if measure.kind == "max" else -found
-                off = np.max([truth[OFF + prefix + name] for name in rows], axis=0)
+                off = np.max([truth[OFF + name] for name in rows], axis=0)
             else:
                 (found,), off = evaluated(measure.expressions, second), np.zeros(share.shape)
             stored = cells.stored[measure.name]
             error = cells.stored[tables.stated(measure.name)].astype(np.float64)
             size = np.max([np.abs(stored), *sizes(measure.expressions, ends)], axis=0)
             room = off + (_SHARE if rows else share) * size
-            yield from _said(measure.name, against, np.abs(stored - found), error, room)
+            yield from _said(measure.name, np.abs(stored - found), error, room)
         late = np.where(np.isfinite(apart), 0.0, np.nan)
         for event in self._definition.ends:
             for node, size in zip(event.any_positive, sizes(event.any_positive, ends), strict=True):
                 name = TOP.format(next(numbers))
-                room = truth[OFF + prefix + name] + share * size + off_by(node, ends, errors)
-                late = np.fmax(late, truth[prefix + name] - room)
+                room = truth[OFF + name] + share * size + off_by(node, ends, errors)
+                late = np.fmax(late, truth[FOUND + name] - room)
         if self._definition.ends:
             judged = np.isfinite(late)
-            words = f"{against}: no event before the end"
+            words = f"{_SCIPY}: no event before the end"
             yield CellCheck("ending", words, np.nan_to_num(late), np.zeros(late.shape), judged)
 
 
-def _said(name: str, against: str, apart: Array, error: Array, room: Array) -> Iterator[CellCheck]:
+def _said(name: str, apart: Array, error: Array, room: Array) -> Iterator[CellCheck]:
     """Yield the checks of a value, where DOP853 says something: it is not far off itself."""
-    for times, share, words in ((_TIMES, 0.0, against), (1.0, _MOST, f"{against}, by its stated error")):
+    for times, share, words in ((_TIMES, 0.0, _SCIPY), (1.0, _MOST, f"{_SCIPY}, by its stated error")):
         allowed = times * error + room
         judged = np.isfinite(apart) & np.isfinite(allowed)
         yield CellCheck(name, words, np.nan_to_num(apart), np.nan_to_num(allowed), judged, share=share)

@@ -4,11 +4,14 @@ import hashlib
 
 import numpy as np
 import pytest
+from messages import assert_facts
 
 import sweep
 from sweep.checks.verify import findings
+from sweep.model.system import sample, second_method
 from sweep.model.system.model import model_of
-from sweep.model.system.sample import followed
+from sweep.model.system.sample import tops_of
+from sweep.model.system.second_method import follow
 from sweep.request.system_file import read_system
 
 TEXT = """
@@ -115,38 +118,59 @@ def test_an_event_that_was_missed(atlas):
     assert not findings(audited).passed
 
 
-def test_lanes_follow_an_oscillator():
-    """Places and greatest values on the way are those of the closed form; of 1e7 swings nothing is said."""
-    model = model_of(read_system(TEXT))
-    second = model.reference(1)._sample
+def oscillator(times, **starts):
+    """Follow cells of the oscillator: position, rate, and the greatest values of x, -x and x - 1.2 on the way."""
+    definition, starts = read_system(TEXT), {name: np.array(each) for name, each in starts.items()}
+    return follow(definition, tops_of(definition), starts, np.array(times), 1e-12)
+
+
+def test_the_second_method_is_a_closed_form():
+    """Places and greatest values on the way are those of the closed form, at a time of each cell."""
+    x, v, rate, times = np.array([[1.0, 0.5, 0.5], [0.0, 1.0, 1.0], [2.0, 3.0, 0.01], [4.0, 0.7, 1.0]])
+    found = oscillator(times, x=x, v=v, rate=rate)
+    size, phase = np.hypot(x, v / rate), np.arctan2(v / rate, x)
+    np.testing.assert_allclose(found[0], size * np.cos(rate * times - phase), rtol=0, atol=1e-10)
+    # the second cell has not turned at the other side, and the third nowhere
+    np.testing.assert_allclose(found[2], [size[0], size[1], found[0, 2]], rtol=1e-10)
+    np.testing.assert_allclose(found[3], [1.0, -found[0, 1], -0.5], rtol=1e-10)
+    np.testing.assert_allclose(found[4], found[2] - 1.2, rtol=0, atol=1e-10)
+
+
+def test_the_second_method_gives_up():
+    """It does not follow 1e7 swings."""
+    assert np.isnan(oscillator([10.0], x=[1.0], v=[0.0], rate=[1e6])).all()
+
+
+SWITCHES = """
+@system(duration="100")
+def switches(a=0.0, b=0.0, c=0.0, *, width=0.01, t):
+    u = (t - 50)/width
+    return exp(-u**2), 1/(1 + u**2)**2, (tanh(u) + 1)/2
+"""
+PASSER = """
+@system(duration="200", measures={"fastest": "max v"})
+def passer(x=-100.0, v=1.0, *, width=0.01, depth=0.2):
+    return v, -2*depth*x/width**2*exp(-(x/width)**2)
+"""
+
+
+def test_the_second_method_does_not_pass_over_what_hides():
+    """A Gaussian, the square of a Lorentzian and a step that are a ten thousandth of the time wide; a narrow well."""
+    width = np.array([0.02, 0.5])
+    starts = {name: np.zeros(2) for name in "abc"} | {"width": width}
+    found = follow(read_system(SWITCHES), [], starts, np.full(2, 100.0), 1e-11, sizes=np.ones((3, 2)))
+    expected = [np.sqrt(np.pi) * width, 0.5 * np.pi * width - 2.0 * width**4 / 3.0 / 50.0**3, [50.0, 50.0]]
+    np.testing.assert_allclose(found, expected, rtol=1e-8)
+    definition = read_system(PASSER)
     starts = {
-        "x": np.array([1.0, 0.5, 1.0]),
-        "v": np.array([0.0, 1.0, 0.0]),
-        "rate": np.array([2.0, 3.0, 1e6]),
+        "x": np.full(2, -100.0),
+        "v": np.ones(2),
+        "width": np.full(2, 0.01),
+        "depth": np.array([0.2, -0.2]),
     }
-    found = second._on_lanes(starts, np.array([4.0, 0.7, 10.0]), 1e-13)
-    size = np.hypot(starts["x"], starts["v"] / starts["rate"])
-    phase = np.arctan2(starts["v"] / starts["rate"], starts["x"])
-    np.testing.assert_allclose(
-        found[0, :2], (size * np.cos(starts["rate"] * [4.0, 0.7, 10.0] - phase))[:2], atol=1e-11
-    )
-    np.testing.assert_allclose(found[2, :2], size[:2], rtol=1e-12)
-    # the second cell has not turned at the other side: its least x is that at its end
-    np.testing.assert_allclose(found[3, :2], [1.0, -found[0, 1]], rtol=1e-11)
-    assert np.isnan(found[:, 2]).all()
-
-
-def test_scipy_is_another_method():
-    """The second method shares nothing with the kernels but the right-hand side: a closed form."""
-    definition = read_system(TEXT)
-    starts = {"x": np.array([1.0, 0.5]), "v": np.array([0.0, 1.0]), "rate": np.array([2.0, 3.0])}
-    times = np.array([1.0, 4.0])
-    x, v = followed(definition, starts, times, 1e-12)
-    truth = starts["x"] * np.cos(starts["rate"] * times) + starts["v"] / starts["rate"] * np.sin(
-        starts["rate"] * times
-    )
-    np.testing.assert_allclose(x, truth, rtol=0, atol=1e-9)
-    assert v.shape == (2,)
+    found = follow(definition, tops_of(definition), starts, np.full(2, 200.0), 1e-12)
+    # energy says how fast it is in the middle
+    np.testing.assert_allclose(found[2], [np.sqrt(1.4), 1.0], rtol=1e-9)
 
 
 LEVEL = """
@@ -216,7 +240,96 @@ def test_nothing_that_could_be_compared_is_no_pass():
     assert (found.passed, found.compared, found.wrong) == (False, 0, [])
 
 
-def test_both_methods_see_a_push():
-    """DOP853 on lanes and SciPy's pass over no short push either."""
+def test_the_second_method_sees_a_push():
+    """It does not pass over a short one either."""
     found = findings(sweep.verify(atlas_of(PUSHED, width="0.02,0.1,0.5"), seed=1))
     assert (found.passed, found.compared) == (True, 3)
+
+
+def many():
+    """Return an atlas of 7,200 cells."""
+    return atlas_of(TEXT, x="0.1 m:1 m:80", rate="0.5:3:90", v=0.3)
+
+
+def test_the_sample_is_what_time_allows(monkeypatch):
+    """Some cells are followed in any case, and more of the same draw with more time; the report counts them."""
+    cells = many()
+    monkeypatch.setattr(sample, "SECONDS", 0.0)
+    few = sweep.verify(cells, seed=1)
+    assert findings(few).passed
+    assert findings(few).compared == sample.LEAST_CELLS
+    assert_facts(few.attrs["audit_sample"], f"{sample.LEAST_CELLS} of 2000 cells", "seed 1", "DOP853")
+    monkeypatch.setattr(sample, "SECONDS", np.inf)
+    all_of_them = sweep.verify(cells, seed=1)
+    assert findings(all_of_them).passed
+    assert findings(all_of_them).compared == 2000
+    sampled = [np.isfinite(each.place_difference.values) for each in (few, all_of_them)]
+    assert (sampled[0] <= sampled[1]).all()
+
+
+def test_the_sample_is_drawn_from_all_blocks(monkeypatch):
+    """Blocks share the time: those that come first do not take it all."""
+    times = iter(np.arange(0.0, 1e6, 0.5))
+    monkeypatch.setattr(sample.time, "monotonic", lambda: next(times))
+    drawn = sample.Sample(read_system(TEXT), 8000, seed=1)
+    followed = []
+    for first in range(0, 8000, 1000):
+        starts = {"x": np.full(1000, 0.5), "v": np.zeros(1000), "rate": np.ones(1000)}
+        stored = {
+            "steps": np.ones(1000),
+            "end_time": np.ones(1000),
+            "x_end": np.ones(1000),
+            "v_end": np.ones(1000),
+        }
+        found = drawn.of(starts, first, stored, np.ones(1000, bool))
+        followed.append(np.count_nonzero(np.isfinite(found["found: x"])))
+    assert min(followed) > 0
+    assert drawn.followed == sum(followed)
+
+
+def test_a_sample_of_which_nothing_is_known_is_no_pass(monkeypatch):
+    """Where the second method gives up in every cell, an atlas is not verified, though nothing in it is wrong."""
+    monkeypatch.setattr(second_method, "MOST_EVALUATIONS", 5)
+    found = findings(sweep.verify(atlas_of(LEVEL, x="-2:-0.5:12"), seed=1))
+    assert (found.passed, found.compared, found.wrong) == (False, 0, [])
+
+
+UNRULED = """
+@system(duration="10")
+def swinging(x=0.5, v=0.0, *, rate=1.0):
+    return v, -0.5*sin(x)*rate**2
+"""
+
+
+def of_other_code(atlas):
+    """Return a copy of an atlas of other code: its cells are not computed again."""
+    copied = atlas.copy(deep=True)
+    copied.attrs["kernel_hash"] = "0" * 64
+    return copied
+
+
+@pytest.mark.parametrize("seconds", [0.0, np.inf])
+def test_a_state_that_is_off_in_all_cells_is_found(monkeypatch, seconds):
+    """A thousandth of it, which no rule of the system contradicts: by the cells that are followed in any case."""
+    monkeypatch.setattr(sample, "SECONDS", seconds)
+    damaged = of_other_code(atlas_of(UNRULED, x="0.1:1:20", rate="0.5:3:10"))
+    assert findings(sweep.verify(damaged, seed=1)).passed
+    damaged["x_end"].values[...] *= 1.001
+    found = findings(sweep.verify(damaged, seed=1))
+    assert [each.name for each in found.wrong] == ["x_end"]
+    assert found.disagreeing == found.compared > 0
+
+
+@pytest.mark.parametrize("seconds", [0.0, np.inf])
+def test_a_law_that_is_off_is_found(monkeypatch, seconds):
+    """By a millionth: the atlas is of another system than its text says."""
+    monkeypatch.setattr(sample, "SECONDS", seconds)
+    damaged = of_other_code(
+        atlas_of(UNRULED.replace("0.5*sin", "0.5000005*sin"), x="0.1:1:20", rate="0.5:3:10")
+    )
+    text = damaged.attrs["sweep_spec"].replace("0.5000005", "0.5")
+    assert text != damaged.attrs["sweep_spec"]
+    damaged.attrs |= {"sweep_spec": text, "sweep_fingerprint": hashlib.sha256(text.encode()).hexdigest()}
+    found = findings(sweep.verify(damaged, seed=1))
+    assert {each.name for each in found.wrong} == {"x_end", "v_end"}
+    assert found.disagreeing == found.compared > 0

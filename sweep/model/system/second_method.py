@@ -1,0 +1,239 @@
+"""Some cells of a system followed together by SciPy's DOP853, with the greatest values of expressions on their way.
+
+It shares nothing with the kernels but the definition of the system: its functions are NumPy's, which are the C
+library's. SciPy chooses its steps by the rates that it has seen and would pass over a short push, so no step may be
+longer than a function needs to come out of hiding (`kernels.system.hidden` says which may hide, and how far).
+"""
+
+import math
+import time
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from kernels.system.hidden import CHANGE, HIGH, NOTHING, SATURATED
+from sweep.model.description import Starts
+from sweep.model.quantity import Array
+from sweep.model.system.cell_values import Expressions
+from sweep.model.system.definition import TIME, Constant, Definition, Node, Operation
+
+Places = npt.NDArray[np.intp]
+
+#: Evaluations of the rates for some cells at most, some seconds: a stiff system would be followed without end.
+MOST_EVALUATIONS = 200_000
+
+#: Points of a step at which expressions are evaluated, and how often the two intervals about the greatest value are
+#: divided anew before a parabola is laid through it: a summit is then known to 1e-11.
+_POINTS, _ZOOMS = np.linspace(0.0, 1.0, 9)[:, np.newaxis], 4
+
+#: Share of the last step over which derivatives are differences, and its least size; the least bound of a step.
+_NEAR, _NEAREST, _LEAST_STEP = 1e-4, 1e-7, 1e-5
+
+
+class _Motions:
+    """Motions of some cells over a time that runs from 0 to 1 in each; their states are one flat row."""
+
+    def __init__(self, definition: Definition, tops: Sequence[Node], starts: Starts, times: Array) -> None:
+        names = [each.name for each in definition.states]
+        self.first = np.array([starts[name] for name in names], np.float64)
+        self.greatest = np.full((len(tops), times.size), -np.inf)
+        self.evaluations, self._times = 0, times
+
+        def expressions(nodes: Sequence[Node]) -> Expressions:
+            return Expressions(nodes, [*names, TIME], starts)
+
+        self._rates, self._tops = expressions(definition.rates), [expressions([node]) for node in tops]
+        self._hidden = list(_hiding((*definition.rates, *tops)))
+        self._arguments = expressions([node for _, _, node in self._hidden])
+
+    def _values(self, expressions: Expressions, share: Any, states: Array) -> list[Any]:
+        """Return the values of expressions; states of shape (states, ..., cells)."""
+        return expressions.values([*states, share * self._times])
+
+    def rates(self, share: float, flat: Array) -> Array:
+        """Return the rates of all states."""
+        self.evaluations += 1
+        rates = np.empty(self.first.shape)
+        for row, each in enumerate(self._values(self._rates, share, flat.reshape(rates.shape))):
+            rates[row] = each
+        return (rates * self._times).ravel()
+
+    def longest_step(self, share: float, flat: Array, last: float) -> float:
+        """Return the longest step in which nothing hides, from what arguments do next: to second order."""
+        if not self._hidden:
+            return math.inf
+        d, rate = max(_NEAR * last, _NEAREST), self.rates(share, flat)
+        bend = self.rates(share + d, flat + d * rate) - self.rates(share - d, flat - d * rate)
+        places = []
+        for step in (-d, 0.0, d):
+            states = flat + step * rate + 0.25 * step * step / d * bend
+            places.append(self._values(self._arguments, share + step, states.reshape(self.first.shape)))
+        bounds = []
+        for (way, power, _), before, value, after in zip(self._hidden, *places, strict=True):
+            slope, curvature = (after - before) / (2.0 * d), (after - 2.0 * value + before) / (2.0 * d * d)
+            bounds.append(_longest(way, power, value, slope, curvature))
+        return max(min(bounds), _LEAST_STEP)
+
+    def see(self, dense: Any) -> None:
+        """Raise the greatest values to those of a step, which SciPy interpolates."""
+        share = np.broadcast_to(_POINTS, (len(_POINTS), self._times.size))
+        times, states = self._within(dense, share)
+        for row, expressions in enumerate(self._tops):
+            values = self._known(expressions, times, states)
+            place, greatest, summit = _summit(values)
+            if (summit > np.maximum(greatest, self.greatest[row])).any():
+                summit = self._zoom(expressions, dense, share, place)
+            self.greatest[row] = np.maximum(self.greatest[row], summit)
+
+    def _zoom(self, expressions: Expressions, dense: Any, share: Array, place: Places) -> Array:
+        """Return the greatest value of an expression about a place in a step."""
+        for _ in range(_ZOOMS):
+            least, most = (np.take_along_axis(share, place + to, 0) for to in (-1, 1))
+            share = least + (most - least) * _POINTS
+            place, _, summit = _summit(self._known(expressions, *self._within(dense, share)))
+        return summit
+
+    def _known(self, expressions: Expressions, times: Array, states: Array) -> Array:
+        """Return the values of one expression, shape (points, cells); minus infinity where it is not defined."""
+        (values,) = expressions.values([*states, times])
+        return np.broadcast_to(np.where(np.isnan(values), -np.inf, values), times.shape)
+
+    def _within(self, dense: Any, share: Array) -> tuple[Array, Array]:
+        """Return times and states at shares of a step, shapes (points, cells) and (states, points, cells)."""
+        # SciPy's interpolation: a polynomial in the basis x, x (1 - x), x^2 (1 - x), x^2 (1 - x)^2, ...
+        basis = np.empty((len(dense.F), *share.shape))
+        basis[::2], basis[1::2] = share, 1.0 - share
+        terms = dense.F.reshape(len(dense.F), *self.first.shape)
+        states = np.einsum("jpn,jsn->spn", np.cumprod(basis, axis=0), terms)
+        states += dense.y_old.reshape(self.first.shape)[:, np.newaxis]
+        return (dense.t_old + dense.h * share) * self._times, states
+
+
+def follow(
+    definition: Definition,
+    tops: Sequence[Node],
+    starts: Starts,
+    times: Array,
+    tolerance: float,
+    *,
+    sizes: Array | None = None,
+    deadline: float = math.inf,
+) -> Array:
+    """Return states of some cells at a time of each, and greatest values until then; NaN where it gives up.
+
+    Parameters
+    ----------
+    definition : Definition
+    tops : sequence of Node
+        Expressions whose greatest values are sought.
+    starts : mapping of str to array, shape (n,)
+        States and parameters.
+    times : array, shape (n,)
+        Above 0.
+    tolerance : float
+        Relative, of all states together.
+    sizes : array, shape (states, n), optional
+        How large the states become at least: a state that begins at zero is not followed in all its digits.
+    deadline : float
+        Of `time.monotonic`: it gives up then.
+
+    Returns
+    -------
+    array, shape (states + tops, n)
+    """
+    # this module is imported with the model, SciPy where an atlas is verified
+    from scipy.integrate import DOP853
+
+    with np.errstate(all="ignore"):
+        motions = _Motions(definition, tops, starts, times)
+        first = motions.first
+        size = np.abs(first) + np.abs(motions.rates(0.0, first.ravel())).reshape(first.shape)
+        scale = np.broadcast_to(size.max(axis=1, keepdims=True), first.shape)
+        if sizes is not None:
+            # a size that is wrong spoils its own cell only
+            scale = np.fmax(scale, np.where(np.isfinite(sizes), sizes, 0.0))
+        least = 1e-4 * tolerance * scale.ravel() + 1e-300
+        solver = DOP853(motions.rates, 0.0, first.ravel(), 1.0, rtol=tolerance, atol=least)
+        while solver.status == "running":
+            if motions.evaluations > MOST_EVALUATIONS or time.monotonic() > deadline:
+                break
+            solver.max_step = motions.longest_step(solver.t, solver.y, solver.h_abs)
+            solver.step()
+            if tops and solver.status != "failed":
+                motions.see(solver.dense_output())
+    if solver.status != "finished":
+        return np.full((len(first) + len(tops), times.size), np.nan)
+    return np.concatenate([solver.y.reshape(first.shape), motions.greatest])
+
+
+def _summit(values: Array) -> tuple[Places, Array, Array]:
+    """Return a place inside next to the greatest value of each column, that value, and the summit of a parabola.
+
+    A summit between the last two points is one of the step, though the last point is the greatest.
+    """
+    place = np.clip(values.argmax(axis=0), 1, len(_POINTS) - 2)[np.newaxis]
+    middle, before, after = (np.take_along_axis(values, place + to, 0)[0] for to in (0, -1, 1))
+    bend, greatest = 2.0 * middle - before - after, values.max(axis=0)
+    inside = (bend > 0.0) & (np.abs(after - before) <= 2.0 * bend) & np.isfinite(bend)
+    return place, greatest, np.where(inside, middle + (after - before) ** 2 / (8.0 * bend), greatest)
+
+
+def _hiding(nodes: Sequence[Node]) -> Iterator[tuple[str, float, Node]]:
+    """Yield the arguments of functions that may hide what they do later: in which way, a power, the argument."""
+    seen = set[int]()
+    stack = list(nodes)
+    while stack:
+        node = stack.pop()
+        if not isinstance(node, Operation) or id(node) in seen:
+            continue
+        seen.add(id(node))
+        stack += node.arguments
+        if node.name in ("exp", "tanh"):
+            yield node.name, 1.0, node.arguments[0]
+        elif node.name == "log":
+            yield "shrinks", 1.0, node.arguments[0]
+        elif node.name == "/":
+            base, power = _power_of(node.arguments[1])
+            if power > 0.0 and not isinstance(base, Constant):
+                yield "shrinks", power, base
+        elif node.name in ("*", "**", "sqrt"):
+            base, power = _power_of(node)
+            if power > HIGH:
+                yield "grows", power, base
+            if power < 0.0 or power % 1.0:
+                yield "shrinks", max(1.0, -power), base
+
+
+def _power_of(node: Node) -> tuple[Node, float]:
+    """Return the base of a node and its exponent; the node itself and 1 if it is no power."""
+    if isinstance(node, Operation) and node.name in ("**", "sqrt"):
+        base, power = _power_of(node.arguments[0])
+        exponent = node.arguments[1] if node.name == "**" else Constant(0.5)
+        return base, power * exponent.value if isinstance(exponent, Constant) else math.nan
+    if isinstance(node, Operation) and node.name == "*":
+        (one, first), (other, second) = map(_power_of, node.arguments)
+        if one is other or one == other:
+            return one, first + second
+    return node, 1.0
+
+
+def _longest(way: str, power: float, value: Array, slope: Array, bend: Array) -> float:
+    """Return the longest step after which an argument has changed no further than its function allows, in any cell."""
+    size = np.abs(value)
+    if way == "exp":
+        allowed = np.maximum(NOTHING - value, CHANGE)
+    elif way == "grows":
+        allowed = np.maximum(math.exp(NOTHING / power) - size, math.expm1(CHANGE / power) * size)
+        slope = np.abs(slope)
+    else:
+        tanh = way == "tanh"
+        allowed = np.maximum(size - SATURATED, 0.5 * CHANGE) if tanh else -math.expm1(-CHANGE / power) * size
+        slope = np.where(value > 0.0, -slope, slope)
+    one, other = slope / allowed, np.abs(bend) / allowed
+    step = 2.0 / (one + np.sqrt(one * one + 4.0 * other))
+    if way == "shrinks":
+        # a divisor may pass through zero where what it divides is zero
+        step = np.where(step < _LEAST_STEP, np.inf, step)
+    return float(np.min(np.where(step > 0.0, step, np.inf)))
