@@ -110,51 +110,81 @@ def body_on(table, side):
 
 
 @kernel
-def meridian(S, C, body):
-    """(a, b, r, l): levers along and across the axis, radius of curvature, lever of the weight. S, C may be complex."""
-    n = 1.0 - (1.0 - body.square) * S * S
-    if body.square != 1.0:
-        n = 1.0 / np.sqrt(n)
-    lever = body.core * S - body.shift * C + body.edge * n * (1.0 - body.square) * S * C
+def _meridian_of(S, C, n, body):
+    """`meridian`, with n = 1/sqrt(C^2 + square S^2)."""
     flat = body.edge * body.square * n
+    lever = body.core * S - body.shift * C + body.edge * (1.0 - body.square) * n * S * C
     return body.core + body.edge * n * C, -body.shift - flat * S, flat * n * n, lever
+
+
+@kernel
+def meridian(S, C, body):
+    """(a, b, r, l): levers along and across the axis, radius of curvature, lever of the weight."""
+    n = 1.0 / math.sqrt(1.0 - (1.0 - body.square) * S * S)
+    return _meridian_of(S, C, n, body)
+
+
+@kernel
+def _slope_of(a, b, lever, S, C, sec, body):
+    """`slope_terms`, with sec = 1/C."""
+    T = S * sec
+    return -C * lever, -(body.axial + a * (a - b * T)), ((body.transverse + b * b) * T - a * b) * sec
 
 
 @kernel
 def slope_terms(S, C, body):
     """Coefficients of 1, s p and p^2 in the slope dV/dy."""
     a, b, _, lever = meridian(S, C, body)
-    T = S / C
-    return -C * lever, -(body.axial + a * (a - b * T)), ((body.transverse + b * b) * T - a * b) / C
+    return _slope_of(a, b, lever, S, C, 1.0 / C, body)
 
 
 @kernel
-def _pair_terms(S, C, body):
-    """The matrix of the linear system of (s, p)."""
-    a, b, r, _ = meridian(S, C, body)
-    A, I = body.transverse, body.axial
-    per = 1.0 / (I * (A + b * b) + A * a * a)
-    f, g, along, across = a - r * C, (r * S + body.ratio * b) * C, a * A * per, b * I * C * per
-    return along * g, -along * f, across * g - body.ratio * C * C, -across * f
+def _inverse(z):
+    """1/z: a division of complex numbers that need not be scaled."""
+    per = 1.0 / (z.real * z.real + z.imag * z.imag)
+    return complex(z.real * per, -z.imag * per)
+
+
+@kernel
+def _inverse_root(z):
+    """1/sqrt(z), for z whose real part is not much below 0."""
+    size = math.sqrt(z.real * z.real + z.imag * z.imag)
+    real = math.sqrt(0.5 * (size + z.real))
+    return _inverse(complex(real, 0.5 * z.imag / real))
+
+
+@kernel
+def _hyperbolic(z):
+    """(sinh(z), cosh(z))."""
+    sinh, cosh, sine, cosine = math.sinh(z.real), math.cosh(z.real), math.sin(z.imag), math.cos(z.imag)
+    return complex(sinh * cosine, cosh * sine), complex(cosh * cosine, sinh * sine)
 
 
 @kernel
 def _expand_body(centre, half, body, work):
     """Write the series of the linear system and of the slope about a centre into the first seven rows of `work`."""
     S_0, C_0 = math.tanh(centre), 1.0 / math.cosh(centre)
+    A, I = body.transverse, body.axial
     work[:7] = 0.0
     for j in range(_POINTS):
         sinh, cosh = _SINH[j], _COSH[j]
         if half != 0.5 * LONGEST:
-            sinh, cosh = np.sinh(half * _X[j]), np.cosh(half * _X[j])
-        per = 1.0 / (cosh + S_0 * sinh)
-        S, C = (S_0 * cosh + sinh) * per, C_0 * per
-        first, second, third, fourth = _pair_terms(S, C, body)
-        constant, mixed, square = slope_terms(S, C, body)
-        values = (first, second, third, fourth, constant, mixed, square)
+            sinh, cosh = _hyperbolic(half * _X[j])
+        over = cosh + S_0 * sinh
+        per, sec = _inverse(over), over / C_0
+        S, C, n = (S_0 * cosh + sinh) * per, C_0 * per, complex(1.0, 0.0)
+        if body.square != 1.0:
+            n = _inverse_root(1.0 - (1.0 - body.square) * S * S)
+        a, b, r, lever = _meridian_of(S, C, n, body)
+        constant, mixed, square = _slope_of(a, b, lever, S, C, sec, body)
+        per = _inverse(I * (A + b * b) + A * a * a)
+        f, g, along, across = a - r * C, (r * S + body.ratio * b) * C, a * A * per, b * I * C * per
+        values = (
+            along * g, -along * f, across * g - body.ratio * C * C, -across * f, constant, mixed, square,
+        )  # fmt: skip
         for i in range(7):
-            for n in range(TERMS):
-                work[i, n] += values[i].real * _REAL[j, n] - values[i].imag * _IMAGINARY[j, n]
+            for k in range(TERMS):
+                work[i, k] += values[i].real * _REAL[j, k] - values[i].imag * _IMAGINARY[j, k]
 
 
 @kernel
