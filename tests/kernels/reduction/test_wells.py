@@ -57,7 +57,7 @@ def test_wells_are_the_minima_of_the_potential(rng, count):
     """Of random starts of a torus, a ball and a spheroid off their centres; some have two."""
     seen = set()
     for name in ("torus", "ball", "spheroid"):
-        for _ in range(count(6, 14)):
+        for draw in range(count(6, 14)):
             across = rng.uniform(0.2, 0.6)
             axial, e, q = across * rng.uniform(0.4, 1.9), rng.uniform(-0.3, 0.3), rng.uniform(0.4, 1.6)
             body, lengths = {
@@ -66,6 +66,9 @@ def test_wells_are_the_minima_of_the_potential(rng, count):
                 "spheroid": (Body(0.0, e, 1.0, axial, across, q * q), {"offset": e, "flattening": 1.0 - q}),
             }[name]
             tilt, o, s = rng.uniform(-1.0, 1.0), rng.uniform(0.02, 1.0), rng.uniform(-0.8, 0.8)
+            if draw == 0:
+                # too slow to stay upright: a torus has two wells then
+                tilt, o, s = 0.3, 0.1, 0.05
             given, kind = start_of(name, tilt, 0.3, o, s, axial, across, **lengths)
             counts = np.zeros(given.shape[1], np.int64)
             kernel_of(name, "wells").load()(np.ascontiguousarray(given), float(kind), counts)
@@ -80,8 +83,10 @@ def test_wells_are_the_minima_of_the_potential(rng, count):
 def test_a_rim_has_the_wells_of_its_edge(rng):
     """Those at tilts to its own side alone, of mirror images the same; none where it falls back from everywhere."""
     seen = set()
-    for _ in range(12):
-        tilt, o, s = rng.uniform(0.05, 1.0), rng.uniform(-1.0, 1.0), rng.uniform(-1.5, 1.5)
+    # the first of them falls back to its edge from everywhere
+    known = [(0.28, 0.75, -1.32), (0.8, 0.1, 0.1)]
+    drawn = [(rng.uniform(0.05, 1.0), rng.uniform(-1.0, 1.0), rng.uniform(-1.5, 1.5)) for _ in range(10)]
+    for tilt, o, s in (*known, *drawn):
         body = Body(0.95, 0.15, 0.05, 0.5, 0.27)
         values = potential(body, tilt, o, s)
         # the places of `potential`, from the least tilt on
