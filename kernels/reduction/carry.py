@@ -107,7 +107,7 @@ def _turning_square(tilt, there, w, before, after, body):
     **TABLE_TYPES,
 )
 def carry(start, stop, tilts, given, rates, squares, bodies, edges, made, panels, work):
-    """Carry the rates s and o of motions from one tilt to another, and say which multiple of them turns there.
+    """Carry the rates s and o of motions from one tilt to another, and find the multiple with which they turn there.
 
     Python calls it without `start`, `stop` and what follows `squares`.
 

@@ -186,6 +186,6 @@ def _contact(
 
 _FLAGS = {"at": forces, "_rounding_errors": rounding_errors}
 
-#: Of bodies whose meridian is an arc of a circle, and of an ellipse.
+#: One for bodies whose meridian is an arc of a circle, and one for an arc of an ellipse.
 contact = variant(_contact, "bodies", _FLAGS)
 contact_ellipses = variant(_contact, "ellipses", _FLAGS | ellipse.FUNCTIONS)

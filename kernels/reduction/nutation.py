@@ -52,7 +52,7 @@ _VAGUE = 1e-7
 
 
 class Nutation(NamedTuple):
-    """A motion between its turning points, or between one of them, or its start, and a fall.
+    """A motion between its turning points. One that falls ends at fall_tilt, and may begin at its start.
 
     Attributes
     ----------
@@ -156,7 +156,7 @@ def angle_of_start(nutation):
 
 @kernel
 def rates_at(nutation, angle, turns):
-    """What time, heading, and the contact point across and along its track gain over the angle; scaled.
+    """Derivatives by the angle of time, heading, and the contact point across and along its track; scaled.
 
     Only the time is computed unless the heading `turns`.
     """

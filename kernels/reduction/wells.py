@@ -137,7 +137,7 @@ def wells(start, stop, starts, kind, counts, bodies, edges, made, panels, work):
 
     Notes
     -----
-    Never raises. Of a rim only wells at tilts on the side of its start count.
+    Never raises. A rim has only the wells at tilts on the side of its start.
     """
     table = Table(bodies, edges, made, panels, work)
     clear_table(table)

@@ -28,7 +28,7 @@ def cross(a: Array, b: Array) -> Array:
 
 @dataclass(frozen=True)
 class RigidBody:
-    """What rolls: its meridian, and its moments of inertia about the axis and across it."""
+    """A rolling body: its meridian, and its moments of inertia about the axis and across it."""
 
     core: float
     shift: float

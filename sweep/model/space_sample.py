@@ -28,7 +28,7 @@ _ACCURACIES = (1e-12, 3e-11)
 #: Least error of the solution in space: tilts [rad], and periods, relative. 2e-11 was seen in 1,000 random motions.
 _TILT_ERROR, _PERIOD_ERROR = 1e-9, 1e-9
 
-#: What is compared, under this prefix among the columns of `SpaceSample.follow`, and its error under the other one.
+#: Measures that are compared; `SpaceSample.follow` returns them and their errors under names with these prefixes.
 COMPARED, PREFIX, ERROR = ("tilt_min", "tilt_max", "nutation_period"), "space_", "space_error_"
 
 _AGAINST = "DOP853 in space, of a sample"
