@@ -67,6 +67,9 @@ def _pass_cut(cut, nutation, nodes):
     low, high = cut[CUT_LOW], cut[CUT_HIGH]
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     heading, x, y = cut[CUT_HEADING], cut[CUT_X], cut[CUT_Y]
+    if not high > low:
+        # a start at rest is the turning point itself, where the motion has no rates by the angle
+        return heading, x, y
     for j in range(_COUNT):
         _, nodes[_SLOPE, j], nodes[_DX, j], nodes[_DY, j] = rates_at(nutation, middle + half * NODES[j], True)
     turn = 0.0

@@ -42,12 +42,13 @@ def body_cells(spec: SweepSpec) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``number`` of the body; ``hollow`` and ``follows``, whether a torus is hollow, and the axial and the transverse
-        moment follow from the shape: 0 or 1.
+        ``number`` of the body; ``shape``, the parameters that make it; ``hollow`` and ``follows``, whether a torus is
+        hollow, and the axial and the transverse moment follow from the shape: 0 or 1.
     """
     moments = (spec.axial_moment, spec.transverse_moment)
     return {
         "number": list(LENGTHS).index(spec.body),
+        "shape": list(SLIDERS),
         "hollow": int(spec.filling == "hollow"),
         "follows": [int(each == OF_THE_BODY) for each in moments],
     }

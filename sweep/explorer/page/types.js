@@ -252,7 +252,7 @@
 
 /**
  * How cells of a body of revolution are computed: see sweep/explorer/body.py.
- * @typedef {Plan & {body: {number: number, hollow: number, follows: number[]}}} BodyPlan
+ * @typedef {Plan & {body: {number: number, shape: string[], hollow: number, follows: number[]}}} BodyPlan
  */
 
 /**

@@ -15,7 +15,7 @@ from sweep.model.bodies.shape import body_of
 from sweep.model.bodies.tables import ENDINGS
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.disk.exact import AUDIT, ExactReduction, fall_times, without_vague
-from sweep.model.disk.path import PATHS, path_columns
+from sweep.model.disk.path import PATHS, call_by_body, path_columns
 from sweep.model.disk.tables import REDUCTION as OF_THE_DISK
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, table
@@ -63,7 +63,8 @@ def contact_columns(spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]
     extremes = np.empty((len(motion_arrays.CONTACT), rows.shape[1]))
     states = np.empty(rows.shape[1], np.int64)
     kind = float(shapes.NAMES.index(spec.body))
-    kernel_of(spec.body, "contact").load()(rows, kind, float(spec.fall_tilt), extremes, states)
+    kernel = kernel_of(spec.body, "contact")
+    call_by_body(kernel, rows, (kind, float(spec.fall_tilt)), (extremes, states))
     return {**dict(zip(motion_arrays.CONTACT, extremes, strict=True)), "contact_state": states}
 
 
@@ -110,9 +111,8 @@ class BodyReduction(ExactReduction):
         n = rows.shape[1]
         measures, counts = np.empty((len(arrays.REDUCED), n)), np.empty((1, n), np.int32)
         body = float(shapes.NAMES.index(spec.body))
-        kernel_of(spec.body, "reduce").load()(
-            rows, body, float(spec.fall_tilt), int(not extremes_only), measures, counts
-        )
+        settings = (body, float(spec.fall_tilt), int(not extremes_only))
+        call_by_body(kernel_of(spec.body, "reduce"), rows, settings, (measures, counts))
         found = dict(zip(arrays.REDUCED, measures, strict=True)) | {"ending": counts[0]}
         return without_vague(found, spec, (MEASURES, COUNTS), ENDINGS)
 
@@ -120,7 +120,7 @@ class BodyReduction(ExactReduction):
         """Return `measures` without periods, and how many wells the potential has, 0 if unknown."""
         rows = np.stack([starts[name] for name in arrays.PARAMETERS])
         counts = np.empty(rows.shape[1], np.int64)
-        kernel_of(spec.body, "wells").load()(rows, float(shapes.NAMES.index(spec.body)), counts)
+        call_by_body(kernel_of(spec.body, "wells"), rows, (float(shapes.NAMES.index(spec.body)),), (counts,))
         return {**self.measures(spec, starts, extremes_only=True), "wells": counts}
 
     def truth(self, spec: Request, starts: Starts, first: int, stored: Columns) -> Columns:

@@ -33,7 +33,7 @@ from sweep.model.disk.contact import slipping
 from sweep.model.disk.exact import without_vague
 from sweep.model.disk.initial_conditions import check_steady_rates, circling
 from sweep.model.disk.model import DISK, untimed
-from sweep.model.disk.path import PATH_VARIABLES, path_columns
+from sweep.model.disk.path import PATH_VARIABLES, call_by_body, path_columns
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
 from sweep.model.space_sample import SpaceSample
@@ -163,6 +163,7 @@ class Bodies(Model):
             without_vague,
             path_of_bodies,
             path_columns,
+            call_by_body,
             contact_columns,
         ]
 

@@ -15,7 +15,7 @@ from sweep.model.disk import tables, theory
 from sweep.model.disk.contact import CONTACT_EXTREMES, contact_columns, slipping
 from sweep.model.disk.exact import EXTREMES, ExactReduction, without_vague
 from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete, computed_rates
-from sweep.model.disk.path import PATH_VARIABLES, PATHS, path_columns, path_of_disk
+from sweep.model.disk.path import PATH_VARIABLES, PATHS, call_by_body, path_columns, path_of_disk
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
 from sweep.model.space_sample import SpaceSample
@@ -158,7 +158,7 @@ class Disk(Model):
         code += ["kernels.disk.steady", complete] if computed_rates(spec) else []
         code += [ExactReduction.measures, without_vague] if spec.method == "exact" else []
         code += [contact_columns] if spec.contact == "yes" else []
-        return code + ([path_of_disk, path_columns] if spec.path == "yes" else [])
+        return code + ([path_of_disk, path_columns, call_by_body] if spec.path == "yes" else [])
 
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
         """Return the extremes of the contact forces and where the contact point goes, where they are asked for."""

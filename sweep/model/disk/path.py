@@ -1,8 +1,10 @@
 """Where the contact point goes over a nutation: what an atlas of any body holds with ``path=yes``."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from kernels.bodies import arrays, shapes
 from sweep.model.description import Columns, Starts
@@ -89,7 +91,7 @@ def path_columns(rows: Array, kind: int, fall_tilt: float) -> Columns:
         `PATH_VARIABLES`.
     """
     measures, classes = np.empty((len(arrays.PATH), rows.shape[1])), np.empty(rows.shape[1], np.int64)
-    PATHS.load()(rows, float(kind), float(fall_tilt), measures, classes)
+    call_by_body(PATHS, rows, (float(kind), float(fall_tilt)), (measures, classes))
     found = dict(zip(arrays.PATH, measures, strict=True))
     closing = _closing(found["heading_per_nutation"])
     closes = closing["closing_angle"] <= _CLOSED * (
@@ -97,6 +99,32 @@ def path_columns(rows: Array, kind: int, fall_tilt: float) -> Columns:
     )
     shape = np.where(closes & (classes == arrays.ANNULAR_PATH), CLOSED_PATH, classes)
     return {**found, **closing, "path_class": shape}
+
+
+def call_by_body(
+    kernel: Kernel, rows: Array, settings: tuple[float, ...], results: tuple[npt.NDArray[Any], ...]
+) -> None:
+    """Call a kernel of `kernels.reduction` with the cells of one body next to each other, which share its panels.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    rows : array, shape (len(kernels.bodies.arrays.PARAMETERS), n)
+    settings : tuple of float
+        Its other arguments.
+    results : tuple of array, shape (..., n)
+        What it writes.
+    """
+    bodies = rows[arrays.TUBE : arrays.TRANSVERSE_MOMENT + 1]
+    varied = bodies[(bodies != bodies[:, :1]).any(axis=1)]
+    if not varied.size:
+        kernel.load()(rows, *settings, *results)
+        return
+    order = np.lexsort(varied)
+    sorted_results = tuple(np.empty_like(each) for each in results)
+    kernel.load()(np.ascontiguousarray(rows[:, order]), *settings, *sorted_results)
+    for each, values in zip(results, sorted_results, strict=True):
+        each[..., order] = values
 
 
 def rows_of_disk(starts: Starts) -> Array:

@@ -134,3 +134,20 @@ def test_what_falls_or_rests_has_no_nutation():
         found, shape = path_of(given, "torus")
         assert shape == UNKNOWN_PATH
         assert np.isnan(found).all()
+
+
+def test_a_start_at_rest_has_the_path_of_one_that_hardly_moves():
+    """Released at its smallest and at its greatest tilt, to both sides: all measures, the centre too."""
+    at_least = set()
+    for name in ("torus", "disk", "ball"):
+        body, (word, lengths) = REFERENCE[name][0], LENGTHS[name]
+        for tilt, o, s in ((0.2, 0.5, 0.6), (-0.2, 0.5, 0.6), (1.2, -1.0, 0.3), (-1.2, 1.0, 0.3)):
+            rest, kicked = (
+                path_of(start_of(word, tilt, w, o, s, body.axial, body.transverse, **lengths(body))[0], word)
+                for w in (0.0, 1e-9)
+            )
+            assert rest[1] == kicked[1] == ANNULAR_PATH, (name, tilt)
+            assert rest[0] == pytest.approx(kicked[0], rel=1e-6, abs=1e-6), (name, tilt)
+            least, greatest, _ = body.extremes(tilt, 0.0, o, s)
+            at_least.add(abs(tilt - least) < abs(tilt - greatest))
+    assert at_least == {False, True}

@@ -5,12 +5,14 @@ import math
 import numpy as np
 import pytest
 from body_referee import LENGTHS, REFERENCE, Body, start_of, starts
-from body_runner import TORUS, drawn, reduce, run
+from body_runner import FALL_TILT, TORUS, drawn, reduce, run
 
-from kernels.bodies.arrays import PARAMETERS
+from kernels.bodies.arrays import PARAMETERS, REDUCED
 from kernels.bodies.shapes import FIRST_WITH_POLES, NAMES
 from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL, INVALID, STEADY
+from sweep.model.bodies.exact import kernel_of
 from sweep.model.bodies.theory import CARRY
+from sweep.model.disk.path import call_by_body
 
 
 def many(body, n, seed):
@@ -129,3 +131,21 @@ def test_the_constants_of_a_torus_and_of_a_spheroid():
         rates, squares = np.array([[0.6], [0.5]]), np.empty(1)
         CARRY.load()(np.array([[0.2], [0.0], [0.1]]), np.array([body]).T.copy(), rates, squares)
         assert rates[:, 0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_cells_have_the_same_bits_next_to_any_others():
+    """Cells of one body share its panels, and are sorted for that: each alone has the bits that it has among all."""
+    for body in ("torus", "spheroid"):
+        given = many(body, 24, 3)
+        # eight bodies with three motions each, not next to each other
+        given[PARAMETERS.index("tube") : PARAMETERS.index("radius")] = np.tile(
+            given[PARAMETERS.index("tube") : PARAMETERS.index("radius"), :8], 3
+        )
+        measures, counts = np.empty((len(REDUCED), 24)), np.empty((1, 24), np.int32)
+        settings = (float(NAMES.index(body)), FALL_TILT, 1)
+        call_by_body(kernel_of(body, "reduce"), np.ascontiguousarray(given), settings, (measures, counts))
+        for cell in range(24):
+            alone = reduce(given[:, cell : cell + 1], body)
+            assert counts[0, cell] == alone["ending"][0]
+            for name, values in zip(REDUCED, measures, strict=True):
+                assert np.array_equal(values[cell], alone[name][0], equal_nan=True), (body, cell, name)

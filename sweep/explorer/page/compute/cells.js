@@ -5,7 +5,7 @@ import { pieces } from "eulerdisk/compute/computation";
 import { spelled } from "eulerdisk/compute/spelling";
 
 /** @import { Computation } from "eulerdisk/compute/computation" */
-/** @import { Plan, Place, PointAnswer, ToldNumber, WindowAnswer, WindowRequest } from "eulerdisk/types" */
+/** @import { BodyPlan, Plan, Place, PointAnswer, ToldNumber, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
 /** Values of alpha of a piece at most: each has tables. */
 const MOST_ALPHAS = 128;
@@ -57,8 +57,10 @@ export async function computedWindow(computation, plan, { view, width, height, q
   await computation.ready;
   const began = performance.now();
   const timed = isTimed(plan, quantity);
-  const byColumns = view.x.name === "alpha";
-  const most = byColumns || view.y.name === "alpha" ? MOST_ALPHAS : Infinity;
+  // cells of one body share the tables of its motions
+  const shape = "body" in plan ? /** @type {BodyPlan} */ (plan).body.shape : ["alpha"];
+  const byColumns = shape.includes(view.x.name);
+  const most = [view.x.name, view.y.name].includes("alpha") ? MOST_ALPHAS : Infinity;
   const kind = kindOf(plan, quantity);
   const parts = pieces({ width, height, byColumns, kind, most, workers: computation.size });
   const side = (
@@ -88,7 +90,8 @@ export async function computedWindow(computation, plan, { view, width, height, q
   };
   await Promise.all(
     parts.map(async (part) => {
-      const asked = { plan, quantity, timed, x: side("x", width, part.x), y: side("y", height, part.y) };
+      const sides = { x: side("x", width, part.x), y: side("y", height, part.y) };
+      const asked = { plan, quantity, timed, byColumns, ...sides };
       put(await computation.ask("piece", asked, { order: parts.length, signal }), part);
     }),
   );

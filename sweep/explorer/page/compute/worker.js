@@ -282,21 +282,40 @@ function valuesOf({ axis, count, from, to }) {
 }
 
 /**
+ * Values of columns in the order of rows.
+ * @template {Float64Array|Float32Array|Uint8Array|Int32Array} T
+ * @param {T} values
+ * @param {number} width
+ * @param {number} height
+ */
+function byRows(values, width, height) {
+  const turned = /** @type {T} */ (values.slice());
+  for (let x = 0; x < width; x += 1) {
+    for (let y = 0; y < height; y += 1) turned[y * width + x] = values[x * height + y];
+  }
+  return turned;
+}
+
+/**
  * A piece of a window: values of a quantity, verdicts, and the range of the values.
  * @param {Cells} cells
  * @param {any} asked
  */
-function piece(cells, { plan, x, y, quantity, timed }) {
+function piece(cells, { plan, x, y, quantity, timed, byColumns }) {
   const [across, up] = [valuesOf(x), valuesOf(y)];
-  const count = across.length * up.length;
-  const [columns, rows] = [new Float64Array(count), new Float64Array(count)];
-  for (let row = 0; row < up.length; row += 1) {
-    columns.set(across, row * across.length);
-    rows.fill(up[row], row * across.length, (row + 1) * across.length);
+  const [inner, outer] = byColumns ? [up, across] : [across, up];
+  const count = inner.length * outer.length;
+  const [quick, slow] = [new Float64Array(count), new Float64Array(count)];
+  for (let i = 0; i < outer.length; i += 1) {
+    quick.set(inner, i * inner.length);
+    slow.fill(outer[i], i * inner.length, (i + 1) * inner.length);
   }
+  const [columns, rows] = byColumns ? [slow, quick] : [quick, slow];
   const given = { [x.axis.name]: columns, [y.axis.name]: rows };
-  const { [quantity]: found, stability } = cells.columns(plan, given, count, timed, quantity);
-  const value = found.slice();
+  const found = cells.columns(plan, given, count, timed, quantity);
+  const turn = (/** @type {any} */ values) =>
+    byColumns ? byRows(values, across.length, up.length) : values.slice();
+  const [value, verdict] = [turn(found[quantity]), turn(found.stability)];
   const most = value instanceof Uint8Array ? MOST_CODE : Number.MAX_VALUE;
   let [low, high, least] = [Infinity, -Infinity, Infinity];
   for (let i = 0; i < count; i += 1) {
@@ -307,7 +326,7 @@ function piece(cells, { plan, x, y, quantity, timed }) {
     if (each > high) high = each;
     if (each > 0 && each < least) least = each;
   }
-  return { value, verdict: stability, low, high, least };
+  return { value, verdict, low, high, least };
 }
 
 /**
