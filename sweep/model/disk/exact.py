@@ -14,7 +14,7 @@ from sweep.model.audit import Audit, CellCheck
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.disk.cell_checks import MEASURES, ReducedCells, cell_checks
 from sweep.model.disk.initial_conditions import computed_rates
-from sweep.model.disk.path import rows_of_disk
+from sweep.model.disk.path import call_by_body, rows_of_disk
 from sweep.model.disk.tables import ENDINGS, REDUCTION, VARIABLES
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import DECISION, Array, Endings, Quantity, Tolerance, Truths, table
@@ -320,6 +320,6 @@ def fall_times(spec: Request, starts: Starts, exact: Columns, rows: Array, kind:
     if chosen.size:
         found = np.empty(chosen.size)
         few = np.ascontiguousarray(rows[:, chosen])
-        FALL_TIMES.load()(few, float(kind), float(spec.fall_tilt), found)
+        call_by_body(FALL_TIMES, few, (float(kind), float(spec.fall_tilt)), (found,))
         times[chosen] = found
     return times
