@@ -22,6 +22,11 @@ def oscillator(x: "m" = 1.0, v: "m/s" = 0.0, *, rate: "1/s" = 1.0):
 """
 
 
+@pytest.fixture(autouse=True)
+def _follows_all_cells(monkeypatch):
+    monkeypatch.setattr(sample, "SECONDS", np.inf)
+
+
 @pytest.fixture(scope="module")
 def atlas():
     """Return an atlas of an oscillator, most of whose cells run on."""
