@@ -34,6 +34,9 @@ for name in ("FORCE_COLOR", "PY_COLORS", "GITHUB_ACTIONS"):
     os.environ.pop(name, None)
 os.environ.update(NO_COLOR="1", TERM="dumb", COLUMNS="200")
 
+# `verify` follows as few cells by another method as it ever does, however fast the machine is.
+space_sample.SECONDS = sample.SECONDS = 0.0
+
 # Which command compiles a kernel depends on the tests before, and which one is slow on the machine: none says so.
 os.environ["EULERDISK_NOTICES"] = "no"
 
@@ -107,13 +110,6 @@ def machine(monkeypatch):
 def two_threads(monkeypatch):
     """Let runs use two threads, on a machine of one processor too."""
     monkeypatch.setenv("NUMBA_NUM_THREADS", "2")
-
-
-@pytest.fixture(autouse=True)
-def _samples_do_not_depend_on_time(monkeypatch):
-    """Let `verify` follow as few cells by another method as it ever does, however fast the machine is."""
-    monkeypatch.setattr(space_sample, "SECONDS", 0.0)
-    monkeypatch.setattr(sample, "SECONDS", 0.0)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -14,8 +14,8 @@ from sweep.model.description import Columns, Starts
 from sweep.model.quantity import Array
 from sweep.model.rigid_body import RigidBody
 
-#: Cells that are drawn at most; seconds after which no further one is followed, if there are at least _FEW.
-_CELLS, SECONDS, _FEW = 200, 2.0, 8
+#: Cells that are drawn at most; seconds after which no further one is followed, if there are at least FEW.
+_CELLS, SECONDS, FEW = 200, 2.0, 8
 
 #: Longest scaled period that is followed; the least energy between a motion and a maximum of the potential, over m g R:
 #: closer to it the solution in space loses its digits.
@@ -96,7 +96,7 @@ class SpaceSample:
         # each block of cells gets its share of the time
         until = SECONDS * min(1.0, (first + n) / self._size)
         for cell in here[short[here]]:
-            if self._spent > until and self.followed >= _FEW:
+            if self._spent > until and self.followed >= FEW:
                 break
             begin = time.monotonic()
             values, rough = (_follow_cell(starts, bodies, int(cell), each) for each in _ACCURACIES)

@@ -20,6 +20,7 @@ from sweep.atlas.completion import BOUNDARY
 from sweep.atlas.dataset import assemble, empty_columns
 from sweep.checks.verify import _checked, findings, verify
 from sweep.errors import RequestError
+from sweep.model import space_sample
 from sweep.request.spec import SweepSpec
 
 pytestmark = pytest.mark.compiled
@@ -94,6 +95,8 @@ def each_once(monkeypatch):
     from sweep.atlas import cf_metadata
     from sweep.checks import verify as verify_module
 
+    # what is followed in space has tests of its own (tests/model/test_space_sample.py)
+    monkeypatch.setattr(space_sample, "FEW", 0)
     monkeypatch.setattr(verify_module, "boundary_groups", _boundary)
     for module in (cf_metadata, verify_module):
         monkeypatch.setattr(module, "arithmetic_hash", _hash)
