@@ -1,6 +1,7 @@
-"""The entry point of the module of a page that computes a user's system."""
+"""The entry points of the module of a page that computes a user's system: many cells, and the samples of one."""
 
-from kernels.system.integrate import entry_point, program_of
+from kernels.system import integrate, path
+from kernels.system.integrate import program_of
 
 #: Cells that are treated at a time: all that the page asks for.
 _CHUNK = 2**31 - 1
@@ -14,6 +15,7 @@ def entries_and_sizes(name):
     name : str
         The program, as `kernels.system.integrate` names it.
     """
-    integrate = entry_point(*program_of(name))
-    shapes = [each.shape for each in integrate.memory()]
-    return {"integrate": integrate}, {"memory": {"integrate": shapes}, "chunk": _CHUNK}
+    program = program_of(name)
+    entries = {"integrate": integrate.entry_point(*program), "follow": path.entry_point(*program)}
+    memory = {name: [each.shape for each in entry.memory()] for name, entry in entries.items()}
+    return entries, {"memory": memory, "chunk": _CHUNK}

@@ -9,7 +9,7 @@ import numpy as np
 
 from sweep.errors import RequestError
 from sweep.explorer.body import COST, SLIDERS, is_body, is_of_body
-from sweep.explorer.losses import LOSS_WORDS, has_losses, has_motions
+from sweep.explorer.losses import LOSS_WORDS, has_losses
 from sweep.explorer.own_module import has_own_module
 from sweep.explorer.plan import motion_tables
 from sweep.explorer.quantities import Shown, described, shown_of
@@ -154,7 +154,7 @@ def base_of(name: str, spec: SweepSpec) -> dict[str, Any]:
         "description": spec.headline,
         "words": words,
         "view": {"base": name, "words": {}, **view},
-        "hasMotions": has_motions(spec),
+        "rolls": not is_system(spec),
         "cost": _SYSTEM_COST
         if is_system(spec)
         else COST

@@ -15,9 +15,8 @@ from sweep.model.lossy_disk.tables import (
     UNKNOWN,
     UNLIMITED,
 )
-from sweep.motion.body_tables import BODY_MOTION
 from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
-from sweep.motion.tables import DISK_MOTION, LOSSY_MOTION
+from sweep.motion.tables import LOSSY_MOTION
 from sweep.request.spec import SweepSpec
 
 #: Air at room temperature: viscosity [Pa s], density [kg/m3].
@@ -42,11 +41,6 @@ _MASSES, _FRICTION = (1e-3, 100.0), (0.02, 2.0)
 def has_losses(spec: SweepSpec) -> bool:
     """Return whether the cells of a spec have losses."""
     return spec.model in (LOSSY_MOTION.model, LOSSY_BODY_MOTION.model)
-
-
-def has_motions(spec: SweepSpec) -> bool:
-    """Return whether the cells of a spec have motions in time."""
-    return has_losses(spec) or spec.model in (DISK_MOTION.model, BODY_MOTION.model)
 
 
 def slider_rows() -> list[dict[str, Any]]:

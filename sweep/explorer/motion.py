@@ -8,7 +8,7 @@ import numpy as np
 
 from sweep.errors import NoMotionError, RequestError
 from sweep.explorer.body import is_body
-from sweep.explorer.losses import has_losses, has_motions, loss_words
+from sweep.explorer.losses import has_losses, loss_words
 from sweep.model.disk.model import DISK
 from sweep.model.lossy_disk.tables import NO_AIR
 from sweep.motion.lossy_body_tables import LOSSY_BODY_MOTION
@@ -72,12 +72,11 @@ def check_start(spec: SweepSpec, start: Mapping[str, float]) -> None:
     Raises
     ------
     NoMotionError
-        If the model has no motions in time, a rate was to keep the tilt constant and none does, or a parameter is
-        beyond its limits, as some at the border of a map are.
+        If a rate was to keep the tilt constant and none does, or a parameter is beyond its limits, as some at the
+        border of a map are.
     RequestError
         If the energy of it is no number.
     """
-    _check_model(spec)
     none = [name for name in _STATE if not math.isfinite(start[name])]
     if none:
         raise NoMotionError(
@@ -100,14 +99,6 @@ def check_start(spec: SweepSpec, start: Mapping[str, float]) -> None:
                 hint="Choose another place of the map, or a smaller number.",
                 where=name,
             )
-
-
-def _check_model(spec: SweepSpec) -> None:
-    if not has_motions(spec):
-        raise NoMotionError(
-            f"The explorer shows no motions in time of the model {spec.model.name}.",
-            where="model",
-        )
 
 
 def _unit(start: Mapping[str, float]) -> float:

@@ -6,9 +6,9 @@ from typing import Any
 
 from sweep.errors import RequestError
 from sweep.explorer.body import body_cells, body_motion, is_body
-from sweep.explorer.losses import AIR, LOSS_WORDS, MASS, has_losses, has_motions, slider_rows
+from sweep.explorer.losses import AIR, LOSS_WORDS, MASS, has_losses, slider_rows
 from sweep.explorer.quantities import described, shown_of
-from sweep.explorer.system import system_cells
+from sweep.explorer.system import is_system, system_cells
 from sweep.explorer.view import View
 from sweep.model.description import Model
 from sweep.model.disk.initial_conditions import circling
@@ -89,13 +89,13 @@ def plan(view: View) -> dict[str, Any]:
     except RequestError as error:
         refused = {"error": error.message, "hint": error.hint}
     lossy = spec.model is LOSSY_MOTION.model
-    known = has_motions(spec)
+    rolls = not is_system(spec)
     return {
         "cells": cells,
         "refused": refused,
         "lossy": cells_of(_to_the_end(spec)) if lossy else None,
-        "disk": (cells or _unjudged(spec)) if known else None,
-        "motion": _motion_of(spec) if known else None,
+        "disk": (cells or _unjudged(spec)) if rolls else None,
+        "motion": _motion_of(spec) if rolls else None,
         "steepest": STEEPEST_EXACT,
     }
 

@@ -11,9 +11,9 @@ from sweep.engine.grid import whole
 from sweep.explorer.body import is_body
 from sweep.explorer.fields import read_number, read_object
 from sweep.explorer.lines import bracket_width
-from sweep.explorer.losses import has_motions
 from sweep.explorer.plan import LEFT_OUT
 from sweep.explorer.stored import Stored
+from sweep.explorer.system import is_system
 from sweep.explorer.view import View
 from sweep.explorer.waiting import KERNELS
 from sweep.model.description import Columns
@@ -96,7 +96,7 @@ def _spec_of_motion(view: View, fields: Mapping[str, Any]) -> SweepSpec | None:
 
     losses = read_object(fields.get("losses") or {}, "losses")
     lossy = is_lossy(view.spec, losses)
-    if "losses" not in fields or not has_motions(view.spec) or (view.is_live and not lossy):
+    if "losses" not in fields or is_system(view.spec) or (view.is_live and not lossy):
         return None
     start = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
     check_start(view.spec, start)

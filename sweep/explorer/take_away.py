@@ -15,6 +15,7 @@ from sweep.engine.grid import blocks, starts_of
 from sweep.errors import RequestError
 from sweep.explorer.fields import read_choice, read_count, read_number, read_object
 from sweep.explorer.point import place
+from sweep.explorer.system import is_system
 from sweep.explorer.view import Side, View
 from sweep.explorer.waiting import KERNELS
 from sweep.explorer.window import MOST_PIXELS
@@ -77,10 +78,14 @@ def motion_commands(view: View, fields: Mapping[str, Any]) -> dict[str, str]:
     ------
     RequestError
     """
-    words = _motion_words(view, fields)
+    base, words = (_motion_of_system if is_system(view.spec) else _rolling_motion)(view, fields)
+    named = [repr(base)] if base else []
+    arguments = ", ".join(filter(None, [*named, _arguments(words)]))
     return {
-        "command": shlex.join(["eulerdisk", "simulate", *_pairs(words), "-o", "motion.nc"]),
-        "python": f"import sweep\n\nmotion = sweep.simulate({_arguments(words)})\nmotion.eulerdisk.plot()\n",
+        "command": shlex.join(
+            ["eulerdisk", "simulate", *filter(None, [base]), *_pairs(words), "-o", "motion.nc"]
+        ),
+        "python": f"import sweep\n\nmotion = sweep.simulate({arguments})\nmotion.eulerdisk.plot()\n",
     }
 
 
@@ -142,7 +147,18 @@ def _preset_of(spec: SweepSpec) -> str:
     )
 
 
-def _motion_words(view: View, fields: Mapping[str, Any]) -> dict[str, Any]:
+def _motion_of_system(view: View, fields: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    base, held = _base_of(view)
+    start = {
+        side.name: float(values[0]) for side, values in zip((view.x, view.y), place(fields), strict=True)
+    }
+    words = _changes(held, view.spec.replace(**start))
+    # a motion has no verdict
+    words.pop("criterion", None)
+    return base, words
+
+
+def _rolling_motion(view: View, fields: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
     from sweep.explorer.motion import check_start, words_of
 
     start = {name: float(values[0]) for name, values in view.starts(*place(fields)).items()}
@@ -150,7 +166,7 @@ def _motion_words(view: View, fields: Mapping[str, Any]) -> dict[str, Any]:
     words = words_of(view.spec, start, read_object(fields.get("losses") or {}, "losses"))
     if fields.get("duration") is not None:
         words["duration"] = read_number(fields, "duration")
-    return {name: _plain(value) for name, value in words.items()}
+    return "", {name: _plain(value) for name, value in words.items()}
 
 
 def _plain(value: Any) -> float | str:

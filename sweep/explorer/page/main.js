@@ -238,10 +238,7 @@ class Page {
 
   /** Choose the motion that a page begins with, once it has numbers to choose by. */
   #chooseFirst() {
-    const point =
-      this.#awaitsFirstStart && baseOf(this.#about, this.#state.view).hasMotions
-        ? this.#map.firstStart()
-        : null;
+    const point = this.#awaitsFirstStart ? this.#map.firstStart() : null;
     if (!point) return;
     this.#awaitsFirstStart = false;
     this.#show({ ...this.#state, points: [point, null] });

@@ -2,7 +2,7 @@
 
 import { html } from "eulerdisk/elements";
 import { MotionPanel } from "eulerdisk/motion/panel";
-import { baseOf, parameterOf, wordsOf } from "eulerdisk/state";
+import { parameterOf, wordsOf } from "eulerdisk/state";
 import { printedUnits, readable } from "eulerdisk/ticks";
 
 /** @import { About, MotionSettings, Place, Source, View } from "eulerdisk/types" */
@@ -55,8 +55,7 @@ class Slot {
     );
     const heading = html("h2", {}, html("span", { class: "letter" }, letter));
     const head = html("header", {}, heading, this.#caption, button);
-    const what = about.bases.some(({ hasMotions }) => hasMotions) ? "Motion" : "Start";
-    this.element = html("section", { class: "slot", "aria-label": `${what} ${letter}` }, head, this.#body);
+    this.element = html("section", { class: "slot", "aria-label": `Motion ${letter}` }, head, this.#body);
   }
 
   /**
@@ -72,7 +71,7 @@ class Slot {
     if (key === this.#shown && wanted === this.#settings) return;
     this.#shown = key;
     this.#settings = wanted;
-    this.#caption.textContent = point ? this.#words(view, point) : this.#invitation(view);
+    this.#caption.textContent = point ? this.#words(view, point) : this.#invitation;
     this.#wanted = point && { view, ...point };
     if (!this.#wanted) {
       delete this.element.dataset.shown;
@@ -110,13 +109,9 @@ class Slot {
     if (this.#wanted === request) this.element.dataset.shown = JSON.stringify(request);
   }
 
-  /** @param {View} view */
-  #invitation(view) {
+  get #invitation() {
     if (this.#letter === "B") return "Click the map for a second start.";
-    const { hasMotions } = baseOf(this.#about, view);
-    return hasMotions
-      ? "Click the map: the motion of that start is shown here."
-      : "Click the map for the words of a start.";
+    return "Click the map: the motion of that start is shown here.";
   }
 
   /**

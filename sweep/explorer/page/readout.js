@@ -39,7 +39,7 @@ export class Readout {
     this.#spoken = spoken;
     this.#about = about;
     this.#requests = new Latest((/** @type {{view: View, aim: Aim}} */ asked) => this.#ask(source, asked));
-    this.#invite(about.bases[0].view);
+    this.#invite();
   }
 
   /**
@@ -72,21 +72,18 @@ export class Readout {
   follow(view) {
     if (!this.#aim) return;
     if (planeOf(view) !== this.#plane) {
-      this.#invite(view);
+      this.#invite();
       return;
     }
     this.#aim = { ...this.#aim, shown: null, keys: false };
     this.#requests.ask({ view, aim: this.#aim });
   }
 
-  /**
-   * Say what can be done, while nothing has been pointed at.
-   * @param {View} view
-   */
-  #invite(view) {
+  /** Say what can be done, while nothing has been pointed at. */
+  #invite() {
     this.#aim = null;
-    const clicked = baseOf(this.#about, view).hasMotions ? "for a motion" : "to keep a start and its words";
-    const words = `Point at the map for numbers; click ${clicked}. Wheel or pinch zooms. Drag moves it: one finger sideways, two fingers in all directions.`;
+    const words =
+      "Point at the map for numbers; click for a motion. Wheel or pinch zooms. Drag moves it: one finger sideways, two fingers in all directions.";
     this.#element.replaceChildren(html("p", { class: "quiet" }, words));
   }
 
@@ -144,7 +141,7 @@ export class Readout {
       ...cell.numbers.filter(({ text }) => text).map(({ name, text }) => [name.replaceAll("_", " "), text]),
     ]);
     // the motion beside it may have losses; these numbers have none
-    const computed = baseOf(this.#about, view).hasMotions ? "computed, without losses" : "computed";
+    const computed = baseOf(this.#about, view).rolls ? "computed, without losses" : "computed";
     const origin = isStored ? "stored cell" : computed;
     this.#names = exact.map(([name]) => name);
     this.#fill(exact, origin);

@@ -64,8 +64,8 @@
 /**
  * Something to begin with: a preset, or what was given on the command line (its name is "").
  * `words` has the value of every parameter that is no axis (a number in SI units, or a word) and of the criterion;
- * `view` is the whole range of its grid; `quantities` names what can be shown of it, the usual one first; `hasMotions`
- * says that its starts have motions here, `cost` how many milliseconds a cell takes, 0 where they need not be counted.
+ * `view` is the whole range of its grid; `quantities` names what can be shown of it, the usual one first; `rolls`
+ * says that its cells are those of a rolling body, not of a user's system, `cost` how many milliseconds a cell takes, 0 where they need not be counted.
  * @typedef {object} Base
  * @property {string} name
  * @property {string} label
@@ -73,7 +73,7 @@
  * @property {Record<string, number|string>} words
  * @property {View} view
  * @property {string[]} quantities
- * @property {boolean} hasMotions
+ * @property {boolean} rolls
  * @property {number} cost
  */
 
@@ -232,6 +232,7 @@
  * @property {string[]} states
  * @property {{name: string, stated: string}[]} state_ends
  * @property {string} end_time
+ * @property {number} runs_on
  * @property {string} end_time_stated
  * @property {{name: string, stated: string, kind: "max"|"min"|"last", expressions: Node[]}[]} measures
  * @property {Node[][]} labels
@@ -385,6 +386,8 @@
  * @property {BodyOfMotion|null} body  null of the thin disk
  * @property {number} radius
  * @property {number} gravity
+ * @property {string[]} [states]  of a motion of a system, which has nothing of a rolling body
+ * @property {number|null} [doubtful]  time from which its states are too sensitive to be known
  * @property {[number, string][]} turns
  * @property {number|null} period
  * @property {number} fall_tilt

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kernels.system.endings import DIFFERENT, FAILURES
+from kernels.system.endings import DIFFERENT, FAILURES, RUNS_ON
 from sweep.model.description import Columns, Starts
 from sweep.model.quantity import Array, Endings, Truths
 from sweep.model.system import tables
@@ -52,7 +52,7 @@ CONSERVED = 1e-9
 
 #: All of these numbers, under the names by which a page knows them.
 NUMBERS = {
-    "different": DIFFERENT, "same_time": SAME_TIME, "same_place": SAME_PLACE, "shares": _SHARES,
+    "runs_on": RUNS_ON, "different": DIFFERENT, "same_time": SAME_TIME, "same_place": SAME_PLACE, "shares": _SHARES,
     "of_states": _OF_STATES, "least": _LEAST, "few_steps": _FEW_STEPS, "of_times": _OF_TIMES,
     "rounding": _ROUNDING, "grown": _GROWN,
 }  # fmt: skip

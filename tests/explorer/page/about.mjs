@@ -40,7 +40,7 @@ const base = (name, more = {}) => ({
   words: { alpha: 0.5, gravity: 9.81, criterion: "departure:5deg" },
   view: { base: name, words: {}, x: RATE, y: TILT },
   quantities: ["peak_tilt", "stability"],
-  hasMotions: true,
+  rolls: true,
   cost: 0,
   ...more,
 });

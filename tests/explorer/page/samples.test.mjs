@@ -11,6 +11,7 @@ import {
 } from "eulerdisk/motion/figures";
 import { rangeOf } from "eulerdisk/motion/plot";
 import { Samples } from "eulerdisk/motion/samples";
+import { systemFigures } from "eulerdisk/motion/system_figures";
 
 const near = (found, expected) => assert.ok(Math.abs(found - expected) < 1e-12, `${found} ${expected}`);
 const doubles = (...values) => Float64Array.from(values);
@@ -168,4 +169,28 @@ test("the potential has its wells, barriers and turning points, and its height a
   assert.equal(potentialAt(samples, -1 - 1e-7), 1);
   for (const beyond of [-1.1, 2.1]) assert.ok(Number.isNaN(potentialAt(samples, beyond)));
   assert.throws(() => potentialFigure(samplesOf({})));
+});
+
+test("each state of a system is drawn over the time, dashed from where it is not known, and two of them in a plane", () => {
+  const quantities = {
+    time: { label: "time", unit: "ms", factor: 1000 },
+    x: { label: "x", unit: "", factor: 1 },
+    speed: { label: "speed", unit: "mm/s", factor: 1000 },
+  };
+  const head = { lossy: false, quantities, states: ["x", "speed"], doubtful: 0.5, turns: [] };
+  const [x, speed] = [TIMES.map((time) => 2 * time), TIMES.map(() => 3)];
+  const samples = new Samples({ head, arrays: { time: TIMES, x, speed } });
+  assert.equal(samples.potential, null);
+  const [first, second, plane, ...more] = systemFigures(samples, 4);
+  assert.deepEqual(more, []);
+  assert.deepEqual([first.name, first.seeks, plane.name, plane.seeks], ["state-x", true, "plane", false]);
+  assert.deepEqual(first.figure.x, { low: 0, high: 4000 });
+  assert.equal(second.figure.yLabel, "speed (mm/s)");
+  const [known, doubtful] = first.figure.curves;
+  assert.deepEqual([known.kind, [...known.x]], ["known", [0, 100, 400]]);
+  assert.deepEqual([doubtful.kind, doubtful.x[0], doubtful.x.at(-1)], ["doubtful", 400, 2000]);
+  assert.deepEqual(first.cursorAt(0.4), [400]);
+  assert.deepEqual(plane.cursorAt(0.4), [0.8, 3000]);
+  const certain = new Samples({ head: { ...head, doubtful: null }, arrays: { time: TIMES, x, speed } });
+  assert.equal(systemFigures(certain, 4)[0].figure.curves.length, 1);
 });

@@ -13,10 +13,11 @@ import {
 import { diskPath, lossyPath } from "eulerdisk/compute/paths";
 import { bodyOf } from "eulerdisk/compute/shapes";
 import { general, spelled } from "eulerdisk/compute/spelling";
+import { systemMotion } from "eulerdisk/compute/system_motion";
 import { Problem } from "eulerdisk/notice";
 
 /** @import { Computation } from "eulerdisk/compute/computation" */
-/** @import { MotionAnswer, MotionPlan, MotionRequest, MotionTables, Parameter, Plans } from "eulerdisk/types" */
+/** @import { MotionAnswer, MotionPlan, MotionRequest, MotionTables, Parameter, Plans, SystemPlan } from "eulerdisk/types" */
 
 /** Periods that a motion without losses is followed, the shortest and the longest time in seconds. */
 const PERIODS = 3;
@@ -74,8 +75,11 @@ const FEW_DIGITS = 3;
  * @returns {Promise<MotionAnswer>}
  */
 export async function computedMotion(computation, tables, parameters, plans, request, signal) {
-  const { disk } = plans;
+  const { cells, disk } = plans;
   const { view } = request;
+  if (cells && "system" in cells) {
+    return systemMotion(computation, /** @type {SystemPlan} */ (cells), request, signal);
+  }
   const motion = plans.motion && { ...plans.motion, losses: lossesAt(plans.motion.losses, request) };
   const losses = request.losses ?? {};
   if (!motion || !disk) {

@@ -85,12 +85,7 @@ class Cells {
     if (plan.model === "disk") this.#makeTables(alphas, timed);
     else this.#dropTables();
     const { parameters } = plan;
-    const block = kernels.array("float64", parameters.length, count);
-    kernels.rows(block).forEach((row, i) => {
-      const values = given[parameters[i]];
-      if (values) row.set(values);
-      else row.fill(plan.held[parameters[i]] ?? Infinity);
-    });
+    const block = this.#starts(plan, given, count);
     if (isOfSystem(plan)) {
       const measured = this.#integrated(plan, block, count);
       const starts = this.#columns(block, parameters);
@@ -107,6 +102,38 @@ class Cells {
         : this.#integrated(plan, block, count);
     const starts = this.#columns(block, parameters);
     return diskColumns(plan, starts, { ...paths, ...measured }, count, wanted);
+  }
+
+  /**
+   * The samples of a motion of a system: what a cell would hold that is followed until each of some times.
+   * @param {SystemPlan} plan
+   * @param {Columns} given  values of one cell
+   * @param {Float64Array} times  from 0 to the duration
+   * @returns {Columns}
+   */
+  samples(plan, given, times) {
+    this.#dropTables();
+    const block = this.#starts(plan, given, 1);
+    const values = this.#kernels.rows(block).map(([value]) => value);
+    const measured = this.#integrated(plan, block, times.length, times);
+    const starts = plan.parameters.map((name, i) => [name, new Float64Array(times.length).fill(values[i])]);
+    return systemColumns(plan, Object.fromEntries(starts), measured, times.length);
+  }
+
+  /**
+   * The starts of some cells.
+   * @param {Plan} plan
+   * @param {Columns} given
+   * @param {number} count
+   */
+  #starts({ parameters, held }, given, count) {
+    const block = this.#kernels.array("float64", parameters.length, count);
+    this.#kernels.rows(block).forEach((row, i) => {
+      const values = given[parameters[i]];
+      if (values) row.set(values);
+      else row.fill(held[parameters[i]] ?? Infinity);
+    });
+    return block;
   }
 
   /**
@@ -249,13 +276,14 @@ class Cells {
   }
 
   /**
-   * Cells with losses, or of a system, integrated in time.
+   * Cells with losses, or of a system, integrated in time; or one of a system at some times.
    * @param {Plan} plan
    * @param {Block} starts
-   * @param {number} count
+   * @param {number} count  of the cells, or of the times
+   * @param {Float64Array|null} [times]
    * @returns {Columns}
    */
-  #integrated(plan, starts, count) {
+  #integrated(plan, starts, count, times = null) {
     const kernels = this.#kernels;
     const { measures: names, counts: counted } = plan;
     const [measures, counts] = [
@@ -264,8 +292,17 @@ class Cells {
     ];
     const settings = kernels.array("float64", plan.kernel_settings.length);
     kernels.numbers(settings).set(plan.kernel_settings);
-    const name = isOfSystem(plan) ? "integrate" : "lossy_integrate";
-    kernels.treat(name, count, starts, settings, measures, counts, ...kernels.memoryOf(name));
+    if (times) {
+      const at = kernels.array("float64", count);
+      kernels.numbers(at).set(times);
+      // a pass after one that failed writes nothing
+      kernels.numbers(counts).fill(plan.unresolved);
+      kernels.numbers(measures).fill(NaN);
+      kernels.treat("follow", 1, starts, settings, at, measures, counts, ...kernels.memoryOf("follow"));
+    } else {
+      const name = isOfSystem(plan) ? "integrate" : "lossy_integrate";
+      kernels.treat(name, count, starts, settings, measures, counts, ...kernels.memoryOf(name));
+    }
     return { ...this.#columns(measures, names), ...this.#columns(counts, counted) };
   }
 }
@@ -359,6 +396,10 @@ const ANSWERS = {
   piece: (asked) => piece(cells, asked),
   cells: ({ plan, given, count }) => {
     const found = cells.columns(plan, given, count, true);
+    return Object.fromEntries(Object.entries(found).map(([name, values]) => [name, values.slice()]));
+  },
+  samples: ({ plan, given, times }) => {
+    const found = cells.samples(plan, given, times);
     return Object.fromEntries(Object.entries(found).map(([name, values]) => [name, values.slice()]));
   },
   call: (asked) => {

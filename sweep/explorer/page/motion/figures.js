@@ -6,6 +6,16 @@ import { MINUS, readable } from "eulerdisk/ticks";
 /** @import { Samples } from "eulerdisk/motion/samples" */
 /** @import { Figure } from "eulerdisk/motion/plot" */
 
+/**
+ * A plot of a motion: its name, whether it is drawn over the time, so that its cursor can be dragged, and where that is at a
+ * time, in the units of the plot: a line at x, or a dot at x and y.
+ * @typedef {object} MotionFigure
+ * @property {string} name
+ * @property {boolean} seeks
+ * @property {Figure} figure
+ * @property {(time: number) => [number, number?]} cursorAt
+ */
+
 /** Forces stay in view up to this many times the weight, or this many times what they are for all but a twentieth of the time. */
 const IN_VIEW = 2.5;
 const OFTEN = 1.3;
@@ -22,7 +32,7 @@ const SAME = 1e-6;
  * @param {Samples} samples
  * @param {string} name
  */
-function shown(samples, name) {
+export function shown(samples, name) {
   const { factor } = samples.head.quantities[name];
   return samples.arrays[name].map((value) => factor * value);
 }
@@ -32,9 +42,32 @@ function shown(samples, name) {
  * @param {Samples} samples
  * @param {string} name
  */
-function labelled(samples, name) {
+export function labelled(samples, name) {
   const { label, unit } = samples.head.quantities[name];
   return unit ? `${label} (${unit})` : label;
+}
+
+/**
+ * The plots of a rolling body.
+ * @param {Samples} samples
+ * @param {number} length  of the longest motion that is shown
+ * @returns {MotionFigure[]}
+ */
+export function rollingFigures(samples, length) {
+  const { lossy, quantities } = samples.head;
+  const atTime = (/** @type {number} */ time) => /** @type {[number]} */ ([time]);
+  const onPotential = (/** @type {number} */ time) => {
+    const tilt = samples.at("tilt", time);
+    return /** @type {[number, number]} */ ([quantities.tilt.factor * tilt, potentialAt(samples, tilt)]);
+  };
+  const energy = lossy
+    ? { figure: ledgerFigure(samples, length), cursorAt: atTime }
+    : { figure: potentialFigure(samples), cursorAt: onPotential };
+  return [
+    { name: "tilt", seeks: true, figure: tiltFigure(samples, length), cursorAt: atTime },
+    { name: "potential", seeks: false, ...energy },
+    { name: "forces", seeks: true, figure: forcesFigure(samples, length), cursorAt: atTime },
+  ];
 }
 
 /**

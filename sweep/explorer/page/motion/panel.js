@@ -3,24 +3,20 @@
 import { html, select, svg } from "eulerdisk/elements";
 import { clock, SPEEDS } from "eulerdisk/motion/clock";
 import { DiskScene } from "eulerdisk/motion/disk_scene";
-import {
-  forcesFigure,
-  ledgerFigure,
-  potentialAt,
-  potentialFigure,
-  tiltFigure,
-} from "eulerdisk/motion/figures";
+import { rollingFigures } from "eulerdisk/motion/figures";
 import { LossSliders } from "eulerdisk/motion/loss_sliders";
 import { Plot } from "eulerdisk/motion/plot";
 import { Samples } from "eulerdisk/motion/samples";
+import { systemFigures } from "eulerdisk/motion/system_figures";
 import { tell, tellProblem, wordsOfProblem } from "eulerdisk/notice";
 import { wordsOf } from "eulerdisk/state";
-import { printedUnits } from "eulerdisk/ticks";
+import { printedUnits, readable } from "eulerdisk/ticks";
 
 /** @import { Problem } from "eulerdisk/notice" */
 /** @import { Clock } from "eulerdisk/motion/clock" */
+/** @import { MotionFigure } from "eulerdisk/motion/figures" */
 /** @import { Standpoint } from "eulerdisk/motion/disk_scene" */
-/** @import { MotionRequest, MotionSettings, Source } from "eulerdisk/types" */
+/** @import { Described, MotionRequest, MotionSettings, Source } from "eulerdisk/types" */
 
 /** Milliseconds that a slider has to rest before its motion is asked for. */
 const REST = 60;
@@ -65,10 +61,10 @@ export class MotionPanel {
     this.scene = undefined;
     this.parts.words.addEventListener("toggle", () => this.#explain());
     for (const part of [this.parts.laws, this.parts.words]) part.addEventListener("toggle", told);
-    const seek = (/** @type {number} */ time) => clock.seek(time);
-    this.tilt = new Plot(this.parts.tilt, seek);
-    this.potential = new Plot(this.parts.potential);
-    this.forces = new Plot(this.parts.forces, seek);
+    /** @type {MotionFigure[]} */
+    this.figures = [];
+    /** @type {Map<string, Plot>} by the names of figures */
+    this.plots = new Map();
     this.transport = new Transport(this.parts.transport, clock);
     this.losses = new LossSliders(this.parts.losses, () => {
       this.#askSoon();
@@ -168,7 +164,7 @@ export class MotionPanel {
       // the page goes on between what is computed, the scene, which takes some 30 ms once, and what is drawn
       await turn();
       if (asked.signal.aborted) return;
-      if (this.scene === undefined) {
+      if (this.scene === undefined && !samples.head.states) {
         this.#makeScene();
         await turn();
       }
@@ -213,6 +209,7 @@ export class MotionPanel {
     this.element.classList.add("shown");
     this.element.classList.remove("refused");
     this.element.classList.toggle("lossy", head.lossy);
+    this.element.classList.toggle("system", head.states !== undefined);
     this.parts.note.textContent = printedUnits(head.note);
     this.parts.laws.hidden = head.losses.length === 0;
     this.parts.summary.textContent = `Losses: the ${head.body ? "body" : "disk"} that stops`;
@@ -220,7 +217,8 @@ export class MotionPanel {
     this.#showScene();
     // the clock tells all panels: those beside this one draw their curves over the new time
     clock.enter(this, samples.length);
-    if (fromStart) clock.begin(!matchMedia("(prefers-reduced-motion: reduce)").matches);
+    // the film of a disk plays; the curves of a system are there at once
+    if (fromStart) clock.begin(!head.states && !matchMedia("(prefers-reduced-motion: reduce)").matches);
   }
 
   #showScene() {
@@ -308,12 +306,8 @@ export class MotionPanel {
     // what ends before the motion beside it stays where it ended
     const { ending } = samples.head;
     this.parts.ending.textContent = clock.time >= samples.length ? `${ending}: this is its end` : ending;
-    const tilt = samples.at("tilt", time);
-    this.tilt.setCursor(time);
-    this.forces.setCursor(time);
-    if (samples.head.lossy) this.potential.setCursor(time);
-    else this.potential.setCursor(samples.head.quantities.tilt.factor * tilt, potentialAt(samples, tilt));
-    this.transport.follow();
+    for (const { name, cursorAt } of this.figures) this.plots.get(name)?.setCursor(...cursorAt(time));
+    this.transport.follow(samples.head.states && samples.head.quantities.time);
     this.scene?.setTime(time);
   }
 
@@ -324,9 +318,28 @@ export class MotionPanel {
   #drawCurves(samples, length) {
     this.drawnLength = length;
     this.drawn = samples;
-    this.tilt.show(tiltFigure(samples, length));
-    this.potential.show(samples.head.lossy ? ledgerFigure(samples, length) : potentialFigure(samples));
-    this.forces.show(forcesFigure(samples, length));
+    const former = this.figures.map(({ name }) => name);
+    this.figures = samples.head.states ? systemFigures(samples, length) : rollingFigures(samples, length);
+    const { factor } = samples.head.quantities.time;
+    const plots = this.figures.map(({ name, seeks }) => this.#plotOf(name, seeks ? factor : null));
+    if (this.figures.some(({ name }, i) => name !== former[i]) || former.length !== plots.length) {
+      this.parts.curves.replaceChildren(...plots.map(({ element }) => element));
+    }
+    this.figures.forEach(({ figure }, i) => plots[i].show(figure));
+  }
+
+  /**
+   * The plot of a name, made when it is wanted first.
+   * @param {string} name
+   * @param {number|null} factor  from seconds to the unit of its time; null where its cursor cannot be dragged
+   */
+  #plotOf(name, factor) {
+    const known = this.plots.get(name);
+    if (known) return known;
+    const seek = factor === null ? undefined : (/** @type {number} */ x) => clock.seek(x / factor);
+    const made = new Plot(html("div", { class: `plot ${name}` }), seek);
+    this.plots.set(name, made);
+    return made;
   }
 
   /** @param {string} key  the motion of which is told */
@@ -373,9 +386,7 @@ function partsOf(element) {
     stage: part("stage"),
     square: html("span", { class: "square" }),
     transport: part("transport"),
-    tilt: part("plot tilt"),
-    potential: part("plot potential"),
-    forces: part("plot forces"),
+    curves: part("curves"),
     note: html("p", { class: "note" }),
     losses,
     explanation,
@@ -384,10 +395,9 @@ function partsOf(element) {
     words: html("details", { class: "words" }, html("summary", {}, "In words"), explanation),
   };
   const head = html("p", { class: "state" }, parts.verdict, parts.ending);
-  const curves = html("div", { class: "curves" }, parts.tilt, parts.potential, parts.forces);
   const below = [parts.note, parts.laws, parts.words];
   element.classList.add("motion");
-  element.replaceChildren(head, parts.problem, parts.stage, parts.transport, curves, ...below);
+  element.replaceChildren(head, parts.problem, parts.stage, parts.transport, parts.curves, ...below);
   return parts;
 }
 
@@ -431,8 +441,11 @@ class Transport {
     this.follow();
   }
 
-  /** Show where the clock is. */
-  follow() {
+  /**
+   * Show where the clock is.
+   * @param {Described} [quantity]  of the time of a system, whose durations are of any size; none of a rolling body
+   */
+  follow(quantity) {
     const { playing, time, length, speed } = this.clock;
     const word = playing ? "pause" : "play";
     if (this.button.dataset.does !== word) {
@@ -444,7 +457,9 @@ class Transport {
     }
     this.slide.value = String(length > 0 ? Math.round((time / length) * STEPS) : 0);
     const digits = Math.max(0, 2 - Math.floor(Math.log10(Math.max(length, 1e-6))));
-    const text = `${time.toFixed(digits)} s`;
+    const text = quantity
+      ? `${readable(quantity.factor * time, 4)} ${printedUnits(quantity.unit)}`.trim()
+      : `${time.toFixed(digits)} s`;
     this.said.textContent = text;
     this.slide.setAttribute("aria-valuetext", text);
     this.speed.value = String(speed);

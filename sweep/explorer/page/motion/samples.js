@@ -10,10 +10,11 @@ export class Samples {
     this.head = head;
     this.arrays = arrays;
     this.times = arrays.time;
-    /** The potential, of a motion without losses. */
-    this.potential = head.lossy
-      ? null
-      : potentialOf(/** @type {any} */ ({ ...head, ...head.start }), head.fall_tilt, head.body);
+    /** The potential, of a rolling body without losses. */
+    this.potential =
+      head.lossy || head.states
+        ? null
+        : potentialOf(/** @type {any} */ ({ ...head, ...head.start }), head.fall_tilt, head.body);
   }
 
   /** Length of the motion in seconds. */
