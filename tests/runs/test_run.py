@@ -165,6 +165,23 @@ def test_a_disk_that_is_too_small(path, machine, monkeypatch):
     publish.check_room(path, 0.9e6)
 
 
+def test_a_run_that_goes_on_needs_room_for_the_rest(path, machine):
+    """Half of its blocks are there: room for the file and the other half will do, though not for a new run."""
+    spec = SPEC.replace(tilt="1deg:5deg:1000")
+    journal = array_jobs.prepare(spec, path, block_cells=spec.size // 2)
+    array_jobs.compute_part(journal.folder, 1, 2)
+    done = journal.cells(journal.held())
+    assert 0 < done < spec.size
+    rest, whole = (
+        forecast.file_bytes(spec) + forecast.journal_bytes(spec, n) for n in (spec.size - done, spec.size)
+    )
+    machine(free_bytes=0.5 * (rest + whole))
+    with refused("disk"):
+        run_to_file(spec, path.with_name("other.nc"))
+    run_to_file(spec, path)
+    assert path.exists()
+
+
 def test_a_run_that_goes_on_needs_room_too(path, machine, monkeypatch):
     """What is kept stays, and nothing is computed."""
     large = SPEC.replace(tilt="1deg:5deg:20000")

@@ -11,6 +11,7 @@ from messages import assert_facts, missing, refused
 from sweep.engine.grid import whole
 from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
+from sweep.model.bodies.theory import pole_prediction
 from sweep.model.disk.model import DISK
 from sweep.motion.request import TrajectorySpec
 from sweep.request.spec import SweepSpec
@@ -278,3 +279,12 @@ def test_a_column_of_a_length_without_a_body():
     with refused("thickness", "body=rim"):
         SweepSpec(roll_rate=3, starts=starts)
     assert SweepSpec(roll_rate=3, starts=starts, body="rim").size == 2
+
+
+def test_the_spin_of_a_body_on_its_end_is_the_sum_of_both_rates():
+    """About the vertical there: heading and roll turn the same way on one end and against each other on the other."""
+    for tilt, spin in ((89.9, 5.0), (-89.9, 1.0)):
+        spec = SweepSpec(**PROLATE, tilt=f"{tilt}deg", roll_rate=3.0, precession_rate=2.0)
+        start = {name: float(each[0]) for name, each in whole(spec).items()}
+        (told,) = re.findall(r"its spin, (\S+) rad/s", pole_prediction(spec, start))
+        assert float(told) == pytest.approx(spin, abs=1e-5)

@@ -89,3 +89,13 @@ def test_contact_forces_are_compared_and_explained():
     assert compare(atlas, atlas).same
     assert not compare(changed, atlas).same
     assert explain(atlas, {"roll_rate": "2.2", "tilt": "2deg"}).exactly
+
+
+def test_a_cell_that_lifts_off_slips_whatever_the_friction():
+    """It has no friction that it needs; those that press slip where they need more than there is."""
+    cells = {
+        "least_normal_force": ("cell", [-0.1, 0.0, 0.5, 0.5]),
+        "friction_needed": ("cell", [np.nan, np.nan, 0.3, 0.1]),
+        "contact_state": ("cell", [LIFTS_OFF, LIFTS_OFF, PRESSES, PRESSES]),
+    }
+    assert slipping(xr.Dataset(cells), 0.2).values.tolist() == [True, True, True, False]
