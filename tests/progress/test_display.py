@@ -5,9 +5,11 @@ import re
 import sys
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 from messages import assert_facts, assert_in_order, refused
+from rich.console import Console
 
 from sweep.progress import display
 from sweep.progress.timetable import Status
@@ -259,3 +261,32 @@ def test_work_that_breaks_is_not_finished(monkeypatch, clock):
         work()
     assert "computing" in session.getvalue()
     assert "finished" not in session.getvalue()
+
+
+def test_a_notebook_has_one_bar_that_is_replaced(monkeypatch, clock):
+    """At most ten pictures a second, one for each new stage at once, and the last status at the end."""
+    pictures = []
+
+    def drawn(bar):
+        text = io.StringIO()
+        Console(file=text, width=120).print(bar)
+        return text.getvalue()
+
+    def show_first(bar, display_id):
+        pictures.append(drawn(bar))
+        return SimpleNamespace(update=lambda later: pictures.append(drawn(later)))
+
+    monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(display=show_first))
+    monkeypatch.setattr(display, "_in_notebook", lambda: True)
+    with display.following(True) as show:
+        for done in range(5):
+            clock[0] += 0.03
+            show(Status("integrating", 10 * done, 200, None))
+        assert len(pictures) == 3
+        show(Status("writing", 25, 200, None))
+        assert len(pictures) == 4
+        show(Status("writing", 150, 200, None))
+        assert len(pictures) == 4
+    assert_facts(pictures[1], "integrating")
+    assert_facts(pictures[3], "writing")
+    assert_facts(pictures[-1], "100%")

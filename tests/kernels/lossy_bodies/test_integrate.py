@@ -61,6 +61,7 @@ def test_random_motions_are_those_of_newton_and_euler(count, pick):
         checked[name] += 1
 
 
+@pytest.mark.compiled
 def test_a_torus_without_a_tube_is_the_thin_disk():
     """Results of random starts with all laws are those of the disk's own kernel, also where dry friction holds."""
     rng, n = np.random.default_rng(32), 96
@@ -164,6 +165,7 @@ def test_a_rim_stops_at_the_tilt_of_both_edges():
     assert found.rolling_loss[0] == found.rolling_loss[1] > 0.0
 
 
+@pytest.mark.compiled
 def test_the_ledger_closes():
     """Of random starts of all bodies the losses and what is left add up, to the tolerance."""
     rng, rested = np.random.default_rng(33), 0

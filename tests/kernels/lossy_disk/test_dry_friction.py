@@ -62,6 +62,7 @@ def test_rolling_friction_holds_up_to_the_holding_tilt():
             assert followed(start[:, 0], horizon=1e-9).state[2] * side > 0.0, case
 
 
+@pytest.mark.compiled
 def test_a_disk_above_its_holding_tilt_falls():
     """However slowly it sets off, it falls, or nutates where its turning carries it."""
     for case in itertools.product([(0.0, 1e-12), (0.7, 1e-3)], [1e-6, 1e-3, 0.2]):

@@ -42,6 +42,7 @@ def differences(mine, found, cell):
     return largest, abs(mine.end_time - time) / time if time > 0.0 else abs(mine.end_time)
 
 
+@pytest.mark.compiled
 def test_endings_and_switches_are_those_of_the_referee():
     """Fresh random mixtures of all laws: endings, switches, times and all measures; what is in doubt is left out."""
     seed = np.random.SeedSequence().entropy
@@ -167,6 +168,7 @@ def test_upright_motions_slow_by_their_closed_forms():
         assert stopped.end_time == pytest.approx(alpha / 2e-3, rel=1e-13), alpha
 
 
+@pytest.mark.compiled
 def test_mirror_images_agree_to_the_bit(rng):
     """Both reflections of a start give the same motion with signs changed, through all that friction decides."""
     mirrors = np.array([[-1, -1, 1, -1], [1, 1, -1, -1]])

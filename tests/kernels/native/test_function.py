@@ -3,9 +3,12 @@
 import time
 from concurrent.futures import ThreadPoolExecutor
 
+import pytest
+
 from kernels.native.function import LazyFunction
 
 
+@pytest.mark.compiled
 def test_two_threads_make_one_function():
     """Two functions of Numba for one would be compiled twice."""
     made = []

@@ -38,6 +38,7 @@ def test_functions_of_one_number(rng):
             assert apart <= WITHIN * np.spacing(abs(float(true))), (name, x)
 
 
+@pytest.mark.compiled
 def test_functions_of_two_numbers(rng):
     """Angles of points in all quarters, and lengths, also of very small and very large ones."""
     rng = np.random.default_rng(rng)

@@ -38,6 +38,7 @@ def test_the_table_of_reference_values():
         assert values == pytest.approx(body.extremes(0.2, 0.1, 0.5, 0.6), abs=3e-12, rel=3e-12), name
 
 
+@pytest.mark.compiled
 def test_the_engine_and_the_reduction_say_the_same():
     """Endings are equal, extremes within the tolerance, and all but one in a thousand within twice the stated error."""
     beyond, counted, endings = 0, 0, set()
@@ -79,6 +80,7 @@ def test_periods_beside_a_separatrix():
         assert found["nutation_period"][0] == pytest.approx(period, rel=1e-8), (tilt, w)
 
 
+@pytest.mark.compiled
 def test_mirror_images_have_the_same_bits():
     """The way to one side is that of the mirror image to the other."""
     for body in ("torus", "rounded", "rim", "spheroid"):

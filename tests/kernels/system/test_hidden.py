@@ -54,6 +54,7 @@ def test_a_dose_from_nothing(rng, step):
         assert np.all(np.abs(found[leg, 0] - truth) <= share * truth), leg
 
 
+@pytest.mark.compiled
 def test_switches_far_from_where_they_switch(rng):
     """A step of tanh, the square of a Lorentzian, a corner and a high power, against their integrals."""
     width, when = 10.0 ** rng.uniform(-3.0, 0.0, 20), rng.uniform(30.0, 70.0, 20)
@@ -70,6 +71,7 @@ def test_switches_far_from_where_they_switch(rng):
     assert found[-1, 3] == pytest.approx(when / 41.0 * (100.0 / when) ** 41, rel=1e-9)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("x", [0.0, 0.5])
 def test_a_pendulum_gets_a_push(x):
     """From rest and in a swing, against SciPy with steps that cannot pass the push."""
@@ -106,6 +108,7 @@ def test_terms_that_vanish_at_the_start():
     assert found[-1, 0] == pytest.approx(truth, abs=1e-10)
 
 
+@pytest.mark.compiled
 def test_dry_friction_that_is_smoothed():
     """A friction that switches within a thousandth of the greatest speed, against SciPy's Radau."""
     eps = np.array([1e-3, 1e-2])

@@ -121,6 +121,7 @@ def test_what_cannot_be_followed_is_unresolved():
     assert found[-1, 0, 1] == pytest.approx(0.1 / (1.0 - 0.2), rel=1e-12)
 
 
+@pytest.mark.compiled
 def test_smaller_tolerances_are_closer(rng):
     """The error falls with the tolerance: as its power 12/12 to 12/10, by the term that sets the step."""
     x, v = rng.normal(size=200), rng.normal(size=200)

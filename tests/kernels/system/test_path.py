@@ -44,6 +44,7 @@ def test_the_end_has_the_bits_of_a_sweep(level, rng):
         assert counts[0, -1] == (RUNS_ON if level > 1.0 else FIRST_EVENT)
 
 
+@pytest.mark.compiled
 def test_a_sample_is_what_a_shorter_sweep_finds():
     """States, greatest values and sizes until then of each pass, to 1e-13 of a step's own error; steps add up."""
     times = np.linspace(0.0, 12.0, 37)
