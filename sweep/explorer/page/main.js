@@ -20,6 +20,10 @@ import { baseOf, firstAxis, quantityOf, UNSET, wordsOf, withinDomain } from "eul
 /** Milliseconds without a change after which the address is written. */
 const REST = 250;
 
+/** Milliseconds without a picture after which the page says why, and what it says. */
+const PATIENCE = 1500;
+const COMPILING = "The kernel of this map is being compiled: the first time it takes some ten seconds.";
+
 /** @param {string} id */
 function part(id) {
   const found = document.getElementById(id);
@@ -137,6 +141,7 @@ class Page {
     window.addEventListener("hashchange", () => this.#restore());
     tell(part("notice"), "");
     this.#show(this.#state);
+    setTimeout(() => this.#sayWhatTakesLong(), PATIENCE);
     const [first] = this.#state.points;
     if (first) this.#aim({ point: first, shown: null, keys: false });
   }
@@ -271,6 +276,12 @@ class Page {
   #shown() {
     this.#controls.show(this.#state, this.#map.lines);
     this.#tell();
+  }
+
+  /** Say why there is no picture yet: other cells than those of the disk have a kernel of their own. */
+  #sayWhatTakesLong() {
+    const isOwn = baseOf(this.#about, this.#state.view).cost > 0;
+    if (isOwn && !this.#map.picture.answer && !this.#lost && !this.#problem) tell(part("notice"), COMPILING);
   }
 
   /** Tell what is wrong with the picture or with its lines; else the note of the picture. */
