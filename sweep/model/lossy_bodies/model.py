@@ -150,6 +150,10 @@ class LossyBodies(LossyDisk):
         """Return when the body fell flat."""
         return super().lost_in_words(spec, stored).replace("a disk", "a body")
 
+    def reason_without_verdicts(self, spec: Request) -> str:
+        """Return that a body on one of two edges has no upright motion, as of the body without losses."""
+        return BODIES.reason_without_verdicts(spec)
+
     def linear_prediction(
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:

@@ -109,6 +109,15 @@ def test_the_rate_of_a_body_that_rolls_sinks_as_theory_says():
     assert_facts(text, "roll rate", "torus", f"{critical:.6g}")
 
 
+def test_a_rim_with_losses_has_no_upright_motion():
+    """It is told with presets that have a motion to disturb; a ring has an upright one, a rim that circles that."""
+    rim = {"body": "rim", "thickness": 0.2, "fillet": 0.05, "rolling_friction": 1e-4}
+    assert_facts(LOSSY_BODIES.reason_without_verdicts(SweepSpec(**rim)), "thick_coin", "true_edge", "rolling")
+    circles = SweepSpec(**rim, tilt="30deg", precession_rate=3.0, roll_rate="steady")
+    ring = SweepSpec(body="torus", tube=0.2, rolling_friction=1e-4)
+    assert [LOSSY_BODIES.reason_without_verdicts(spec) for spec in (circles, ring)] == ["", ""]
+
+
 def test_the_side_on_which_a_body_lies_down_decides_its_wobble():
     """The mirror image of a body on the other side takes as long; the same body on the other side does not."""
     arc = {
