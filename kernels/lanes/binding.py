@@ -16,12 +16,14 @@ _FUNCTIONS = tuple(
 )
 
 
-def bind(model):
+def bind(model, made=None):
     """Return the compiled entry point of a model.
 
     Parameters
     ----------
     model : kernels.lanes.interface.LaneModel
+    made : dict, optional, written
+        As of `rebound_for`.
 
     Returns
     -------
@@ -34,11 +36,11 @@ def bind(model):
         If no function uses a name among the flags.
     """
     replaced = replacements(model)
-    made = rebound_for(model.name, schedule.integrate, replaced, model.flags or {}, _recompiled)
-    return made.copied(made.py_func, copied(model.name, schedule.memory_of_thread, replaced))
+    entry = rebound_for(model.name, schedule.integrate, replaced, model.flags or {}, _recompiled, made)
+    return entry.copied(entry.py_func, copied(model.name, schedule.memory_of_thread, replaced))
 
 
-def variant(entry, name, flags):
+def variant(entry, name, flags, made=None):
     """Return an entry point in whose functions globals are replaced; it belongs to no schedule.
 
     Parameters
@@ -48,6 +50,8 @@ def variant(entry, name, flags):
         Unlike that of any other variant of the entry point.
     flags : dict of str to anything
         As of `kernels.lanes.interface.LaneModel`.
+    made : dict, optional, written
+        As of `rebound_for`.
 
     Returns
     -------
@@ -58,7 +62,7 @@ def variant(entry, name, flags):
     ValueError
         If no function uses a name among the flags.
     """
-    return rebound_for(name, entry, {}, flags, _recompiled)
+    return rebound_for(name, entry, {}, flags, _recompiled, made)
 
 
 def replacements(model):
@@ -67,7 +71,7 @@ def replacements(model):
     return numbers | {name: getattr(model, name) for name in _FUNCTIONS}
 
 
-def rebound_for(name, kernel, replaced, flags, recompiled):
+def rebound_for(name, kernel, replaced, flags, recompiled, made=None):
     """Return a copy of a kernel as `rebound` does, for a model or variant with this name.
 
     Parameters
@@ -77,6 +81,9 @@ def rebound_for(name, kernel, replaced, flags, recompiled):
         As for `rebound`.
     recompiled : callable
         Called with the name, a kernel and the globals that differ for its copy; returns what takes its place.
+    made : dict, optional, written
+        As for `rebound`; entry points that are bound with the same one share the functions that both call, which are
+        compiled once. Flags of the same name have the same value in all of them.
 
     Returns
     -------
@@ -87,17 +94,17 @@ def rebound_for(name, kernel, replaced, flags, recompiled):
     ValueError
         If no function uses a name among the flags: it was misspelt, or what it replaced is gone.
     """
-    used = set()
-    made = rebound(kernel, replaced, flags, lambda *given: recompiled(name, *given), {}, used)
+    made = {} if made is None else made
+    copy, used = rebound(kernel, replaced, flags, lambda *given: recompiled(name, *given), made)
     unused = sorted(set(flags) - used)
     if unused:
         raise ValueError(
             f"{name!r} replaces names that none of its functions uses: {', '.join(unused)}. Correct or remove them."
         )
-    return made
+    return copy
 
 
-def rebound(kernel, replaced, flags, recompiled, made, used):
+def rebound(kernel, replaced, flags, recompiled, made):
     """Return a copy of a kernel, and of the kernels that it calls, in which globals are replaced.
 
     Parameters
@@ -110,28 +117,29 @@ def rebound(kernel, replaced, flags, recompiled, made, used):
     recompiled : callable
         Called with a kernel and the globals that differ for its copy; returns what takes its place.
     made : dict, written
-        Plain function -> what took its place.
-    used : set of str, written
-        The names among the flags that a function uses.
+        Plain function -> what took its place, and the names among the flags that it and what it calls use.
 
     Returns
     -------
-    compiled function
+    copy : compiled function
+    used : set of str
+        The names among the flags that it and what it calls use.
     """
     source = plain(kernel)
     if source not in made:
         names = {**flags, **(replaced if source.__module__.startswith("kernels.lanes.") else {})}
-        different = {}
+        different, used = {}, set()
         for name in source.__code__.co_names:
             given = source.__globals__.get(name)
             found = names.get(name, given)
             if name in flags and name in source.__globals__:
                 used.add(name)
             if _is_kernel(found):
-                found = rebound(found, replaced, flags, recompiled, made, used)
+                found, more = rebound(found, replaced, flags, recompiled, made)
+                used |= more
             if found is not given:
                 different[name] = found
-        made[source] = recompiled(kernel, different)
+        made[source] = recompiled(kernel, different), used
     return made[source]
 
 

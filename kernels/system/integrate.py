@@ -21,6 +21,7 @@ Never raises. A cell's bits depend on the cell and the settings alone.
 
 import hashlib
 import json
+from functools import cache
 
 from kernels.lanes.binding import bind
 from kernels.lanes.interface import LaneModel
@@ -41,19 +42,33 @@ def entry_point(program, rates, extremes, events, endings, legs=lanes.LEGS):
     legs : tuple of float
         As `kernels.system.lanes.LEGS`; the benchmark times legs of one tolerance.
     """
-    layout, made, numbers, name = numbers_of(program, rates, extremes, events, endings, legs)
+    layout, made, numbers, name, copies = numbers_of(program, rates, extremes, events, endings, legs)
     return bind(
         LaneModel(
             name=f"system_{name}", layout=layout, prepared_settings=lanes.prepared_settings,
             read_start=lanes.read_start, fill_idle=lanes.fill_idle, prepare=lanes.prepare,
             needs_integration=lanes.needs_integration, set_off=lanes.set_off, advance=made["advance"], land=lanes.land,
             finish_leg=lanes.finish_leg, go_on=lanes.go_on, flags=numbers,
-        )
+        ),
+        copies,
     )  # fmt: skip
 
 
-def numbers_of(program, rates, extremes, events, endings, legs=lanes.LEGS):
-    """Return the layout of a system, its made functions, what takes the place of names in all others, and its name."""
+@cache
+def numbers_of(program, rates, extremes, events, endings, legs):
+    """Return what all entry points of a system are made of.
+
+    Returns
+    -------
+    layout : kernels.system.source.Layout
+    made : dict
+        The functions that are made of its right-hand side.
+    numbers : dict
+        What takes the place of names in all others.
+    name : str
+    copies : dict
+        The others, as `kernels.lanes.binding.rebound_for` keeps them: both entry points call the same.
+    """
     layout, made, text = functions_of(program, rates, extremes, events)
     numbers = {
         "STATES": len(rates), "EXTREMES": len(extremes), "EVENTS": len(events), "EVENT_ENDINGS": endings or (0,),
@@ -61,7 +76,8 @@ def numbers_of(program, rates, extremes, events, endings, legs=lanes.LEGS):
         **{name: made[name] for name in ("coefficients", "constants", "safe_step")},
         **{name: at for name, at in vars(layout).items() if hasattr(lanes, name)},
     }  # fmt: skip
-    return layout, made, numbers, hashlib.sha256(repr((text, endings, legs)).encode()).hexdigest()[:24]
+    name = hashlib.sha256(repr((text, endings, legs)).encode()).hexdigest()[:24]
+    return layout, made, numbers, name, {}
 
 
 def __getattr__(name):

@@ -104,16 +104,16 @@ def _stay(first, leg, steps, unproved, measures, counts):
 
 
 @kernel
-def _follow_pass(leg, run, times, memory, measures, counts):
+def _follow_pass(lane, leg, run, times, memory, measures, counts):
     """Follow one pass; returns whether there is another one."""
-    i, last = 0, len(times) - 1
+    i, last = lane, len(times) - 1
     while True:
         _keep(memory)
-        coefficients(0, SCRATCH, memory)
+        coefficients(lane, SCRATCH, memory)
         begun, ended = memory[TIME], False
-        if advance(0, run, memory):
+        if advance(lane, run, memory):
             # its series stand in another scratch then
-            ended = not go_on(0, STEPPING, run, memory)
+            ended = not go_on(lane, lane + STEPPING, run, memory)
         h = memory[STEP] if ended else memory[BEFORE]
         first = i
         while i < last and (times[i] - begun < h or (ended and times[i] - begun <= h)):
@@ -122,7 +122,7 @@ def _follow_pass(leg, run, times, memory, measures, counts):
         if ended:
             break
     steps, unproved = int(memory[COUNT]), int(memory[UNPROVED])
-    again = finish_leg(0, 0, run, memory, measures[:, last:], counts[:, last:])
+    again = finish_leg(lane, lane, run, memory, measures[:, last:], counts[:, last:])
     end = measures[leg * (2 * STATES + 1 + EXTREMES) + STATES, last]
     # a pass that ends in a step which it cannot make is known up to that step
     failed = UNRESOLVED <= counts[leg, last] < FIRST_EVENT
@@ -143,22 +143,21 @@ def _follow_pass(leg, run, times, memory, measures, counts):
 )
 def follow(start, stop, starts, settings, times, measures, counts, memory):
     """Follow one start; a template that `entry_point` completes."""
+    # a lane that is a literal 0 would have Numba compile all functions of lanes a second time
+    lane = start
     run = prepared_settings(settings)
     memory[:] = 0.0
-    read_start(0, 0, starts, run, memory, measures, counts)
-    set_off(0, run, memory)
-    leg, again = 0, True
-    while again:
-        again = _follow_pass(leg, run, times, memory, measures, counts)
-        leg += 1
+    read_start(lane, lane, starts, run, memory, measures, counts)
+    set_off(lane, run, memory)
+    for leg in range(len(LEGS)):
+        if not _follow_pass(lane, leg, run, times, memory, measures, counts):
+            break
 
 
 def entry_point(*given):
     """Return the entry point of a system; the arguments are those of `kernels.system.integrate.entry_point`."""
-    layout, made, numbers, name = numbers_of(*given)
-    numbers |= {"advance": made["advance"]}
-
-    found = variant(follow, f"path_{name}", numbers)
+    layout, made, numbers, name, copies = numbers_of(*given, LEGS)
+    found = variant(follow, f"path_{name}", {**numbers, "advance": made["advance"]}, copies)
     size = layout.STEPPING + layout.SIZE + numbers["STATES"] + numbers["EXTREMES"]
     # the lane, two scratches, and what is kept of the beginning of a step
     return found.copied(found.py_func, lambda *_: (aligned(size),))

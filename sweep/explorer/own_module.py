@@ -42,7 +42,7 @@ def has_own_module(spec: SweepSpec | None) -> bool:
 def kernels_of(spec: SweepSpec | None) -> bytes | None:
     """Return the module that computes the cells of a spec in a page; None for that of the disk, which is there.
 
-    It takes some ten seconds to make, and is kept on disk.
+    It takes ten to thirty seconds to make, and is kept on disk.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def kernels_of(spec: SweepSpec | None) -> bytes | None:
 @lru_cache(maxsize=8)
 def _made(told: str, program: str, given: str) -> bytes:
     """Return what a program writes that makes a module; raises as `kernels_of`."""
-    notice(f"Compiling {told} for the page (some ten seconds) ...")
+    notice(f"Compiling {told} for the page (ten to thirty seconds) ...")
     # Python looks for modules in its folder first: there are the packages, and no files of the user
     packages = Path(__file__).parents[2]
     done = subprocess.run(

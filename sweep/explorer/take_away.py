@@ -79,12 +79,10 @@ def motion_commands(view: View, fields: Mapping[str, Any]) -> dict[str, str]:
     RequestError
     """
     base, words = (_motion_of_system if is_system(view.spec) else _rolling_motion)(view, fields)
-    named = [repr(base)] if base else []
-    arguments = ", ".join(filter(None, [*named, _arguments(words)]))
+    named = [base] if base else []
+    arguments = ", ".join([*map(repr, named), *filter(None, [_arguments(words)])])
     return {
-        "command": shlex.join(
-            ["eulerdisk", "simulate", *filter(None, [base]), *_pairs(words), "-o", "motion.nc"]
-        ),
+        "command": shlex.join(["eulerdisk", "simulate", *named, *_pairs(words), "-o", "motion.nc"]),
         "python": f"import sweep\n\nmotion = sweep.simulate({arguments})\nmotion.eulerdisk.plot()\n",
     }
 

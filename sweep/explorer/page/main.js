@@ -22,7 +22,8 @@ const REST = 250;
 
 /** Milliseconds without a picture after which the page says why, and what it says. */
 const PATIENCE = 1500;
-const COMPILING = "The kernel of this map is being compiled: the first time it takes some ten seconds.";
+const COMPILING =
+  "No picture yet: where the kernel of a map was never compiled on this machine, that takes ten to thirty seconds.";
 
 /** @param {string} id */
 function part(id) {
@@ -70,6 +71,8 @@ class Page {
   #awaitsFirstStart = location.hash === "";
   /** @type {Error|null} why there is no picture, or no answer, until there is one */
   #problem = null;
+  /** When the page was there. */
+  #begun = performance.now();
   /** @type {Error|null} that the server does not answer, until it does: the page computes meanwhile */
   #lost = null;
 
@@ -141,7 +144,7 @@ class Page {
     window.addEventListener("hashchange", () => this.#restore());
     tell(part("notice"), "");
     this.#show(this.#state);
-    setTimeout(() => this.#sayWhatTakesLong(), PATIENCE);
+    setTimeout(() => this.#tell(), PATIENCE);
     const [first] = this.#state.points;
     if (first) this.#aim({ point: first, shown: null, keys: false });
   }
@@ -278,10 +281,10 @@ class Page {
     this.#tell();
   }
 
-  /** Say why there is no picture yet: other cells than those of the disk have a kernel of their own. */
-  #sayWhatTakesLong() {
-    const isOwn = baseOf(this.#about, this.#state.view).cost > 0;
-    if (isOwn && !this.#map.picture.answer && !this.#lost && !this.#problem) tell(part("notice"), COMPILING);
+  /** Whether the first picture takes long, and the server may be compiling the kernel of its cells. */
+  #waitsForKernel() {
+    const isDear = baseOf(this.#about, this.#state.view).cost > 0;
+    return performance.now() - this.#begun >= PATIENCE && isDear && Boolean(this.#source.reach);
   }
 
   /** Tell what is wrong with the picture or with its lines; else the note of the picture. */
@@ -291,7 +294,8 @@ class Page {
     const end = this.#map.atEnd || answer?.head.end;
     if (problem) tellProblem(part("notice"), problem, () => this.#map.again());
     else if (end) tell(part("notice"), "Zoom ends here: a pixel is 8 units in the last place wide.");
-    else tell(part("notice"), answer?.head.note ?? "");
+    else if (answer) tell(part("notice"), answer.head.note ?? "");
+    else tell(part("notice"), this.#waitsForKernel() ? COMPILING : "");
   }
 
   /** @param {Error|null} problem */

@@ -65,7 +65,8 @@
  * Something to begin with: a preset, or what was given on the command line (its name is "").
  * `words` has the value of every parameter that is no axis (a number in SI units, or a word) and of the criterion;
  * `view` is the whole range of its grid; `quantities` names what can be shown of it, the usual one first; `rolls`
- * says that its cells are those of a rolling body, not of a user's system, `cost` how many milliseconds a cell takes, 0 where they need not be counted.
+ * says that its cells are those of a rolling body, not of a user's system; `cost` how many milliseconds a cell takes, 0
+ * where they need not be counted.
  * @typedef {object} Base
  * @property {string} name
  * @property {string} label

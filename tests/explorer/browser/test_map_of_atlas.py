@@ -105,23 +105,6 @@ def test_each_base_offers_what_it_can_show(opened, served_with, lossy):
     assert shown(page)["quantity"] != "end_time"
 
 
-def test_a_page_that_waits_for_its_kernel_says_so(served_with, browser):
-    """Until the first picture of a system is there a notice tells of its kernel; then it goes."""
-    context = browser.new_context()
-    page = context.new_page()
-    waiting = []
-    page.route("**/window", lambda route: waiting.append(route))
-    page.goto(served_with("kapitza").url)
-    page.locator("#notice").filter(has_text=re.compile("kernel")).wait_for(timeout=20_000)
-    page.unroute("**/window")
-    for route in waiting:
-        route.continue_()
-    page.locator("#notice").filter(has_not_text=re.compile("kernel")).wait_for(
-        state="attached", timeout=60_000
-    )
-    context.close()
-
-
 @pytest.mark.release
 def test_what_stored_cells_alone_have_is_not_asked_of_others(opened, served_with, tmp_path):
     """With another alpha than that of the file nobody knows when disks fall: the map is empty and says so."""

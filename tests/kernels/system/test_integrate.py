@@ -241,5 +241,5 @@ def test_code_has_another_name_for_other_endings():
     names = []
     for ends in (one, two, two):
         program = model_of(read_system(text.replace("{}", ends))).integrate.function
-        names.append(numbers_of(*program_of(program))[-1])
+        names.append(numbers_of(*program_of(program), LEGS)[3])
     assert names[0] != names[1] == names[2]

@@ -1,4 +1,4 @@
-/** The motion of a start of a user's system, which the page computes: its states at each sample, with their stated errors. */
+/** The motion of a start of a user's system, which the page computes: its states at each sample. */
 
 import { spelled } from "eulerdisk/compute/spelling";
 import { Problem } from "eulerdisk/notice";
