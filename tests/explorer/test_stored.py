@@ -76,3 +76,18 @@ def test_a_large_plane_is_read_thinned_and_exactly_where_one_looks(subject, monk
                 # every second row and every fourth column are read, or more
                 there = cells[max(rows[i] - 3, 0) : rows[i] + 1, max(columns[j] - 4, 0) : columns[j] + 1]
                 assert value[i, j] in there, (i, j)
+
+
+def test_cells_are_shown_only_where_a_view_has_all_their_words(subject):
+    """Another criterion, another body or another value has other cells; how closely they were computed does not matter."""
+    view = base_of("", subject.spec)["view"]
+    shown = subject.stored.quantities()["peak_tilt"]
+
+    def has_cells(**words):
+        read = View.read({**view, "words": {**base_of("", subject.spec)["words"], **words}}, subject.spec)
+        return subject.stored.pixels(read, shown, (8, 8)) is not None
+
+    assert has_cells()
+    assert has_cells(criterion=str(subject.spec.criterion))
+    for words in ({"criterion": "departure:20deg"}, {"alpha": 1.0}, {"fall_tilt": 1.5}, {"tilt_rate": 1e-3}):
+        assert not has_cells(**words), words

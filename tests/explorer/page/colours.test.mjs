@@ -67,3 +67,16 @@ test("a range without values, and of equal ones, is a range all the same", () =>
   assert.deepEqual([low, scale], [5, "log"]);
   assert.ok(high > 5 && high < 5.1);
 });
+
+test("numbers that span decades are logarithmic from the least above zero; the peak always is", () => {
+  const other = { ...NUMBER, is_peak: false };
+  const log = (low, high) => ({ low, high, scale: "log" });
+  const linear = (low, high) => ({ low, high, scale: "linear" });
+  assert.deepEqual(rangeFor(other, 0, 10, 0.1), log(0.1, 10));
+  assert.deepEqual(rangeFor(other, 1, 21), log(1, 21));
+  assert.deepEqual(rangeFor(other, 1, 20), linear(1, 20));
+  assert.deepEqual(rangeFor(other, 0, 10, 1), linear(0, 10));
+  assert.deepEqual(rangeFor(NUMBER, 0, 10, 1), log(1, 10));
+  assert.deepEqual(rangeFor(NUMBER, -1, 10, 0.1), linear(-1, 10));
+  assert.deepEqual(rangeFor(NUMBER, -2, 0, null), linear(-2, 0));
+});

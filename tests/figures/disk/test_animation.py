@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from figure_words import misplaced
 from messages import assert_facts, with_facts
+from PIL import Image
 
 import sweep
 from sweep.figures.disk import animation
@@ -156,3 +157,24 @@ def test_words_say_disk_speed_and_scale():
     assert_facts(drawn.texts[-1].get_text(), "slipped", "0.1816 s")
     words.write(0.19)
     assert_facts(drawn.texts[-1].get_text(), "lifted", "0.1881 s")
+
+
+@pytest.mark.parametrize("fps", [7, 15, 25, 50])
+def test_a_gif_keeps_its_time(fps, tmp_path):
+    """Frames last whole hundredths of a second, none drifts by more than half of one, and the last one is held."""
+    path = tmp_path / "a.gif"
+    path.touch()
+    # frames that are equal would become one
+    pictures = (np.full((8, 8, 4), 255 * (i % 2), np.uint8) for i in range(24))
+    animation.write_gif(pictures, 24, fps, path)
+    with Image.open(path) as film:
+        assert film.n_frames == 24
+        assert film.info["loop"] == 0
+        durations = []
+        for i in range(24):
+            film.seek(i)
+            durations.append(film.info["duration"])
+    durations[-1] -= 1500
+    ends = np.cumsum(durations)
+    assert (ends % 10 == 0).all()
+    assert np.abs(ends - 1000.0 * np.arange(1, 25) / fps).max() <= 5.0

@@ -72,6 +72,18 @@ def test_the_figure_follows_the_motion_for_some_periods():
         assert bool(with_facts(labels, "extremes")) == (ending != "not_computed")
 
 
+def test_lines_stand_at_the_stored_extremes_and_at_the_limit():
+    """Extremes as the atlas has them; the limit to both sides of the steady tilt, unless that would flatten the curve."""
+    found = explain(sweep.run(sweep.SweepSpec(tilt="1deg", roll_rate=2.4, criterion="departure:2deg")), {})
+    lines = {line.get_label(): line for line in cell_plot.figure(found).axes[0].get_lines()}
+    levels = sorted(line.get_ydata()[0] for line in cell_plot.figure(found).axes[0].get_lines()[1:])
+    extremes = [math.degrees(found.stored[name]) for name in ("tilt_min", "tilt_max")]
+    assert levels == pytest.approx(sorted([*extremes, -2.0, 2.0]), rel=1e-12)
+    assert lines["limit of the criterion"].get_color() != lines["extremes in the atlas"].get_color()
+    far = explain(sweep.run(sweep.SweepSpec(tilt="1deg", roll_rate=2.4, criterion="departure:60deg")), {})
+    assert len(cell_plot.figure(far).axes[0].get_lines()) == 3
+
+
 def test_the_path_is_that_of_the_motion():
     """A disk that circles steadily runs a circle of radius R |roll rate / precession rate|."""
     spec = sweep.SweepSpec(tilt="10deg", precession_rate=0.5, roll_rate=-4.68510, duration="13s")

@@ -79,12 +79,22 @@ def test_the_longer_aloft_the_stronger_the_hue(atlas):
         assert (np.diff((1.0 - cells[..., :3]).max(axis=-1)[some][order]) >= 0.0).all()
 
 
+def test_the_shortest_time_is_faint_and_the_longest_strong(atlas):
+    """Strengths span the bar: a map whose hues were all faint would hide what it shows."""
+    found, cells = losses_map(atlas), colours_of(figure([atlas]))
+    for place, strength in ((found.times.argmin(), 0.18), (found.times.argmax(), 0.95)):
+        row, column = np.unravel_index(place, found.times.shape)
+        hue = matplotlib.colors.to_rgb(COLOURS[list(LOSSES.values())[found.loss[row, column] - 1][1]])
+        np.testing.assert_allclose(1.0 - cells[row, column, :3], strength * (1.0 - np.array(hue)), rtol=1e-12)
+        assert cells[row, column, 3] == 1.0
+
+
 def test_the_lines_have_the_times_that_they_name(atlas):
     """Along each line the time interpolated between the cells is the number of its level."""
     drawn = figure([atlas])
     axes = drawn.axes[0]
     (lines,) = (each for each in axes.collections if isinstance(each, matplotlib.contour.QuadContourSet))
-    assert len(lines.levels) >= 2
+    assert 2 <= len(lines.levels) <= 6
     assert {text.get_text() for text in lines.labelTexts} <= {f"{level:g} s" for level in lines.levels}
     times, panel = atlas["end_time"].values, losses_map(atlas).panel
     for level, segments in zip(lines.levels, lines.allsegs, strict=True):
@@ -103,6 +113,9 @@ def test_where_the_duration_ended_it_cells_are_hatched_and_have_no_lines(atlas):
     assert found.ended["horizon"].any()
     np.testing.assert_array_equal(found.ended["horizon"], short["end_time"].values == 5.0)
     axes = figure([short]).axes[0]
+    # motions that time ended would have lines of equal times at the duration alone
+    for lines in (each for each in axes.collections if isinstance(each, matplotlib.contour.QuadContourSet)):
+        assert max(lines.levels) < 5.0
     assert with_facts(axes.get_legend_handles_labels()[1], "aloft", "duration")
     lifted = sweep.run("toy", tilt="35deg,45deg", precession_rate="105,110")
     assert losses_map(lifted).ended["lift_off"].all()
