@@ -79,7 +79,7 @@ def test_a_large_plane_is_read_thinned_and_exactly_where_one_looks(subject, monk
 
 
 def test_cells_are_shown_only_where_a_view_has_all_their_words(subject):
-    """Another criterion, another body or another value has other cells; how closely they were computed does not matter."""
+    """Another criterion, another body or another value has other cells."""
     view = base_of("", subject.spec)["view"]
     shown = subject.stored.quantities()["peak_tilt"]
 

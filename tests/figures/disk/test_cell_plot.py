@@ -73,7 +73,7 @@ def test_the_figure_follows_the_motion_for_some_periods():
 
 
 def test_lines_stand_at_the_stored_extremes_and_at_the_limit():
-    """Extremes as the atlas has them; the limit to both sides of the steady tilt, unless that would flatten the curve."""
+    """Extremes as the atlas has them; the limit on both sides of the steady tilt, unless the curve would be flat."""
     found = explain(sweep.run(sweep.SweepSpec(tilt="1deg", roll_rate=2.4, criterion="departure:2deg")), {})
     lines = {line.get_label(): line for line in cell_plot.figure(found).axes[0].get_lines()}
     levels = sorted(line.get_ydata()[0] for line in cell_plot.figure(found).axes[0].get_lines()[1:])
