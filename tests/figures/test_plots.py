@@ -5,13 +5,13 @@ from types import SimpleNamespace
 import matplotlib
 import numpy as np
 import pytest
-from matplotlib.container import ErrorbarContainer
+from figure_axes import CIRCLING, ROLLING, SPINNING, line, map_and_strip, points, said_in, words
 from matplotlib.text import Text
 from messages import assert_facts, assert_in_order, refused, with_facts
 
 import sweep
 from sweep.figures import plots
-from sweep.figures.drawing import MOST_POINTS, _automatic, evenly, joined
+from sweep.figures.drawing import _automatic
 from sweep.figures.look import Look
 from sweep.figures.panels import panel
 from sweep.model.disk.tables import ENDINGS
@@ -21,59 +21,7 @@ from sweep.model.quantity import UNSTABLE
 G_OVER_3R = 6.54
 FOUR_G_OVER_5R = 15.696
 
-ROLLING = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:41", tilt="0.01deg:4deg:30:log")
-SPINNING = sweep.SweepSpec.preset("spinning").replace(precession_rate="3:6:41", tilt="0.01deg:4deg:30:log")
-CIRCLING = sweep.SweepSpec.preset("circling").replace(tilt="1deg:30deg:30", precession_rate="0.05:5:41")
 LINE = ROLLING.replace(tilt="0.1deg")
-
-
-@pytest.fixture(scope="module")
-def atlases():
-    """Return a small atlas of every preset."""
-    return {
-        "rolling": sweep.run(ROLLING),
-        "spinning": sweep.run(SPINNING),
-        "circling": sweep.run(CIRCLING),
-    }
-
-
-@pytest.fixture(scope="module")
-def panels(atlases):
-    """Return the axes of a figure of every preset: the map and the strip."""
-    return {name: plots.figure([atlas]).axes for name, atlas in atlases.items()}
-
-
-def line(axes, start):
-    """Return x and y of the line whose label starts so."""
-    found = [each for each in axes.get_lines() if str(each.get_label()).startswith(start)]
-    return found[0].get_xydata().T
-
-
-def points(axes):
-    """Return the error bars of an axes: (x, y, ends of the bars) of each set of points."""
-    sets = [each for each in axes.containers if isinstance(each, ErrorbarContainer)]
-    return [(*each[0].get_data(), np.array(each[2][0].get_segments())[:, :, 1].T) for each in sets]
-
-
-def words(axes):
-    """Return the texts of an axes and its legend."""
-    legend = axes.get_legend()
-    inside = [text.get_text() for text in axes.texts]
-    found = inside + ([text.get_text() for text in legend.get_texts()] if legend else [])
-    # a number and its unit are kept together by spaces that do not break
-    return [each.replace("\u00a0", " ") for each in found]
-
-
-def said_in(drawn):
-    """Return all texts and legends of a figure."""
-    return [each for axes in drawn.axes for each in words(axes)]
-
-
-def map_and_strip(axes):
-    """Return the map, the strip below it and the second axis of a figure of one panel."""
-    top, strip, *_ = axes
-    assert "analytic" in strip.get_ylabel()
-    return top, strip, top.child_axes[0]
 
 
 @pytest.mark.slow_lane
@@ -156,72 +104,6 @@ def test_formula_follows_alpha():
         assert any(each.startswith(f"analytic: {formula} = ") for each in said_in(drawn))
 
 
-def test_boundary_is_the_atlas_s(atlases, panels):
-    """Points and bars are the bracket's middle and ends, at the tilts of the grid in degrees."""
-    atlas = atlases["rolling"]
-    rate, half = atlas["boundary_roll_rate"].values, atlas["boundary_roll_rate_halfwidth"].values
-    has = np.isfinite(rate)
-    [(x, y, bars)] = points(map_and_strip(panels["rolling"])[0])
-    shown = np.isin(np.degrees(atlas["tilt"].values[has]), x)
-    assert 10 < len(x) <= MOST_POINTS
-    assert shown.sum() == len(x)
-    np.testing.assert_allclose(y, rate[has][shown], rtol=1e-14)
-    np.testing.assert_allclose(bars[0], (rate - half)[has][shown], rtol=1e-12)
-    np.testing.assert_allclose(bars[1], (rate + half)[has][shown], rtol=1e-12)
-
-
-def test_points_are_thinned_evenly():
-    """No more points than can be told apart, at even distances, the first and the last among them; no pairs."""
-    for count in (*range(2, 8), MOST_POINTS, MOST_POINTS + 1, 39, 60, 90, 500):
-        places = evenly(count)
-        gaps = np.diff(places)
-        assert len(places) == count or len(places) > MOST_POINTS / 2 - 1
-        assert len(places) <= MOST_POINTS
-        assert (places[0], places[-1]) == (0, count - 1)
-        assert len(set(gaps[:-1])) <= 1
-        assert gaps[-1] == pytest.approx(gaps[0], abs=gaps[0] / 2)
-
-
-@pytest.mark.slow_lane
-def test_the_legend_says_that_points_are_thinned():
-    """A fine grid shows every fourth point, and says so; a coarse one shows all."""
-    spec = ROLLING.replace(tilt="0.01deg:0.5deg:90:log")
-    drawn = plots.figure([sweep.run(spec)])
-    [(x, _, _)] = points(drawn.axes[0])
-    assert len(x) <= MOST_POINTS
-    np.testing.assert_allclose(x[[0, -1]], [0.01, 0.5], rtol=1e-12)
-    np.testing.assert_allclose(x[:-1], np.degrees(spec.tilt.array())[::4][: len(x) - 1], rtol=1e-12)
-    assert with_facts(said_in(drawn), "RK4", "bracket", "every 4th")
-    coarse = plots.figure([sweep.run(spec.replace(tilt="0.1deg:1deg:9"))])
-    assert with_facts(said_in(coarse), "RK4", "bracket")
-    assert not with_facts(said_in(coarse), "every")
-    family = plots.figure([sweep.run(spec.replace(alpha="0.3,0.5"))], look=Look(family=True))
-    assert with_facts(said_in(family), "bracket", "every 4th")
-
-
-@pytest.mark.slow_lane
-def test_a_strip_shows_its_points():
-    """Where the boundary is far from the analytic line, a seventh of it, the strip follows the boundary."""
-    for time in ("1.2s", "2s"):
-        spec = ROLLING.replace(roll_rate="0.05:2:40", tilt="0.1deg:5deg:20")
-        _, strip, _ = map_and_strip(
-            plots.figure([sweep.reclassify(sweep.run(spec), f"fall_time < {time}")]).axes
-        )
-        [(_, ratio, bars)] = points(strip)
-        low, high = strip.get_ylim()
-        assert len(ratio) > 5
-        assert low < bars.min() < bars.max() < high < 0.3
-
-
-def test_a_point_far_from_the_line_does_not_stretch_the_strip():
-    """Where most of the boundary lies near the analytic line a point at half of it is left out of the strip."""
-    atlas = sweep.run(ROLLING.replace(tilt="0.01deg:0.2deg:10:log"))
-    atlas["boundary_roll_rate"].values[0] *= 0.5
-    _, strip, _ = map_and_strip(plots.figure([atlas]).axes)
-    low, high = strip.get_ylim()
-    assert 0.9 < low < 1.0 < high < 1.1
-
-
 def test_prediction_is_the_atlas_s(atlases, panels):
     """The dashed line runs through the predicted rates that the atlas stores."""
     atlas = atlases["spinning"]
@@ -230,15 +112,6 @@ def test_prediction_is_the_atlas_s(atlases, panels):
     # straight between 400 points of a curve that is smooth where the map shows it
     seen = rate < 6.0
     np.testing.assert_allclose(np.interp(tilt[seen], x, y), rate[seen], rtol=1e-4)
-
-
-def test_strip_shows_the_deviation_from_the_line(panels):
-    """In the strip the analytic line is 1 and the points are the same ones, divided by it."""
-    top, strip, _ = map_and_strip(panels["rolling"])
-    [(x, y, _)], [(strip_x, ratio, _)] = points(top), points(strip)
-    assert (x == strip_x).all()
-    np.testing.assert_allclose(ratio, y / math.sqrt(G_OVER_3R), rtol=1e-12)
-    assert strip.get_ylim()[0] < 1.0 < strip.get_ylim()[1]
 
 
 def test_circling_curve_ends_at_both_lines(panels):
@@ -264,17 +137,6 @@ def test_one_branch_of_steady_motions_is_no_curve():
             )
             top = plots.figure([sweep.run(spec)]).axes[0]
             assert not [each for each in top.get_lines() if each.get_marker() == "D"], spec
-
-
-def test_circling_shows_both_edges(atlases, panels):
-    """The upper and the lower edge are told apart, and the lower one is not squeezed out of sight."""
-    top, _, _ = map_and_strip(panels["circling"])
-    (_, upper, _), (x, lower, _) = points(top)
-    slow = atlases["circling"]["boundary_lower_precession_rate"].dropna("tilt")
-    np.testing.assert_allclose(np.interp(np.degrees(slow["tilt"]), x, lower), slow.values, rtol=1e-12)
-    assert upper.min() > lower.max()
-    height = top.transData.transform([(0.0, value) for value in (0.0, 1.0, *top.get_ylim()[1:])])[:, 1]
-    assert height[1] - height[0] > 0.15 * (height[2] - height[0])
 
 
 def test_background_is_the_peak_tilt_in_degrees(atlases, panels):
@@ -523,15 +385,6 @@ def test_what_a_function_judged_is_drawn():
     drawn = plots.figure([sweep.reclassify(sweep.run(ROLLING), steep)])
     caption = map_and_strip(drawn.axes)[1].get_legend().get_title().get_text()
     assert "steep" in caption
-
-
-def test_points_that_are_thinned_differently_have_one_entry():
-    """In the legend that several maps share."""
-    found = joined({"points, every 3rd": 1, "points, every 12th": 2, "other": 3})
-    assert [*found.values()] == [1, 3]
-    (label,) = with_facts(found, "points")
-    assert not re.search(r"\d", label)
-    assert joined({"points, every 3rd": 1, "other": 3}) == {"points, every 3rd": 1, "other": 3}
 
 
 def test_a_cell_without_a_result_is_hatched_once():
