@@ -47,8 +47,11 @@ def scaled_start(starts, cell):
 
 
 @kernel
-def reduce_cell(starts, cell, kind, fall_tilt, table, pieces, ways, near):
-    """(ending, least, greatest tilt [rad], error [rad]) of a cell; its motion is written, if it has one."""
+def reduce_cell(starts, cell, kind, fall_tilt, y_fall, table, pieces, ways, near):
+    """(ending, least, greatest tilt [rad], error [rad]) of a cell; its motion is written, if it has one.
+
+    `y_fall` is the stretched `fall_tilt`.
+    """
     nan, tilt = math.nan, starts[row.TILT, cell]
     ways[:] = 0.0
     near[TOP] = math.inf
@@ -60,9 +63,7 @@ def reduce_cell(starts, cell, kind, fall_tilt, table, pieces, ways, near):
         return EDGE_CHANGE, tilt, tilt, 0.0
     take_body(table, own_body(starts, cell, kind))
     _, tilt, w, o, s = scaled_start(starts, cell)
-    ending, least, greatest, error = find_extremes(
-        table, kind, tilt, w, o, s, stretch(fall_tilt), pieces, ways, near
-    )
+    ending, least, greatest, error = find_extremes(table, kind, tilt, w, o, s, y_fall, pieces, ways, near)
     if ending == UNRESOLVED:
         return UNRESOLVED, nan, nan, nan
     return ending, least, greatest, error
@@ -113,8 +114,11 @@ def reduce(
     """
     table = Table(bodies, edges, made, panels, work)
     clear_table(table)
+    y_fall = stretch(fall_tilt)
     for cell in range(start, stop):
-        ending, least, greatest, error = reduce_cell(starts, cell, kind, fall_tilt, table, pieces, ways, near)
+        ending, least, greatest, error = reduce_cell(
+            starts, cell, kind, fall_tilt, y_fall, table, pieces, ways, near
+        )
         period = math.nan
         if timed != 0 and ending == BOUNDED:
             period = scaled_start(starts, cell)[0] * find_period(table, pieces, ways, near, waiting, cuts)

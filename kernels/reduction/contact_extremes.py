@@ -167,10 +167,11 @@ def _contact(
     """
     table = Table(bodies, edges, made, panels, work)
     clear_table(table)
+    y_fall = stretch(fall_tilt)
     for cell in range(start, stop):
         kept[:] = 0.0
         kept[:_MOST] = math.inf
-        ending, least, _, _ = reduce_cell(starts, cell, kind, fall_tilt, table, pieces, ways, near)
+        ending, least, _, _ = reduce_cell(starts, cell, kind, fall_tilt, y_fall, table, pieces, ways, near)
         normal, friction, state = math.nan, math.nan, motion_row.NO_MOTION
         falls_at_once = ending == FELL and kind < FIRST_WITH_POLES and abs(least) >= fall_tilt
         falls_at_once |= ending == EDGE_CHANGE

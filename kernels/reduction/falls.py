@@ -17,7 +17,7 @@ from kernels.reduction.nutation import (
 )
 from kernels.reduction.panels import TABLE_TYPES, Table, clear_table, table_memory
 from kernels.reduction.pieces import HIGH, SIGN
-from kernels.reduction.turning import COUNT
+from kernels.reduction.turning import COUNT, stretch
 
 
 @kernel
@@ -87,8 +87,9 @@ def fall_times(
     """
     table = Table(bodies, edges, made, panels, work)
     clear_table(table)
+    y_fall = stretch(fall_tilt)
     for cell in range(start, stop):
-        ending, _, _, _ = reduce_cell(starts, cell, kind, fall_tilt, table, pieces, ways, near)
+        ending, _, _, _ = reduce_cell(starts, cell, kind, fall_tilt, y_fall, table, pieces, ways, near)
         times[cell] = math.nan
         if ending == FELL and ways[0, COUNT] == 0.0:
             times[cell] = 0.0

@@ -36,6 +36,9 @@ _FIRST, _LAST = 8, 648
 #: finer sum is about the third power of the difference, but two sums may agree by accident.
 _AT_ONCE, _TWICE, _BEFORE = 1e-11, 1e-8, 1e-2
 
+#: Sines of half the angles at the nodes of the sums with 8, 24, ... nodes, one sum after the other.
+_SINES = np.concatenate([np.sin(0.5 * np.pi * (np.arange(n) + 0.5) / n) for n in _FIRST * 3 ** np.arange(5)])
+
 #: Nodes and weights of Gauss's rule on a piece of the angle.
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 #: A piece is short enough if halving changes it by less than this share, and if the heading turns by less [rad].
@@ -114,11 +117,13 @@ def describe_nutation(table, pieces, ways, near):
 
 
 @kernel
-def _place_at(nutation, angle):
-    """(y, dy/dangle in magnitude) at an angle; y is measured from the nearer end, without cancellation."""
+def _place_at(nutation, sine, cosine):
+    """(y, dy/dangle in magnitude) at an angle, from sine and cosine of half of it.
+
+    y is measured from the nearer end, without cancellation.
+    """
     low, high, place, width = nutation.low, nutation.high, nutation.place, nutation.width
     length, begin = nutation.length, nutation.begin
-    sine, cosine = math.sin(0.5 * angle), math.cos(0.5 * angle)
     if nutation.backward:
         sine, cosine = cosine, sine
     if nutation.kind == 2:
@@ -160,7 +165,13 @@ def rates_at(nutation, angle, turns):
 
     Only the time is computed unless the heading `turns`.
     """
-    y, stretch = _place_at(nutation, angle)
+    return _rates_at(nutation, math.sin(0.5 * angle), math.cos(0.5 * angle), turns)
+
+
+@kernel
+def _rates_at(nutation, sine, cosine, turns):
+    """`rates_at`, from sine and cosine of half the angle."""
+    y, stretch = _place_at(nutation, sine, cosine)
     pieces = nutation.pieces
     turn = number = 0
     for way in range(2):
@@ -171,9 +182,9 @@ def rates_at(nutation, angle, turns):
     t = (y - piece[AWAY]) / piece[LENGTH]
     t = t if piece[SIGN] == pieces[0, 0, SIGN] else -t
     side = int(piece[SIDE])
-    body, half = body_on(nutation.table, side), math.tanh(0.5 * (piece[FROM] + t * piece[LENGTH]))
-    per = 1.0 / (1.0 + half * half)
-    S, C = 2.0 * half * per, (1.0 - half) * (1.0 + half) * per
+    body, decay = body_on(nutation.table, side), math.exp(-(piece[FROM] + t * piece[LENGTH]))
+    per = 1.0 / (1.0 + decay * decay)
+    S, C = (1.0 - decay * decay) * per, 2.0 * decay * per
     a, b, r, _ = meridian(S, C, body)
     time = C * stretch * math.sqrt(0.5 * (body.transverse + a * a + b * b) / kinetic_at(piece, t))
     if not turns:
@@ -187,13 +198,14 @@ def rates_at(nutation, angle, turns):
 @kernel
 def _sum_time(nutation):
     """Time between the turning points by the midpoint rule; NaN if it does not settle."""
-    count, before, change, total = _FIRST, math.inf, math.inf, 0.0
+    count, first, before, change, total = _FIRST, 0, math.inf, math.inf, 0.0
     while count <= _LAST:
         for j in range(count):
             # tripling keeps every third node
             if count == _FIRST or j % 3 != 1:
-                total += rates_at(nutation, (j + 0.5) * math.pi / count, False)[0]
-        time = total * math.pi / count
+                sine, cosine = _SINES[first + j], _SINES[first + count - 1 - j]
+                total += _rates_at(nutation, sine, cosine, False)[0]
+        first, time = first + count, total * math.pi / count
         earlier, change = change, abs(time - before)
         if change <= _AT_ONCE * time or (change <= _TWICE * time and earlier <= _BEFORE * time):
             return time

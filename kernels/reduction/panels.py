@@ -41,7 +41,7 @@ S_S, S_P, P_S, P_P, SS, SP, PP, ONE = range(8)
 #: the inner end, and back; the climb from end to end; the bound of the second derivative of the climb, for 1, s_0^2
 #: and p_0^2; the slope dV/dy at both ends, for 1, s p and p^2 there.
 NUMBERS = 8
-HALF, TO_OUTER, TO_INNER, FROM_OUTER, FROM_INNER, CLIMB, BEND, OUTER_SLOPE, INNER_SLOPE = (
+HALF, TO_OUTER, TO_INNER, FROM_OUTER, FROM_INNER, CLIMB, MOST_BEND, OUTER_SLOPE, INNER_SLOPE = (
     0, 1, 5, 9, 13, 17, 21, 24, 27,
 )  # fmt: skip
 _ROWS, _COLUMNS = 9, 30
@@ -252,7 +252,7 @@ def _fill_end(x, y, to, back, slope, body, panel):
 def _fill_bounds(panel):
     """Fill the climb from end to end and the bound of its second derivative."""
     numbers = panel[NUMBERS]
-    numbers[BEND : BEND + 3] = 0.0
+    numbers[MOST_BEND : MOST_BEND + 3] = 0.0
     for i in range(4):
         climb = bend = 0.0
         for n in range(TERMS):
@@ -261,11 +261,11 @@ def _fill_bounds(panel):
             bend += n * (n + 1) * abs(panel[SS + i, n])
         numbers[CLIMB + i] = climb
         if i == 3:
-            numbers[BEND] += bend
+            numbers[MOST_BEND] += bend
         else:
             # |s p| is at most half the sum of both squares
-            numbers[BEND + 1] += (1.0, 0.5, 0.0)[i] * bend
-            numbers[BEND + 2] += (0.0, 0.5, 1.0)[i] * bend
+            numbers[MOST_BEND + 1] += (1.0, 0.5, 0.0)[i] * bend
+            numbers[MOST_BEND + 2] += (0.0, 0.5, 1.0)[i] * bend
 
 
 @kernel

@@ -33,6 +33,7 @@ from kernels.reduction.nutation import (
     rates_at,
 )
 from kernels.reduction.panels import TABLE_TYPES, Table, clear_table, table_memory
+from kernels.reduction.turning import stretch
 
 _COUNT = NODES.size
 
@@ -247,8 +248,11 @@ def paths(
     """
     table = Table(bodies, edges, made, panels, work)
     clear_table(table)
+    y_fall = stretch(fall_tilt)
     for cell in range(start, stop):
-        ending, least, greatest, _ = reduce_cell(starts, cell, kind, fall_tilt, table, pieces, ways, near)
+        ending, least, greatest, _ = reduce_cell(
+            starts, cell, kind, fall_tilt, y_fall, table, pieces, ways, near
+        )
         # through a pole the heading jumps by half a turn: a nutation does not go back on itself
         passes = max(-least, greatest) >= 0.5 * math.pi
         turn, drift, inner, outer, shape = math.nan, math.nan, math.nan, math.nan, row.UNKNOWN_PATH

@@ -14,11 +14,16 @@ from kernels.reduction.panels import HALF, NUMBERS, ONE, PP, SP, SS, TERMS, need
 #: Numbers of a piece: side and number of its panel; sign of the tilts there; centre of the panel and half its length;
 #: the lowest and the highest y of the motion on it, measured from the start towards the side of the start; |y| where
 #: the piece begins; the same, measured as those two; K and F there (F per half length, outward); (s, p) at the centre
-#: of the panel; whether q has been formed; its coefficients.
+#: of the panel; whether q has been formed; the second derivative of the potential where the piece begins, per half
+#: length squared; the coefficients of q.
 (
-    SIDE, PANEL, SIGN, CENTRE, LENGTH, LOW, HIGH, FROM, AWAY, KINETIC, SLOPE, S_CENTRE, P_CENTRE, FORMED, QUOTIENT,
-) = range(15)  # fmt: skip
+    SIDE, PANEL, SIGN, CENTRE, LENGTH, LOW, HIGH, FROM, AWAY, KINETIC, SLOPE, S_CENTRE, P_CENTRE, FORMED, BEND,
+    QUOTIENT,
+) = range(16)  # fmt: skip
 PIECE = QUOTIENT + TERMS - 1
+
+#: Highest power of q: an even one.
+_LAST = TERMS - 2
 
 
 @kernel
@@ -45,33 +50,45 @@ def form_quotient(table, piece):
     panel = table.panels[int(piece[SIDE]), int(piece[PANEL])]
     s, p = piece[S_CENTRE], piece[P_CENTRE]
     ss, sp, pp, x = s * s, s * p, p * p, (piece[FROM] - piece[CENTRE]) / piece[LENGTH]
-    once = twice = 0.0
+    once = twice = thrice = 0.0
     for n in range(TERMS - 1, 0, -1):
         climb = ss * panel[SS, n] + sp * panel[SP, n] + pp * panel[PP, n] + panel[ONE, n]
         once = climb + x * once
         twice = once + x * twice
+        thrice = twice + x * thrice
         piece[QUOTIENT + n - 1] = twice
-    piece[FORMED] = 1.0
+    piece[FORMED], piece[BEND] = 1.0, 2.0 * thrice
 
 
 @kernel
 def kinetic_at(piece, t):
     """Kinetic energy of the tilt at the distance t outward, in half lengths."""
-    x, q = (piece[FROM] - piece[CENTRE]) / piece[LENGTH] + t, 0.0
-    for n in range(TERMS - 2, -1, -1):
-        q = q * x + piece[QUOTIENT + n]
-    return piece[KINETIC] - t * (piece[SLOPE] + t * q)
+    x = (piece[FROM] - piece[CENTRE]) / piece[LENGTH] + t
+    square, even, odd = x * x, 0.0, 0.0
+    # even and odd powers apart: two short chains take less time than a long one
+    for n in range(_LAST, -1, -2):
+        even = even * square + piece[QUOTIENT + n]
+    for n in range(_LAST - 1, -1, -2):
+        odd = odd * square + piece[QUOTIENT + n]
+    return piece[KINETIC] - t * (piece[SLOPE] + t * (even + x * odd))
 
 
 @kernel
 def look_along(piece, t):
     """Kinetic energy, and first and second derivative of the potential, at the distance t outward, in half lengths."""
     x = (piece[FROM] - piece[CENTRE]) / piece[LENGTH] + t
-    q = first = second = 0.0
-    for n in range(TERMS - 2, -1, -1):
-        second = second * x + first
-        first = first * x + q
-        q = q * x + piece[QUOTIENT + n]
+    square, even, odd = x * x, 0.0, 0.0
+    even_slope = odd_slope = even_bend = odd_bend = 0.0
+    for n in range(_LAST, -1, -2):
+        even_bend = even_bend * square + even_slope
+        even_slope = even_slope * square + even
+        even = even * square + piece[QUOTIENT + n]
+    for n in range(_LAST - 1, -1, -2):
+        odd_bend = odd_bend * square + odd_slope
+        odd_slope = odd_slope * square + odd
+        odd = odd * square + piece[QUOTIENT + n]
+    q, first = even + x * odd, odd + 2.0 * x * (even_slope + x * odd_slope)
+    second = even_slope + 3.0 * x * odd_slope + 4.0 * square * (even_bend + x * odd_bend)
     slope = piece[SLOPE]
     return (
         piece[KINETIC] - t * (slope + t * q), slope + t * (2.0 * q + t * first),

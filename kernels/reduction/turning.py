@@ -6,11 +6,11 @@ from kernels.bodies.shapes import FIRST_WITH_POLES, RIM
 from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL, STEADY, UNRESOLVED
 from kernels.jit import kernel
 from kernels.reduction.panels import (
-    BEND,
     CLIMB,
     FROM_INNER,
     FROM_OUTER,
     INNER_SLOPE,
+    MOST_BEND,
     NUMBERS,
     OUTER_SLOPE,
     POLE,
@@ -25,6 +25,7 @@ from kernels.reduction.panels import (
 )
 from kernels.reduction.pieces import (
     AWAY,
+    BEND,
     CENTRE,
     FROM,
     HIGH,
@@ -107,9 +108,9 @@ def _first_turn(piece, sense, most):
         Distance in `sense`, NaN if there is none; kinetic energy, and both derivatives of the potential, there or at
         the end; distance outward of a maximum of the potential, NaN if there is none.
     """
-    _, slope, bend = look_along(piece, 0.0)
+    bend = piece[BEND]
     end, end_slope, end_bend = look_along(piece, sense * most)
-    slope, last = sense * slope, sense * end_slope
+    slope, last = sense * piece[SLOPE], sense * end_slope
     low, top, begin, stop, hides = 0.0, math.nan, 0.0, most, False
     if slope > 0.0 and last > 0.0 and bend < 0.0 < end_bend:
         stop = find_change(piece, 0.0, sense * most, -1.0, 2) * sense
@@ -173,7 +174,7 @@ def _cross(table, piece, sense):
     )
     ss, sp, pp = s * s, s * p, p * p
     climb = numbers[CLIMB] * ss + numbers[CLIMB + 1] * sp + numbers[CLIMB + 2] * pp + numbers[CLIMB + 3]
-    bend = numbers[BEND] + numbers[BEND + 1] * ss + numbers[BEND + 2] * pp
+    bend = numbers[MOST_BEND] + numbers[MOST_BEND + 1] * ss + numbers[MOST_BEND + 2] * pp
     to, at = (TO_OUTER, OUTER_SLOPE) if sense > 0.0 else (TO_INNER, INNER_SLOPE)
     s, p = numbers[to] * s + numbers[to + 1] * p, numbers[to + 2] * s + numbers[to + 3] * p
     slope = piece[LENGTH] * (numbers[at] + p * (numbers[at + 1] * s + numbers[at + 2] * p))
@@ -284,7 +285,7 @@ def _place_start(table, kind, tilt, w, o, s, piece):
     piece[S_CENTRE], piece[P_CENTRE] = pair_at_centre(table, side, k, x, s, p)
     form_quotient(table, piece)
     numbers = table.panels[side, k, NUMBERS]
-    bends = numbers[BEND] + numbers[BEND + 1] * s * s + numbers[BEND + 2] * p * p
+    bends = numbers[MOST_BEND] + numbers[MOST_BEND + 1] * s * s + numbers[MOST_BEND + 2] * p * p
     terms = abs(constant) + abs(p * mixed * s) + abs(square * p * p)
     return w, (terms, bends / (piece[LENGTH] * piece[LENGTH]))
 
@@ -324,7 +325,7 @@ def find_extremes(table, kind, tilt, w, o, s, y_fall, pieces, ways, near):
         return STEADY, tilt, tilt, 0.0
     limit = math.inf if kind >= FIRST_WITH_POLES else y_fall
     sense = math.copysign(1.0, w if w != 0.0 else -begin[SLOPE])
-    if begin[SLOPE] == 0.0 and look_along(begin, 0.0)[2] < 0.0:
+    if begin[SLOPE] == 0.0 and begin[BEND] < 0.0:
         # kicked off the maximum itself
         _note_passed(begin, 0.0, 0.0, 0.0, near)
     for i in range(PIECE):
@@ -334,9 +335,8 @@ def find_extremes(table, kind, tilt, w, o, s, y_fall, pieces, ways, near):
     for turn in range(2):
         if turn == 1 and w == 0.0:
             # the start is a turning point
-            bend = look_along(begin, 0.0)[2]
-            rounding = 16.0 * _EPS * abs(terms[0] * begin[SLOPE] * length / bend)
-            _note_beyond(begin, 0.0, begin[SLOPE], bend, rounding, near)
+            rounding = 16.0 * _EPS * abs(terms[0] * begin[SLOPE] * length / begin[BEND])
+            _note_beyond(begin, 0.0, begin[SLOPE], begin[BEND], rounding, near)
             break
         ending, y = _follow(table, pieces[turn], ways[turn], sense, limit, kind == RIM, terms, near)
         if ending == UNRESOLVED or not abs(near[TOP]) > 4.0 * near[TOP_ROUNDING]:
