@@ -25,18 +25,18 @@ import quadruple
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
+import disk_reduction
 import kernel_runner
 import referee
 import turning_reference as digits
 
 import sweep
+from kernels.bodies.arrays import REDUCED
 from kernels.disk.arrays import PARAMETERS, TILT_RATE
 from kernels.disk.endings import BOUNDED, FELL, UNRESOLVED
-from kernels.disk.exact.arrays import EXACT_COUNTS, EXACT_MEASURES
 from sweep.engine.compute import reach_and_scale
 from sweep.engine.grid import completed, whole
 from sweep.model.description import Starts
-from sweep.model.disk.exact import EXTREMES
 from sweep.model.quantity import STABLE, UNSTABLE, Array
 
 FALL = math.radians(89.0)
@@ -91,9 +91,8 @@ KINDS = ("six decades", "moderate", "fast", "slow", "nearly upright", "nearly fl
 
 def exact(given: Array, fall: float = FALL, with_period: bool = False) -> dict[str, Any]:
     """Measures and counts of the exact reduction by name."""
-    measures, counts = EXTREMES.load()(given, fall, with_period)
-    names = (*EXACT_MEASURES, *EXACT_COUNTS)
-    return dict(zip(names, (*measures, *counts), strict=True))
+    measures, counts = disk_reduction.extremes(given, fall, with_period)
+    return dict(zip((*REDUCED, "ending", "wells"), (*measures, *counts), strict=True))
 
 
 def true_errors(found: Any, low: Array, high: Array) -> Array:
@@ -151,10 +150,9 @@ def separatrices(count: int, rng: np.random.Generator) -> Array:
             roll_rate=rng.normal(0, 0.5, n) * (rng.random(n) < 0.8),
             alpha=rng.uniform(0.02, 1.0, n), radius=1.0, gravity=1.0,
         )  # fmt: skip
-        height = exact(given)["separatrix"]
-        behind = np.flatnonzero(height > 1e-5)
-        rate = np.sqrt(2.0 * height[behind] / (1.0 + 0.5 * given[4, behind]))
-        made += [(given[:, i], w) for i, w in zip(behind, rate, strict=True)]
+        behind = np.flatnonzero(exact(given)["separatrix"] > 1e-5)
+        rates = disk_reduction.rates_to_maxima(given[:, behind], FALL)
+        made += [(given[:, i], w) for i, w in zip(behind, rates, strict=True)]
     shares = np.concatenate([sign * 10.0 ** rng.uniform(-15, -2, 40) for sign in (-1.0, 1.0)])
     crowd = []
     for start, rate in made[:count]:

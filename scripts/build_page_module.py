@@ -28,9 +28,10 @@ def build() -> bytes:
     """Return the bytes of the module; in a process that has compiled nothing yet."""
     wasm.begin()
     from kernels.page.c_library import C_LIBRARY
-    from kernels.page.module import ENTRIES, sizes
+    from kernels.page.module import ENTRIES
+    from kernels.page.sizes import sizes_of
 
-    made: bytes = wasm.module(ENTRIES, C_LIBRARY, {**sizes(), "made_of": sources()})
+    made: bytes = wasm.module(ENTRIES, C_LIBRARY, {**sizes_of(ENTRIES), "made_of": sources()})
     return made
 
 

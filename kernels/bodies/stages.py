@@ -9,7 +9,8 @@ from typing import NamedTuple
 from kernels.bodies import arrays as row
 from kernels.bodies import layout as at
 from kernels.bodies.equations import lane_step
-from kernels.bodies.shapes import FIRST_WITH_POLES, RIM, Body, arc_of
+from kernels.bodies.shapes import RIM, Body
+from kernels.bodies.starts import body_of, is_possible, side_of
 from kernels.disk.endings import EDGE_CHANGE, FELL, INVALID
 from kernels.disk.leg_control import _write_at_once
 from kernels.disk.step_size import prepared_settings as settings_of_disk
@@ -36,49 +37,6 @@ def prepared_settings(settings):
         run.duration, run.step, run.fall_tilt, run.tolerance, run.cos_fall_tilt, run.relative_step,
         settings[row.BODY],
     )  # fmt: skip
-
-
-_arc_of = kernel(arc_of)
-
-
-@kernel
-def body_of(starts, cell, kind):
-    """The `Body` of a cell; `kind` is its number."""
-    arc = _arc_of(
-        kind,
-        starts[row.TUBE, cell],
-        starts[row.THICKNESS, cell],
-        starts[row.FILLET, cell],
-        starts[row.OFFSET, cell],
-        starts[row.FLATTENING, cell],
-    )
-    axial, transverse = starts[row.AXIAL_MOMENT, cell], starts[row.TRANSVERSE_MOMENT, cell]
-    # the mirror image of a body on its other edge
-    shift = -arc.shift if kind == RIM and starts[row.TILT, cell] < 0.0 else arc.shift
-    return Body(arc.core, shift, arc.edge, arc.square, axial, transverse, axial / transverse)
-
-
-@kernel
-def side_of(kind, tilt):
-    """Sign of the tilts on the edge that a body rolls on; 0 if it has no other edge."""
-    return math.copysign(1.0, tilt) if kind == RIM else 0.0
-
-
-@kernel
-def is_possible(starts, cell, kind, body):
-    """Whether a start is one: finite, inside 90 deg, with moments and an arc that a body can have."""
-    tilt_rate, precession_rate = starts[row.TILT_RATE, cell], starts[row.PRECESSION_RATE, cell]
-    finite = math.isfinite(tilt_rate) and math.isfinite(precession_rate)
-    finite = finite and math.isfinite(starts[row.ROLL_RATE, cell]) and math.isfinite(body.shift)
-    heavy = 0.0 < body.axial <= 2.0 * body.transverse < math.inf
-    fits = kind != RIM or starts[row.FILLET, cell] <= 0.5 * starts[row.THICKNESS, cell]
-    # the centre of mass lies between the poles
-    fits = fits and (kind < FIRST_WITH_POLES or body.shift * body.shift < body.square)
-    convex = body.core >= 0.0 and body.edge >= 0.0 and 0.0 < body.core + body.edge < math.inf
-    convex = convex and 0.0 < body.square < math.inf
-    inside = abs(starts[row.TILT, cell]) < 0.5 * math.pi
-    squared = starts[row.RADIUS, cell] / starts[row.GRAVITY, cell]
-    return finite and heavy and fits and convex and inside and 0.0 < squared < math.inf
 
 
 @simd

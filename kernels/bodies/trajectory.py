@@ -20,7 +20,7 @@ from kernels.bodies.equations import (
     tilt_acceleration,
     whole_energy,
 )
-from kernels.bodies.stages import body_of, side_of
+from kernels.bodies.starts import body_of, side_of
 from kernels.disk.arrays import PRECESSION_RATE, ROLL_RATE, TILT, TILT_RATE
 from kernels.disk.endings import EDGE_CHANGE, FELL, HORIZON, UNRESOLVED
 from kernels.disk.equations import scaled_state

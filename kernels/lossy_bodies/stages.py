@@ -9,7 +9,7 @@ from typing import NamedTuple
 from kernels.bodies import arrays as body_row
 from kernels.bodies.equations import energy_gained, whole_energy
 from kernels.bodies.shapes import RIM, TORUS, Body
-from kernels.bodies.stages import body_of, is_possible, side_of
+from kernels.bodies.starts import body_of, is_possible, side_of
 from kernels.disk.equations import scaled
 from kernels.jit import kernel, simd
 from kernels.lossy_bodies import arrays as row

@@ -4,7 +4,7 @@ import math
 
 from kernels.bodies import arrays as body_row
 from kernels.bodies.equations import curvature_radius, height, levers
-from kernels.bodies.stages import body_of, side_of
+from kernels.bodies.starts import body_of, side_of
 from kernels.disk.equations import scaled_state
 from kernels.jit import kernel
 from kernels.lanes.binding import variant

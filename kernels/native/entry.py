@@ -150,10 +150,6 @@ class Entry:
         found = struct.unpack_from("=" + "".join(map(_CODES.__getitem__, results)), result)
         return found if len(found) > 1 else (found[0] if found else None)
 
-    def address(self):
-        """Return the address of the C function, for compiled code (`kernels.native.by_address`)."""
-        return ctypes.cast(self._loaded()[0], ctypes.c_void_p).value
-
     def make_ready(self):
         """Load the machine code now, and not at the first call."""
         if not PLAIN:

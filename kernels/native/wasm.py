@@ -77,8 +77,7 @@ def module(entries, c_library, more):
     Parameters
     ----------
     entries : mapping of str to kernels.native.entry.Entry
-        Name of an exported function -> the entry point. ``NAME_place`` returns its place in the table of functions, its
-        address for compiled code (`kernels.native.by_address`).
+        Name of an exported function -> the entry point.
     c_library : mapping of str to kernels.native.function.LazyFunction
         Name of a function of the C library -> what takes its place, of numbers.
     more : mapping
@@ -104,19 +103,16 @@ def module(entries, c_library, more):
         listed[name] = {"arguments": [each[:3] for each in entry.arguments], "results": results}
         for text in parts:
             link(text.replace(f"@{made}(", f"@{name}("))
-        arguments = ", ".join(str(each.type) for each in whole.get_function(name).arguments)
-        link(_place(name, arguments))
     # such a function may call others
     while called := [name for name in _outside(whole) if name.removeprefix("c_") in c_library]:
         for name in called:
             for text in _c_function(name, c_library[name.removeprefix("c_")], linked):
                 link(text)
-    exported = [each for name in entries for each in (name, f"{name}_place")]
-    _optimise(whole, machine, exported)
+    _optimise(whole, machine, entries)
     if missing := [name for name in _outside(whole) if not name.startswith("llvm.")]:
         raise ValueError(f"This module has no function {', '.join(missing)}.")
     note = json.dumps({"entries": listed, **more}, separators=(",", ":"))
-    return exporting(machine.emit_object(whole), exported) + _section(_CUSTOM, _text(NOTE) + note.encode())
+    return exporting(machine.emit_object(whole), entries) + _section(_CUSTOM, _text(NOTE) + note.encode())
 
 
 def _outside(whole):
@@ -157,14 +153,6 @@ def _as_text(module):
     # variables that Numba shares between modules are each module's own: others have the same names
     return re.sub(
         r"= (?:common|weak_odr|weak|linkonce_odr) ((?:\w+ )*(?:global|constant) )", r"= internal \1", text
-    )
-
-
-def _place(name, arguments):
-    """Return the function that tells the place of another one in the table."""
-    return (
-        f"declare i32 @{name}({arguments})\n"
-        f"define i64 @{name}_place() {{\n  %place = ptrtoint ptr @{name} to i64\n  ret i64 %place\n}}\n"
     )
 
 

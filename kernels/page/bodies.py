@@ -6,18 +6,16 @@ from kernels.bodies import arrays as row
 from kernels.bodies import shapes, trajectory
 from kernels.bodies.poles import trajectory as poles
 from kernels.bodies.shapes import BALL, FIRST_WITH_POLES, NAMES, ROUNDED, SPHEROID, TORUS
-from kernels.bodies.stages import body_of
+from kernels.bodies.starts import body_of
 from kernels.jit import kernel
 from kernels.lossy_bodies import trajectory as lossy
 from kernels.native.entry import entry
+from kernels.page.sizes import sizes_of
 from kernels.page.starts import GIVEN, WOBBLE
 from kernels.reduction import contact_extremes
 from kernels.reduction.cells import reduce
 from kernels.reduction.panels import meridian
 from kernels.reduction.path import paths
-
-#: Cells that are treated at a time: all that the page asks for.
-_CHUNK = 2**31 - 1
 
 _torus, _solid, _spheroid = (
     kernel(each) for each in (shapes.torus_moments, shapes.solid_moments, shapes.spheroid_moments)
@@ -129,9 +127,4 @@ def entries_and_sizes(body, contact, goes):
         entries["contact"] = contact_extremes.contact_ellipses if is_ellipse else contact_extremes.contact
     if goes:
         entries["paths"] = paths
-    shapes_of = {
-        name: [each.shape for each in entries[name].memory()]
-        for name in ("reduce", "contact", "paths")
-        if name in entries
-    }
-    return entries, {"memory": shapes_of, "chunk": _CHUNK}
+    return entries, sizes_of(entries)

@@ -1,10 +1,8 @@
 """The entry points of the module of a page that computes a user's system: many cells, and the samples of one."""
 
+from kernels.page.sizes import sizes_of
 from kernels.system import integrate, path
 from kernels.system.integrate import program_of
-
-#: Cells that are treated at a time: all that the page asks for.
-_CHUNK = 2**31 - 1
 
 
 def entries_and_sizes(name):
@@ -17,5 +15,4 @@ def entries_and_sizes(name):
     """
     program = program_of(name)
     entries = {"integrate": integrate.entry_point(*program), "follow": path.entry_point(*program)}
-    memory = {name: [each.shape for each in entry.memory()] for name, entry in entries.items()}
-    return entries, {"memory": memory, "chunk": _CHUNK}
+    return entries, sizes_of(entries)

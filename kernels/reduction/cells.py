@@ -6,7 +6,7 @@ import numpy as np
 
 from kernels.bodies import arrays as row
 from kernels.bodies.shapes import FIRST_WITH_POLES, RIM, Body
-from kernels.bodies.stages import body_of, is_possible, side_of
+from kernels.bodies.starts import body_of, is_possible, side_of
 from kernels.disk.arrays import ENDING
 from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL, INVALID, UNRESOLVED
 from kernels.disk.equations import scaled_state

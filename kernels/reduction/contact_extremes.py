@@ -12,7 +12,7 @@ from kernels.bodies import ellipse, forces
 from kernels.bodies.forces import expand_forces
 from kernels.bodies.pair import expand, go_on, length_of
 from kernels.bodies.shapes import FIRST_WITH_POLES, Body
-from kernels.bodies.stages import body_of
+from kernels.bodies.starts import body_of
 from kernels.disk import motion_arrays as motion_row
 from kernels.disk.contact_extremes import _KEPT, _MOST, _judge, _look, _search_panel
 from kernels.disk.contact_extremes import _PANELS as PASSED

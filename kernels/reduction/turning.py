@@ -10,6 +10,7 @@ from kernels.reduction.panels import (
     FROM_INNER,
     FROM_OUTER,
     INNER_SLOPE,
+    LONGEST,
     MOST_BEND,
     NUMBERS,
     OUTER_SLOPE,
@@ -186,7 +187,8 @@ def _cross(table, piece, sense):
 @kernel
 def _rounding(number, most, way, terms):
     """Bound of the rounding of E - V at a distance from the start, on the piece with this number."""
-    grown = (terms[0] + terms[1] * way) * way if number == 0 else terms[0] * way
+    # farther out the kinetic energy is larger than what the second derivative at the start adds
+    grown = (terms[0] + (terms[1] * way if way < 2.0 * LONGEST else 0.0)) * way
     return 4.0 * _EPS * (4.0 + number) * (most + grown)
 
 
@@ -353,4 +355,5 @@ def find_extremes(table, kind, tilt, w, o, s, y_fall, pieces, ways, near):
         sense = -sense
     if sign < 0.0:
         least, greatest = -greatest, -least
-    return ending, least, greatest, error
+    # y becomes a tilt with a few roundings
+    return ending, least, greatest, max(error, 4.0 * _EPS * max(abs(least), abs(greatest)))

@@ -7,23 +7,28 @@ upright, and from there outward on each side.
 import math
 
 from kernels.bodies.shapes import RIM
-from kernels.bodies.stages import body_of, is_possible
+from kernels.bodies.starts import body_of, is_possible
 from kernels.jit import kernel
 from kernels.native.entry import parallel
 from kernels.reduction.carry import carry_on_side
 from kernels.reduction.cells import CHUNK, own_body, scaled_start
 from kernels.reduction.panels import (
+    FROM_INNER,
+    HALF,
+    INNER_SLOPE,
+    MOST_BEND,
+    NUMBERS,
     ONE,
+    OUTER_SLOPE,
     PP,
     SP,
     SS,
     TABLE_TYPES,
     TERMS,
+    TO_OUTER,
     Table,
     clear_table,
     need_panel,
-    pair_at,
-    pair_at_centre,
     table_memory,
     take_body,
 )
@@ -63,6 +68,31 @@ def _dips(table, side, k, low, high, s, p):
 
 
 @kernel
+def _look_across(numbers, s, p):
+    """What the numbers of a panel say of the slope of the potential, from (s, p) at its inner end.
+
+    Returns
+    -------
+    (slope per x at the inner end, at the outer end, bound of its derivative on the panel, (s, p) at the centre, (s, p)
+    at the outer end)
+    """
+    half = numbers[HALF]
+    inner = half * (numbers[INNER_SLOPE] + p * (numbers[INNER_SLOPE + 1] * s + numbers[INNER_SLOPE + 2] * p))
+    s, p = (
+        numbers[FROM_INNER] * s + numbers[FROM_INNER + 1] * p,
+        numbers[FROM_INNER + 2] * s + numbers[FROM_INNER + 3] * p,
+    )
+    bend = numbers[MOST_BEND] + numbers[MOST_BEND + 1] * s * s + numbers[MOST_BEND + 2] * p * p
+    centre = s, p
+    s, p = (
+        numbers[TO_OUTER] * s + numbers[TO_OUTER + 1] * p,
+        numbers[TO_OUTER + 2] * s + numbers[TO_OUTER + 3] * p,
+    )
+    outer = half * (numbers[OUTER_SLOPE] + p * (numbers[OUTER_SLOPE + 1] * s + numbers[OUTER_SLOPE + 2] * p))
+    return inner, outer, bend, centre, (s, p)
+
+
+@kernel
 def _count_on_side(table, side, s, p):
     """(wells on a side of upright, slope next to upright), from (s, p) upright.
 
@@ -71,11 +101,19 @@ def _count_on_side(table, side, s, p):
     k, wells, before, nearest = 0, 0, 0.0, 0.0
     while table.edges[k] < _FARTHEST:
         need_panel(table, side, k)
-        s, p = pair_at_centre(table, side, k, -1.0, s, p)
+        at_inner, at_outer, bend, centre, outer = _look_across(table.panels[side, k, NUMBERS], s, p)
+        if min(abs(at_inner), abs(at_outer)) > bend and at_inner * at_outer > 0.0:
+            # its slope keeps its sign on the whole panel
+            wells += 1 if before < 0.0 < at_inner else 0
+            nearest = at_inner if k == 0 else nearest
+            before, k, (s, p) = at_outer, k + 1, outer
+            continue
+        s, p = centre
         slope, bend = _slope_on(table, side, k, -1.0, s, p)
         low = -1.0, slope, bend
         if k == 0:
-            before = nearest = slope
+            # of a potential that is even about upright the slope there is 0
+            before = nearest = slope if slope != 0.0 else bend
         for j in range(1, _PLACES + 1):
             x = 2.0 * j / _PLACES - 1.0
             slope, bend = _slope_on(table, side, k, x, s, p)
@@ -88,8 +126,7 @@ def _count_on_side(table, side, s, p):
             before = slope if slope != 0.0 else abs(before)
             nearest = before if nearest == 0.0 else nearest
             low = high
-        s, p = pair_at(table, side, k, 1.0, s, p)
-        k += 1
+        k, (s, p) = k + 1, outer
     return wells + (1 if before < 0.0 else 0), nearest
 
 

@@ -21,12 +21,14 @@ Never raises. A cell's bits depend on the cell and the settings alone.
 
 import hashlib
 import json
-from functools import cache
 
 from kernels.lanes.binding import bind
 from kernels.lanes.interface import LaneModel
 from kernels.system import lanes
 from kernels.system.source import functions_of
+
+#: Arguments of `numbers_of` -> what it returned: both entry points of a system share their functions.
+_made = {}
 
 
 def entry_point(program, rates, extremes, events, endings, legs=lanes.LEGS):
@@ -54,7 +56,6 @@ def entry_point(program, rates, extremes, events, endings, legs=lanes.LEGS):
     )  # fmt: skip
 
 
-@cache
 def numbers_of(program, rates, extremes, events, endings, legs):
     """Return what all entry points of a system are made of.
 
@@ -69,6 +70,13 @@ def numbers_of(program, rates, extremes, events, endings, legs):
     copies : dict
         The others, as `kernels.lanes.binding.rebound_for` keeps them: both entry points call the same.
     """
+    given = program, rates, extremes, events, endings, legs
+    if given not in _made:
+        _made[given] = _make_numbers(*given)
+    return _made[given]
+
+
+def _make_numbers(program, rates, extremes, events, endings, legs):
     layout, made, text = functions_of(program, rates, extremes, events)
     numbers = {
         "STATES": len(rates), "EXTREMES": len(extremes), "EVENTS": len(events), "EVENT_ENDINGS": endings or (0,),

@@ -8,27 +8,30 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numba
 import numpy as np
 import numpy.typing as npt
 
 import sweep
+from kernels.bodies.shapes import TORUS
 from kernels.disk.arrays import (
     ALPHA,
     COUNTS,
     GRAVITY,
     MEASURES,
+    PARAMETERS,
     PRECESSION_RATE,
     RADIUS,
     ROLL_RATE,
     TILT,
     TILT_RATE,
 )
-from kernels.disk.exact.arrays import EXACT_NUTATION_PERIOD, EXACT_TILT_MAX, EXACT_TILT_MIN
 from sweep.engine import compute
 from sweep.engine.grid import whole
-from sweep.model.disk.exact import EXTREMES
+from sweep.model.disk.exact import reduce_bodies
+from sweep.model.disk.path import rows_of_disk
 
 Array = npt.NDArray[np.float64]
 #: (starts, accuracy setting) -> (seconds of one processor, peak tilts [rad])
@@ -82,15 +85,21 @@ def results(n: int) -> tuple[Array, npt.NDArray[np.int32]]:
     return np.empty((len(MEASURES), n)), np.zeros((len(COUNTS), n), np.int32)
 
 
+def reduce_disks(given: Array, timed: bool) -> dict[str, npt.NDArray[Any]]:
+    """Return what the exact reduction says of cells, by name."""
+    rows = rows_of_disk(dict(zip(PARAMETERS, given, strict=True)))
+    return reduce_bodies(rows, TORUS, FALL_TILT, timed)
+
+
 def peaks(given: Array) -> Array:
     """Return the exact peak tilts [rad]."""
-    measures, _ = EXTREMES.load()(given, FALL_TILT, False)
-    return np.asarray(np.maximum(np.abs(measures[EXACT_TILT_MIN]), np.abs(measures[EXACT_TILT_MAX])))
+    found = reduce_disks(given, False)
+    return np.asarray(np.maximum(np.abs(found["tilt_min"]), np.abs(found["tilt_max"])))
 
 
 def periods(given: Array) -> Array:
     """Return the exact nutation periods [s]."""
-    return np.asarray(EXTREMES.load()(given, FALL_TILT, True)[0][EXACT_NUTATION_PERIOD])
+    return np.asarray(reduce_disks(given, True)["nutation_period"])
 
 
 def scaled(given: Array) -> tuple[Array, Array]:

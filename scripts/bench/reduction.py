@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 import sweep
-from bench.problem import FALL_TILT, use_threads
+from bench.problem import reduce_disks, use_threads
 from sweep.engine.grid import whole
-from sweep.model.disk.exact import EXTREMES
 from sweep.platforms import most_threads
 
 
@@ -32,7 +31,7 @@ def _rates(words: list[str], preset: str, repeats: int) -> dict[str, Any]:
     starts = np.stack(list(whole(spec).values()))
 
     def reduce(with_period: bool) -> None:
-        EXTREMES.load()(starts, FALL_TILT, with_period)
+        reduce_disks(starts, with_period)
 
     return {
         "cells": spec.size,

@@ -12,10 +12,9 @@ import netCDF4
 import numpy as np
 
 import sweep
-from bench.problem import FALL_TILT
+from bench.problem import reduce_disks
 from bench.scaling import grid, kernel_seconds
 from sweep.engine.grid import blocks, chunks, starts_of
-from sweep.model.disk.exact import EXTREMES
 from sweep.platforms import most_threads
 
 #: Starts a command and prints the most memory [kB] that it had: what a child of this process had is not told apart.
@@ -73,10 +72,10 @@ def _reading_seconds(path: Path, spec: sweep.SweepSpec) -> float:
 
 def _exact_seconds(spec: sweep.SweepSpec) -> float:
     """Return the seconds of the exact reduction with the period, block by block."""
-    reduce, taken = EXTREMES.load(), 0.0
+    taken = 0.0
     for span in blocks(spec.size):
         starts = np.stack(list(starts_of(spec, span).values()))
         began = time.perf_counter()
-        reduce(starts, FALL_TILT, True)
+        reduce_disks(starts, True)
         taken += time.perf_counter() - began
     return taken

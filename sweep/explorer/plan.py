@@ -12,7 +12,6 @@ from sweep.explorer.system import is_system, system_cells
 from sweep.explorer.view import View
 from sweep.model.description import Model
 from sweep.model.disk.initial_conditions import circling
-from sweep.model.disk.model import STEEPEST_EXACT
 from sweep.model.disk.path import PATH_VARIABLES
 from sweep.model.disk.tables import STEADY_PRECESSION, STEADY_ROLL, WOBBLE
 from sweep.model.lossy_disk.tables import AIR_LAWS, LOSSES, NO_AIR
@@ -96,7 +95,6 @@ def plan(view: View) -> dict[str, Any]:
         "lossy": cells_of(_to_the_end(spec)) if lossy else None,
         "disk": (cells or _unjudged(spec)) if rolls else None,
         "motion": _motion_of(spec) if rolls else None,
-        "steepest": STEEPEST_EXACT,
     }
 
 
@@ -109,7 +107,7 @@ def _to_the_end(spec: SweepSpec) -> SweepSpec:
 def _unjudged(spec: SweepSpec) -> dict[str, Any]:
     """Return how the starts of a spec are completed and reduced without a verdict."""
     model = (BODY_MOTION if is_body(spec) else DISK_MOTION).model
-    fall_tilt = min(getattr(spec, "fall_tilt", STEEPEST_EXACT), STEEPEST_EXACT)
+    fall_tilt = getattr(spec, "fall_tilt", model.settings["fall_tilt"].default)
     never = {"terms": [{"value": 0.0}, {"value": 1.0}], "signs": [">"]}
     outcomes = [[UNDECIDED] * 3] * (max(each.code for each in model.endings) + 1)
     return {

@@ -36,13 +36,18 @@ class Shown:
     values : callable
         (spec, columns) -> array, shape (n,): float64, or the codes of `quantity`.
     timed : bool
-        Whether it needs more than the extremes, and so half as much time again.
+        Whether it needs the period or more, and so several times as long.
     """
 
     quantity: Quantity
     needs: tuple[str, ...]
     values: Callable[[SweepSpec, Columns], npt.NDArray[Any]]
     timed: bool = False
+
+    @property
+    def from_extremes(self) -> bool:
+        """Whether the extremes are enough."""
+        return not self.timed and "wells" not in self.needs
 
 
 def shown_of(spec: SweepSpec) -> dict[str, Shown]:

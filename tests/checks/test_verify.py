@@ -4,6 +4,7 @@ import pytest
 import referee
 import xarray as xr
 from auditing import ENDINGS, PRESETS, atlas, changed, coarse, counts, flags, moved
+from disk_reduction import rates_to_maxima
 from messages import assert_facts
 
 import sweep
@@ -162,8 +163,7 @@ def test_unresolved_cells_are_counted_apart():
     assert counts(lost) == {"unresolved_in_the_atlas": 3}
     # pushed just as hard as it takes to reach the saddle of its potential: whether it passes is not known to rounding
     words = {"tilt": "20deg", "roll_rate": 1.0}
-    height = float(sweep.run(SweepSpec(**words, method="exact")).separatrix)
-    push = -np.sqrt(2.0 * height / 1.25 * 9.81 / 0.5)
+    push = -float(rates_to_maxima(referee.starts(tilt=np.radians(20.0), roll_rate=1.0))[0])
     saddle = sweep.run(SweepSpec(**words, tilt_rate=[push, 0.5 * push], duration=0.05))
     assert counts(saddle) == {"unresolved_by_the_reduction": 1, "within": 1}
     assert findings(verify(saddle)).passed

@@ -24,10 +24,11 @@ def test_it_is_made_of_the_kernels_of_today():
 def test_its_note_says_how_it_is_called():
     """Every entry point is there with its arguments, and those of the kernels have their types."""
     entries = note_of(TARGET.read_bytes())["entries"]
-    assert entries["reduce"]["arguments"][4:7] == [
+    assert entries["reduce"]["arguments"][4:8] == [
         ["starts", "float64", 2],
+        ["kind", "float64", 0],
         ["fall_tilt", "float64", 0],
-        ["periods_at", "int64", 0],
+        ["timed", "int64", 0],
     ]
     assert entries["trajectory"]["results"] == ["int64", "int64", "float64", "int64"]
 

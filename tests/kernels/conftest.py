@@ -2,10 +2,10 @@
 
 import pytest
 
-from sweep.model.disk.exact import EXTREMES, FALL_TIMES
+from sweep.model.disk.exact import FALL_TIMES, REDUCE
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _kept_on_disk():
-    EXTREMES.load()
+    REDUCE.load()
     FALL_TIMES.load()

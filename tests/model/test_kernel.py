@@ -16,7 +16,7 @@ from messages import assert_facts, refused
 import kernels
 from sweep.errors import RequestError, SurroundingsWarning
 from sweep.model import kernel
-from sweep.model.disk.exact import EXTREMES
+from sweep.model.disk.exact import REDUCE
 from sweep.model.disk.model import DISK
 from sweep.model.kernel import Kernel, cache_folder, check_cache, closure, code_hash
 from sweep.model.lossy_disk.model import integrator
@@ -143,11 +143,11 @@ print(json.dumps([before, list(changed.values()), "numba" in sys.modules, list(m
 
 ALL, RK4 = ["rk4", "exact", "contact", "steady"], ["rk4", "contact", "steady"]
 EDITS = [
-    ("kernels/disk/equations.py", "unit * tilt_rate,", "3.0 * unit * tilt_rate,", RK4),
+    ("kernels/disk/equations.py", "unit * tilt_rate,", "3.0 * unit * tilt_rate,", ALL),
     ("kernels/disk/rk4.py", "", "_MORE = 1\n", RK4),
     ("kernels/lanes/schedule.py", "", "_MORE = 1\n", RK4),
     ("kernels/native/function.py", '"contract"', '"contract", "reassoc"', ALL),
-    ("kernels/disk/exact/root.py", "", "_MORE = 1\n", ["exact"]),
+    ("kernels/reduction/turning.py", "", "_MORE = 1\n", ["exact"]),
     ("kernels/disk/contact.py", "", "_MORE = 1\n", []),
     ("kernels/disk/contact_extremes.py", "", "_MORE = 1\n", ["contact"]),
     ("kernels/disk/equations.py", "", "# a remark\n", []),
@@ -355,7 +355,7 @@ def test_a_width_of_vectors_that_is_none_is_refused(toy, monkeypatch):
 def test_a_cache_that_holds_nothing_is_refused(tmp_path, monkeypatch):
     """If the kernels that were used are not kept, they will be compiled each time: the folder is named."""
     monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
-    used = [DISK.integrate, EXTREMES]
+    used = [DISK.integrate, REDUCE]
     # what another version has kept is no use
     modules = sorted({module for each in used for module, _ in each._entries()})
     folders = [tmp_path / "another version", *(cache_folder([each]) for each in modules)]

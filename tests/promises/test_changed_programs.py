@@ -37,7 +37,7 @@ HARMLESS = [
     ("sweep/engine/grid.py", "BLOCK_CELLS = 2**17", "BLOCK_CELLS = 2**16"),
     ("kernels/disk/motion_arrays.py", '"friction_along"', '"friction_ahead"'),
     ("sweep/version.py", '__version__ = "', '__version__ = "99.'),
-    ("kernels/disk/exact/potential.py", "cos1 = there", "cos1 = there\n    cos1 *= 2.0"),
+    ("kernels/reduction/turning.py", "_EPS = 2.0**-52", "_EPS = 2.0**-51"),
     ("kernels/disk/contact_extremes.py", "_KNOWN = 2.5e-7", "_KNOWN = 2.5e-8"),
     ("sweep/figures/scales.py", "SQUEEZED = 20.0", "SQUEEZED = 30.0"),
 ]
@@ -58,7 +58,7 @@ DECISIVE = [
     ),
     ("rk4", "sweep/request/sources.py", "return np.linspace(", "return np.geomspace("),
     ("contact", "kernels/disk/contact_extremes.py", "_KNOWN = 2.5e-7", "_KNOWN = 2.5e-8"),
-    ("exact", "kernels/disk/exact/potential.py", "cos1 = there", "cos1 = there\n    cos1 *= 2.0"),
+    ("exact", "kernels/reduction/turning.py", "_EPS = 2.0**-52", "_EPS = 2.0**-51"),
 ]
 
 

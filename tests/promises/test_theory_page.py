@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 import sweep
 from kernels.disk import contact, equations, error_estimate, steady
 from kernels.disk.endings import BOUNDED
-from kernels.disk.exact import legendre
+from kernels.reduction import turning
 from sweep.model.disk import theory
 
 PAGE = Page("theory.md")
@@ -374,7 +374,7 @@ def test_the_reduced_motion(v):
     over = equations.energy(*(v[name] for name in "SCwos"), v["alpha"])
     check("reduced", {**v, "E": over * v["m"] * v["g"] * v["R"]}, defines=("V",))
     to_y = v["C"] / v["w"]
-    v["y"] = legendre.stretched.py_func(v["S"], v["C"])
+    v["y"] = turning.stretch.py_func(math.asin(v["S"]))
     v |= {"p": v["o"] * v["C"], "ds/dy": v["ds/dtau"] * to_y}
     v["dp/dy"] = (v["do/dtau"] * v["C"] + v["o"] * v["dC/dtau"]) * to_y
     check("stretched", v, 1e-11)

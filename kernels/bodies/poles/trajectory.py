@@ -18,7 +18,7 @@ from kernels.bodies.poles.equations import (
     lost_energy,
     turning_square,
 )
-from kernels.bodies.stages import body_of
+from kernels.bodies.starts import body_of
 from kernels.bodies.trajectory import Flow, Forces, _trajectory
 from kernels.disk.endings import HORIZON
 from kernels.disk.equations import scaled_state

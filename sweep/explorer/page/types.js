@@ -175,7 +175,6 @@
  * @property {Plan|null} lossy
  * @property {Plan|null} disk
  * @property {MotionPlan|null} motion
- * @property {number} steepest  the largest fall tilt of the exact reduction
  */
 
 /**

@@ -30,7 +30,7 @@ from sweep.model.bodies.shape import (
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk import theory as of_disk
 from sweep.model.disk.contact import slipping
-from sweep.model.disk.exact import without_vague
+from sweep.model.disk.exact import ExactReduction, reduce_bodies, without_vague
 from sweep.model.disk.initial_conditions import check_steady_rates, circling
 from sweep.model.disk.model import DISK, untimed
 from sweep.model.disk.path import PATH_VARIABLES, call_by_body, path_columns
@@ -159,7 +159,9 @@ class Bodies(Model):
             "kernels.bodies.shapes",
             complete.__module__,
             Bodies.kernel_settings,
-            BodyReduction.measures,
+            ExactReduction.measures,
+            BodyReduction.rows,
+            reduce_bodies,
             without_vague,
             path_of_bodies,
             path_columns,

@@ -6,18 +6,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from kernels.bodies import shapes
-from kernels.disk import arrays
-from kernels.disk.exact import arrays as exact_arrays
+from kernels.bodies import arrays, shapes
 from sweep.errors import counted
 from sweep.model.audit import Audit, CellCheck
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.disk.cell_checks import MEASURES, ReducedCells, cell_checks
 from sweep.model.disk.initial_conditions import computed_rates
 from sweep.model.disk.path import call_by_body, rows_of_disk
-from sweep.model.disk.tables import ENDINGS, REDUCTION, VARIABLES
+from sweep.model.disk.tables import REDUCTION, VARIABLES
 from sweep.model.kernel import Kernel
-from sweep.model.quantity import DECISION, Array, Endings, Quantity, Tolerance, Truths, table
+from sweep.model.quantity import DECISION, Array, Quantity, Tolerance, Truths, table
 from sweep.model.space_sample import SpaceSample, compare_with_space, is_sampled
 
 NOT_COMPUTED, AGREES, WITHIN, MARGINAL, ATLAS_UNRESOLVED, EXACT_UNRESOLVED, INVALID = range(7)
@@ -151,22 +149,40 @@ def _mark_failed_cells(code: npt.NDArray[np.int8], cells: ReducedCells, follows:
     code[cells.ended("not_computed")] = NOT_COMPUTED
 
 
-_MODULE = "kernels.disk.exact.extremes"
-_ALONE = ("kernels.disk.exact.legendre:build_tables", f"{_MODULE}:reduce")
-
-#: The reduction with and without the nutation period.
-EXTREMES = Kernel(
-    _MODULE,
-    "extremes",
-    (*_ALONE, "kernels.disk.exact.wide_panels:build_wide_panels", "kernels.disk.exact.chunk_periods:periods"),
-    seconds=10.0,
-)
-EXTREMES_ALONE = Kernel(_MODULE, "extremes", _ALONE, seconds=8.0)
+#: Extremes and periods, and wells, of any body: a thin disk is a torus without a tube.
+REDUCE = Kernel("kernels.reduction.cells", "reduce", seconds=6.0)
+WELLS = Kernel("kernels.reduction.wells", "wells", seconds=4.0)
 
 FALL_TIMES = Kernel("kernels.reduction.falls", "fall_times", seconds=6.0)
 
 #: Fall times computed per call at most: a tenth of a second. They also come out of a repeated integration.
 _MOST_FALLS = 20_000
+
+
+def reduce_bodies(rows: Array, body: int, fall_tilt: float, timed: bool) -> dict[str, npt.NDArray[Any]]:
+    """Return what the reduction measures of bodies, and their endings, by name.
+
+    Parameters
+    ----------
+    rows : array, shape (len(kernels.bodies.arrays.PARAMETERS), n)
+    body : int
+        Its number (`kernels.bodies.shapes`).
+    fall_tilt : float
+        Tilt [rad] at which motions end.
+    timed : bool
+        Whether the period is wanted.
+    """
+    n = rows.shape[1]
+    measures, counts = np.empty((len(arrays.REDUCED), n)), np.empty((1, n), np.int32)
+    call_by_body(REDUCE, rows, (float(body), float(fall_tilt), int(timed)), (measures, counts))
+    return {**dict(zip(arrays.REDUCED, measures, strict=True)), "ending": counts[0]}
+
+
+def count_wells(rows: Array, body: int) -> npt.NDArray[np.int64]:
+    """Return how many wells the potentials of bodies have, 0 where there is no such start; as `reduce_bodies`."""
+    counts = np.empty(rows.shape[1], np.int64)
+    call_by_body(WELLS, rows, (float(body),), (counts,))
+    return counts
 
 
 class ExactReduction:
@@ -192,6 +208,10 @@ class ExactReduction:
             return ""
         return f"{counted(self._sample.followed, 'cell')}, drawn with seed {self._sample.seed}, by DOP853 in space"
 
+    def rows(self, spec: Request, starts: Starts) -> tuple[Array, int]:
+        """Return the rows of starts (`kernels.bodies.arrays.PARAMETERS`), and the number of their body."""
+        return rows_of_disk(starts), shapes.TORUS
+
     def rigid_bodies(self, spec: Request, starts: Starts) -> dict[str, Array]:
         """Return the fields of `sweep.model.rigid_body.RigidBody` of starts."""
         one, alpha = np.ones_like(starts["alpha"]), starts["alpha"]
@@ -211,32 +231,34 @@ class ExactReduction:
     def measures(
         self, spec: Request, starts: Starts, extremes_only: bool = False
     ) -> dict[str, npt.NDArray[Any]]:
-        """Return what the exact reduction says of cells, without time stepping (`kernels.disk.exact.extremes`).
+        """Return what the exact reduction says of cells, without time stepping (`kernels.reduction`).
 
         Parameters
         ----------
         spec : Request
         starts : mapping of str to array, shape (n,)
         extremes_only : bool
-            Leave out the nutation period, which costs as much as all the rest or more.
+            Leave out the nutation period, which costs several times as much as the rest, and the wells.
 
         Returns
         -------
         dict of str to array, shape (n,)
-            The measures and counts of the disk and `variables`; NaN or 0 where the reduction has none. A cell whose
+            The measures and counts of the model and `variables`; NaN or 0 where the reduction has none. A cell whose
             extremes are not known to the tolerance of the spec (on a separatrix) is unresolved. The period of a cell is
             right to 1e-9, or NaN: beside a separatrix rounding may decide more of it than that.
         """
-        rows = np.stack([starts[name] for name in arrays.PARAMETERS])
-        kernel = EXTREMES_ALONE if extremes_only else EXTREMES
-        measures, counts = kernel.load()(rows, spec.fall_tilt, not extremes_only)
-        found = dict(zip(exact_arrays.EXACT_MEASURES, measures, strict=True))
-        found |= zip(exact_arrays.EXACT_COUNTS, counts, strict=True)
-        return without_vague(found, spec, (arrays.MEASURES, arrays.COUNTS), ENDINGS)
+        rows, body = self.rows(spec, starts)
+        found = reduce_bodies(rows, body, spec.fall_tilt, not extremes_only)
+        if "wells" in self.variables:
+            # an integrated atlas does not hold them
+            known = spec.method == "exact" and not extremes_only
+            found["wells"] = count_wells(rows, body) if known else np.zeros(rows.shape[1], np.int64)
+        return without_vague(found, spec)
 
     def with_wells(self, spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
-        """Return `measures` without periods, and the wells of the potential, 0 if unknown: they are among them."""
-        return self.measures(spec, starts, extremes_only=True)
+        """Return `measures` without periods, and how many wells the potential has, 0 if unknown."""
+        wells = count_wells(*self.rows(spec, starts))
+        return {**self.measures(spec, starts, extremes_only=True), "wells": wells}
 
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
@@ -249,7 +271,7 @@ class ExactReduction:
         # endings are compared many times
         exact["ending"] = exact["ending"].astype(np.int8)
         if spec.method != "exact":
-            exact["fall_time"] = fall_times(spec, starts, exact, rows_of_disk(starts), shapes.TORUS)
+            exact["fall_time"] = _fall_times(spec, starts, exact, *self.rows(spec, starts))
         return self._with_sample(spec, starts, first, exact)
 
     def check(
@@ -270,20 +292,15 @@ class ExactReduction:
         return "no duration and no fall time" if spec.method == "exact" else ""
 
 
-def without_vague(
-    found: Columns, spec: Request, rows: tuple[Sequence[str], Sequence[str]], endings: Endings
-) -> dict[str, npt.NDArray[Any]]:
-    """Return what a reduction has found, where it is known to the tolerance of a spec; other cells are unresolved.
+def without_vague(found: Columns, spec: Request) -> dict[str, npt.NDArray[Any]]:
+    """Return what the reduction has found, where it is known to the tolerance of a spec; other cells are unresolved.
 
     Parameters
     ----------
     found : mapping of str to array, shape (n,)
-        Its measures and ``ending``; those of vague cells become NaN in place.
+        Its measures and ``ending``; those of vague cells become NaN in place. Measures and counts of the model that are
+        not among them are NaN and 0.
     spec : Request
-    rows : (sequence of str, sequence of str)
-        Measures and counts of the model: those that the reduction does not have are NaN and 0.
-    endings : Endings
-        Of the model.
     """
     vague = found["tilt_error"] > spec.tolerance
     # no number is better known than its last bit
@@ -293,14 +310,14 @@ def without_vague(
         found[name][vague] = np.nan
     missing, none = np.full(vague.size, np.nan), np.zeros(vague.size, np.int32)
     return {
-        **dict.fromkeys(rows[0], missing),
-        **dict.fromkeys(rows[1], none),
+        **dict.fromkeys(spec.model.measures, missing),
+        **dict.fromkeys(spec.model.counts, none),
         **found,
-        "ending": np.where(vague, endings.code("unresolved"), found["ending"]),
+        "ending": np.where(vague, spec.model.endings.code("unresolved"), found["ending"]),
     }
 
 
-def fall_times(spec: Request, starts: Starts, exact: Columns, rows: Array, kind: int) -> Array:
+def _fall_times(spec: Request, starts: Starts, exact: Columns, rows: Array, kind: int) -> Array:
     """Return the fall times [s] of cells that fall, or of every k-th of them; NaN for the others.
 
     Parameters
@@ -308,9 +325,8 @@ def fall_times(spec: Request, starts: Starts, exact: Columns, rows: Array, kind:
     spec : Request
     starts, exact : mapping of str to array, shape (n,)
         The starts, and what the reduction says of them.
-    rows : array, shape (len(kernels.bodies.arrays.PARAMETERS), n)
-    kind : int
-        Number of the body (`kernels.bodies.shapes`).
+    rows, kind
+        As of `ExactReduction.rows`.
     """
     fallen = np.flatnonzero(
         spec.model.endings.among(exact["ending"], "fell") & (np.abs(starts["tilt"]) < spec.fall_tilt)

@@ -1,6 +1,5 @@
 """The disk: the model of a request that names none."""
 
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,13 +8,19 @@ from typing import Any
 import numpy as np
 
 from kernels.disk import arrays
-from sweep.errors import RequestError
 from sweep.model.description import Columns, Model, Request, Starts, Words
 from sweep.model.disk import tables, theory
 from sweep.model.disk.contact import CONTACT_EXTREMES, contact_columns, slipping
-from sweep.model.disk.exact import EXTREMES, ExactReduction, without_vague
+from sweep.model.disk.exact import REDUCE, WELLS, ExactReduction, count_wells, reduce_bodies, without_vague
 from sweep.model.disk.initial_conditions import check_steady_rates, circling, complete, computed_rates
-from sweep.model.disk.path import PATH_VARIABLES, PATHS, call_by_body, path_columns, path_of_disk
+from sweep.model.disk.path import (
+    PATH_VARIABLES,
+    PATHS,
+    call_by_body,
+    path_columns,
+    path_of_disk,
+    rows_of_disk,
+)
 from sweep.model.kernel import Kernel
 from sweep.model.quantity import Array, Quantity, Truths
 from sweep.model.space_sample import SpaceSample
@@ -27,9 +32,6 @@ _MOTIONS = {
     (True, True): "Rolling and precessing",
     (False, False): "Neither rolling nor spinning",
 }
-
-#: Tilt [rad] up to which `kernels.disk.exact.legendre` has tables; 0.002 degrees more would be too far.
-STEEPEST_EXACT = math.radians(89.9005)
 
 
 def untimed(held: Mapping[str, Quantity]) -> dict[str, Quantity]:
@@ -118,15 +120,8 @@ class Disk(Model):
         return "steady circling at this tilt" if circling(spec) else "the upright disk"
 
     def check(self, values: Mapping[str, Any]) -> None:
-        """Refuse steady rates that do not follow, and a fall that the exact reduction does not reach."""
+        """Refuse steady rates that do not follow."""
         check_steady_rates(values)
-        if values["method"] == "exact" and values["fall_tilt"] > STEEPEST_EXACT:
-            raise RequestError(
-                "The exact reduction ends at a tilt of 89.9 deg: of a steeper fall_tilt it does not know which disks "
-                f"reach it; got fall_tilt={tables.SETTINGS['fall_tilt'].spell(values['fall_tilt'], 6)}.",
-                hint="Give fall_tilt=89.9deg or less, or leave out method=exact.",
-                where="fall_tilt",
-            )
 
     def complete(self, spec: Request, starts: Starts) -> Starts:
         """Return starts with the rate that keeps the tilt of each cell constant, where the request asks for it."""
@@ -150,15 +145,20 @@ class Disk(Model):
         """Return the kernel of the method, and those of the contact forces and of the path where they are asked for."""
         contact = (CONTACT_EXTREMES,) if spec.contact == "yes" else ()
         path = (PATHS,) if spec.path == "yes" else ()
-        return (EXTREMES if spec.method == "exact" else self.integrate, *contact, *path)
+        first = (REDUCE, WELLS) if spec.method == "exact" else (self.integrate,)
+        return (*first, *contact, *path)
 
     def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
         """Return what completes starts, arranges exact values and adds contact forces, where a spec asks for it."""
         code: list[str | Callable[..., Any]] = [Disk.complete, Disk.measure_more]
         code += ["kernels.disk.steady", complete] if computed_rates(spec) else []
-        code += [ExactReduction.measures, without_vague] if spec.method == "exact" else []
+        if spec.method == "exact":
+            code += [ExactReduction.measures, ExactReduction.rows, without_vague]
+            code += [reduce_bodies, count_wells, rows_of_disk, call_by_body]
         code += [contact_columns] if spec.contact == "yes" else []
-        return code + ([path_of_disk, path_columns, call_by_body] if spec.path == "yes" else [])
+        if spec.path == "yes":
+            code += [path_of_disk, path_columns, rows_of_disk, call_by_body]
+        return code
 
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
         """Return the extremes of the contact forces and where the contact point goes, where they are asked for."""

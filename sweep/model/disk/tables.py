@@ -260,8 +260,9 @@ UNTIMED: Mapping[str, str] = MappingProxyType({
 REDUCTION: Mapping[str, Quantity] = table(
     Quantity("wells", "", "1", "wells of the potential that belongs to the constants of the motion", DECISION,
              "two wells: the tilt has a saddle between them", "i1", {0: "unknown", 1: "one_well", 2: "two_wells"}),
-    Quantity("separatrix", "", "1", "saddle of the potential minus the energy of the motion, over m g R",
+    Quantity("separatrix", "", "1", "maximum of the potential beside the motion minus its energy, over m g R",
              Tolerance(1e-12, 1e-9, "a difference of energies, each known to rounding"),
-             "positive: trapped in one of two wells; negative: passes over the saddle; missing: there is no saddle"),
+             "of the nearest maximum that the motion passes (negative) or turns below (positive), from the parabola "
+             "there: the nearer, the more exact; missing: there is none"),
 )
 # fmt: on

@@ -30,7 +30,7 @@ const CELLS = {
   rates: [0, 0],
   held: {},
 };
-const PLANS = { cells: CELLS, lossy: null, disk: null, motion: null, refused: null, steepest: 1.57 };
+const PLANS = { cells: CELLS, lossy: null, disk: null, motion: null, refused: null };
 const PAGE = { about: ABOUT, plans: PLANS, lines: LINES, stored: null };
 
 /** A source of a page, whose cells are all alike. */

@@ -121,20 +121,20 @@ test("what the page does not know stays as it is stored, or is none", async () =
 
 test("the program computes what it computes faster; where it is gone the page does", async () => {
   const ofProgram = answerOf([9, 9, 9, 9]);
-  assert.equal(await computing({ program: async () => ofProgram }).window(REQUEST), ofProgram);
-  const fast = { ...PLANS, cells: { ...CELLS, timed: [] } };
+  const slow = { ...PLANS, cells: { ...CELLS, system: {} } };
+  assert.equal(await computing({ plans: slow, program: async () => ofProgram }).window(REQUEST), ofProgram);
   assert.deepEqual(
-    [...(await computing({ plans: fast, program: async () => ofProgram }).window(REQUEST)).value],
+    [...(await computing({ program: async () => ofProgram }).window(REQUEST)).value],
     [5, 6, 7, 8],
   );
   const gone = async () => {
     throw unreachable;
   };
-  assert.deepEqual([...(await computing({ program: gone }).window(REQUEST)).value], [5, 6, 7, 8]);
+  assert.deepEqual([...(await computing({ plans: slow, program: gone }).window(REQUEST)).value], [5, 6, 7, 8]);
   const refused = async () => {
     throw new Problem("no");
   };
-  await assert.rejects(computing({ program: refused }).window(REQUEST), { message: "no" });
+  await assert.rejects(computing({ plans: slow, program: refused }).window(REQUEST), { message: "no" });
 });
 
 const PLACE = { view: VIEW, x: 3, y: 0.02 };

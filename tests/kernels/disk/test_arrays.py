@@ -1,5 +1,5 @@
+from kernels.bodies.arrays import REDUCED
 from kernels.disk import arrays, motion_arrays
-from kernels.disk.exact import arrays as exact_arrays
 
 #: Table -> prefix of its row numbers.
 PREFIXES = {
@@ -7,8 +7,6 @@ PREFIXES = {
     "SETTINGS": "",
     "MEASURES": "",
     "COUNTS": "",
-    "EXACT_MEASURES": "EXACT_",
-    "EXACT_COUNTS": "EXACT_",
     "CONTACT": "CONTACT_",
     "TRAJECTORY_SETTINGS": "TRAJECTORY_",
     "SAMPLES": "",
@@ -19,7 +17,7 @@ PREFIXES = {
 def test_each_row_number_is_the_place_of_its_name():
     """The constant of a name, in capitals, is the index of the name in its table."""
     for table in PREFIXES:
-        (module,) = {each for each in (arrays, exact_arrays, motion_arrays) if table in vars(each)}
+        (module,) = {each for each in (arrays, motion_arrays) if table in vars(each)}
         names = getattr(module, table)
         # a row that another table numbers too has its constant there
         rows = {**vars(arrays), **vars(module)}
@@ -27,8 +25,8 @@ def test_each_row_number_is_the_place_of_its_name():
 
 
 def test_shared_rows_come_first():
-    """Both tables of measures begin with the extreme tilts, parameters and samples with the state."""
+    """Measures, also those of the reduction, begin with the extreme tilts; parameters and samples with the state."""
     count = len(arrays.EXTREME_TILTS)
-    assert arrays.MEASURES[:count] == exact_arrays.EXACT_MEASURES[:count] == arrays.EXTREME_TILTS
+    assert arrays.MEASURES[:count] == REDUCED[:count] == arrays.EXTREME_TILTS
     count = len(arrays.STATE)
     assert arrays.PARAMETERS[:count] == motion_arrays.SAMPLES[:count] == arrays.STATE

@@ -7,7 +7,7 @@ import pytest
 from body_referee import Body, start_of
 from scipy.integrate import solve_ivp
 
-from sweep.model.bodies.exact import kernel_of
+from sweep.model.disk.exact import WELLS
 
 
 def meridian(body, tilt):
@@ -71,7 +71,7 @@ def test_wells_are_the_minima_of_the_potential(rng, count):
                 tilt, o, s = 0.3, 0.1, 0.05
             given, kind = start_of(name, tilt, 0.3, o, s, axial, across, **lengths)
             counts = np.zeros(given.shape[1], np.int64)
-            kernel_of(name, "wells").load()(np.ascontiguousarray(given), float(kind), counts)
+            WELLS.load()(np.ascontiguousarray(given), float(kind), counts)
             values = potential(body, tilt, o, s)
             minima = np.sum((values[1:-1] < values[:-2]) & (values[1:-1] < values[2:]))
             assert counts[0] == minima, (name, tilt, o, s)
@@ -97,7 +97,7 @@ def test_a_rim_has_the_wells_of_its_edge(rng):
             lengths = {"thickness": 0.4, "fillet": 0.05}
             given, kind = start_of("rim", side * tilt, 0.0, side * o, s, 0.5, 0.27, **lengths)
             counts = np.zeros(given.shape[1], np.int64)
-            kernel_of("rim", "wells").load()(np.ascontiguousarray(given), float(kind), counts)
+            WELLS.load()(np.ascontiguousarray(given), float(kind), counts)
             assert counts[0] == minima, (side, tilt, o, s)
         seen.add(int(minima))
     assert seen == {0, 1}

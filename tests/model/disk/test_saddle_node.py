@@ -66,7 +66,7 @@ def test_the_reduction_counts_the_same_wells():
                 "alpha": np.full(tilt.shape, alpha),
                 axis: factor * saddle_node_rates(tilt, axis, alpha),
             }
-            found = DISK.exact.measures(SweepSpec(fall_tilt="89deg"), start)
+            found = DISK.exact.measures(SweepSpec(fall_tilt="89deg", method="exact"), start)
             assert (found["wells"] == count).all(), (alpha, axis)
             assert np.isin(found["ending"], (ENDINGS["bounded"], ENDINGS["fell"])).all(), (alpha, axis)
 

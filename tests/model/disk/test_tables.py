@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
+from kernels.bodies.arrays import REDUCED
 from kernels.disk import arrays, endings, motion_arrays
-from kernels.disk.exact import arrays as exact_arrays
 from sweep.model.disk.model import DISK
 from sweep.model.disk.tables import (
     CONTACT_VARIABLES,
@@ -80,7 +80,7 @@ def test_rows_are_those_of_the_kernels():
         "no_motion", "presses", "lifts_off", "unresolved"
     ]  # fmt: skip
     assert {*DISK.measures, *DISK.counts} <= set(VARIABLES)
-    assert {*exact_arrays.EXACT_MEASURES, *exact_arrays.EXACT_COUNTS} <= {*VARIABLES, *REDUCTION}
+    assert {*REDUCED, "wells"} <= {*VARIABLES, *REDUCTION}
 
 
 def test_endings_are_those_of_the_kernels():
@@ -119,5 +119,4 @@ def test_stability_flags():
 
 def test_what_the_exact_reduction_does_not_find_is_said_of_its_atlases():
     """Each measure that needs an integration is named in `UNTIMED`: else a criterion judges by missing values."""
-    found = {*exact_arrays.EXACT_MEASURES, *exact_arrays.EXACT_COUNTS}
-    assert {*UNTIMED} == {"ending", *arrays.MEASURES, *arrays.COUNTS} - (found - {"ending"})
+    assert {*UNTIMED} == {*arrays.MEASURES, *arrays.COUNTS} - {*REDUCED}

@@ -7,22 +7,17 @@ import { spelled } from "eulerdisk/compute/spelling";
 /** @import { Computation } from "eulerdisk/compute/computation" */
 /** @import { BodyPlan, Plan, Place, PointAnswer, ToldNumber, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
-/** Values of alpha of a piece at most: each has tables. */
-const MOST_ALPHAS = 128;
-
 /** Digits of a number that is told, in double and in single precision. */
 const DIGITS = 6;
 const SINGLE_DIGITS = 3;
 
 /**
  * Whether a window takes the page more than 1.5 times as long as the program, whose vectors are wider: measured by
- * scripts/page_speed.py. The kernel of bodies has no vectors; where paths are asked for the program computes them always.
+ * scripts/page_speed.py. The reduction has none.
  * @param {Plan} plan
- * @param {string} quantity
  */
-export function isSlow(plan, quantity) {
-  const kind = kindOf(plan, quantity);
-  return kind === "system" || (kind === "timed" && plan.path.length === 0);
+export function isSlow(plan) {
+  return "system" in plan;
 }
 
 /**
@@ -60,9 +55,8 @@ export async function computedWindow(computation, plan, { view, width, height, q
   // cells of one body share the tables of its motions
   const shape = "body" in plan ? /** @type {BodyPlan} */ (plan).body.shape : ["alpha"];
   const byColumns = shape.includes(view.x.name);
-  const most = [view.x.name, view.y.name].includes("alpha") ? MOST_ALPHAS : Infinity;
   const kind = kindOf(plan, quantity);
-  const parts = pieces({ width, height, byColumns, kind, most, workers: computation.size });
+  const parts = pieces({ width, height, byColumns, kind, workers: computation.size });
   const side = (
     /** @type {"x"|"y"} */ which,
     /** @type {number} */ count,

@@ -203,14 +203,14 @@ function addressOf(names) {
 }
 
 /**
- * Pieces of a window, whole rows or whole columns: a piece has few values of alpha, each of which has tables of its own.
- * @param {{width: number, height: number, byColumns: boolean, kind: keyof typeof PIECES, most: number, workers: number}} window
+ * Pieces of a window, whole rows or whole columns.
+ * @param {{width: number, height: number, byColumns: boolean, kind: keyof typeof PIECES, workers: number}} window
  * @returns {{x: [number, number], y: [number, number]}[]}
  */
-export function pieces({ width, height, byColumns, kind, most, workers }) {
+export function pieces({ width, height, byColumns, kind, workers }) {
   const [along, across] = byColumns ? [height, width] : [width, height];
   const cells = Math.min(PIECES[kind], Math.ceil((width * height) / (2 * workers)));
-  const step = Math.min(most, Math.max(1, Math.round(cells / along)));
+  const step = Math.max(1, Math.round(cells / along));
   /** @type {[number, number]} */
   const all = [0, along];
   return Array.from({ length: Math.ceil(across / step) }, (_, i) => {

@@ -22,15 +22,11 @@ const VIEWS = { float64: Float64Array, int64: BigInt64Array, int32: Int32Array }
 /** @typedef {Kernels} KernelModule */
 
 /**
- * What the note of a module holds; see kernels/page/module.py.
+ * What the note of a module holds; see kernels/page/sizes.py.
  * @typedef {object} Note
  * @property {Record<string, {arguments: [string, Element, number][], results: string[]}>} entries
  * @property {Record<string, number[][]>} memory
- * @property {number[]} panels
- * @property {number[]} nodes
- * @property {number[]} wide
  * @property {number} chunk
- * @property {number} tables
  */
 
 /** Entry points of a module, and the memory in which they find their arrays. */
@@ -101,15 +97,6 @@ class Kernels {
     const shapes = this.note.memory[name];
     const types = this.note.entries[name].arguments.slice(-shapes.length);
     return shapes.map((shape, i) => this.array(types[i][1], ...shape));
-  }
-
-  /**
-   * Place of an entry point, by which others call it.
-   * @param {string} name
-   * @returns {bigint}
-   */
-  placeOf(name) {
-    return this.#functions[`${name}_place`]();
   }
 
   /**

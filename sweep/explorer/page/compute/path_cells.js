@@ -33,16 +33,16 @@
     /**
      * Columns of the paths of cells; none if they are not asked for.
      * @param {Plan|BodyPlan} plan
-     * @param {Block} starts
+     * @param {Block} bodies  their starts, as those of bodies
+     * @param {number} number  of the body
      * @param {string} [wanted]  the only column that is wanted beside the verdict
      * @returns {Columns}
      */
-    columns(plan, starts, wanted) {
+    columns(plan, bodies, number, wanted) {
       const needed = wanted ? [wanted, ...plan.criterion.named] : plan.path;
       if (!needed.some((name) => plan.path.includes(name))) return {};
       const kernels = this.#kernels;
-      const count = starts.shape[1];
-      const [bodies, number] = "body" in plan ? [starts, plan.body.number] : [this.#tori(starts), 0];
+      const count = bodies.shape[1];
       const measures = kernels.array("float64", ROWS.length, count);
       const classes = kernels.array("int64", count);
       const { fall_tilt } = plan.settings;
@@ -50,22 +50,6 @@
       const measured = kernels.rows(measures).map((row, i) => [ROWS[i], row.slice()]);
       const headings = kernels.rows(measures)[0];
       return { ...Object.fromEntries(measured), ...closing(headings, kernels.numbers(classes)) };
-    }
-
-    /**
-     * Thin disks as bodies: tori without a tube, whose moments are alpha and half of it.
-     * @param {Block} disks
-     */
-    #tori(disks) {
-      const kernels = this.#kernels;
-      const tori = kernels.array("float64", 13, disks.shape[1]);
-      const [tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, gravity] = kernels.rows(disks);
-      const none = new Float64Array(disks.shape[1]);
-      const half = alpha.map((/** @type {number} */ each) => 0.5 * each);
-      const lengths = [none, none, none, none, none];
-      const rows = [tilt, tilt_rate, precession_rate, roll_rate, ...lengths, alpha, half, radius, gravity];
-      kernels.rows(tori).forEach((row, i) => row.set(rows[i]));
-      return tori;
     }
   }
 

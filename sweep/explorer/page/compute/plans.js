@@ -37,9 +37,6 @@ export function plansWith(about, plans, view) {
   const changed = (/** @type {Plan|null} */ plan) => plan && planWith(plan, numbers, given);
   const { motion } = plans;
   const fallTilt = numbers.fall_tilt ?? motion?.fall_tilt;
-  if (plans.cells && fallTilt !== undefined && fallTilt > plans.steepest) {
-    throw refused("The exact reduction ends at a tilt of 89.9 deg: give a smaller fall tilt.", "");
-  }
   return {
     ...plans,
     cells: changed(plans.cells),

@@ -74,7 +74,7 @@ export class Computing {
    * @param {AbortSignal} [signal]
    */
   async #computed(cells, request, signal) {
-    if (this.#program && isSlow(cells, request.quantity)) {
+    if (this.#program && isSlow(cells)) {
       try {
         return await this.#program(request, signal);
       } catch (problem) {

@@ -11,10 +11,15 @@
 /** The largest code of a quantity: the next one is for none. */
 const MOST_CODE = 254;
 
-/** Rows that the exact reduction writes (kernels/disk/exact/arrays.py). */
+/** Rows that the reduction writes (kernels/bodies/arrays.py). */
 const MEASURES = ["tilt_min", "tilt_max", "nutation_period", "separatrix", "tilt_error"];
-const COUNTS = ["ending", "wells"];
-const COUNTS_OF_BODY = ["ending"];
+const COUNTS = ["ending"];
+
+/** The quantity that is made of the wells (sweep/explorer/quantities.py). */
+const REGIME = "regime";
+
+/** Number of a torus: the thin disk is one without a tube (kernels/bodies/shapes.py). */
+const TORUS = 0;
 
 /** @typedef {Float64Array|Int32Array|Uint8Array} Values */
 /** @typedef {Record<string, Values>} Columns */
@@ -45,18 +50,24 @@ function isOfBody(plan) {
   return "body" in plan;
 }
 
+/**
+ * Whether the wells of cells are wanted, which take longer than all else.
+ * @param {Plan} plan
+ * @param {string} [wanted]  the only column that is wanted beside the verdict
+ */
+function needsWells(plan, wanted) {
+  const needed = wanted ? [wanted, ...plan.criterion.named] : plan.shown;
+  return plan.shown.includes(REGIME) && [REGIME, "wells"].some((name) => needed.includes(name));
+}
+
 /** Cells of a model: their starts, what is measured of them, and what follows. */
 class Cells {
   #kernels;
   #reducing;
+  #counting;
   #meeting;
   #paths;
   #base;
-  #tablesEnd = 0;
-  /** Values of alpha whose tables are there, and whether with wide panels. */
-  #tablesOf = "";
-  /** @type {Record<string, Block>} */
-  #tables = {};
 
   /** @param {KernelModule} kernels */
   constructor(kernels) {
@@ -65,6 +76,7 @@ class Cells {
     const memoryOf = (/** @type {string} */ name) =>
       name in kernels.note.entries ? kernels.memoryOf(name) : [];
     this.#reducing = memoryOf("reduce");
+    this.#counting = memoryOf("wells");
     this.#meeting = [...memoryOf("contact_extremes"), ...memoryOf("contact")];
     this.#paths = new scope.Paths(kernels);
     this.#base = kernels.top;
@@ -81,9 +93,7 @@ class Cells {
    */
   columns(plan, given, count, timed, wanted) {
     const kernels = this.#kernels;
-    const alphas = [...new Set(given.alpha ?? [plan.held.alpha])].filter((each) => each > 0 && each <= 1);
-    if (plan.model === "disk") this.#makeTables(alphas, timed);
-    else this.#dropTables();
+    kernels.top = this.#base;
     const { parameters } = plan;
     const block = this.#starts(plan, given, count);
     if (isOfSystem(plan)) {
@@ -95,10 +105,12 @@ class Cells {
     }
     const body = isOfBody(plan) ? [plan.body.number, plan.body.hollow, ...plan.body.follows] : [];
     kernels.call("complete", ...body, ...plan.rates, block);
-    const paths = this.#paths.columns(plan, block, wanted);
+    const bodies = plan.model === "disk" ? this.#tori(block) : block;
+    const number = isOfBody(plan) ? plan.body.number : TORUS;
+    const paths = this.#paths.columns(plan, bodies, number, wanted);
     const measured =
       plan.model === "disk" || isOfBody(plan)
-        ? this.#reduced(plan, block, alphas, given.alpha, count, timed)
+        ? this.#reduced(plan, [block, bodies], number, count, timed, wanted)
         : this.#integrated(plan, block, count);
     const starts = this.#columns(block, parameters);
     return diskColumns(plan, starts, { ...paths, ...measured }, count, wanted);
@@ -112,7 +124,7 @@ class Cells {
    * @returns {Columns}
    */
   samples(plan, given, times) {
-    this.#dropTables();
+    this.#kernels.top = this.#base;
     const block = this.#starts(plan, given, 1);
     const values = this.#kernels.rows(block).map(([value]) => value);
     const measured = this.#integrated(plan, block, times.length, times);
@@ -137,66 +149,45 @@ class Cells {
   }
 
   /**
-   * Tables of some values of alpha; those of the last call are kept.
-   * @param {number[]} alphas
-   * @param {boolean} timed
+   * Thin disks as bodies: tori without a tube, whose moments are alpha and half of it.
+   * @param {Block} disks
    */
-  #makeTables(alphas, timed) {
+  #tori(disks) {
     const kernels = this.#kernels;
-    const { panels, nodes, wide } = kernels.note;
-    const key = String([timed, ...alphas]);
-    if (key !== this.#tablesOf) {
-      this.#dropTables();
-      // without any alpha that is possible the kernel looks into no table
-      const used = alphas.length ? alphas : [1];
-      const many = (/** @type {number[]} */ [first, ...rest]) =>
-        kernels.array("float64", used.length * first, ...rest);
-      const values = kernels.array("float64", used.length);
-      this.#tables = { values, panels: many(panels), nodes: many(nodes) };
-      this.#tables.wide = timed ? many(wide) : kernels.array("float64", 0, ...wide.slice(1));
-      kernels.numbers(values).set(used);
-      this.#tablesEnd = kernels.top;
-      kernels.call(
-        "build_tables",
-        values,
-        this.#tables.panels,
-        this.#tables.nodes,
-        kernels.array("float64", 4, panels[2]),
-      );
-      if (timed) {
-        kernels.call("build_wide_panels", values, this.#tables.wide, kernels.array("float64", 3, wide[2]));
-      }
-      this.#tablesOf = key;
-    }
-    kernels.top = this.#tablesEnd;
-  }
-
-  /** Give the memory of the tables back. */
-  #dropTables() {
-    [this.#tablesOf, this.#kernels.top] = ["", this.#base];
+    const tori = kernels.array("float64", 13, disks.shape[1]);
+    const [tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, gravity] = kernels.rows(disks);
+    const none = new Float64Array(disks.shape[1]);
+    const half = alpha.map((/** @type {number} */ each) => 0.5 * each);
+    const lengths = [none, none, none, none, none];
+    const rows = [tilt, tilt_rate, precession_rate, roll_rate, ...lengths, alpha, half, radius, gravity];
+    kernels.rows(tori).forEach((row, i) => row.set(rows[i]));
+    return tori;
   }
 
   /**
-   * Cells by the exact reduction; those that it knows less well than the tolerance are unresolved.
+   * Cells by the reduction; those that it knows less well than the tolerance are unresolved.
    * @param {Plan} plan
-   * @param {Block} starts
-   * @param {number[]} alphas
-   * @param {Values|undefined} varied  alpha of each cell, where it is not held
+   * @param {[Block, Block]} starts  those of the plan, and as those of bodies
+   * @param {number} number  of the body
    * @param {number} count
    * @param {boolean} timed
+   * @param {string} [wanted]
    * @returns {Columns}
    */
-  #reduced(plan, starts, alphas, varied, count, timed) {
+  #reduced(plan, [starts, bodies], number, count, timed, wanted) {
     const kernels = this.#kernels;
-    const counted = isOfBody(plan) ? COUNTS_OF_BODY : COUNTS;
+    const wells = needsWells(plan, wanted) ? this.#wells(bodies, number, count) : null;
     const measures = kernels.array("float64", MEASURES.length, count);
-    const counts = kernels.array("int32", counted.length, count);
+    const counts = kernels.array("int32", COUNTS.length, count);
     const { fall_tilt, tolerance } = plan.settings;
-    if (isOfBody(plan)) {
-      const given = [starts, plan.body.number, fall_tilt, timed ? 1 : 0];
-      kernels.treat("reduce", count, ...given, measures, counts, ...this.#reducing);
-    } else this.#reduceDisks(starts, fall_tilt, alphas, varied, count, timed, [measures, counts]);
-    const reduced = () => ({ ...this.#columns(measures, MEASURES), ...this.#columns(counts, counted) });
+    const settings = [number, fall_tilt, timed ? 1 : 0];
+    kernels.treat("reduce", count, bodies, ...settings, measures, counts, ...this.#reducing);
+    /** @type {() => Columns} */
+    const reduced = () => ({
+      ...this.#columns(measures, MEASURES),
+      ...this.#columns(counts, COUNTS),
+      ...(wells && { wells }),
+    });
     const {
       tilt_min: least,
       tilt_max: greatest,
@@ -215,27 +206,16 @@ class Cells {
   }
 
   /**
-   * @param {Block} starts
-   * @param {number} fallTilt
-   * @param {number[]} alphas
-   * @param {Values|undefined} varied
+   * How many wells the potential of each cell has.
+   * @param {Block} bodies
+   * @param {number} number  of the body
    * @param {number} count
-   * @param {boolean} timed
-   * @param {[Block, Block]} found  measures and counts, which are written
    */
-  #reduceDisks(starts, fallTilt, alphas, varied, count, timed, found) {
+  #wells(bodies, number, count) {
     const kernels = this.#kernels;
-    const { values, panels, nodes, wide } = this.#tables;
-    const which = kernels.array("int64", count);
-    const places = new Map(alphas.map((each, i) => [each, BigInt(i)]));
-    const at = kernels.numbers(which);
-    if (varied) varied.forEach((each, i) => (at[i] = places.get(each) ?? -1n));
-    else at.fill(alphas.length ? 0n : -1n);
-    const periods = timed ? kernels.placeOf("periods") : 0n;
-    kernels.treat(
-      "reduce", count, starts, fallTilt, periods, values, which, panels, nodes, wide,
-      ...found, ...this.#reducing,
-    ); // prettier-ignore
+    const wells = kernels.array("int64", count);
+    kernels.treat("wells", count, bodies, number, wells, ...this.#counting);
+    return Int32Array.from(kernels.numbers(wells), Number);
   }
 
   /**

@@ -6,18 +6,12 @@ import numpy as np
 import pytest
 import referee
 import turning_reference as digits
+from disk_reduction import ENDING, extremes
 
+from kernels.bodies.arrays import REDUCED_ERROR, REDUCED_MAX, REDUCED_MIN, REDUCED_PERIOD
 from kernels.disk.endings import BOUNDED
-from kernels.disk.exact.arrays import (
-    EXACT_ENDING,
-    EXACT_NUTATION_PERIOD,
-    EXACT_TILT_ERROR,
-    EXACT_TILT_MAX,
-    EXACT_TILT_MIN,
-)
-from kernels.disk.exact.extremes import extremes
 
-# uncompiled, the tables alone take minutes
+# uncompiled they take minutes
 pytestmark = pytest.mark.compiled
 
 FALL = math.radians(89.0)
@@ -64,9 +58,9 @@ def test_nearly_flat_periods(pick):
             low, high = digits.extremes(exact, FALL)
             period, doubt = digits.period(exact, FALL)
             assert doubt < 1e-20, start
-        assert found[EXACT_NUTATION_PERIOD] == pytest.approx(float(period), rel=5e-11), start
-        assert abs(found[EXACT_TILT_MIN] - float(low)) < 3e-15, start
-        assert abs(found[EXACT_TILT_MAX] - float(high)) < 3e-15, start
+        assert found[REDUCED_PERIOD] == pytest.approx(float(period), rel=5e-11), start
+        assert abs(found[REDUCED_MIN] - float(low)) < 3e-15, start
+        assert abs(found[REDUCED_MAX] - float(high)) < 3e-15, start
 
 
 @pytest.mark.slow_lane
@@ -82,10 +76,10 @@ def test_stated_errors_of_nearly_flat_motions(rng, count):
         0.5,
     )
     measures, counts = extremes(given, FALL)
-    cells = np.flatnonzero(counts[EXACT_ENDING] == BOUNDED)[: count(5, 15)]
+    cells = np.flatnonzero(counts[ENDING] == BOUNDED)[: count(5, 15)]
     assert cells.size == count(5, 15)
     with digits.mp.workdps(50):
         ends = [digits.extremes([float(x) for x in given[:, cell]], FALL) for cell in cells]
     low, high = np.array(ends, dtype=float).T
-    for found, truth in ((measures[EXACT_TILT_MIN, cells], low), (measures[EXACT_TILT_MAX, cells], high)):
-        assert (np.abs(found - truth) <= measures[EXACT_TILT_ERROR, cells]).all(), given
+    for found, truth in ((measures[REDUCED_MIN, cells], low), (measures[REDUCED_MAX, cells], high)):
+        assert (np.abs(found - truth) <= measures[REDUCED_ERROR, cells]).all(), given

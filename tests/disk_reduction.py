@@ -1,0 +1,33 @@
+"""How the tests call the reduction for thin disks: starts in, measures and counts out."""
+
+import numpy as np
+
+from kernels.bodies.arrays import REDUCED, REDUCED_SEPARATRIX
+from kernels.bodies.shapes import TORUS
+from kernels.disk.arrays import ALPHA, GRAVITY, PARAMETERS, RADIUS, TILT_RATE
+from sweep.model.disk.exact import count_wells, reduce_bodies
+from sweep.model.disk.path import rows_of_disk
+
+#: Rows of the counts.
+ENDING, COUNT = range(2)
+
+
+def extremes(given, fall_tilt, timed=False):
+    """Return what the reduction measures of disks, and their endings and wells: rows of `REDUCED`, and two counts."""
+    rows = rows_of_disk(dict(zip(PARAMETERS, given, strict=True)))
+    found = reduce_bodies(rows, TORUS, fall_tilt, timed)
+    return np.stack([found[name] for name in REDUCED]), np.stack([found["ending"], count_wells(rows, TORUS)])
+
+
+def rates_to_maxima(given, fall_tilt=1.5):
+    """Return how fast [rad/s] the tilts have to move to reach the maxima of the potentials beside starts at rest.
+
+    The height of a maximum is that of a parabola, which is the better the nearer the motion comes to it: so it is asked
+    again with the rate that was found, until rounding decides.
+    """
+    pushed, inertia = given.copy(), 1.0 + 0.5 * given[ALPHA]
+    for _ in range(12):
+        height = extremes(pushed, fall_tilt)[0][REDUCED_SEPARATRIX]
+        gain = 2.0 * np.nan_to_num(height) / inertia * given[GRAVITY] / given[RADIUS]
+        pushed[TILT_RATE] = -np.sqrt(np.maximum(pushed[TILT_RATE] ** 2 + gain, 0.0))
+    return np.abs(pushed[TILT_RATE])
