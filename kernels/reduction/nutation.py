@@ -51,7 +51,7 @@ CUT_LOW, CUT_HIGH, CUT_HEADING, CUT_X, CUT_Y = range(5)
 
 #: No period is stated if the bound of the rounding of the energy is more than this share of the energy between a motion
 #: and a maximum of the potential: the rounding itself is about a hundredth of its bound.
-_VAGUE = 1e-7
+_VAGUE = 3e-8
 
 
 class Nutation(NamedTuple):

@@ -111,7 +111,8 @@ def _first_turn(piece, sense, most):
     """
     bend = piece[BEND]
     end, end_slope, end_bend = look_along(piece, sense * most)
-    slope, last = sense * piece[SLOPE], sense * end_slope
+    # from the very bottom of a well the potential rises all the same
+    slope, last = sense * piece[SLOPE] if piece[SLOPE] != 0.0 else bend, sense * end_slope
     low, top, begin, stop, hides = 0.0, math.nan, 0.0, most, False
     if slope > 0.0 and last > 0.0 and bend < 0.0 < end_bend:
         stop = find_change(piece, 0.0, sense * most, -1.0, 2) * sense

@@ -167,7 +167,7 @@ def test_warmup_fills_the_cache(tmp_path):
     *ready, last = done.stdout.splitlines()
     names = ["disk rk4", "disk exact", "disk contact=yes", "disk path=yes", "disk motion"]
     names += ["lossy_disk rk4", "lossy_disk coin", "lossy_disk toy", "lossy_disk motion"]
-    names += ["bodies exact", "bodies contact=yes", "bodies thick_coin"]
+    names += ["bodies contact=yes", "bodies thick_coin"]
     names += ["bodies motion", "lossy_bodies rk4", "lossy_bodies motion"]
     assert [line.split()[:3] for line in ready] == [[*name.split(), "ready"] for name in names]
     assert last.split() == ["cache", str(cache_root())]
@@ -175,7 +175,7 @@ def test_warmup_fills_the_cache(tmp_path):
     assert {
         "integrate_of_disk",
         "reduce",
-        "build_tables",
+        "wells",
         "contact_extremes",
         "trajectory",
         "derived",

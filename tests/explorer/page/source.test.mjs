@@ -130,7 +130,10 @@ test("the program computes what it computes faster; where it is gone the page do
   const gone = async () => {
     throw unreachable;
   };
-  assert.deepEqual([...(await computing({ plans: slow, program: gone }).window(REQUEST)).value], [5, 6, 7, 8]);
+  assert.deepEqual(
+    [...(await computing({ plans: slow, program: gone }).window(REQUEST)).value],
+    [5, 6, 7, 8],
+  );
   const refused = async () => {
     throw new Problem("no");
   };

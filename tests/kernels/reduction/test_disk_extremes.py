@@ -8,9 +8,13 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from kernels.bodies.arrays import REDUCED_ERROR, REDUCED_MAX, REDUCED_MIN, REDUCED_PERIOD, REDUCED_SEPARATRIX
+from kernels.bodies.shapes import TORUS, Body
 from kernels.disk import steady
 from kernels.disk.arrays import ALPHA
 from kernels.disk.endings import BOUNDED, FELL, INVALID, STEADY, UNRESOLVED
+from kernels.reduction import turning
+from kernels.reduction.panels import Table, clear_table, table_memory, take_body
+from kernels.reduction.pieces import FROM, LENGTH, PANEL, PIECE, SLOPE
 
 # uncompiled they take minutes
 pytestmark = pytest.mark.compiled
@@ -239,3 +243,21 @@ def test_saddles_that_hide_do_not_change_their_neighbours():
     for cell in (0, 1):
         alone, _ = extremes(pair[:, [cell]], 1.4)
         np.testing.assert_array_equal(alone[:, 0], together[:, cell])
+
+
+def test_a_kick_off_the_very_bottom_of_a_well():
+    """Where the force at the start is exactly zero, as where no products are fused, a maximum close by turns it too."""
+    table = Table(*table_memory())
+    clear_table(table)
+    take_body(table, Body(1.0, 0.0, 0.0, 1.0, 0.5, 0.25, 2.0))
+    unit = math.sqrt(R / G)
+    for tilt, precession in ((0.109833, 0.571375), (0.194209, 1.070375), (0.181228, 0.987208)):
+        roll = steady.steady_roll_rate(tilt, precession, 0.5, R, G)
+        o, s = unit * precession * math.cos(tilt), unit * (roll + precession * math.sin(tilt))
+        piece = np.zeros(PIECE)
+        turning._place_start(table, float(TORUS), tilt, 1e-4 * unit, o, s, piece)
+        piece[SLOPE] = 0.0
+        for sense in (-1.0, 1.0):
+            end = table.edges[int(piece[PANEL]) + (1 if sense > 0.0 else 0)]
+            turn = turning._first_turn(piece, sense, sense * (end - piece[FROM]) / piece[LENGTH])[0]
+            assert turn * piece[LENGTH] < 1e-3, (tilt, sense)

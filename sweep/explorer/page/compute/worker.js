@@ -157,7 +157,8 @@ class Cells {
     const tori = kernels.array("float64", 13, disks.shape[1]);
     const [tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, gravity] = kernels.rows(disks);
     const none = new Float64Array(disks.shape[1]);
-    const half = alpha.map((/** @type {number} */ each) => 0.5 * each);
+    // a body with more mass outside than a hoop is none
+    const half = alpha.map((/** @type {number} */ each) => (each <= 1 ? 0.5 * each : NaN));
     const lengths = [none, none, none, none, none];
     const rows = [tilt, tilt_rate, precession_rate, roll_rate, ...lengths, alpha, half, radius, gravity];
     kernels.rows(tori).forEach((row, i) => row.set(rows[i]));
