@@ -130,7 +130,9 @@ def call_by_body(
 def rows_of_disk(starts: Starts) -> Array:
     """Return the rows of `kernels.bodies.arrays.PARAMETERS` of thin disks, which are tori without a tube."""
     alpha = starts["alpha"]
-    known = {**starts, "axial_moment": alpha, "transverse_moment": 0.5 * alpha}
+    # a disk with more mass outside than a hoop is none
+    across = np.where(alpha <= 1.0, 0.5 * alpha, np.nan)
+    known = {**starts, "axial_moment": alpha, "transverse_moment": across}
     return np.stack([known.get(name, np.zeros_like(alpha)) for name in arrays.PARAMETERS])
 
 

@@ -184,6 +184,7 @@ def test_impossible_start():
         {"rate": math.inf},
         {"roll": math.nan},
         {"alpha": 0.0},
+        {"alpha": 1.5},
         {"alpha": math.nan},
         {"radius": 0.0},
         {"radius": -1.0},
@@ -222,11 +223,11 @@ def test_enormous_rates(rate, precession, roll, tilt):
 
 def test_alpha_as_an_axis():
     """Many values of alpha give what each gives alone, bad ones among them."""
-    alpha = np.linspace(-0.1, 1.0, 307)
+    alpha = np.linspace(-0.1, 1.1, 307)
     many = starts(*[(0.1, 0.2, 1.0, 2.0)] * alpha.size)
     many[ALPHA] = alpha
     measures, counts = extremes(many, 80.0 * DEGREE, True)
-    assert ((counts[ENDING] == INVALID) == (alpha <= 0.0)).all()
+    assert ((counts[ENDING] == INVALID) == ((alpha <= 0.0) | (alpha > 1.0))).all()
     for i in (0, 40, 200, 300):
         one, _ = extremes(many[:, i : i + 1], 80.0 * DEGREE, True)
         np.testing.assert_array_equal(one[:, 0], measures[:, i])
