@@ -51,7 +51,7 @@ CUT_LOW, CUT_HIGH, CUT_HEADING, CUT_X, CUT_Y = range(5)
 
 #: No period is stated if the bound of the rounding of the energy is more than this share of the energy between a motion
 #: and a maximum of the potential: the rounding itself is about a hundredth of its bound.
-_VAGUE = 3e-8
+_VAGUE = 1e-7
 
 
 class Nutation(NamedTuple):
@@ -142,7 +142,8 @@ def _place_at(nutation, sine, cosine):
     end = begin if sine < cosine else begin + length
     way = 2.0 * width * math.sinh(0.5 * from_end) * math.cosh(0.5 * (u + end))
     y = low + way if sine < cosine else high - way
-    if abs(u) < 1.0:
+    # nearer to the maximum than to the end: a distance from the end would have no digits left there
+    if abs(u) < max(1.0, 0.5 * abs(end)):
         y = place + width * math.sinh(u)
     return y, stretch * width * math.cosh(u)
 
