@@ -37,15 +37,15 @@ def test_the_explorer():
     stated = {
         "at most 64 KiB": server.MOST_BYTES == 65536,
         "a window at most four million pixels": window.MOST_PIXELS == 4_000_000,
-        "64 requests are answered at a time": server.MOST_REQUESTS == 64,
+        "64 requests at a time": server.MOST_REQUESTS == 64,
         "has not arrived as a whole after 5 s": server._Handler.timeout == 5.0,
         "no room for 6 s gets status 503": server._PATIENCE == 6.0,
         "CSV, netCDF, up to a million": take_away.MOST_CELLS == 1_000_000,
-        "4000 of its own units of time": "disk: { turns: 400, units: 4e3 }" in followed,
+        "4000 of its units of time": "disk: { turns: 400, units: 4e3 }" in followed,
         "in single precision, up to a million": export.MOST_CELLS == 1_000_000,
         "grid of 96 x 72 exact cells": explorer_lines.COARSE == (96, 72),
         "a pixel is 8 units in the last place wide": view.ULPS == 8,
-        "listens at 127.0.0.1 alone": server.HOST == "127.0.0.1",
+        "listens only at 127.0.0.1": server.HOST == "127.0.0.1",
     }
     assert missing("explorer", stated) == []
 
