@@ -85,8 +85,8 @@ def test_small_swings_of_a_rolling_disk(width, side):
     assert measures[REDUCED_PERIOD, 0] == pytest.approx(2.0 * math.pi / frequency, rel=max(1e-9, width**2))
 
 
-#: Scaled starts (tilt, its rate, precession and roll rate, alpha) of motions that linger at a maximum of their potential,
-#: and their periods by scripts/quadruple.py; of the last one to 40 digits (tests/turning_reference.py).
+#: Scaled starts (tilt, its rate, precession and roll rate, alpha) of motions that linger at a maximum of their
+#: potential, and their periods by scripts/quadruple.py; of the last one to 40 digits (tests/turning_reference.py).
 LINGERING = [
     (
         0.00140424408265361,
