@@ -118,6 +118,9 @@ def test_where_the_duration_ended_it_cells_are_hatched_and_have_no_lines(atlas):
         assert max(lines.levels) < 5.0
     assert with_facts(axes.get_legend_handles_labels()[1], "aloft", "duration")
     lifted = sweep.run("toy", tilt="35deg,45deg", precession_rate="105,110")
+    slid = losses_map(sweep.run("toy", tilt="60deg,70deg", precession_rate="20,30", friction=0.02))
+    assert slid.ended["slip"].all()
+    assert np.isnan(slid.times).all()
     assert losses_map(lifted).ended["lift_off"].all()
     assert np.isnan(losses_map(lifted).times).all()
     figure([lifted])
