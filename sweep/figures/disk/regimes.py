@@ -56,8 +56,8 @@ class Regimes:
     """All that is drawn of one atlas; arrays of the shape (rows of y, columns of x).
 
     `regime` is an index of `NAMES`, -1 where the disk falls (`fell`) or the reduction has no result (`unknown`); `lost`
-    names the endings of the latter. `separatrix` is the saddle of the potential minus the energy, NaN where
-    there is no saddle. `folds` are curves in the units of the scales.
+    names the endings of the latter. `separatrix` is the nearest maximum of the potential minus the energy, NaN where
+    there is none. `folds` are curves in the units of the scales.
     """
 
     panel: Panel

@@ -88,7 +88,7 @@ def test_cells_without_losses(opened, rng, count):
             "tilt_rate": rng.choice([0.0, 1.0], n) * rng.normal(0.0, 1.0, n) * 10.0 ** rng.uniform(-6, 1, n),
             "precession_rate": rng.choice([0.0, 1.0], n) * rng.normal(0.0, 5.0, n),
             "roll_rate": rng.normal(0.0, 5.0, n),
-            # few values: each has tables of its own
+            # few values: cells of one body share its panels
             "alpha": rng.choice([0.5, 1.0, 0.031, 0.77], n),
             "radius": 10.0 ** rng.uniform(-4, 3, n),
             "gravity": 10.0 ** rng.uniform(-3, 3, n),

@@ -7,7 +7,7 @@ const SCRIPTS = ["kernels", "verdicts", "disk_cells", "path_cells", "system_cell
   (name) => `eulerdisk/compute/${name}`,
 );
 
-/** Workers at most: each has a few MB of tables. */
+/** Workers at most: each has a few MB of memory. */
 const MOST_WORKERS = 6;
 
 /**
