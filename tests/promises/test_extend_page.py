@@ -97,6 +97,7 @@ def test_its_commands_run_in_the_fork(fork, tmp_path):
     assert_facts(told["info pressed.nc"], "Circling", "air")
 
 
+@pytest.mark.release
 @pytest.mark.compiled
 def test_its_tests_pass_in_the_fork(fork, tmp_path):
     """The tests that the page shows are true of its changes."""

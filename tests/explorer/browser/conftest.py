@@ -23,12 +23,11 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from explorer_browser import BROWSERS, COMPLETE, Served, Watch, find_browser, launched, served
 
+from tests.explorer.browser.map_page import PATIENCE
+
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, Page
 
-
-#: Milliseconds that anything in a page may take; processors of tests are busy.
-PATIENCE = 20_000
 
 #: Tests that share a tab, which takes a second to begin; the history of a tab has fifty entries.
 SHARED = 8

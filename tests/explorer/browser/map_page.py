@@ -10,6 +10,10 @@ import sweep
 
 random = Random(3)
 
+#: Milliseconds that anything in a page may take. A kernel of losses takes ten seconds, and several times as long beside
+#: other work.
+PATIENCE = 120_000
+
 COMPLETE = "#map[data-lane=fine][aria-busy=false]"
 
 #: A window of the rolling disk with both verdicts in it.

@@ -11,6 +11,7 @@ from sweep.explorer.explorer import subject_of
 from sweep.explorer.export import export
 from tests.explorer.browser.map_page import (
     BOTH,
+    PATIENCE,
     click,
     entries,
     plot,
@@ -42,7 +43,7 @@ def unwatched(browser, tabs):
                 context = browser.new_context(**options)
                 stack.callback(context.close)
                 page = context.new_page()
-                page.set_default_timeout(20_000)
+                page.set_default_timeout(PATIENCE)
                 return page
             page, used = tabs.take(options)
             stack.callback(tabs.give_back, options, page, used)

@@ -5,20 +5,17 @@ import re
 import pytest
 from explorer_browser import Watch
 
-from tests.explorer.browser.map_page import click
+from tests.explorer.browser.map_page import PATIENCE, click
 
 pytestmark = pytest.mark.slow_lane
-
-#: What it takes to compile a kernel for a page on a busy machine [ms].
-COMPILED = 120_000
 
 
 @pytest.fixture
 def page(browser):
-    """Return a tab; a whole picture of a system takes longer than `opened` waits for."""
+    """Return a tab that has not begun to load."""
     context = browser.new_context(viewport={"width": 1280, "height": 800})
     page = context.new_page()
-    page.set_default_timeout(COMPILED)
+    page.set_default_timeout(PATIENCE)
     yield page
     context.close()
 

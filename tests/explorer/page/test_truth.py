@@ -82,7 +82,7 @@ def test_cells_without_losses(opened, rng, count):
     page = opened()
     for base, words in WORDS:
         view = any_view(base, words)
-        n = count(20_000, 200_000)
+        n = count(6_000, 200_000)
         starts = {
             "tilt": rng.choice([-1.0, 1.0], n) * 10.0 ** rng.uniform(-8, np.log10(1.5), n),
             "tilt_rate": rng.choice([0.0, 1.0], n) * rng.normal(0.0, 1.0, n) * 10.0 ** rng.uniform(-6, 1, n),
@@ -272,7 +272,7 @@ def test_cells_of_a_body(served_with, opened, rng, count, name):
     given = SweepSpec.from_words(*((words[0], words[1:]) if "=" not in words[0] else ("rolling", words)))
     view = View.read({**sides(given), "base": "", "words": {}}, given)
     page = opened(served_with(*words).url)
-    axes, n = (view.x.name, view.y.name), count(1000, 20_000)
+    axes, n = (view.x.name, view.y.name), count(500, 20_000)
     starts = {side.name: rng.uniform(*side.ends(), n) for side in (view.x, view.y)}
     expected = compute(view.live, view.starts(*(starts[each] for each in axes)))
     names = ["ending", "stability", "tilt_min", "tilt_max", "peak_tilt", "amplification", "nutation_period"]

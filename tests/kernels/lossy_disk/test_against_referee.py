@@ -33,9 +33,9 @@ def test_fresh_mixtures_end_as_the_referee_says(rng):
 
 
 @pytest.mark.slow_lane
-def test_fresh_breaches_are_those_of_the_referee(rng):
+def test_fresh_breaches_are_those_of_the_referee(rng, count):
     """When the tilt of other cells each time first exceeded a limit, from upright and from the start."""
-    audit = audit_losses.audit_breaches(30, rng, slack=100.0)
+    audit = audit_losses.audit_breaches(count(12, 30), rng, slack=100.0)
     assert audit.fine, "\n".join(audit.broken)
 
 

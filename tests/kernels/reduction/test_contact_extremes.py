@@ -67,10 +67,10 @@ def test_the_extremes_are_those_of_a_body_in_space(pick):
 
 
 @pytest.mark.slow_lane
-def test_random_motions():
+def test_random_motions(count):
     """Of all bodies, with the centre of mass off the centre, past poles, and where a body would lift off."""
     rng, seen = np.random.default_rng(4), set()
-    for number in range(20):
+    for number in range(count(13, 20)):
         name = NAMES[number % len(NAMES)]
         lengths, (axial, transverse), (core, shift, edge, square) = drawn(name, rng)
         tilt, rates = rng.uniform(-1.2, 1.2), rng.normal(size=3)
