@@ -220,6 +220,8 @@ def test_what_is_no_plane_is_refused(tmp_path, file):
     """A list of starts, an atlas of one axis, and words beside a file are refused in a sentence."""
     with refused("list of starts"):
         explore("rolling", samples=10, tilt="uniform:1deg:2deg", roll_rate=3.0)
+    with refused("list of starts"):
+        explore("rolling", samples=10, tilt="uniform:1deg:2deg", roll_rate="uniform:2:3")
     with refused("two parameters"):
         explore(sweep.run(SPEC.replace(tilt=0.01)))
     with refused("alpha"):

@@ -11,6 +11,7 @@ from messages import assert_facts, missing, refused
 from sweep.engine.grid import whole
 from sweep.errors import RequestError
 from sweep.model.bodies.model import BODIES
+from sweep.model.bodies.shape import LENGTHS
 from sweep.model.bodies.theory import pole_prediction
 from sweep.model.disk.model import DISK
 from sweep.motion.request import TrajectorySpec
@@ -75,6 +76,18 @@ def test_what_no_body_is_is_refused_in_a_sentence():
             spec_of(words)
         assert told in str(caught.value), words
         assert caught.value.hint, words
+
+
+def test_a_length_that_a_body_lacks_is_refused():
+    """Every length of another body, also one that is optional there; the message names those that it has."""
+    needed = {"tube": 0.2, "thickness": 0.2, "flattening": 0.1}
+    names = sorted({name for lengths in LENGTHS.values() for name in lengths})
+    for body, lengths in LENGTHS.items():
+        own = {name: value for name, value in needed.items() if name in lengths}
+        for name in names:
+            if name not in lengths:
+                with refused(f"body={body}", f"{name}=0.1", *lengths):
+                    SweepSpec.preset("rolling", body=body, **own, **{name: 0.1})
 
 
 def test_a_length_is_a_share_of_the_radius_or_has_a_unit():
