@@ -151,6 +151,15 @@ def test_lists_and_grids_are_drawn_apart(atlas):
         plots.figure([atlas, grid])
 
 
+def test_a_map_of_a_list_is_refused(atlas):
+    """Neither of lists alone nor of a list with a grid there is a map of regimes or losses."""
+    grid = sweep.run(sweep.SweepSpec(roll_rate="2:4:5", tilt="1deg:2deg:3"))
+    for draw, option in ((plots.regimes, "--regimes"), (plots.losses, "--losses")):
+        for datasets in ([atlas], [grid, atlas], [atlas, grid]):
+            with refused(option, "list of starts"):
+                draw(datasets, Look.read())
+
+
 def test_figures_of_one_list_have_the_same_bytes(atlas, tmp_path):
     """Twice the same file."""
     for name in ("a.png", "b.png"):
