@@ -68,6 +68,20 @@ def test_every_cell_is_repeated_to_the_bit(tmp_path):
         assert "tolerance" not in told
 
 
+def test_lines_of_theory_have_their_numbers():
+    """The critical rate is that of no perturbation, the rate for a start at 1 deg and a limit of 5 deg is higher."""
+    atlas = sweep.run("rolling", roll_rate="2:3:5", tilt="1deg,2deg")
+    text = explain(atlas, {"roll_rate": 2.5, "tilt": "1deg"}).text
+    numbers = {}
+    for word in ("no perturbation", "this criterion"):
+        (line,) = (line for line in text.splitlines() if word in line)
+        numbers[word] = float(line.split()[0])
+    assert numbers["no perturbation"] == pytest.approx(math.sqrt(9.81 / (3.0 * 0.5)), abs=6e-6)
+    edge = atlas.eulerdisk.boundary().isel(tilt=0)
+    assert numbers["this criterion"] == pytest.approx(float(edge.predicted), abs=6e-6)
+    assert numbers["this criterion"] > 3.0
+
+
 def test_the_words_say_why():
     """Each kind of ending and verdict has its reason, and the figure of a cell that moves is drawn."""
     for spec, given, verdict, because in [

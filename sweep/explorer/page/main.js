@@ -11,7 +11,7 @@ import { tell, tellProblem } from "eulerdisk/notice";
 import { PageSource } from "eulerdisk/page_source";
 import { Readout } from "eulerdisk/readout";
 import { ServerSource } from "eulerdisk/server_source";
-import { baseOf, firstAxis, quantityOf, UNSET, wordsOf, withinDomain } from "eulerdisk/state";
+import { baseOf, firstAxis, quantityOf, UNSET, withinDomain, withSlot, wordsOf } from "eulerdisk/state";
 
 /** @import { Aim } from "eulerdisk/map" */
 /** @import { Point, State } from "eulerdisk/state" */
@@ -303,18 +303,6 @@ class Page {
     this.#problem = problem;
     this.#tell();
   }
-}
-
-/**
- * Settings of both motions with others for one of them.
- * @template Settings
- * @param {[Settings, Settings]} both
- * @param {number} slot
- * @param {Settings} settings
- * @returns {[Settings, Settings]}
- */
-function withSlot(both, slot, settings) {
-  return slot === 0 ? [settings, both[1]] : [both[0], settings];
 }
 
 /** @param {Source} source */

@@ -294,3 +294,15 @@ export function wordsOf({ base, words, x, y }) {
 export function isFixed({ atlas }, view) {
   return atlas !== null && !atlas.live && atlas.base === view.base;
 }
+
+/**
+ * Settings of both motions with others for one of them.
+ * @template Settings
+ * @param {[Settings, Settings]} both
+ * @param {number} slot
+ * @param {Settings} settings
+ * @returns {[Settings, Settings]}
+ */
+export function withSlot(both, slot, settings) {
+  return slot === 0 ? [settings, both[1]] : [both[0], settings];
+}

@@ -92,7 +92,7 @@ test("the tilt is drawn in degrees over the longer time, with its turning points
 
 test("forces are drawn from 0 to the weight at least; a short peak is not seen whole", () => {
   const flat = TIMES.map(() => 0.5);
-  const forces = (normal_force, friction_needed = flat) =>
+  const forces = (normal_force, friction_needed = flat, length = 2) =>
     forcesFigure(
       samplesOf({
         normal_force,
@@ -100,10 +100,12 @@ test("forces are drawn from 0 to the weight at least; a short peak is not seen w
         friction_across: TIMES.map(() => 0.3),
         friction_along: TIMES.map(() => -0.4),
       }),
-      2,
+      length,
     );
   const { y, curves } = forces(flat);
   assert.deepEqual(y, rangeOf([0, 1]));
+  // the other motion lasts longer
+  assert.deepEqual(forces(flat, flat, 7).x, { low: 0, high: 7 });
   curves.find(({ kind }) => kind === "horizontal").y.forEach((each) => near(each, 0.5));
   const peak = TIMES.map((_, i) => (i === 3 ? 100 : 1));
   assert.deepEqual(forces(peak).y, rangeOf([0, 100]));
@@ -129,6 +131,7 @@ test("a ledger stands on the energy, each loss on the one before, and what took 
     time: doubles(0, 1),
   };
   const samples = samplesOf(arrays, { ledger: { rolling: "rolling", contour: "contour", air: "air!" } });
+  assert.deepEqual(ledgerFigure(samples, 7).x, { low: 0, high: 7 });
   const { areas, y } = ledgerFigure(samples, 1);
   assert.deepEqual(
     areas.map(({ kind, label, y: top }) => [kind, label, ...top]),

@@ -3,8 +3,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { bodyOf } from "eulerdisk/compute/shapes";
-import { attitude, middleHeight } from "eulerdisk/motion/disk_scene";
+import { attitude, middleHeight, poseAt } from "eulerdisk/motion/disk_scene";
 import { niceLength } from "eulerdisk/motion/furniture";
+import { Samples } from "eulerdisk/motion/samples";
 import { meridianOf, reachOf } from "eulerdisk/motion/solid";
 import { Vector3 } from "three";
 
@@ -34,6 +35,26 @@ test("the camera looks at the middle height of the centre: of a flat disk low, o
   });
   near(middleHeight(samplesOf(0)), 0.04, 1e-5);
   near(middleHeight(samplesOf(1.5)), 0.04 * Math.cos(1.5), 1e-4);
+});
+
+test("the force on a disk and on a body: along the path, across it to the side of a positive tilt, and up", () => {
+  const two = (value) => Float64Array.of(value, value);
+  const heading = 0.4;
+  for (const body of [null, BODIES[0]]) {
+    const push = (normal, across, along) => {
+      const arrays = {
+        time: Float64Array.of(0, 1), tilt: two(0.2), heading: two(heading), roll_angle: two(0.1),
+        contact_x: two(0), contact_y: two(0), centre_x: two(0), centre_y: two(0), centre_z: two(1),
+        normal_force: two(normal), friction_across: two(across), friction_along: two(along),
+      }; // prettier-ignore
+      return poseAt(new Samples({ head: { radius: 1, body, lossy: true }, arrays }), 0.5).push.toArray();
+    };
+    const [sine, cosine] = [Math.sin(heading), Math.cos(heading)];
+    const expected = [[0, 0, 1], [cosine, sine, 0], [-sine, cosine, 0]]; // prettier-ignore
+    [push(1, 0, 0), push(0, 1, 0), push(0, 0, 1)].forEach((found, i) =>
+      found.forEach((value, k) => near(value, expected[i][k])),
+    );
+  }
 });
 
 test("the stretches of a meridian join, and lead from the axis to the axis; a torus has none", () => {

@@ -17,6 +17,7 @@ import {
   withAxis,
   withinDomain,
   withOtherScale,
+  withSlot,
   withValue,
   withWord,
   wordOf,
@@ -34,6 +35,13 @@ test("a base begins with its view and its usual quantity; of an unknown name the
   assert.deepEqual(points, [null, null]);
   assert.equal(firstState(ABOUT, "nothing").view.base, "rolling");
   assert.equal(baseOf(ABOUT, { ...VIEW, base: "nothing" }).name, "rolling");
+});
+
+test("other settings of one motion leave those of the other one", () => {
+  const both = ["first", "second"];
+  assert.deepEqual(withSlot(both, 0, "new"), ["new", "second"]);
+  assert.deepEqual(withSlot(both, 1, "new"), ["first", "new"]);
+  assert.deepEqual(both, ["first", "second"]);
 });
 
 test("quantities of a base are in its order; an unknown one is the first of all", () => {

@@ -184,7 +184,7 @@ export class DiskScene {
   setTime(time) {
     this.time = time;
     if (!this.samples || !this.disk) return;
-    const pose = this.samples.head.body ? poseOfBody(this.samples, time) : poseOfDisk(this.samples, time);
+    const pose = poseAt(this.samples, time);
     this.disk.quaternion.copy(pose.turned);
     this.disk.position.copy(pose.centre);
     this.force?.point(pose.contact, pose.push.multiplyScalar(WEIGHT * this.size));
@@ -440,7 +440,16 @@ export function middleHeight(samples) {
 }
 
 /**
- * Where the disk is at a time: how it is turned, its centre and its contact point in m, and the force on it over its weight.
+ * Where a disk or a body is at a time: how it is turned, its centre and its contact point in m, and the force on it over its
+ * weight.
+ * @param {Samples} samples
+ * @param {number} time
+ */
+export function poseAt(samples, time) {
+  return samples.head.body ? poseOfBody(samples, time) : poseOfDisk(samples, time);
+}
+
+/**
  * @param {Samples} samples
  * @param {number} time
  */
@@ -454,7 +463,7 @@ function poseOfDisk(samples, time) {
 }
 
 /**
- * The same of a body. Between two samples it is turned evenly about one axis: beside a pole its heading is not even.
+ * Between two samples it is turned evenly about one axis: beside a pole its heading is not even.
  * @param {Samples} samples
  * @param {number} time
  */
