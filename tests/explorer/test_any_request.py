@@ -5,6 +5,8 @@ import pytest
 
 from sweep.errors import RequestError
 from sweep.explorer.answers import Answers
+from sweep.explorer.body import SLIDERS
+from sweep.model.bodies.model import BODIES
 
 SIDES = [
     ("roll_rate", "tilt"), ("tilt", "precession_rate"), ("radius", "tilt"), ("gravity", "roll_rate"),
@@ -63,3 +65,14 @@ def test_every_request_is_answered_or_refused(rng, count):
         except Exception as problem:
             raise AssertionError(path, fields) from problem
     assert 0 < refused < 0.9 * count(600, 6000)
+
+
+def test_sliders_reach_the_bodies_that_people_have():
+    """The ends of each slider are possible, and their stretch holds rings, coins, eggs and tablets."""
+    met = {"tube": (0.02, 0.6), "thickness": (0.05, 1.0), "fillet": (0.0, 0.4), "offset": (-0.3, 0.3),
+           "flattening": (-0.5, 0.5), "axial_moment": (0.3, 0.95), "transverse_moment": (0.2, 0.5)}  # fmt: skip
+    assert met.keys() == SLIDERS.keys()
+    for name, ends in met.items():
+        low, high, _ = SLIDERS[name]
+        assert BODIES.parameters[name].allows(np.array([low, high])).all(), name
+        assert low <= ends[0] < ends[1] <= high, name

@@ -1,10 +1,13 @@
 """Numbers on logarithmic axes, and error bars of squared rates."""
 
+import math
+
 import matplotlib.pyplot as plt
 import numpy as np
 
 from sweep.figures.panels import _spread
-from sweep.figures.scales import set_log_ticks
+from sweep.figures.scales import readable, set_log_ticks
+from sweep.model.quantity import Input
 
 
 def numbers(low, high):
@@ -26,6 +29,16 @@ def test_numbers_of_a_logarithmic_axis():
     np.testing.assert_allclose(numbers(1.0, 5.0), [1, 2, 5])
     np.testing.assert_allclose(numbers(0.1, 10.0), [0.1, 0.2, 0.5, 1, 2, 5, 10])
     np.testing.assert_allclose(numbers(1e-2, 1e3), [1e-2, 1e-1, 1, 10, 100, 1000])
+
+
+def test_short_lengths_alone_have_another_unit():
+    """A length below 10 cm is drawn in mm, below 2 mm in micrometres; speeds keep their numbers."""
+    for units, largest, scale in (
+        ("m", 0.5, 1.0), ("m", 0.05, 1e3), ("m", 1e-3, 1e6), ("m s-1", 0.05, 1.0), ("m s-2", 1e-3, 1.0),
+        ("rad", 0.05, math.degrees(1.0)),
+    ):  # fmt: skip
+        quantity = readable(Input("place", "x", units, "where it is", tolerance=None, default=0.0), largest)
+        assert quantity.plot_scale == scale, (units, largest)
 
 
 def test_error_bars_of_squares():

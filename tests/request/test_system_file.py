@@ -121,6 +121,8 @@ def test_files_that_say_the_same_have_one_text():
         + file("k3 = THREE*(k)\n    return (v, -k3*x)", "x=1, v=0, *, k=1/2", "duration=10", "")
     )
     assert read_system(one).text == read_system(two).text
+    nothing = HEAD + "DRAG = 0.0\n" + file("return v, -x - DRAG*v", head="")
+    assert read_system(nothing).text == read_system(file("return v, -x - 0*v")).text
     centimetres = file("return v, -x*k", 'x: "cm" = 10, v: "cm/s" = 0, *, k: "1/s2" = 1', 'duration="1 min"')
     metres = file("return v, -x*k", 'x: "m" = "0.1 m", v: "m s-1" = 0, *, k: "Hz2" = 1', 'duration="60 s"')
     assert read_system(centimetres).text == read_system(metres).text
