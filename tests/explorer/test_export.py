@@ -70,6 +70,21 @@ def test_the_page_has_the_cells_of_the_atlas(page):
     assert "12 x 20 cells" in held["about"]["atlas"]["note"]
 
 
+def test_an_atlas_that_no_page_computes_keeps_its_measured_boundary(tmp_path):
+    """The lines of a disk with losses have the edges that were measured in the file."""
+    words = {"roll_rate": "1:6:12", "tilt": "0.1deg:5deg:5", "contour_friction": "20um", "duration": "2s"}
+    atlas = sweep.run("rolling", **words)
+    export(subject_of(atlas, {}), tmp_path / "page.html")
+    held = held_in(tmp_path / "page.html")
+    assert held["about"]["atlas"]["live"] is False
+    (measured,) = (line for line in held["lines"] if line["name"] == "measured")
+    edge = atlas.eulerdisk.boundary()
+    places = sorted(tuple(place) for points in measured["points"] for place in points)
+    known = np.isfinite(edge.measured.values)
+    assert np.allclose(places, np.stack([edge.tilt.values, edge.measured.values], axis=1)[known], rtol=1e-12)
+    assert known.sum() > 3
+
+
 def test_cells_have_the_rates_that_they_compute(tmp_path):
     """Of circling disks the page has the roll rate of every cell: a motion needs it."""
     atlas = sweep.run(

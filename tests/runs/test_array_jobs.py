@@ -1,5 +1,6 @@
 """Prepared runs, their parts and their assembly; runs that go on; descriptions of unfinished runs."""
 
+import errno
 import inspect
 import os
 import pkgutil
@@ -87,6 +88,36 @@ def test_steps_of_a_run_that_has_ended(command, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
     assert (tmp_path / "a.nc").read_bytes() == before
     assert command("info a.nc")[0] == 0
+
+
+def test_assemble_replaces_a_file_if_it_is_told_to(command, tmp_path):
+    """A file that has come meanwhile stays, and so do the blocks; with --overwrite it is replaced."""
+    assert command(f"prepare {WORDS} -o a.nc")[0] == 0
+    assert command("block --run a.nc.run --part 1/1")[0] == 0
+    (tmp_path / "a.nc").write_bytes(b"other")
+    status, _, err = command("assemble a.nc.run")
+    assert status == 2
+    assert_facts(err, "a.nc", "--overwrite")
+    assert (tmp_path / "a.nc").read_bytes() == b"other"
+    assert command("assemble a.nc.run --overwrite")[0] == 0
+    assert (tmp_path / "a.nc").read_bytes() != b"other"
+
+
+def test_assemble_on_a_full_disk(command, tmp_path, monkeypatch):
+    """The blocks are kept and named, and the same command goes on when there is room."""
+    assert command(f"prepare {WORDS} --block-cells 4 -o a.nc")[0] == 0
+    assert command("block --run a.nc.run --part 1/1")[0] == 0
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(array_jobs, "publish_from_journal", full)
+        status, _, err = command("assemble a.nc.run")
+    assert status == 3
+    assert_facts(err, "5 blocks", "a.nc.run", "same command again")
+    assert not (tmp_path / "a.nc").exists()
+    assert command("assemble a.nc.run")[0] == 0
 
 
 def test_the_command_of_a_run_that_python_began_exists():
