@@ -201,8 +201,8 @@ def test_the_hash_is_of_the_code_that_runs():
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_run_on_the_device(tmp_path):
-    """`device=cuda` on the command line writes the atlas of the CPU; the file says which device it was."""
-    words = ["-m", "sweep", "run", "rolling", "roll_rate=2.2:3:5", "tilt=1deg,4deg"]
+    """`device=cuda` writes the atlas of the CPU, of more cells than a block of threads; the file names the device."""
+    words = ["-m", "sweep", "run", "rolling", "roll_rate=2.2:3:35", "tilt=1deg,4deg", "duration=0.05s"]
     for device, simulator in (("cpu", False), ("cuda", True)):
         done = process(
             [*words, f"device={device}", "-o", f"{device}.nc"], simulator=simulator, folder=tmp_path

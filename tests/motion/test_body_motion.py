@@ -229,3 +229,25 @@ def test_what_has_been_apart_is_not_known_better_afterwards():
     for name in names:
         assert (np.diff(motion[name].values) >= 0.0).all(), name
         assert motion[name].values[-1] > 0.0
+
+
+def test_a_small_body_has_the_errors_of_a_large_one_by_the_radius():
+    """All lengths of a ring, 25 times as large with gravity, are 25 times as large; its angles and rates are the same."""
+    start = {"tilt": "20deg", "precession_rate": 2.0, "roll_rate": 1.0, "tube": 0.2, "duration": "3s"}
+    large = sweep.simulate("torus", **start, radius=1.0, gravity=9.81)
+    small = sweep.simulate("torus", **start, radius=0.04, gravity=0.04 * 9.81)
+    for name in ("contact_x", "contact_y", "centre_z", "path_error"):
+        assert float(large[name][-1] / small[name][-1]) == pytest.approx(25.0, rel=1e-3), name
+    for name in ("tilt", "roll_rate", "rate_error", "orientation_error"):
+        assert float(large[name][-1]) == pytest.approx(float(small[name][-1]), rel=1e-3), name
+
+
+@pytest.mark.parametrize("body", ["body=ball offset=0.2", "body=spheroid flattening=0.3"])
+def test_what_has_poles_may_start_beyond_any_tilt_of_a_fall(command, body):
+    """A ball and a spheroid turn near their pole, where a disk would have fallen; a ring may not."""
+    moments = "axial_moment=0.4 transverse_moment=0.4"
+    start = "tilt=88deg precession_rate=20 roll_rate=-20 duration=0.1s -o a.nc"
+    assert command(f"simulate {body} {moments} {start}")[0] == 0
+    status, _, err = command(f"simulate body=torus tube=0.2 {start}")
+    assert status == 2
+    assert_facts(err, "88 deg", "fall_tilt", "85 deg")
