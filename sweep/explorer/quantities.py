@@ -44,11 +44,6 @@ class Shown:
     values: Callable[[SweepSpec, Columns], npt.NDArray[Any]]
     timed: bool = False
 
-    @property
-    def from_extremes(self) -> bool:
-        """Whether the extremes are enough."""
-        return not self.timed and "wells" not in self.needs
-
 
 def shown_of(spec: SweepSpec) -> dict[str, Shown]:
     """Return what the map can show of the cells of a spec, the usual one first."""

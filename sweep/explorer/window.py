@@ -117,7 +117,7 @@ def computed_window(
         here = y[first : first + rows]
         with KERNELS:
             starts = view.starts(np.tile(x, here.size), np.repeat(here, width))
-            columns = compute(spec, starts, verdicts_only=shown.from_extremes)
+            columns = compute(spec, starts)
         shape = here.size, width
         value[first : first + rows] = shown.values(spec, columns).reshape(shape)
         verdict[first : first + rows] = columns["stability"].reshape(shape)
