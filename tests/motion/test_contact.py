@@ -85,3 +85,19 @@ def test_an_explanation_holds_the_forces_against_the_motion_in_time(monkeypatch,
     found = explain(sweep.run(SPEC.replace(tilt=0.06, roll_rate=3.2875, contact="no")), {})
     assert found.confirmed
     assert "in time" not in found.text
+
+
+@pytest.mark.parametrize("words", [{}, {"body": "torus", "tube": 0.2}, {"contour_friction": "1mm"}])
+def test_forces_are_those_that_accelerate_the_centre_of_mass(words):
+    """Second differences of its path, up, along the heading of the rolling contact and across it: Newton's law."""
+    start = {"tilt": "5deg", "precession_rate": 1.0, "roll_rate": 5.0, "tilt_rate": 0.2}
+    motion = sweep.simulate(**start, **words, duration="1s", interval="1ms", mass="2kg")
+    path = np.stack([motion[f"centre_{axis}"].values for axis in "xyz"])
+    step = float(motion["elapsed_time"][1])
+    x, y, z = 2.0 * np.diff(path, 2) / step**2
+    sine, cosine = np.sin(motion["heading"].values[1:-1]), np.cos(motion["heading"].values[1:-1])
+    expected = {"friction_across": x * cosine + y * sine, "friction_along": y * cosine - x * sine,
+                "normal_force": z + 2.0 * 9.81}  # fmt: skip
+    for name, values in expected.items():
+        assert motion[name].values[1:-1] == pytest.approx(values, abs=2e-4), name
+    assert all(np.ptp(values) > 0.1 for values in expected.values())

@@ -1,0 +1,43 @@
+"""Tables of rows: the constant beside each name is its row."""
+
+import ast
+import importlib
+
+import pytest
+from processes import CHECKOUT
+
+MODULES = sorted(
+    ".".join(path.relative_to(CHECKOUT).with_suffix("").parts)
+    for path in (CHECKOUT / "kernels").glob("*/*.py")
+    if path.name.endswith("arrays.py") or path.name == "shapes.py"
+)
+
+
+def tables(module):
+    """Yield the constants of each table of a module: ``A, B = range(len(TABLE))``, and the table."""
+    tree = ast.parse((CHECKOUT / f"{module.replace('.', '/')}.py").read_text(encoding="utf-8"))
+    for line in tree.body:
+        match line:
+            case ast.Assign(
+                targets=[ast.Tuple(elts=names)],
+                value=ast.Call(func=ast.Name(id="range"), args=[*_, ast.Call(args=[ast.Name(id=table)])]),
+            ):
+                yield [name.id for name in names], table
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_constants_have_the_order_of_their_table(module):
+    """A constant has words of its row, behind the name of the table: `FRICTION_ALONG` is not "friction_across"."""
+    content = importlib.import_module(module)
+    for constants, table in tables(module):
+        names = getattr(content, table)
+        for constant in constants:
+            row = names[getattr(content, constant)]
+            first, _, rest = constant.partition("_")
+            words = (rest if rest and table.startswith(first) else constant).lower().split("_")
+            assert set(words) <= set(row.split("_")), (table, constant, row)
+
+
+def test_all_tables_are_seen():
+    """The modules have two dozen of them."""
+    assert sum(1 for module in MODULES for _ in tables(module)) > 20
