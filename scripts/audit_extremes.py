@@ -6,10 +6,11 @@
     python scripts/audit_extremes.py brackets [ROWS] [SEED]       refined boundaries: both ends of each bracket
     python scripts/audit_extremes.py periods [COUNT] [SEED]       periods and stated errors of the reduction, ten kinds
 
-The reduction in double precision is itself held against 50 digits (tests/turning_reference.py, which imports nothing of
-the project): a sample of every kind, all cells that double precision leaves open, and all brackets. `periods` holds it
-against quadruple precision (quadruple.py, COUNT cells of each kind, 4 ms each) and 50 digits (one, and one per thousand
-of COUNT), or against 50 digits alone where no compiler knows quadruple precision. Exit status 1 if a promise is broken.
+The reduction in double precision is compared with 50 digits itself (tests/turning_reference.py, which imports nothing
+of the project): a sample of every kind, all cells that double precision leaves open, and all brackets. `periods`
+compares it with quadruple precision (quadruple.py, COUNT cells of each kind, 4 ms each) and 50 digits (one, and one per
+thousand of COUNT), or with 50 digits only where no compiler knows quadruple precision. Exit status 1 if a promise is
+broken.
 """
 
 import math
@@ -140,7 +141,7 @@ def audit_errors(cells: int, rng: np.random.Generator) -> bool:
 
 
 def separatrices(count: int, rng: np.random.Generator) -> Array:
-    """Starts whose energy is that of the maximum of their potential, but for a share of 1e-15 to 1e-2."""
+    """Starts whose energy is that of the maximum of their potential, except for a share of 1e-15 to 1e-2."""
     made: list[tuple[Array, float]] = []
     while len(made) < count:
         n = 4000
@@ -268,7 +269,7 @@ def audit_brackets(rows: int, rng: np.random.Generator) -> bool:
 
 
 def nearly_steady(n: int, rng: np.random.Generator) -> Array:
-    """Starts next to steady motions at any tilt: the roll rate is theirs but for a share of 1e-15 to 1e-1."""
+    """Starts next to steady motions at any tilt: the roll rate is theirs except for a share of 1e-15 to 1e-1."""
     tilt, alpha, precession = spread(rng, n, -3, 0.16), rng.uniform(0.02, 1.0, n), spread(rng, n, -1.5, 2)
     sin, cos = np.sin(tilt), np.cos(tilt)
     rolling = (0.5 * alpha * precession**2 * cos - 1.0) * sin / ((1.0 + alpha) * precession * cos)

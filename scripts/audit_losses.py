@@ -110,7 +110,7 @@ def described(given: Array, air: str) -> str:
 
 
 def compare(audit: Audit, run: Run, given: Array, air: str, *, slack: float = 1.0, **settings: Any) -> None:
-    """Hold `run` against the referee in every cell; `settings` go to both but for the kernel's `tolerance`."""
+    """Hold `run` against the referee in every cell; `settings` go to both except for the kernel's `tolerance`."""
     own = {key: value for key, value in settings.items() if key != "tolerance"}
     true = lossy_referee.run(given, air=air, rtol=1e-13, **own)
     coarse = lossy_referee.run(given, air=air, rtol=1e-12, **own)
@@ -347,7 +347,7 @@ def holding_tilt(alpha: float, arm: float, precession: float) -> float:
 
 
 def audit_holding(cells: int, rng: np.random.Generator) -> Audit:
-    """A disk set down a billionth within the holding tilt stays, but for roundings; a thousandth beyond it goes."""
+    """A disk set down a billionth within the holding tilt stays, except for roundings; a thousandth beyond it goes."""
     audit = Audit()
     alpha, arm = rng.uniform(0.1, 1.0, cells), 10.0 ** rng.uniform(-5, -1, cells)
     precession = rng.normal(0, 1, cells) * (rng.random(cells) < 0.7)

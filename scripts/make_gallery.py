@@ -242,7 +242,7 @@ def page(entries: tuple[Entry, ...] = ENTRIES) -> str:
     """Return the page as Markdown."""
     parts = [
         "# Gallery\n\nEvery figure of the project, with the command that makes it. "
-        "`scripts/gallery` makes them all, but for those of the benchmark at the end.\n"
+        "`scripts/gallery` makes them all, except for those of the benchmark at the end.\n"
     ]
     for each in entries:
         commands = "\n".join(command.format(folder="docs") for command in each.commands)

@@ -2,7 +2,7 @@
 
     python scripts/same_bits.py ../before
 
-A change that is to move no number is held against the state before it: `git worktree add ../before COMMIT`. Every kind
+A change that is to move no number is compared with the state before it: `git worktree add ../before COMMIT`. Every kind
 of cell is among the atlases: presets, refined boundaries on one to four axes, losses, random starts, the exact method,
 contact forces and a single cell. The hash of the code and the history may differ. Exit status 1 if anything else does.
 """

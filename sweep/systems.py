@@ -109,7 +109,7 @@ def body(*args: Any, **words: Any) -> Callable[[Callable[..., Any]], System]:
     Parameters
     ----------
     **words
-        Those of `system`, but for ``conserved``: of a body that is its energy.
+        Those of `system`, except for ``conserved``: of a body that is its energy.
 
     Raises
     ------

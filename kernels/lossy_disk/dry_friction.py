@@ -24,7 +24,7 @@ from kernels.lossy_disk.contact_motion import (
 _INSTANT = 1.0e-7
 
 #: Share of its bound by which friction may be needed more than that and still hold, and hold on when it held before:
-#: where rounding decides, friction does not let go and seize again for ever.
+#: where rounding decides, friction does not let go and seize again forever.
 SEIZES, HOLDS_ON = 1.0 + 1.0e-12, 1.0 + 2.0e-12
 LETS_GO = 0.0
 

@@ -64,7 +64,7 @@ _LAST = 1.0e-6
 #: Steps here after which a motion is abandoned.
 MOST_STEPS = 1.0e7
 
-#: Switches of friction in excess of its steps after which a motion is abandoned: it would switch for ever.
+#: Switches of friction in excess of its steps after which a motion is abandoned: it would switch forever.
 _MOST_SWITCHES = 1000.0
 
 #: A step that wins more energy (of m g R) than this leads nowhere: it is ten times the largest tolerance.

@@ -197,7 +197,7 @@ def trajectory(start, settings, times, samples):
     -------
     (ending, filled, last, steps)
         A code of `kernels.lossy_disk.endings`; how many columns were written; the time [s] of the last one, which is
-        that of the ending; the steps made. A disk that has come to rest or that friction holds for ever fills no more.
+        that of the ending; the steps made. A disk that has come to rest or that friction holds forever fills no more.
     """
     begun = beginning(start, settings)
     radius, unit = begun.radius, begun.unit

@@ -48,7 +48,7 @@ def reclassify(
     Returns
     -------
     xarray.Dataset
-        The same measures, but for those that follow from the criterion, which the atlas then
+        The same measures, except for those that follow from the criterion, which the atlas then
         lacks; `stability`, the boundaries and the attributes that name the criterion are new. By a function
         the boundary is that of the grid, and the atlas cannot be saved: no file can state it.
 

@@ -1,4 +1,4 @@
-"""Attributes, types and dimensions of an atlas held against its spec and the tables of its model."""
+"""Attributes, types and dimensions of an atlas compared with its spec and the tables of its model."""
 
 import hashlib
 import json
@@ -49,7 +49,7 @@ _READ_OTHERWISE = (
     "compress",
 )  # fmt: skip
 
-#: What attributes of variables are held against.
+#: What attributes of variables are compared with.
 _TABLE = "the table of the model"
 
 #: Global attributes that other code may put in other words.
@@ -71,7 +71,7 @@ def _is_table_of_versions(text: str) -> bool:
     return isinstance(named, dict) and all(isinstance(each, str) for each in named.values())
 
 
-#: Global attributes of which only the form is known: what they are held against, and whether they fit it.
+#: Global attributes of which only the form is known: what they are compared with, and whether they fit it.
 _FORMS: Mapping[str, tuple[str, Callable[[SweepSpec, _Attributes, str], object]]] = {
     "source": (
         "eulerdisk VERSION, method of the spec",

@@ -1,4 +1,4 @@
-"""The boundary of an atlas found again from its verdicts, and its brackets held against the exact reference."""
+"""The boundary of an atlas found again from its verdicts, and its brackets compared with the exact reference."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
@@ -117,7 +117,7 @@ def _brackets(spec: SweepSpec, group: Group, stored: _Columns) -> Iterator[tuple
 def _allowed(
     spec: SweepSpec, name: str, again: _Columns, is_float: bool, repeated: bool
 ) -> tuple[str, Array | float]:
-    """Return what a variable of the boundary is held against, and how far each value may be from it."""
+    """Return what a variable of the boundary is compared with, and how far each value may be from it."""
     size = np.abs(np.nan_to_num(again[name]))
     if name.startswith(("predicted_", "critical_")):
         return "the line of theory, computed again", _THEORY_ROUNDING * size
@@ -157,7 +157,7 @@ def _alike(spec: SweepSpec, stored: _Columns, axis: str, middle: str) -> Array:
 
 
 def _on_the_grid(spec: SweepSpec, axis: str, ends: Array) -> Array:
-    """Return the ends of brackets, those that are a value of the axis but for their rounding as that value.
+    """Return the ends of brackets, those that are a value of the axis except for their rounding as that value.
 
     A criterion may hold at one double alone, as ``tilt == 1deg`` does, and middle plus half-width may miss it.
     """

@@ -1,4 +1,4 @@
-"""The cells of an atlas held against the reference of its model, and against a repetition of its integration."""
+"""The cells of an atlas compared with the reference of its model, and with a repetition of its integration."""
 
 from collections import deque
 from collections.abc import Iterable, Iterator

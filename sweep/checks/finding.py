@@ -1,4 +1,4 @@
-"""One variable of two atlases: its values held against each other, and the finding."""
+"""One variable of two atlases: its values compared with each other, and the finding."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

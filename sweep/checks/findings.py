@@ -28,9 +28,9 @@ class Findings:
         Cells that agree (as far as time and the tolerance let them), that disagree, that have not been computed. The
         others are unresolved or invalid, in the atlas or in the reference.
     compared : int
-        Cells that were held against the reference, or a second computation, which said something of them.
+        Cells that were compared with the reference, or a second computation, which said something of them.
     coordinate, units : str
-        Whose extremes were held against the exact ones, and their unit.
+        Whose extremes were compared with the exact ones, and their unit.
     extremes : (median, 99 %, largest)
         Distribution of the error of the extremes [SI], over the cells that have one and were not ended by time; NaN if
         none. Of more than 2**21 cells median and 99 % are those of an even part of them.
@@ -48,7 +48,7 @@ class Findings:
     statements : sequence of Statement
         What was found of each variable and attribute.
     sampled : str
-        Which cells were held against more than themselves, where these are only a sample; else empty.
+        Which cells were compared with more than themselves, where these are only a sample; else empty.
     told, has_period : str, bool
         What `extremes` are, in words, and whether there are periods.
     """

@@ -17,16 +17,16 @@ from sweep.request.spec import SweepSpec
 
 @dataclass(frozen=True)
 class Statement:
-    """One variable or attribute of an atlas, and what it was held against.
+    """One variable or attribute of an atlas, and what it was compared with.
 
     Parameters
     ----------
     name : str
         The variable, the attribute, or both joined by a colon.
     against : str
-        What it was held against; where nothing was, the reason.
+        What it was compared with; where nothing was, the reason.
     judged, wrong : int
-        Values that were held against something, and those of them that are wrong, by the check that finds most.
+        Values that were compared with something, and those of them that are wrong, by the check that finds most.
     difference, allowed : float
         Largest difference, as a multiple of what is allowed for it, and what is allowed there, in `units`; NaN where
         values are words, or missing.
@@ -46,7 +46,7 @@ class Statement:
 
     @property
     def checked(self) -> bool:
-        """Whether it was held against anything."""
+        """Whether it was compared with anything."""
         return self.judged > 0
 
 
@@ -80,7 +80,7 @@ class Checks:
     Attributes
     ----------
     tallies : dict of str to Tally
-        What the variable was held against, and what that found.
+        What the variable was compared with, and what that found.
     """
 
     def __init__(self, name: str, units: str) -> None:
@@ -137,7 +137,7 @@ def _severity(tally: Tally) -> tuple[bool, bool, bool, float]:
 
 
 def _with_share(against: str, tally: Tally) -> str:
-    """Return what a variable was held against, with the share of cells that are beyond it where some may be."""
+    """Return what a variable was compared with, with the share of cells that are beyond it where some may be."""
     if not tally.share:
         return against
     found, allowed = 100.0 * tally.beyond / tally.judged, 100.0 * tally.share

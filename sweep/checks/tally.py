@@ -1,4 +1,4 @@
-"""Values held against what they have to be: how many are beyond what is allowed, which, and which is the worst."""
+"""Values compared with what they have to be: how many are beyond what is allowed, which, and which is the worst."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -41,7 +41,7 @@ class Tally:
     Attributes
     ----------
     judged, beyond, excused : int
-        Values that were held against something; those of them that are further off than is allowed and may not be, and
+        Values that were compared with something; those of them that are further off than is allowed and may not be, and
         those that may.
     unknown : int
         Values of which it is not known what they have to be.
@@ -90,14 +90,14 @@ class Tally:
         apart, allowed : array
             How far each value is from what it has to be (`difference`), and how far it may be.
         judged : array of bool
-            Which values were held against anything.
+            Which values were compared with anything.
         step : int
         beyond : array of bool, optional
             Which values are further off than is allowed, where the difference alone does not say it.
         excused : array of bool
             Which values may be.
         values : tuple of array
-            What is held against each other.
+            What is compared with each other.
 
         Returns
         -------

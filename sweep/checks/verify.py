@@ -72,7 +72,7 @@ def verify(
         means for it, its ending and verdict are the exact ones, its derived numbers follow from its extremes, and its
         other variables are what its integration gives again. What was found of each variable and attribute, the
         boundary and its curves too, is in the attribute ``audit_statements``; `findings` reads it. A model without an
-        exact reference has every cell held against itself and a sample against a second computation, which the
+        exact reference has every cell compared with itself and a sample with a second computation, which the
         attribute ``audit_sample`` names.
 
     Raises
@@ -206,7 +206,7 @@ class _Audit:
             _refuse(self.dataset, f"{problem.name} cannot be read, {problem}")
 
     def attributes(self) -> dict[str, Any]:
-        """Return the attributes of the audit, but for its result."""
+        """Return the attributes of the audit, except for its result."""
         held = {str(name): value for name, value in self.dataset.attrs.items()}
         return held | {
             "title": f"Audit of: {held.get('title', 'a stability atlas')}",

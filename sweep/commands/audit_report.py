@@ -43,7 +43,7 @@ def _statement_lines(statements: Sequence[Statement]) -> Iterator[str]:
     """Yield a table of the variables, then what is wrong among the attributes, then what was not checked."""
     variables = [each for each in statements if each.checked and _is_variable(each)]
     width = max((len(each.name) for each in variables), default=0)
-    yield f"{'variable':<{width}}  {'difference':<10}  {'allowed':<17}  held against"
+    yield f"{'variable':<{width}}  {'difference':<10}  {'allowed':<17}  compared with"
     for each in variables:
         allowed = with_unit(_small(each.allowed), each.units)
         yield f"{each.name:<{width}}  {_small(each.difference):<10}  {allowed:<17}  {each.against}"
@@ -53,7 +53,7 @@ def _statement_lines(statements: Sequence[Statement]) -> Iterator[str]:
     yield f"attributes: {judged - wrong} of {judged} are what the spec, the tables of the model and this version say"
     for each in attributes:
         if each.wrong:
-            yield f"    wrong: {each.name}, held against {each.against}: {'; '.join(each.named)}"
+            yield f"    wrong: {each.name}, compared with {each.against}: {'; '.join(each.named)}"
     for each in statements:
         if not each.checked and not each.name.endswith(":"):
             yield f"not checked: {each.name}, {each.against}"

@@ -26,8 +26,8 @@ def verify(
 ) -> None:
     """Check an atlas against the exact reduction, or with losses a second method.
 
-    Without losses every cell is held against the reduction, of a system of your own a sample against DOP853; with
-    losses every cell is held against itself, and a sample against a second computation.
+    Without losses every cell is compared with the reduction, of a system of your own a sample with DOP853; with
+    losses every cell is compared with itself, and a sample with a second computation.
     Exit status 0 if all cells agree within the tolerance that the atlas records, 1 otherwise and if none could be
     compared.
     """

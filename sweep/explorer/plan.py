@@ -129,7 +129,7 @@ def _body_of(spec: SweepSpec) -> dict[str, Any]:
 
 
 def _cells(spec: SweepSpec, model: Model) -> dict[str, Any]:
-    """Return how cells of a model with the starts of a spec are computed, but for their verdicts."""
+    """Return how cells of a model with the starts of a spec are computed, except for their verdicts."""
     endings, shown = model.endings, shown_of(spec)
     computed = {name: _RATES[str(getattr(spec, name))] for name in spec.computed}
     settings = [name for name in ("fall_tilt", "tolerance") if name in model.settings]

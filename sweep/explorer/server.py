@@ -301,7 +301,7 @@ class _Handler(BaseHTTPRequestHandler):
     server_version, sys_version = "eulerdisk", ""
 
     def setup(self) -> None:
-        """Read from the connection, until a moment: a request that drips in would keep its room for ever."""
+        """Read from the connection, until a moment: a request that drips in would keep its room forever."""
         super().setup()
         self._arrival = _Arrival(self.connection, self.timeout)
         self.rfile = io.BufferedReader(self._arrival)

@@ -1,4 +1,4 @@
-"""What `verify` stores of the cells of an atlas, and how a variable is held against what it has to be."""
+"""What `verify` stores of the cells of an atlas, and how a variable is compared with what it has to be."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -32,19 +32,19 @@ class Audit:
 
 @dataclass(frozen=True)
 class CellCheck:
-    """One variable of some cells held against what it has to be.
+    """One variable of some cells compared with what it has to be.
 
     Parameters
     ----------
     name : str
         The variable.
     against : str
-        What it was held against, in words.
+        What it was compared with, in words.
     difference, allowed : array, shape (n,)
         How far each value is from what it has to be, and how far it may be; NaN where a value is missing that has to be
         there, or the reverse. In the unit of the variable.
     judged : array of bool, shape (n,)
-        Which cells were held against anything.
+        Which cells were compared with anything.
     promise : bool
         Whether only this version of the code promises it: files made by other code are not judged by it.
     share : float

@@ -167,7 +167,7 @@ class AuditedCells:
             yield self.same(rate, "the equation of steady motion", values)
 
     def same(self, name: str, against: str, values: Array, allowed: Array | None = None) -> CellCheck:
-        """Return the check of values that have to be others, or missing where those are, but for rounding."""
+        """Return the check of values that have to be others, or missing where those are, except for rounding."""
         if allowed is None:
             allowed = ROUNDING * np.abs(np.nan_to_num(values))
         return CellCheck(name, against, self.unless_same(self.stored[name], values), allowed, self.every)

@@ -88,7 +88,7 @@ class Reference(Protocol):
 
     @property
     def sampled(self) -> str:
-        """Which cells were held against more than themselves, in words, where these are only a sample; else empty."""
+        """Which cells were compared with more than themselves, in words, where these are only a sample; else empty."""
 
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
@@ -333,7 +333,7 @@ class Model(ABC):
         return {}
 
     def derive(self, starts: Starts, measured: Columns) -> Columns:
-        """Return the variables that follow from the measures, but for ``stability`` and ``amplification``."""
+        """Return the variables that follow from the measures, except for ``stability`` and ``amplification``."""
         return {}
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:

@@ -1,6 +1,6 @@
 """How one motion with losses is integrated, and when it is sampled: ever closer towards its end.
 
-That of the disk, and of other bodies but for their stated errors (`sweep.motion.lossy_body_path`).
+That of the disk, and of other bodies except for their stated errors (`sweep.motion.lossy_body_path`).
 """
 
 import math
@@ -187,7 +187,7 @@ def _imbalance(samples: Array) -> Array:
 
 
 def variables(spec: MotionRequest, start: Array, found: Sampled) -> dict[str, npt.NDArray[Any]]:
-    """Return the variables of the file, of the disk or of a body but for its stated errors."""
+    """Return the variables of the file, of the disk or of a body except for its stated errors."""
     samples, given = found.samples, dict(zip(spec.kind.model.parameters, start.tolist(), strict=True))
     values = dict(zip(arrays.SAMPLES, samples, strict=True))
     weight = given["mass"] * given["gravity"]

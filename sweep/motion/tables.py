@@ -292,7 +292,7 @@ LOSSY_TRAJECTORY: Mapping[str, Quantity] = table(
              "sum of 1: contour friction holds the roll rate at the rim, 2: pivoting friction holds the turn about the "
              "vertical, 4: rolling friction holds tilt and roll; 0 where all slides", "i1"),
     Quantity("ending", "", "1", "how the motion ended", DECISION,
-             "flat: the tilt reached flat_tilt; rest: held by dry friction, for ever; horizon: the duration was over; "
+             "flat: the tilt reached flat_tilt; rest: held by dry friction, forever; horizon: the duration was over; "
              "lift_off: the normal force vanished; slip: rolling needed more than the friction coefficient", "i1",
              {code.FLAT: "flat", code.REST: "rest", code.HORIZON: "horizon", code.LIFT_OFF: "lift_off",
               code.SLIP: "slip"}),

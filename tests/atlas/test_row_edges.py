@@ -1,4 +1,4 @@
-"""The edges of rows, and why a row has a boundary or none, held against formulas and readings of rows as text."""
+"""The edges of rows, and why a row has a boundary or none, compared with formulas and readings of rows as text."""
 
 import itertools
 import re

@@ -1,4 +1,4 @@
-"""The share of unstable starts, its interval held against SciPy and against many samples."""
+"""The share of unstable starts, its interval compared with SciPy and with many samples."""
 
 import numpy as np
 import pytest

@@ -109,7 +109,7 @@ def test_a_verdict_of_exact_values_is_marginal_not_wrong(atlas):
 
 
 def test_verify_says_what_it_held_the_verdicts_against():
-    """What the exact reduction does not know is held against the stored values alone; wrong verdicts are found."""
+    """What the exact reduction does not know is compared with the stored values alone; wrong verdicts are found."""
     for criterion, words, says in [
         ("fall_time < 0.3s", {}, "on the stored values"),
         ("friction_needed > 0.1", {"contact": "yes"}, "on the stored values"),
@@ -164,7 +164,7 @@ def test_a_steady_motion_can_be_unstable():
 
 
 def test_a_verdict_that_holds_at_one_double_is_found_again():
-    """The end of a bracket that is a value of the grid is held against the exact verdict at that value."""
+    """The end of a bracket that is a value of the grid is compared with the exact verdict at that value."""
     for criterion, tilt in itertools.product(
         ["tilt == 1deg", "roll_rate > 30deg/s and not (tilt == 2deg or tilt == 1deg)"],
         ["1deg:3deg:4", "1deg,1.7deg,2deg", "1deg:2deg:4:log"],

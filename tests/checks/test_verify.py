@@ -40,7 +40,7 @@ def test_the_presets_agree():
 
 @pytest.mark.slow_lane
 def test_the_exact_values_are_the_referee_s(pick):
-    """The extremes that the atlas is held against are those of an independent quadrature, to 1e-13 rad."""
+    """The extremes that the atlas is compared with are those of an independent quadrature, to 1e-13 rad."""
     for preset in pick(PRESETS, 1):
         dataset = atlas(preset)
         audited = verify(dataset)
@@ -132,7 +132,7 @@ def test_starts_with_losses_that_nothing_disturbs_have_no_numbers():
     numbers = [name for name in spec.model.measures if "undisturbed" in made[name].attrs.get("comment", "")]
     assert len(numbers) >= 10
     assert np.isnan([made[name].values for name in numbers]).all()
-    # nothing is wrong, but nothing could be held against another computation either
+    # nothing is wrong, but nothing could be compared with another computation either
     assert (found.wrong, found.disagreeing, found.compared, found.passed) == ([], 0, 0, False)
     assert "nan" not in audit_text(found, spec)
 
@@ -171,7 +171,7 @@ def test_unresolved_cells_are_counted_apart():
     saddle = sweep.run(SweepSpec(**words, tilt_rate=[push, 0.5 * push], duration=0.05))
     assert counts(saddle) == {"unresolved_by_the_reduction": 1, "within": 1}
     assert findings(verify(saddle)).passed
-    # nothing was held against anything
+    # nothing was compared with anything
     found = findings(verify(lost))
     assert (found.passed, found.compared, found.cells) == (False, 0, 3)
     assert_facts(audit_line(found), "NOT verified", "3 cells", "none")

@@ -75,7 +75,7 @@ def test_a_corrupted_cell_is_caught():
 
 
 def test_a_corrupted_roll_rate_of_circling_is_caught():
-    """The steady roll rate, computed for each cell, is held against the formula."""
+    """The steady roll rate, computed for each cell, is compared with the formula."""
     corrupted = changed(atlas("circling"), (3, 4), roll_rate=float(atlas("circling").roll_rate[3, 4]) + 1e-6)
     assert list(zip(*np.nonzero(flags(verify(corrupted)) == "contradictory"), strict=True)) == [(3, 4)]
 

@@ -328,7 +328,7 @@ def test_a_corrupt_type_is_named():
 
 # --- attributes ------------------------------------------------------------------------------------------------------
 
-#: Attributes without which a file is not read at all, or that decide what the others are held against.
+#: Attributes without which a file is not read at all, or that decide what the others are compared with.
 ALONE = ("sweep_spec", "eulerdisk_format", "kernel_hash", "source")
 
 

@@ -104,7 +104,7 @@ def test_files_may_not_become_large(atlas):
 
 
 def test_little_memory_is_refused_before_it_is_needed(machine, command, tmp_path):
-    """Under 400 MB the libraries would end the process or wait for ever: status 2, with the limit to set."""
+    """Under 400 MB the libraries would end the process or wait forever: status 2, with the limit to set."""
     machine(address_space=400 * 2**20)
     status, out, told = command(SMALL)
     assert (status, out, told.count("\n")) == (2, "", 1)

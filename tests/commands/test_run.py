@@ -100,7 +100,7 @@ def test_plan_writes_nothing_and_counts_right(command, tmp_path):
     assert_facts(blocks, "5 of 70000 cells")
     assert time.split()[0] == "time"
     assert not re.search(r"\d", time)
-    # 46 bytes a cell, the types in the table of variables but for those that follow from the others; 63 in all
+    # 46 bytes a cell, the types in the table of variables except for those that follow from the others; 63 in all
     (disk,) = (line for line in others if line.startswith("disk "))
     assert re.findall(r"\d+ [kMGT]?B", disk)[:2] == ["14 MB", "15 MB"]
     assert list(tmp_path.iterdir()) == []

@@ -19,7 +19,7 @@ OWN = sorted(
 
 
 def imported(name):
-    """Return the names of the modules that one imports, but for those of types alone."""
+    """Return the names of the modules that one imports, except for those of types alone."""
     text = (PAGE / name).read_text(encoding="utf-8")
     code = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
     return set(re.findall(r"""\b(?:from|import)\s*\(?\s*["']([\w@./-]+)["']""", code))

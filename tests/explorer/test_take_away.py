@@ -1,4 +1,4 @@
-"""What a page gives away: words, commands and files, each held against the command line or `sweep.run`."""
+"""What a page gives away: words, commands and files, each compared with the command line or `sweep.run`."""
 
 import contextlib
 import json

@@ -278,7 +278,7 @@ def check_maps(drawn, case):
 
 
 def check_verdicts(atlas, drawn, case):
-    """The verdicts that a panel has are words in it, but for one that has no room."""
+    """The verdicts that a panel has are words in it, except for one that has no room."""
     names = {0: "undecided", 1: "stable", 2: "unstable"}
     there = {names[int(code)] for code in np.unique(atlas["stability"].values)}
     if (atlas["ending"].values >= 5).any():

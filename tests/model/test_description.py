@@ -11,7 +11,7 @@ from sweep.request.spec import SweepSpec
 
 
 class Plain(type(DISK)):
-    """The disk, but for all that a model need not say."""
+    """The disk, except for all that a model need not say."""
 
     name = "plain"
     exact = None

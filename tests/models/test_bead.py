@@ -66,7 +66,7 @@ def test_it_turns_where_the_jacobi_integral_says(rng):
 
 
 def test_it_swings_with_the_frequency_of_small_oscillations():
-    """From rest at a small angle it is where the cosine is, but for the square of the angle."""
+    """From rest at a small angle it is where the cosine is, except for the square of the angle."""
     for hoop_rate in (0.0, 2.0, 4.0):
         cell = sweep.run(str(FILE), angle=1e-5, hoop_rate=hoop_rate)
         expected = 1e-5 * np.cos(np.sqrt(CRITICAL**2 - hoop_rate**2) * 10.0)

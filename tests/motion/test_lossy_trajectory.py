@@ -1,4 +1,4 @@
-"""A motion with losses in time: held against the referee of the tests, and sampled ever closer towards its end."""
+"""A motion with losses in time: compared with the referee of the tests, and sampled ever closer towards its end."""
 
 import math
 

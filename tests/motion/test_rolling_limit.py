@@ -1,4 +1,4 @@
-"""When rolling becomes impossible, held against the closed form of a disk that falls in its place."""
+"""When rolling becomes impossible, compared with the closed form of a disk that falls in its place."""
 
 import math
 

@@ -135,7 +135,7 @@ def test_what_the_ledger_leaves():
 
 @pytest.mark.slow_lane
 def test_a_second_computation_finds_what_the_ledger_cannot_see():
-    """Of an atlas of other code a measure that no balance holds is held against half the step, in a sample."""
+    """Of an atlas of other code a measure that no balance holds is compared with half the step, in a sample."""
     atlas = sweep.run(spec_of(f"{GRID} {LAWS['contour']}")).assign_attrs(kernel_hash="0" * 64)
     assert findings(verify(atlas, seed=1)).passed
     wrong = atlas.copy(deep=True)

@@ -161,7 +161,7 @@ class Future:
 
 
 class Client:
-    """A cluster on which everything has been computed, but for one block."""
+    """A cluster on which everything has been computed, except for one block."""
 
     loop = None
 

@@ -64,7 +64,7 @@ def test_periods_are_right_or_missing(rng, count, monkeypatch):
 
 @pytest.mark.slow_lane
 def test_periods_without_a_compiler(rng, monkeypatch):
-    """Where quadruple precision cannot be had, a period of each kind is held against 50 digits."""
+    """Where quadruple precision cannot be had, a period of each kind is compared with 50 digits."""
     monkeypatch.setattr(quadruple, "available", lambda: False)
     keep_kinds(monkeypatch, "slow")
     assert audit_extremes.audit_periods(3, rng)

@@ -89,7 +89,7 @@ def test_a_record_is_read_as_it_was_written(records, tmp_path):
 def test_a_loss_of_more_than_a_fifth_fails(records, capsys):
     """A ratio at 81 % of that of the same kind of processor passes, at 79 % it ends with 1 and is named.
 
-    A processor without a record is held against half the least of the others: vectors and memories differ.
+    A processor without a record is compared with half the least of the others: vectors and memories differ.
     """
     for processor, share, status in (
         (None, 1.3, 0),

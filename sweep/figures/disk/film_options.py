@@ -196,7 +196,7 @@ class Timing:
     """What a film shows when.
 
     `moments` are the times of the frames [s], shape (n,), `speed` is the time of the motion over that of the film,
-    `turn` is the angle [rad] by which the disk turns from one frame to the next, but for its fastest fiftieth, and
+    `turn` is the angle [rad] by which the disk turns from one frame to the next, except for its fastest fiftieth, and
     `shown` and `length` are how much of the motion is in the film, and its whole duration [s]; `to_its_end` says that a
     part is the last one, not the first.
     """

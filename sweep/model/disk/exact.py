@@ -60,7 +60,7 @@ AUDIT = Audit(
     difference="tilt_difference",
     units="rad",
     told="tilts        the extremes differ from the exact ones by",
-    summary="Every cell of a stability atlas held against the exact extreme tilts and period of its motion.",
+    summary="Every cell of a stability atlas compared with the exact extreme tilts and period of its motion.",
     ended_by_time=WITHIN,
     period=("period_difference", "exact_period", "period_share"),
 )

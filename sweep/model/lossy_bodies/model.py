@@ -1,4 +1,4 @@
-"""What a body of revolution with losses is: the disk with losses, but for its body."""
+"""What a body of revolution with losses is: the disk with losses, except for its body."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path

@@ -117,7 +117,7 @@ def integrator(
     air : str
         The law of the air.
     slips : bool
-        Whether the friction that rolling needs is held against a friction coefficient.
+        Whether the friction that rolling needs is compared with a friction coefficient.
     module : str
         Where the kernels of what rolls are.
     """

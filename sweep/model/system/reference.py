@@ -57,7 +57,7 @@ AUDIT = Audit(
     difference="place_difference",
     units="of their size",
     told="states       at the end of the sample differ from those of DOP853 by",
-    summary="Every cell of a system's atlas held against its own rules, and a sample against DOP853.",
+    summary="Every cell of a system's atlas compared with its own rules, and a sample with DOP853.",
 )
 # fmt: on
 
@@ -167,7 +167,7 @@ class SampledReference:
             )
 
     def _at_events(self, cells: AuditedCells, ends: Columns) -> Iterator[CellCheck]:
-        """Yield the checks that motions that an event ended are where it happens, but for the terms left out."""
+        """Yield the checks that motions that an event ended are where it happens, except for the terms left out."""
         share = _SHARE + 100.0 * float(cells.spec.tolerance)
         errors = self._errors(cells)
         for event in self._definition.ends:

@@ -100,7 +100,7 @@ def test_what_is_set_of_a_motion_is_shared(opened):
     _, elevation, distance = map(float, held["a.camera"].split(","))
     assert elevation == pytest.approx(np.radians(22 + 6), rel=1e-5)
     assert distance == pytest.approx(0.9 * 5.8, rel=1e-5)
-    # on a screen of the same size it is the same picture but for rounding, and another one than at first
+    # on a screen of the same size it is the same picture except for rounding, and another one than at first
     again = opened(fragment_of(page))
     again.locator(SHOWN).wait_for()
     wait_for_picture(again)

@@ -210,7 +210,7 @@ def test_a_start_without_motion_is_refused_in_words(opened):
 
 
 def test_a_small_disk_is_followed_for_so_many_of_its_own_units(motion):
-    """A disk of a micrometre that turns on its edge for ever is shown for a shorter time than one of a metre."""
+    """A disk of a micrometre that turns on its edge forever is shown for a shorter time than one of a metre."""
     for losses, units in [(None, 4e3), ({"rolling_friction": 1e-13}, 4e4)]:
         with case(losses, units):
             start = start_of(radius=1e-6, precession_rate=1.0)

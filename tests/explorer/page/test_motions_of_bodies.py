@@ -85,7 +85,7 @@ def shown(request, served_with, opened):
 
 @pytest.mark.slow_lane
 def test_a_motion_is_that_of_the_program(shown):
-    """At the same times within 1e-9 of `sweep.simulate`, which is held against a rigid body in space, in space.
+    """At the same times within 1e-9 of `sweep.simulate`, which is compared with a rigid body in space, in space.
 
     Where motions part, so that it states a larger error, within four times that. Two seconds of each are compared:
     beside a separatrix rounding of the start grows to more than either states.

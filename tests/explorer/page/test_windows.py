@@ -23,7 +23,7 @@ def values(given, count):
 
 
 def same(one, other):
-    """Return whether all values are equal, missing ones included, but for the rounding of elementary functions."""
+    """Return whether all values are equal, missing ones included, except for the rounding of elementary functions."""
     return np.allclose(one, other, rtol=1e-9, atol=1e-13, equal_nan=True)
 
 

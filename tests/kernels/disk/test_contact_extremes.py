@@ -100,7 +100,7 @@ def test_random_motions_have_the_forces_of_a_dense_integration():
 def test_no_extreme_is_missed():
     """Neither a last step of the size of rounding nor a peak beside a vanishing normal force moves an extreme."""
     for case in [
-        # the way to the far turning point is a whole number of equal steps but for 1e-17 rad
+        # the way to the far turning point is a whole number of equal steps except for 1e-17 rad
         ({"roll_rate": 3.2875, "tilt": 0.06196480112802008}, 300.0),
         ({"roll_rate": 3.1875, "tilt": 0.07675099334714733}, 300.0),
         # the normal force nearly vanishes: a narrow peak of the coefficient

@@ -63,7 +63,7 @@ def test_the_accuracy_of_random_starts(crowd):
 @pytest.mark.slow_lane
 @compiled
 def test_the_error_estimate_is_honest(crowd):
-    """The true error is at most twice the stated one, but for the 1e-12 rad of the referee."""
+    """The true error is at most twice the stated one, except for the 1e-12 rad of the referee."""
     for tolerance in [1e-10, 1e-8, 1e-6, 1e-4]:
         given, truth = crowd
         found = kernel_runner.run(given, tolerance=tolerance)

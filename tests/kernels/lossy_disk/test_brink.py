@@ -40,7 +40,7 @@ def test_only_a_disk_on_the_brink_is_unresolved(arm, turning, alpha):
         alpha=alpha,
     )
     assert lossy_runner.run(given, duration=100.0).ending.tolist() == expected
-    # one that friction holds for ever is at rest where a single motion ends
+    # one that friction holds forever is at rest where a single motion ends
     assert lossy_runner.run_single(given, duration=100.0).ending.tolist()[1:] == expected[1:]
 
 

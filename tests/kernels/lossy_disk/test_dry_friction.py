@@ -45,7 +45,7 @@ def holding_tilt(arm, turning, alpha):
 
 
 def test_rolling_friction_holds_up_to_the_holding_tilt():
-    """Just below its closed form a disk stands for ever, in the bits of its tilt; just above it is let go: 1e-12."""
+    """Just below its closed form a disk stands forever, in the bits of its tilt; just above it is let go: 1e-12."""
     for case in itertools.product([0.0, 0.7, -2.5], [0.5, 0.62, 1.0], [1e-6, 1e-3, 0.2]):
         turning, alpha, arm = case
         tilt = holding_tilt(arm, turning, alpha)

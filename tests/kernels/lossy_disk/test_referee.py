@@ -1,4 +1,4 @@
-"""The referee of the disk with losses is itself held against other means: Lagrange's form, regularised friction."""
+"""The referee of the disk with losses is itself compared with other means: Lagrange's form, regularised friction."""
 
 import math
 

@@ -102,7 +102,7 @@ def test_a_length_is_a_share_of_the_radius_or_has_a_unit():
 
 
 def test_a_table_has_a_body_for_each_start():
-    """Its columns are held against each other row by row."""
+    """Its columns are compared with each other row by row."""
     table = {"tilt": [0.1, 0.7], "thickness": [0.1, 0.4], "fillet": [0.02, 0.15]}
     spec = SweepSpec(body="rim", starts=table)
     assert whole(spec)["fillet"].tolist() == [0.02, 0.15]

@@ -110,7 +110,7 @@ def test_a_centre_at_rest_with_another_precession_rate_is_a_nutating_start():
 
 @pytest.mark.compiled
 def test_an_atlas_of_wobbles_is_verified():
-    """Both computed rates are stored and held against the equations of the wobble; a wrong one is found."""
+    """Both computed rates are stored and compared with the equations of the wobble; a wrong one is found."""
     spec = SweepSpec(tilt="20deg:70deg:6", tilt_rate=1e-3, precession_rate="wobble", roll_rate="wobble")
     atlas = sweep.run(spec)
     assert findings(verify(atlas)).passed
@@ -210,7 +210,7 @@ def test_every_cell_is_verified(branches):
 
 @pytest.mark.compiled
 def test_a_wrong_precession_rate_is_caught(branches):
-    """The precession rate that is computed for each cell is held against the formula."""
+    """The precession rate that is computed for each cell is compared with the formula."""
     atlas = branches["steady-slow"].copy(deep=True)
     place = tuple(np.argwhere(np.isfinite(atlas["precession_rate"].values))[5])
     atlas["precession_rate"].values[place] *= 1.0 + 1e-6

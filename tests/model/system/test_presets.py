@@ -211,7 +211,7 @@ def test_the_two_points_of_thomas_lose_their_stability_where_they_must():
 
 @pytest.mark.release
 def test_a_weakly_driven_pendulum_has_its_linear_resonance():
-    """After 300 the angle is the stationary one of the linear oscillator, but for the square of the torque."""
+    """After 300 the angle is the stationary one of the linear oscillator, except for the square of the torque."""
     off = []
     for torque in (1e-2, 1e-3):
         atlas = sweep.run("driven_pendulum", torque=torque, drive="0.2:1.6:15", duration=300.0)

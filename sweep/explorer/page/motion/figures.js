@@ -24,7 +24,7 @@ const MOMENTS = 400;
 /** Digits of the wells and barriers, which are found on a curve of some hundred points. */
 const DIGITS = 5;
 
-/** Tilts in radians that are the same but for rounding: the potential ends where a disk has fallen. */
+/** Tilts in radians that are the same except for rounding: the potential ends where a disk has fallen. */
 const SAME = 1e-6;
 
 /**
