@@ -46,8 +46,8 @@ def request_of_preset(spec: str | Path, words: Mapping[str, Any]) -> MotionReque
     -----
     A file has axes, and a motion has one start. If the centre of the disk rests and no word gives the precession rate,
     it is that of the wobble, which keeps the tilt except for losses. Words about cells of an atlas, such as a
-    criterion, are left out. The duration is that of the file, but at most that of any other motion. A system has a value
-    for each of its words, which replaces an axis of its file that is not given.
+    criterion, are left out. The duration is that of the file, but at most that of any other motion. A system has a
+    value for each of its words, which replaces an axis of its file that is not given.
     """
     path = find_spec_file(spec)
     sweep = SweepSpec.read(path)
