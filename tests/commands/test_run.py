@@ -14,8 +14,11 @@ from messages import assert_facts, assert_in_order
 import sweep
 from sweep.commands import warmup
 from sweep.files.reading import open_atlas
+from sweep.model import registry
 from sweep.model.disk.model import DISK
 from sweep.model.kernel import cache_root
+from sweep.request.spec import SweepSpec
+from sweep.request.spec_file import presets
 
 CHECKOUT = Path(__file__).parents[2]
 SMALL = ["roll_rate=2:4:9", "tilt=0.1deg,1deg"]
@@ -218,6 +221,16 @@ def test_a_cache_that_others_can_write_is_told(tmp_path):
 
 
 @pytest.mark.slow_lane
+def test_warmup_has_the_kernels_of_every_preset():
+    """No first run of a preset compiles anything after it, whatever its model."""
+    tasks, kernels = warmup.usual_tasks()
+    assert len(tasks) > 10
+    for model in registry.every():
+        for name in presets(model):
+            spec = SweepSpec.preset(name)
+            assert set(spec.model.kernels(spec)) <= set(kernels), name
+
+
 def test_warmup_says_that_nothing_was_kept(command, tmp_path, monkeypatch):
     """Where the kernels cannot be kept, here because nothing is compiled, it ends with 2 and says what to do."""
     monkeypatch.setattr(warmup, "usual_tasks", lambda: ({}, [DISK.integrate]))

@@ -53,11 +53,11 @@ def test_the_explorer():
 def test_films():
     """Sizes, rates and lengths of docs/films.md, and the names of cameras."""
     stated = {
-        "25 if not given, at most 50 in a gif and 120 in an mp4": film_options._RATES
+        "25 by default, at most 50 in a gif and 120 in an mp4": film_options._RATES
         == {"mp4": (25, 120), "gif": (25, 50)},
         f"from {film_options._SMALLEST} to {film_options._LARGEST}, even numbers in an mp4": True,
-        f"may have {film_options.MOST_FRAMES} frames": True,
-        "real time for 4 to 20 s": (film_options._SHORTEST, film_options._USUAL) == (4.0, 20.0),
+        f"{film_options.MOST_FRAMES} frames": True,
+        "4 to 20 s": (film_options._SHORTEST, film_options._USUAL) == (4.0, 20.0),
         f"farther than {camera._WHOLE:g} radii": True,
         **{f"`{name}`": True for name in film_options.CAMERAS},
     }
