@@ -1,6 +1,7 @@
 """dataset.eulerdisk: there in whichever order things are imported, and what it answers."""
 
 import importlib
+import inspect
 import os
 import re
 import subprocess
@@ -15,7 +16,9 @@ from messages import assert_facts, refused, with_facts
 from PIL import Image
 
 import sweep
+from sweep.figures import plots
 from sweep.figures.disk.regimes import NAMES
+from sweep.figures.look import Look
 from sweep.model.disk.tables import VARIABLES
 
 CHECKOUT = Path(__file__).parents[1]
@@ -362,3 +365,18 @@ def test_words_of_a_plot_that_cannot_be_are_refused(atlas):
     ]:
         with refused(*facts):
             atlas.eulerdisk.plot(**words)
+
+
+def test_every_word_of_a_figure_reaches_it(atlas, monkeypatch):
+    """`plot` hands on each of its arguments under its name; the look, the friction or the axes have it."""
+    words = {name: object() for name in inspect.signature(sweep.Eulerdisk.plot).parameters if name != "self"}
+    words |= {"losses": False, "regimes": False}
+    taken = {}
+
+    def figure(_, friction, look, ax):
+        taken.update(look, friction=friction, ax=ax)
+
+    monkeypatch.setattr(Look, "read", lambda **given: given)
+    monkeypatch.setattr(plots, "figure", figure)
+    atlas.eulerdisk.plot(**words)
+    assert taken == {name: value for name, value in words.items() if value is not False}

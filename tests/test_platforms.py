@@ -146,6 +146,8 @@ def test_the_free_room_of_a_disk(monkeypatch, tmp_path):
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(platforms.shutil, "disk_usage", lambda _: usage(10**12, 0, 31))
     assert platforms.free_bytes(tmp_path) == 31
+    monkeypatch.setattr(platforms.shutil, "disk_usage", lambda _: usage(10**12, 10**12, 0))
+    assert platforms.free_bytes(tmp_path) == 0
     monkeypatch.setattr(platforms.shutil, "disk_usage", lambda _: usage(0, 0, 0))
     assert platforms.free_bytes(tmp_path) == math.inf
 

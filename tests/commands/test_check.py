@@ -198,7 +198,10 @@ def test_an_existing_file_is_kept(command, tmp_path):
     """An audit replaces a file only when told to, and never the atlas that it is about."""
     (tmp_path / "b.nc").write_text("old")
     before = (tmp_path / "a.nc").read_bytes()
+    (tmp_path / "reference.nc").write_bytes(before)
     for line, facts in (
+        ("compare a.nc reference.nc --junit a.nc", ["a.nc", "replace"]),
+        ("compare a.nc reference.nc --junit reference.nc", ["reference.nc", "replace"]),
         ("verify a.nc --write b.nc", ["b.nc", "--overwrite"]),
         ("verify a.nc --write a.nc --overwrite", ["a.nc", "replace"]),
         ("verify a.nc --write ./a.nc", ["a.nc", "replace"]),
@@ -208,7 +211,7 @@ def test_an_existing_file_is_kept(command, tmp_path):
         assert (status, out) == (2, "")
         assert_facts(err, *facts)
         assert (tmp_path / "b.nc").read_text() == "old"
-        assert (tmp_path / "a.nc").read_bytes() == before
+        assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "reference.nc").read_bytes() == before
     assert command("verify a.nc --write b.nc --overwrite")[0] == 0
     with xr.open_dataset("b.nc") as written:
         assert "audit" in written
