@@ -67,6 +67,7 @@ def test_endings(text, given, expected):
     ("text", "given", "expected"),
     [
         ("x > 2 and y < 3", {}, (-1.0, 2.0)), ("abs(x) < 2", {"x": -1.5}, (3.5, 0.5)),
+        ("x > 2 and y < 3 and x < 9", {}, (-1.0, 2.0, 8.0)),
         ("abs(x) > 2", {"x": -3.0}, (5.0,)), ("abs(x) > 2 and 1 > y", {"x": 0.0, "y": 0.5}, (-4.0, 0.5)),
     ],
 )  # fmt: skip

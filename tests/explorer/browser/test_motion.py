@@ -358,6 +358,22 @@ def test_start_and_words_follow_a_slider(opened):
     page.locator(".explanation", has_text="because").first.wait_for()
 
 
+def test_a_camera_that_was_dragged_is_in_the_address(opened):
+    """It is written when the hand lets go; a click that turns nothing writes nothing."""
+    page = opened()
+    choose(page, 0.3, 0.3)
+    box = page.locator(".stage canvas").first.bounding_box()
+    x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
+    page.mouse.click(x, y)
+    page.wait_for_timeout(400)
+    assert "a.camera" not in page.url
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 60, y + 10, steps=4)
+    page.mouse.up()
+    page.wait_for_url(re.compile(r"a\.camera="))
+
+
 @pytest.mark.release
 def test_the_picture_follows_the_clock_the_keys_and_the_theme(opened):
     """The disk moves, keys turn the camera and bring it nearer, and a light page has a light table."""
