@@ -528,3 +528,16 @@ def test_a_ring_is_as_wide_as_its_inertia_says(opened):
     )
     inner = [min(math.sqrt(max(2.0 * alpha - 1.0, 0.0)), 0.9) for alpha in alphas]
     assert found == [pytest.approx([2.0 * each, 2.0]) for each in inner]
+
+
+def test_squares_of_the_table_have_the_length_that_is_told(opened):
+    """The picture of a square is repeated once on each length: the table can move on by whole squares unseen."""
+    found = opened().evaluate(
+        """async () => {
+            const { tableOfSquares } = await import("eulerdisk/motion/furniture");
+            const table = tableOfSquares(0.05, "#ffffff", "#000000");
+            const { width, height } = table.geometry.parameters;
+            return [width / table.material.map.repeat.x, height / table.material.map.repeat.y];
+        }"""
+    )
+    assert found == pytest.approx([0.05, 0.05])

@@ -75,6 +75,10 @@ def test_the_trail_fades():
     # the start of the trail has left its place
     earlier = np.nonzero(of_the_trail(pictures[5]).max(axis=1) > 0.15)[0]
     assert rows.max() < earlier.max() - 50
+    # it fades in seconds of the film: at twice the speed it is twice as long
+    pictures, _ = frames(motion, camera="top", fps=1, speed=2.0)
+    faster = np.nonzero(of_the_trail(pictures[4]).max(axis=1) > 0.15)[0]
+    assert np.ptp(faster) == pytest.approx(2.0 * np.ptp(rows), rel=0.15)
 
 
 def test_words_grow_with_the_picture():
