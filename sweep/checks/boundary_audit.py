@@ -1,4 +1,4 @@
-"""The boundary of an atlas found again from its verdicts, and its brackets compared with the exact reference."""
+"""The boundary of an atlas, searched again in its verdicts, and its brackets by the exact reference."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
@@ -24,10 +24,10 @@ _ROUNDING, _THEORY_ROUNDING = 1e-12, 1e-9
 #: The same where the processor rounds like the one that made the atlas.
 _LAST_BITS = 1e-15
 
-#: A bracket that was bisected elsewhere may be so many times as wide as it comes out here, or as the spec asks for.
+#: A bracket from another machine may be this many times as wide as the one found here, or as the spec asks for.
 _WIDER = 4.0
 
-#: What the name of a half-width has after that of the middle of its bracket.
+#: The name of a half-width is that of the middle of its bracket with this suffix.
 _HALF = "_halfwidth"
 
 #: Variables of one shape by their names.
@@ -37,22 +37,22 @@ _Columns = Mapping[str, Array]
 def boundary_statements(
     spec: SweepSpec, dataset: "xr.Dataset", again: Iterable[Group], repeated: bool
 ) -> Iterator[tuple[Declaration, Statement | None]]:
-    """Yield the variables of the boundary, edges, lines of theory and curves, and what is found of each.
+    """Yield the variables of the boundary (edges, lines of theory, curves), each with its result.
 
     Parameters
     ----------
     spec : SweepSpec
     dataset : xarray.Dataset
-        The atlas, which may lack some of them: of those nothing is found.
+        The atlas; variables that it lacks have no result.
     again : iterable of list of (Declaration, array)
-        The boundary (`sweep.atlas.boundary_search.boundary_groups`) that the stored verdicts have.
+        The boundary of the stored verdicts (`sweep.atlas.boundary_search.boundary_groups`).
     repeated : bool
-        Whether a computation here comes out the same, to the bit, as where the atlas was made.
+        Whether computations on this machine give the bits of the atlas.
 
     Notes
     -----
-    All of them follow from the stored verdicts: they are found again. Where the spec asks for a refined boundary, the
-    exact reference must besides have unlike verdicts at the two ends of every bracket.
+    All variables follow from the stored verdicts. If the spec asks for a refined boundary, the exact reference must
+    also have different verdicts at the two ends of every bracket.
     """
     for group in again:
         found = {declared.name: np.asarray(values, np.float64) for declared, values in group}
@@ -117,7 +117,7 @@ def _brackets(spec: SweepSpec, group: Group, stored: _Columns) -> Iterator[tuple
 def _allowed(
     spec: SweepSpec, name: str, again: _Columns, is_float: bool, repeated: bool
 ) -> tuple[str, Array | float]:
-    """Return what a variable of the boundary is compared with, and how far each value may be from it."""
+    """Return the reference for a variable of the boundary, and the allowed difference of each value."""
     size = np.abs(np.nan_to_num(again[name]))
     if name.startswith(("predicted_", "critical_")):
         return "the line of theory, computed again", _THEORY_ROUNDING * size
@@ -136,7 +136,7 @@ def _allowed(
 
 
 def _alike(spec: SweepSpec, stored: _Columns, axis: str, middle: str) -> Array:
-    """Return 1 where both ends of a bracket have one exact verdict, else 0; an end on the edge is undecided."""
+    """Return 1 where both ends of a bracket have the same exact verdict, else 0; an end on the edge is undecided."""
     exact = spec.replace(method="exact")
     centre, width = stored[middle].reshape(-1), stored[middle + _HALF].reshape(-1)
     known = np.isfinite(centre) & np.isfinite(width)
@@ -157,9 +157,9 @@ def _alike(spec: SweepSpec, stored: _Columns, axis: str, middle: str) -> Array:
 
 
 def _on_the_grid(spec: SweepSpec, axis: str, ends: Array) -> Array:
-    """Return the ends of brackets, those that are a value of the axis except for their rounding as that value.
+    """Return the ends of brackets; an end within rounding of a value of the axis becomes that value.
 
-    A criterion may hold at one double alone, as ``tilt == 1deg`` does, and middle plus half-width may miss it.
+    A criterion may hold at a single double, as ``tilt == 1deg`` does, and middle plus half-width may miss it.
     """
     held = getattr(spec, axis).array()
     after = np.clip(np.searchsorted(held, ends), 1, held.size - 1)

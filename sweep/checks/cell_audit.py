@@ -19,7 +19,7 @@ from sweep.model.quantity import MISSING, Quantity, Truths
 from sweep.request.spec import SweepSpec
 from sweep.request.words import MOST_STEPS
 
-#: Steps that are repeated at most: about a second. Of an atlas of more steps every k-th cell is integrated again.
+#: Steps that are repeated at most: about a second. In an atlas of more steps every k-th cell is integrated again.
 _MOST_STEPS = 1e9
 
 #: The count of the steps of each cell.
@@ -44,10 +44,10 @@ AuditedBlock = tuple[Span, dict[str, npt.NDArray[np.generic]]]
 
 @dataclass(frozen=True)
 class _Computed:
-    """What the kernels say of the cells of a block: their starts, the reference, and their integration again.
+    """Results of the kernels for the cells of a block: starts, reference, and repeated integration.
 
-    `again` holds the measures of every k-th cell, from the cell `first` of the block on; `follows` what a kernel of its
-    own makes of the stored extremes. Both may be empty.
+    `again` holds the measures of every k-th cell, from the cell `first` of the block on; `follows` the results of
+    another kernel for the stored extremes. Both may be empty.
     """
 
     starts: Starts
@@ -58,7 +58,7 @@ class _Computed:
 
 
 class CellAudit:
-    """What is found of the cells of an atlas, block by block.
+    """The audit of the cells of an atlas, block by block.
 
     Parameters
     ----------
@@ -69,12 +69,12 @@ class CellAudit:
     own : bool
         Whether the code that made the atlas is this code, by its hash.
     stride : int
-        Of how many cells one is integrated again (`stride_of`), if it is.
+        Every `stride`-th cell is integrated again (`stride_of`).
 
     Attributes
     ----------
     repeated : bool
-        Whether cells that were integrated again came out the same, to the bit: another processor rounds otherwise.
+        Whether repeated integrations gave the same bits; another processor may round differently.
     """
 
     def __init__(
@@ -106,13 +106,13 @@ class CellAudit:
                 yield waiting.popleft().result()
 
     def statements(self) -> Iterator[Statement]:
-        """Yield what was found of each variable, in the order of the file; each once."""
+        """Yield the result for each variable, in the order of the file."""
         for name, checks in self._checks.items():
             if name in self._held & self._named:
                 yield checks.statement(lambda place: cell_in_words(self._spec, place))
 
     def _compute(self, span: Span, stored: Columns) -> _Computed:
-        """Return what the kernels say of a block."""
+        """Return the results of the kernels for a block."""
         spec, starts = self._spec, starts_of(self._spec, span)
         exact = self._reference.truth(spec, starts, span.start, stored)
         nothing: Columns = {}
@@ -127,7 +127,7 @@ class CellAudit:
         return _Computed(starts, exact, first, again, follows)
 
     def _judge(self, span: Span, stored: Columns, computed: _Computed) -> AuditedBlock:
-        """Hold the cells of a block against what was computed of them."""
+        """Compare the cells of a block with their computed values."""
         audit, wrong = self._reference.audit, np.zeros(len(span), bool)
         parts = []
         for start in range(0, len(span), _JUDGED_CELLS):
@@ -147,7 +147,7 @@ class CellAudit:
         return span, found
 
     def _add(self, checks: Iterable[CellCheck], span: Span, part: slice, wrong: Truths) -> None:
-        """Add checks of some cells of a block to those of their variables, and to the cells of it that are wrong."""
+        """Add checks of some cells of a block to the checks of their variables, and mark wrong cells."""
         for check in checks:
             self._named.add(check.name)
             # files made by other code are not judged by what this code promises
@@ -173,7 +173,7 @@ class CellAudit:
                 yield _repeated(self._quantities[name], against, kept[name], measured[name], exactly, there)
 
     def _follows(self, stored: Columns, computed: _Computed) -> Iterator[CellCheck]:
-        """Yield the checks of what was computed from the stored extremes."""
+        """Yield the checks of results that follow from the stored extremes."""
         for name, values in computed.follows.items():
             if name in stored:
                 there = np.ones(stored[name].shape, bool)
@@ -181,7 +181,7 @@ class CellAudit:
 
 
 def stride_of(steps: Iterable[npt.NDArray[np.generic]]) -> int:
-    """Return of how many cells one is integrated again, from the numbers of steps of all cells, block by block."""
+    """Return k if every k-th cell is to be integrated again, from the numbers of steps of all cells in blocks."""
     total = 0.0
     for each in steps:
         # the steps of a corrupt file may be anything

@@ -1,4 +1,4 @@
-"""One variable of two atlases: its values compared with each other, and the finding."""
+"""The comparison of one variable of two atlases."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -33,10 +33,9 @@ MEANING = ("units", "flag_values", "flag_meanings")
 
 @dataclass(frozen=True)
 class Cell:
-    """The cell where two atlases differ most over what is allowed.
+    """The cell where two atlases differ most, relative to the allowed difference.
 
-    Its coordinates [SI], its values, their difference and what is allowed; in words its coordinates, and for flags its
-    values.
+    It has coordinates [SI], values, their difference and the allowed one; in words, coordinates and values of flags.
     """
 
     where: dict[str, float]
@@ -52,10 +51,10 @@ class Cell:
 class Finding:
     """The comparison of one variable.
 
-    `different` counts the values beyond what is allowed, `on_edge` those that differ because a borderline cell flipped.
-    Of the other values that both have, `largest` is the largest absolute difference, `allowed` what is allowed there,
-    both in the units of the variable, 0 for flags, and `share` the largest difference over what is allowed. `bitwise`
-    says whether all bits are the same, `reason` why that much is allowed.
+    `different` counts the values that differ by more than is allowed, `on_edge` those that differ because a borderline
+    cell flipped. For the other values, `largest` is the largest absolute difference and `allowed` the allowed one there,
+    in the units of the variable, 0 for flags; `share` is the largest ratio of both. `bitwise` says whether all bits are
+    equal, and `reason` gives the reason for the allowed difference.
     """
 
     name: str
@@ -73,7 +72,7 @@ class Finding:
 
 
 class HeldVariable:
-    """A variable that either atlas holds, and what holding its values against each other finds.
+    """A variable of either atlas, and the comparison of its values.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What an audit comes to over all cells: counts, distributions, and the cells to look at."""
+"""Counts and distributions of an audit over all cells, and the cells to look at."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -25,32 +25,31 @@ class Findings:
     counts : mapping of str to int
         Each flag of the audit to its number of cells.
     agreeing, disagreeing, missing : int
-        Cells that agree (as far as time and the tolerance let them), that disagree, that have not been computed. The
-        others are unresolved or invalid, in the atlas or in the reference.
+        Cells that agree within time and tolerance, cells that disagree, and cells that have not been computed. The
+        other cells are unresolved or invalid, in the atlas or in the reference.
     compared : int
-        Cells that were compared with the reference, or a second computation, which said something of them.
+        Cells with a value in the reference or in a second computation.
     coordinate, units : str
-        Whose extremes were compared with the exact ones, and their unit.
+        The coordinate whose extremes were compared, and their unit.
     extremes : (median, 99 %, largest)
-        Distribution of the error of the extremes [SI], over the cells that have one and were not ended by time; NaN if
-        none. Of more than 2**21 cells median and 99 % are those of an even part of them.
+        Distribution of the error of the extremes [SI] over the cells that have one and did not end by time; NaN without
+        such cells. For more than 2**21 cells median and 99 % come from a regular subset.
     period : (median, 99 %, largest)
-        The same of the error of the period over the exact period.
+        Distribution of the relative error of the period.
     period_share : float
-        Largest error of a period over what the tolerance allows.
+        Largest error of a period, divided by the allowed error.
     named : sequence of (str, mapping of str to float)
-        Cells by their coordinates, each with its flag: of those that disagree the first few, or else the one with the
-        largest difference.
+        Flag and coordinates of the first disagreeing cells; if all agree, of the cell with the largest difference.
     tolerance : float
-        That of the atlas, in the same unit.
+        Tolerance of the atlas, in the same unit.
     method : str
-        That of the atlas.
+        Method of the atlas.
     statements : sequence of Statement
-        What was found of each variable and attribute.
+        Results for each variable and attribute.
     sampled : str
-        Which cells were compared with more than themselves, where these are only a sample; else empty.
+        The cells of the sample, if only a sample was computed by another method; else empty.
     told, has_period : str, bool
-        What `extremes` are, in words, and whether there are periods.
+        A description of `extremes`, and whether there are periods.
     """
 
     counts: Mapping[str, int]
@@ -73,7 +72,7 @@ class Findings:
 
     @property
     def cells(self) -> int:
-        """Cells in all."""
+        """Number of cells."""
         return sum(self.counts.values())
 
     @property
@@ -88,24 +87,23 @@ class Findings:
 
 
 class AuditSummary:
-    """What the variables of an audit come to over all cells.
+    """Counts and distributions of the variables of an audit over all cells.
 
     Parameters
     ----------
     audit : Audit
-        That of the model.
+        The audit of the model.
 
     Attributes
     ----------
     counts : dict of str to int
         Each flag to its number of cells.
     compared : int
-        Cells of which the reference says something.
+        Cells with a value in the reference.
     extremes, period : Distribution
-        The error of the extremes over the cells that have one and were not ended by time; that of the period over the
-        exact period.
+        The error of the extremes over the cells that have one and did not end by time; the relative error of periods.
     period_share : float
-        Largest finite error of a period over what the tolerance allows; NaN if there is none.
+        Largest finite error of a period, divided by the allowed error; NaN without periods.
     """
 
     def __init__(self, audit: Audit) -> None:

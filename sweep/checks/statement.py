@@ -1,4 +1,4 @@
-"""What was found of one variable, or of the attributes, of an atlas: a line of the table that `verify` prints."""
+"""The result for a variable or attribute of an atlas: a line of the table that `verify` prints."""
 
 import json
 import math
@@ -17,19 +17,19 @@ from sweep.request.spec import SweepSpec
 
 @dataclass(frozen=True)
 class Statement:
-    """One variable or attribute of an atlas, and what it was compared with.
+    """The result for one variable or attribute of an atlas.
 
     Parameters
     ----------
     name : str
         The variable, the attribute, or both joined by a colon.
     against : str
-        What it was compared with; where nothing was, the reason.
+        The reference of the comparison, or the reason why there was none.
     judged, wrong : int
-        Values that were compared with something, and those of them that are wrong, by the check that finds most.
+        Number of values compared, and of wrong ones by the check that finds most.
     difference, allowed : float
-        Largest difference, as a multiple of what is allowed for it, and what is allowed there, in `units`; NaN where
-        values are words, or missing.
+        The largest difference as a multiple of the allowed one, and the allowed difference there, in `units`; NaN if
+        values are words or missing.
     units : str
     named : sequence of str
         The first wrong values, in words.
@@ -46,7 +46,7 @@ class Statement:
 
     @property
     def checked(self) -> bool:
-        """Whether it was compared with anything."""
+        """Whether any value was compared."""
         return self.judged > 0
 
 
@@ -80,14 +80,14 @@ class Checks:
     Attributes
     ----------
     tallies : dict of str to Tally
-        What the variable was compared with, and what that found.
+        Result of each comparison by its reference.
     """
 
     def __init__(self, name: str, units: str) -> None:
         self._name, self._units, self.tallies = name, units, dict[str, Tally]()
 
     def add(self, start: int, check: CellCheck, step: int = 1) -> Truths | None:
-        """Add a check of every k-th value from a flat index on, k = `step`; return which are wrong, None if none is."""
+        """Add a check of every k-th value from a flat index on, k = `step`; return the wrong ones, None without any."""
         tally = self.tallies.setdefault(check.against, Tally(check.share))
         if check.unknown is None:
             tally.unknown += (step - 1) * check.difference.size
@@ -131,13 +131,13 @@ class Checks:
 
 
 def _severity(tally: Tally) -> tuple[bool, bool, bool, float]:
-    """Return by what checks are ordered: one with a size of the difference says more than one without."""
+    """Return the key that orders checks: one with a size of the difference comes after one without."""
     ratio = tally.worst.ratio if tally.worst else -1.0
     return tally.fails, not tally.share, math.isfinite(ratio), ratio
 
 
 def _with_share(against: str, tally: Tally) -> str:
-    """Return what a variable was compared with, with the share of cells that are beyond it where some may be."""
+    """Return the reference of a comparison, with the share of wrong cells where some are allowed."""
     if not tally.share:
         return against
     found, allowed = 100.0 * tally.beyond / tally.judged, 100.0 * tally.share

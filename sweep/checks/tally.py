@@ -1,4 +1,4 @@
-"""Values compared with what they have to be: how many are beyond what is allowed, which, and which is the worst."""
+"""Counts of values that differ by more than is allowed, the first of them, and the worst."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,10 +16,10 @@ Values = npt.NDArray[Any]
 
 @dataclass(frozen=True)
 class Worst:
-    """The value that is furthest off: its flat index, its difference, what is allowed there, and that over this.
+    """The worst value: its flat index, its difference, the allowed difference, and their ratio.
 
-    `beyond` says whether that is too much. The ratio is infinite where a value is missing or nothing is allowed.
-    `values` are the two that differ, if they were given.
+    `beyond` says whether the difference is too large. The ratio is infinite if a value is missing or no difference is
+    allowed. `values` are the two differing values, if they were given.
     """
 
     beyond: bool
@@ -31,25 +31,24 @@ class Worst:
 
 
 class Tally:
-    """What holding values against others has found so far, part by part.
+    """Results of a comparison of values, added part by part.
 
     Parameters
     ----------
     share : float
-        Share of the judged values that may be further off than is allowed.
+        Share of the judged values that may exceed the allowed difference.
 
     Attributes
     ----------
     judged, beyond, excused : int
-        Values that were compared with something; those of them that are further off than is allowed and may not be, and
-        those that may.
+        Number of values compared; of those that exceed the allowed difference, the wrong ones and the excused ones.
     unknown : int
-        Values of which it is not known what they have to be.
+        Number of values without an expected value.
     first : list of int
-        Flat indices of the first values beyond.
+        Flat indices of the first wrong values.
     largest, allowed, ratio : float
-        Where values were given: the largest difference where both are there and none is excused, and what is allowed
-        there; the largest difference over what is allowed.
+        If values were given: the largest difference of two existing values that are not excused, the allowed difference
+        there, and the largest ratio of both.
     worst : Worst or None
         None until a value is judged.
     """
@@ -62,10 +61,9 @@ class Tally:
 
     @property
     def fails(self) -> bool:
-        """Whether more values are further off than is allowed than the share lets pass.
+        """Whether more values are wrong than the share allows.
 
-        Of few values more than the share may be beyond it by chance: five times the square root of the expected number,
-        and five.
+        Chance may add five times the square root of the expected number, plus five.
         """
         expected = self.share * self.judged
         return self.beyond > (expected + 5.0 * np.sqrt(expected) + 5.0 if self.share else 0.0)
@@ -88,21 +86,21 @@ class Tally:
         ----------
         start : int
         apart, allowed : array
-            How far each value is from what it has to be (`difference`), and how far it may be.
+            The difference of each value (`difference`), and the allowed difference.
         judged : array of bool
-            Which values were compared with anything.
+            Which values were compared.
         step : int
         beyond : array of bool, optional
-            Which values are further off than is allowed, where the difference alone does not say it.
+            Which values are wrong, if the difference does not decide it.
         excused : array of bool
-            Which values may be.
+            Which values may exceed the allowed difference.
         values : tuple of array
-            What is compared with each other.
+            The values compared.
 
         Returns
         -------
         array of bool or None
-            The values beyond, None if there is none.
+            Which values are wrong; None if all are right.
         """
         if not apart.size:
             return None
