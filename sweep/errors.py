@@ -68,7 +68,7 @@ class LeftOutWarning(UserWarning):
 
 
 class SurroundingsWarning(RuntimeWarning):
-    """What surrounds the program costs time, or last bits: the folder of the cache, the system or the processor."""
+    """The surroundings cost time or last bits: the folder of the cache, the system or the processor."""
 
 
 class StoppedError(Exception):

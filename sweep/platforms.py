@@ -26,7 +26,7 @@ from sweep.errors import RequestError, SurroundingsWarning
 #: Address space [bytes] that a small run and a figure take, and what each thread adds (its stack and its buffers).
 _LIBRARIES_BYTES, _THREAD_BYTES = 0.8e9, 1.0e8
 
-#: What NUMBA_NUM_THREADS may be.
+#: Possible values of NUMBA_NUM_THREADS.
 _THREADS = r"0*[1-9][0-9]{0,3}"
 
 _SYSTEMS = ("linux", "darwin")

@@ -18,7 +18,7 @@ import pytest
 
 _OPTION = "--eulerdisk-regen"
 
-#: What is said of a reference file.
+#: Messages about a reference file.
 _WRITTEN = " was written"
 
 

@@ -1,4 +1,4 @@
-"""What a file of systems imports: the marks ``@system(...)`` and ``@body(...)``, functions, and a number.
+"""Imports for a file of systems: the marks ``@system(...)`` and ``@body(...)``, functions, and a number.
 
 A mark reads the source of the function and never calls it::
 

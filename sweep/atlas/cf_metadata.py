@@ -1,4 +1,4 @@
-"""What the file of an atlas declares: variables with their attributes, coordinates, and the global attributes."""
+"""Declarations of an atlas file: variables with attributes, coordinates, and global attributes."""
 
 import json
 import os
@@ -146,7 +146,7 @@ _WAYS = {
     "fall time)",
 }
 
-#: What the software allows to do with an atlas or a motion, and how to name it.
+#: The licence of an atlas or a motion, and how to cite the software.
 LICENSE = "the software is under BSD-3-Clause, and restricts nothing that is done with its data"
 SOFTWARE = f"eulerdisk {__version__}, a Python package{f': {HOME}' if HOME else ''}"
 CITATION = (

@@ -1,4 +1,4 @@
-"""What other programs leave out of an atlas, made again from its spec and its verdicts.
+"""Parts of an atlas that other programs leave out, made again from its spec and its verdicts.
 
 CDO writes no scalar variables, so that the fixed parameters are lost; ``ncks -v`` and ``drop_vars`` leave out what
 they are told to.

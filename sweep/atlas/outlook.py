@@ -1,4 +1,4 @@
-"""What theory says of the range of a control: whether it meets the predicted boundary, and which range would."""
+"""The range of a control and theory: whether it contains the predicted boundary, and which range does."""
 
 import math
 from collections.abc import Callable, Iterable

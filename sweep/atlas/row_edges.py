@@ -39,7 +39,7 @@ Places = npt.NDArray[np.intp]
 
 @dataclass(frozen=True)
 class RowEdges:
-    """What the verdicts of every row say of its edges; a row is all cells along one axis, the other axes fixed.
+    """The edges of rows by their verdicts; a row is all cells along one axis, with the other axes fixed.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a file must be to be read as the atlas that it states: checked once, so that no reader has to look again.
+"""The structure of an atlas file, checked once, so that no reader has to look again.
 
 Its variables have the dimensions, types, units and flags that its spec asks for; its values are not looked at, but for
 coordinates. A selection from an atlas is one too: an axis may be shorter, or a scalar.
@@ -39,7 +39,7 @@ _TEXTS = (
     "versions",
 )
 
-#: What xarray moves to the encoding where a variable is packed: those of an atlas are stored as they are.
+#: Attributes that xarray moves to the encoding of packed variables; an atlas has no packed variables.
 _PACKED = ("scale_factor", "add_offset")
 
 #: Kinds of the types of coordinates, in words.

@@ -24,13 +24,13 @@ from sweep.request.spec import SweepSpec
 from sweep.runs.executor import Say, Stopping, no_op
 from sweep.runs.run import Failures, run_to_file
 
-#: What became of the atlas of a sweep.
+#: Outcomes for the atlas of a sweep.
 COMPUTED, KEPT, REFUSED, FAILED = "computed", "kept", "refused", "failed"
 
 
 @dataclass
 class Outcome:
-    """What became of one sweep.
+    """The outcome of one sweep.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Options:
-    """What is asked of every sweep.
+    """The options of every sweep.
 
     Parameters
     ----------

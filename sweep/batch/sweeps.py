@@ -15,7 +15,7 @@ from sweep.request.substitutes import changed
 from sweep.request.system_model import with_system
 from sweep.request.words import given_in, model_for, with_table
 
-#: What the name of a sweep may be: that of its files.
+#: Possible names of a sweep, which are those of its files.
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,99}")
 
 #: The tables of a file with several sweeps.
@@ -52,7 +52,7 @@ class Sweep:
 
     @property
     def label(self) -> str:
-        """What reports call it: its name, or where it stands if it has none."""
+        """Its name in reports: its name, or its place if it has none."""
         return self.name or self.source
 
 

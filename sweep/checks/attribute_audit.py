@@ -49,7 +49,7 @@ _READ_OTHERWISE = (
     "compress",
 )  # fmt: skip
 
-#: What attributes of variables are compared with.
+#: The reference for attributes of variables.
 _TABLE = "the table of the model"
 
 #: Global attributes that other code may put in other words.

@@ -39,7 +39,7 @@ class CellBlock:
 
     @cached_property
     def starts(self) -> Starts:
-        """What the reference gives as coordinates."""
+        """The coordinates of the reference."""
         dataset = self.pair.reference
         along = np.unravel_index(self.places, dataset["ending"].shape) if self.pair.axes else ()
         index = dict(zip(self.pair.axes, along, strict=True))
@@ -53,7 +53,7 @@ class CellBlock:
 
     @property
     def stated(self) -> tuple[Stated, Stated]:
-        """What the two atlases state of the cells, the new one first."""
+        """The statements of both atlases about the cells, the new one first."""
         return Stated(self.pair.specs[0], self.new), Stated(self.pair.specs[1], self.reference)
 
 

@@ -52,7 +52,7 @@ class Finding:
     """The comparison of one variable.
 
     `different` counts the values that differ by more than is allowed, `on_edge` those that differ because a borderline
-    cell flipped. For the other values, `largest` is the largest absolute difference and `allowed` the allowed one there,
+    cell flipped. Of the other values, `largest` is the largest absolute difference and `allowed` the allowed one there,
     in the units of the variable, 0 for flags; `share` is the largest ratio of both. `bitwise` says whether all bits are
     equal, and `reason` gives the reason for the allowed difference.
     """

@@ -93,7 +93,7 @@ _HALFWIDTH = "_halfwidth"
 
 @dataclass(frozen=True)
 class Stated:
-    """What one atlas states of cells: its spec, and its columns, all of one shape."""
+    """Cells of one atlas: its spec, and columns of one shape."""
 
     spec: SweepSpec
     columns: Mapping[str, npt.NDArray[Any]]

@@ -1,4 +1,4 @@
-"""What `verify` has found, in words and tables."""
+"""The results of `verify`, in words and tables."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence

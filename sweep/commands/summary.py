@@ -1,4 +1,4 @@
-"""What `info --json` and `boundary --to json` print: an atlas as plain values, in SI."""
+"""The output of `info --json` and `boundary --to json`: an atlas as plain values, in SI."""
 
 import json
 from typing import TYPE_CHECKING, Any

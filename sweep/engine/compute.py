@@ -209,7 +209,7 @@ def _check_cuda() -> None:
 
 @lru_cache
 def _missing_cuda() -> str:
-    """What keeps CUDA from being used; empty if nothing does."""
+    """The reason why CUDA cannot be used; empty if it can."""
     try:
         from numba import cuda
 

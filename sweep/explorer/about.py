@@ -1,4 +1,4 @@
-"""What the page has to know before it asks for anything: parameters, quantities, criteria and where to begin."""
+"""Data that the page needs first: parameters, quantities, criteria and its first view."""
 
 import contextlib
 import math
@@ -34,7 +34,7 @@ _SLIDERS: Mapping[str, tuple[float, float, str]] = {
     **SLIDERS,
 }
 
-#: What is allowed here is allowed everywhere: in SI, far out of every slider.
+#: A parameter that may have this value may have any: in SI, far outside every slider.
 _FAR = 1e6
 
 #: Halvings that lead from there to neighbouring doubles, or to an end at zero as near as matters.

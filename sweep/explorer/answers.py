@@ -1,4 +1,4 @@
-"""What is answered: one function for every address of which the page asks."""
+"""Answers to the page: one function for each address."""
 
 import json
 from collections.abc import Callable, Mapping
@@ -21,14 +21,14 @@ from sweep.request.spec import SweepSpec
 
 JSON, BINARY = "application/json", "application/octet-stream"
 
-#: What answers: called with the view and the fields of a request, and with a function that raises where its client has
-#: gone.
+#: A function that answers: called with the view and the fields of a request, and with a function that raises where its
+#: client has gone.
 _Answering = Callable[[View, Mapping[str, Any], Callable[[], None]], "Answer"]
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What is sent: a type, and an object for JSON, parts of bytes, or an open file, which the server closes."""
+    """An answer: its type, and an object for JSON, parts of bytes, or an open file, which the server closes."""
 
     kind: str
     content: Any

@@ -1,4 +1,4 @@
-"""What the page has to know to compute the cells of a body of revolution."""
+"""Data with which the page computes cells of a body of revolution."""
 
 from typing import Any
 

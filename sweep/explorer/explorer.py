@@ -1,4 +1,4 @@
-"""What is explored, presets, a spec or an atlas, and an explorer that runs: a server in a thread until it is closed."""
+"""The subject of an explorer (presets, a spec or an atlas), and the running explorer: a server in a thread."""
 
 import html
 import secrets

@@ -1,4 +1,4 @@
-"""What the page has to be told to compute cells and motions of a view by itself: a plan, which JSON can hold."""
+"""The plan, as JSON, by which the page computes cells and motions of a view."""
 
 import math
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What the map shows as colour, and the numbers of a point."""
+"""The quantities that the map shows as colours, and the numbers of a point."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

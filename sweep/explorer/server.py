@@ -51,7 +51,7 @@ _HEADERS = {
 
 HOST = "127.0.0.1"
 
-#: What a browser says of a request that the page itself makes, or of an address that a person typed.
+#: How a browser marks a request of the page itself, and an address that a person typed.
 _OWN = ("same-origin", "none")
 
 _LAST_PORT = 65_535
@@ -269,7 +269,7 @@ def _refuse_for_room(connection: socket.socket) -> None:
 
 
 class _Arrival(io.RawIOBase):
-    """What arrives at a connection until a moment; then it has ended, as if the client had closed it."""
+    """The bytes of a connection until a deadline, at which it ends as if the client had closed it."""
 
     def __init__(self, connection: socket.socket, seconds: float) -> None:
         self._connection, self._end = connection, time.monotonic() + seconds

@@ -1,4 +1,4 @@
-"""What the page has to know to compute the cells of a user's system: its expressions."""
+"""Data with which the page computes cells of a user's system: its expressions."""
 
 from typing import Any
 

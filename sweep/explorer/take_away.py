@@ -1,4 +1,4 @@
-"""What one takes away: a command or Python that computes a window or a motion again, and the cells as a file."""
+"""Commands, Python and files for users: to compute a window or a motion again, and the cells of a window."""
 
 import contextlib
 import shlex

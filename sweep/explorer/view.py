@@ -1,4 +1,4 @@
-"""What the page looks at: the plane of two parameters, the window in it, and the spec of all its cells."""
+"""The view of the page: a plane of two parameters, a window in it, and the spec of its cells."""
 
 import math
 from collections.abc import Callable, Mapping

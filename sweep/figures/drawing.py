@@ -36,7 +36,7 @@ _NEAR_LINE = 0.5
 
 INK = "black"
 
-#: What the legend adds to a line of theory that is not on the map.
+#: The legend adds this to a line of theory that is not on the map.
 OUTSIDE = " (outside the map)"
 
 LINES: dict[str, dict[str, Any]] = {
@@ -300,7 +300,7 @@ def evenly(count: int) -> Any:
     return places
 
 
-#: What `_thinning` adds to a label.
+#: Addition of `_thinning` to a label.
 _THINNED = re.compile(r", every \d+[a-z]+$")
 
 

@@ -1,4 +1,4 @@
-"""What a figure of atlases shall look like: read from words and numbers, and refused, before anything is drawn."""
+"""The look of a figure of atlases, read from words and numbers and checked before anything is drawn."""
 
 import dataclasses
 from collections.abc import Collection, Sequence
@@ -15,7 +15,7 @@ from sweep.request.values import read_number, read_value
 #: How the axis of a rate is drawn: the rate, its square, the rate in units of sqrt(g/R), or times the radius.
 RATES = LINEAR, SQUARED, SCALED, SPEED = ("linear", "squared", "scaled", "speed")
 
-#: What a figure can be drawn without; a bare one, without the first two.
+#: Parts that a figure can leave out; a bare figure leaves out the first two.
 PARTS = ("title", "caption", "legend", "strip", "bar")
 
 #: The word for levels that fit the values.

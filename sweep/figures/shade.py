@@ -1,4 +1,4 @@
-"""What gives a map its colours and a profile its height: one variable of the cells, and the looks of its values."""
+"""The variable that gives a map its colours and a profile its height, and the looks of its values."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What an atlas or a motion is, at a glance: a few lines on a terminal, a table and a small map in a notebook."""
+"""An atlas or a motion at a glance: a few lines on a terminal, a table and a small map in a notebook."""
 
 import html
 from collections.abc import Iterator, Sequence

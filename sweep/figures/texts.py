@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 #: Characters that can be in a line of a figure at most, however narrow they are.
 _MOST = 400
 
-#: What stays together where a line is broken: a word, mathematics, a unit in brackets.
+#: Text that no line break separates: a word, mathematics, a unit in brackets.
 _PIECES = re.compile(r"(?:\([^()]*\)|\$[^$]*\$|[^ $(]|\()+")
 
 

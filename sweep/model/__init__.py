@@ -1,1 +1,1 @@
-"""What a model is to the engine: quantities, endings, starts, kernels, theory; and the models that come with it."""
+"""Models: quantities, endings, starts, kernels, theory; and the models of the package."""

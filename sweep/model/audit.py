@@ -1,4 +1,4 @@
-"""What `verify` stores of the cells of an atlas, and how a variable is compared with what it has to be."""
+"""The variables that `verify` stores, and the check of one variable."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from sweep.model.quantity import Array, Quantity, Truths
 
 @dataclass(frozen=True)
 class Audit:
-    """What `verify` stores of each cell, and which of its codes mean what.
+    """The variables that `verify` stores for each cell, and the meaning of its codes.
 
     `variables` is the table; its first enumerated quantity named ``audit`` has the codes. `other` is the code, one of
     `disagreeing`, of a cell in which a variable is wrong that the model itself did not check; `ended_by_time`, if

@@ -104,7 +104,7 @@ class AuditedCells:
 
     @cached_property
     def derived(self) -> Columns:
-        """What follows from the stored measures; one that the atlas lacks counts as missing."""
+        """Variables that follow from the stored measures; a measure that the atlas lacks counts as missing."""
         model, missing = self.spec.model, np.full(self.every.shape, np.nan)
         measured = {**dict.fromkeys((*model.measures, *model.counts), missing), **self.stored}
         return {**model.derive(self.starts, measured), "amplification": amplification(self.reach, self.scale)}

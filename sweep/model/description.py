@@ -1,4 +1,4 @@
-"""What a model tells the engine: the base class of all models, and the parts that it is made of.
+"""Models for the engine: the base class of all models, and its parts.
 
 A model is a mechanical system whose starts are integrated and judged. Every other room of `sweep` takes what it needs
 to know about the system from here; docs/architecture.md walks through a complete model.
@@ -26,7 +26,7 @@ Starts = Mapping[str, Array]
 
 @dataclass(frozen=True)
 class Words:
-    """What the file of an atlas says of a model in general: CF and ACDD attributes, ASCII.
+    """CF and ACDD attributes that describe a model in the file of an atlas; ASCII.
 
     `summary` has one place ``{}`` for how the cells were computed.
     """
@@ -38,7 +38,7 @@ class Words:
 
 @dataclass(frozen=True)
 class LineWords:
-    """What the lines of theory along a control are called.
+    """The names of the lines of theory along a control.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class LineWords:
 
 
 class Request(Protocol):
-    """What a model may ask of a spec: the values of its own parameters, settings and options, by their names."""
+    """The part of a spec that a model uses: values of its parameters, settings and options, by their names."""
 
     @property
     def model(self) -> "Model":
@@ -73,18 +73,18 @@ class Request(Protocol):
 
     @property
     def criterion(self) -> Any:
-        """What counts as unstable (`sweep.request.criterion.Criterion`)."""
+        """The criterion of instability (`sweep.request.criterion.Criterion`)."""
 
     def __getattr__(self, name: str) -> Any:
         """Return the value of a word."""
 
 
 class Reference(Protocol):
-    """What `verify` holds the cells of an atlas against."""
+    """The reference that `verify` compares cells with."""
 
     @property
     def audit(self) -> Audit:
-        """What `verify` stores."""
+        """The variables that `verify` stores."""
 
     @property
     def sampled(self) -> str:

@@ -18,7 +18,7 @@ from sweep.errors import RequestError
 #: Value in a file where a float is missing: netCDF's own default fill, because some readers mishandle NaN.
 FILL = 9.969209968386869e36
 
-#: Of a million random extremes all but one in a thousand are within this many times their stated error.
+#: In a million random extremes all but one in a thousand are within this many times their stated error.
 PROMISED = 2.0
 
 #: Verdicts of a criterion.
@@ -46,7 +46,7 @@ AMPLIFIED = "amplified"
 TIMED = "timed"
 #: The half-widths of two brackets around the same place.
 BRACKET = "bracket"
-#: What undecided places between the ends of a bracket leave open in its half-width.
+#: Meaning of undecided places between the ends of a bracket for its half-width.
 HALFWIDTH = "halfwidth"
 
 
@@ -83,7 +83,7 @@ ERROR_GAUGE = Tolerance(1e-8, 0.0, "made of rounding: only the magnitude of an e
 STEP_COUNT = Tolerance(2.0, 0.0, "the last bit can move a turning point across the end of a step")
 EVENT_COUNT = Tolerance(0.0, 0.0, "the last bit moves an event, and adds none")
 
-#: What belongs to the steps and the kernels of a run, more than to the motion.
+#: Variables that depend on the steps and kernels of a run more than on the motion.
 OF_THE_RUN = (ERROR_GAUGE, STEP_COUNT, EVENT_COUNT)
 
 

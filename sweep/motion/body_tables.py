@@ -54,7 +54,7 @@ _WHICH = {
     "normal_force": "force_error", "friction_across": "force_error", "friction_along": "force_error",
 }  # fmt: skip
 
-#: What has another meaning than of the disk.
+#: Variables with another meaning than for the disk.
 _DESCRIBED = {
     "heading": "counted on from 0; beside a pole it turns by half a turn at once, and is known to orientation_error "
     "over cos(tilt); where it passes a pole within that error, it may have turned the other way",

@@ -1,4 +1,4 @@
-"""What the motions of a model are, and those of the disk without losses and with losses: words and variables.
+"""Kinds of motions: words and variables, for the disk without losses and with losses.
 
 A model names its kind of motions in `Model.motion`; `kind_of_model` is the one door to it.
 """
@@ -265,7 +265,7 @@ LOSSY_WORDS: Mapping[str, Word] = table(
     lossy.OPTIONS["air_law"],
 )
 
-#: What means the same in a motion without losses; phases are less well known after many turns.
+#: Variables with the same meaning in a motion without losses; phases are less well known after many turns.
 _SAME = (
     "tilt", "tilt_rate", "precession_rate", "roll_rate", "heading", "roll_angle", "contact_x", "contact_y",
     "centre_x", "centre_y", "centre_z", "energy",

@@ -1,4 +1,4 @@
-"""What theory says of one motion: small oscillations of its tilt, and how a steady wobble ends.
+"""Theory of one motion: small oscillations of its tilt, and the end of a steady wobble.
 
 In the steady wobble the centre is at rest, and an inclination a small against 1 has the precession rate
 sqrt(2/(alpha a)) and the energy 3/2 a above flat, in units of sqrt(g/R) and m g R. A loss of the power p a^(-q) then

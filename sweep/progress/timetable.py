@@ -13,7 +13,7 @@ SEARCHING: Final = "searching the boundary"
 
 @dataclass(frozen=True)
 class Status:
-    """What a run is doing: `done` of `size` cells or other `things`, and the seconds to go, None if not known yet.
+    """The state of a run: `done` of `size` cells or other `things`, and the seconds to go, None if not known yet.
 
     The seconds are those of this stage and of all that follow.
     """

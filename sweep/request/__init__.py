@@ -1,1 +1,1 @@
-"""What is asked for: parameters with units, ranges and criteria; a sweep or a motion, checked before anything runs."""
+"""Requests: parameters with units, ranges and criteria, for a sweep or a motion; checked before anything runs."""

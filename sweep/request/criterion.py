@@ -1,4 +1,4 @@
-"""What counts as unstable: a condition on the variables of a cell, and the verdict that follows from it.
+"""Criteria of instability: a condition on the variables of a cell, and its verdict.
 
 A condition is an expression, such as ``peak_tilt > 10deg or fall_time < 2s``, or one of those that are written shorter,
 such as ``departure:5deg`` (`sweep.request.criterion_kinds`).
@@ -39,10 +39,10 @@ from sweep.request.values import read_number
 #: Variable -> how far its values may be off, in its unit.
 Errors = Callable[[str], Array | float]
 
-#: What rounding alone may change in an extreme [SI unit]: stated errors do not count it.
+#: Possible effect of rounding on an extreme [SI unit], which stated errors do not include.
 ROUNDING = 2e-14
 
-#: What only the text of a comparison holds, also one that is written with the signs of printed pages.
+#: Signs that only comparisons contain, also in the typography of printed pages.
 _COMPARING = "<>=!\u2264\u2265\u2260"
 
 #: Characters of a line of a caption, and room for what stands before its first one.

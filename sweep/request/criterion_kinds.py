@@ -59,7 +59,7 @@ _BY_EXPRESSION: Outcomes = {
 
 @dataclass(frozen=True, kw_only=True)
 class Kind:
-    """What all criteria of one kind have in common.
+    """A kind of criteria.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What gives the cells of an atlas their values: a range or a list along an axis, a distribution of random starts.
+"""Sources of the values of cells: a range or a list along an axis, a distribution of random starts.
 
 A random value is a function of the seed, the name of its parameter and the number of its start alone. So the same
 starts come out for any blocks, threads and machines of a run, and for any number of starts.

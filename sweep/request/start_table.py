@@ -219,7 +219,7 @@ class GivenTable:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What the columns are called, without their units."""
+        """The names of the columns, without their units."""
         found = (_HEAD.fullmatch(head) for head in self.heads)
         return tuple(each[1] for each in found if each)
 
@@ -291,7 +291,7 @@ class GivenTable:
 
 
 class _Head(NamedTuple):
-    """What a column is: its parameter, the factor to SI, and what messages call it."""
+    """A column: its parameter, the factor to SI, and its name in messages."""
 
     quantity: Input
     factor: float

@@ -1,4 +1,4 @@
-"""What may be given instead of a parameter: rates in units of sqrt(gravity/radius), a speed, an angle from flat.
+"""Substitutes of parameters: rates in units of sqrt(gravity/radius), a speed, an angle from flat.
 
 A request that gives a substitute becomes one that gives the parameter, before anything else is read: specs,
 fingerprints and files know parameters only, in SI.

@@ -17,7 +17,7 @@ _SIGNS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult
 _ONE_EACH = "Give each number a name of its own, in a line of its own: x1 = expression."
 _PLAIN = "Write it with numbers, names, + - * / **, brackets and functions."
 
-#: What has no place in an expression: what it is called, and what to write instead.
+#: Syntax that an expression may not contain: its name, and a replacement.
 _NO_EXPRESSION: Mapping[type[ast.expr], tuple[str, str]] = {
     ast.Compare: ("a comparison", "Write it as an ending or a label, such as ends={'fell': 'x > 2'}."),
     ast.BoolOp: (
@@ -37,7 +37,7 @@ _NO_EXPRESSION: Mapping[type[ast.expr], tuple[str, str]] = {
     ast.JoinedStr: ("a text", "Write a number; what has a unit is a parameter."),
 }
 
-#: What has no place as a line of a body.
+#: Statements that a body may not contain.
 _NO_STATEMENT: Mapping[type[ast.stmt], tuple[str, str]] = {
     ast.For: ("a loop", "Write the terms out: x1 + x2 + x3."),
     ast.While: ("a loop", "Write the terms out: x1 + x2 + x3."),

@@ -36,7 +36,7 @@ _MOST_STATES, _MOST_PARAMETERS = 32, 64
 #: Modules that a file may import: their functions and numbers are known by name, and nothing is loaded.
 _MODULES = ("sweep.systems", "math", "numpy", "__future__")
 
-#: What has no place at the top of a file.
+#: Statements that a file may not have at its top level.
 _NO_PLACE: Mapping[type[ast.stmt], tuple[str, str]] = {
     ast.For: ("a loop", "Write each system out."),
     ast.While: ("a loop", "Write each system out."),

@@ -31,10 +31,10 @@ _ROUND = 1e-9
 #: Distance of a point of the axis from the centre of mass, by rounding.
 _CENTRED = 1e-9
 
-#: What is measured of every body, under the names that other bodies have for it.
+#: Measures of every body, with the names that other bodies use.
 MEASURES = {"peak_tilt": "max abs(tilt)", "tilt_min": "min tilt", "tilt_max": "max tilt"}
 
-#: What the rates are made of, by the height, its derivatives `slope` and `bend` by the tilt, and the moments.
+#: Parts of the rates, by the height, its derivatives `slope` and `bend` by the tilt, and the moments.
 _EQUATIONS = """
 sine = sin(tilt)
 cosine = cos(tilt)
@@ -69,7 +69,7 @@ _ENERGY = "(inertia*tilt_rate**2 + transverse*along**2 + axial*spin**2 + speed**
 
 
 class Motion(NamedTuple):
-    """What makes a system of a body: its meridian, the rates of its states, and its energy over m radius^2.
+    """The parts of a body's system: its meridian, the rates of its states, and its energy over m radius^2.
 
     `slope` is the derivative of the height by the tilt.
     """

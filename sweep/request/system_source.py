@@ -18,7 +18,7 @@ _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 class LineError(RequestError):
-    """What a line of a user's file says cannot be carried out."""
+    """A line of a user's file is not possible."""
 
 
 class Source:

@@ -32,7 +32,7 @@ WORDS_OF_BODY = tuple(word for word in WORDS if word != "conserved")
 #: The marks, and their words.
 MARKS: Mapping[str, tuple[str, ...]] = {"system": WORDS, "body": WORDS_OF_BODY}
 
-#: What is said of a system of which a motion without an ending is stable.
+#: The word for a system whose motions are stable if they do not end.
 RUNS_ON = "runs on"
 
 #: Names that an atlas or a request has for something else, those of a spec in Python among them.
@@ -54,7 +54,7 @@ _WRITTEN = (
 #: Begins and ends of the names that an atlas makes of an axis, a state and a measure.
 _BEGUN, _MADE = ("boundary_", "predicted_", "critical_", "curve_", "eulerdisk_"), ("_end", "_error", "_units")
 
-#: What one entry of a word is called.
+#: The name of one entry of a word.
 _CALLED = {"ends": "ending", "measures": "measure", "label": "label", "theory": "theory of"}
 
 #: Endings, labels and measures at most.

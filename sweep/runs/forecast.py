@@ -1,4 +1,4 @@
-"""What a run will take: seconds, measured on samples of its cells, and bytes on disk and in memory.
+"""The cost of a run: seconds, measured on samples of its cells, and bytes on disk and in memory.
 
 Nothing heavy is imported here before the speed of the kernels is measured.
 """
@@ -77,7 +77,7 @@ _PATIENCE, _RATE_UNKNOWN = 0.1, 1e4
 #: Seconds in which a run loads its kernels, chooses its blocks and makes its folder, once the kernels are compiled.
 _LOADING = 0.3
 
-#: What the bytes of other stretches may have more than those of the samples.
+#: Allowance for stretches that take more bytes than the samples.
 _MARGIN = 1.1
 
 #: Cells from which on the bytes on disk are worth a sample; below that the bounds are small.
@@ -285,7 +285,7 @@ def bisected_cells(spec: SweepSpec) -> int:
 
 @dataclass(frozen=True)
 class Forecast:
-    """What a run takes.
+    """The cost of a run.
 
     Attributes
     ----------

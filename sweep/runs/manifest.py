@@ -26,7 +26,7 @@ from sweep.runs.folder import STARTS
 #: Cells at each end of the grid whose starts are compared.
 _CELLS = 256
 
-#: What makes processors of several kinds compute the same bits, set for every process that takes part. NumPy's
+#: Settings with which processors of several kinds compute the same bits, set for every process that takes part. NumPy's
 #: logarithm has a variant of its own for AVX-512.
 SAME_BITS = (
     "NUMBA_CPU_NAME=x86-64-v3 NUMBA_CPU_FEATURES= "

@@ -61,7 +61,7 @@ _HELD = 1.5
 #: Colour of the words about what is impossible.
 WARNING = "#a02c00"
 
-#: What a gif shows over paper and shadow, and over a face of the disk -> in how many strengths: they smooth the edges
+#: Colours of a gif over paper and shadow, and over a face of the disk -> in how many strengths: they smooth the edges
 #: of lines and words, and let a trail fade. A gif has 256 colours at most.
 _OVER_PAPER = {"black": 6, INK: 1, FLOOR: 2, TRACE: 10, WARNING: 4}
 _OVER_FACE = {INK: 4, TRACE: 4, "white": 3}

@@ -60,7 +60,7 @@ _ROOM, _LEAST_SHARE = (0.62, 0.55), 0.3
 #: dots than the last number, words could not be read.
 _WIDTH, _HEIGHT, _DOTS_PER_INCH, _LEAST_DOTS = 640, 480, 100.0, 60.0
 
-#: What is left free around the disk, as a share of what is seen.
+#: Free margin around the disk, as a share of the picture.
 _MARGIN = 0.04
 
 
@@ -240,7 +240,7 @@ def frame_picture(axes: "Axes", low: Array, high: Array) -> None:
 
 @dataclass(frozen=True)
 class View:
-    """What a film shows: a camera for every frame, and the rectangle of their picture planes [m], shape (2,) each.
+    """The view of a film: a camera for every frame, and the rectangle of their picture planes [m], shape (2,) each.
 
     `reach` is the radius of the scene about the target of a camera [m].
     """

@@ -1,4 +1,4 @@
-"""What can be asked of a film, refused before anything is computed or drawn, and when its pictures are."""
+"""The options of a film, checked before anything is computed or drawn, and the times of its pictures."""
 
 import math
 import re
@@ -193,7 +193,7 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Timing:
-    """What a film shows when.
+    """The times of the pictures of a film.
 
     `moments` are the times of the frames [s], shape (n,), `speed` is the time of the motion over that of the film,
     `turn` is the angle [rad] by which the disk turns from one frame to the next, except for its fastest fiftieth, and

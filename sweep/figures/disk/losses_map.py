@@ -44,7 +44,7 @@ _NEEDED = ("end_time", "largest_loss", "ending")
 #: Strength of a hue at the shortest and at the longest time, the colour of the bar that explains it, and of no loss.
 _STRENGTH, _GREY, _NONE = (0.18, 0.95), "0.25", "0.6"
 
-#: What numbers of contour lines stand on.
+#: Background of the numbers of contour lines.
 _BESIDE: dict[str, Any] = {
     "boxstyle": "round,pad=0.08",
     "facecolor": "white",

@@ -71,7 +71,7 @@ _SQUARE = 0.2
 #: second number is for one that grows without bound, where the disk lifts off.
 _IN_VIEW, _UNBOUNDED = 3.0, 1.5
 
-#: What is drawn where rolling is impossible.
+#: Shade where rolling is impossible.
 _BEYOND: dict[str, Any] = {"color": "0.55", "linewidth": 1.0, "linestyle": (0, (1, 1))}
 
 _FINE = 4000

@@ -13,7 +13,7 @@ from sweep.model.quantity import Array
 #: Facets about the axis, and along half a circle of a meridian.
 _AROUND, _ALONG = 72, 18
 
-#: What a facet shows: the side of the body that the axis points away from, the other one, or its edge.
+#: Kinds of facets: the side of the body behind its axis, the side in front, or the edge.
 FRONT, BACK, EDGE = range(3)
 
 

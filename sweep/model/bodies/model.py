@@ -1,4 +1,4 @@
-"""What a body of revolution is: the names, tables and functions that the rest of the program asks for."""
+"""Bodies of revolution: names, tables and functions for the rest of the program."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -141,7 +141,7 @@ VARIABLES: Mapping[str, Quantity] = table(
 )
 # fmt: on
 
-#: What an atlas holds besides with ``contact=yes``.
+#: Additional variables with ``contact=yes``.
 CONTACT_VARIABLES: Mapping[str, Quantity] = table(
     *(replace(row, description=row.description.replace("the disk", "the body"))
       for row in disk.CONTACT_VARIABLES.values()),

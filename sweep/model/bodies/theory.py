@@ -1,4 +1,4 @@
-"""What theory says of bodies without time stepping: edges of stability, small oscillations.
+"""Theory of bodies without time stepping: edges of stability, small oscillations.
 
 Along any motion the two scaled rates s and o are linear combinations of two fixed functions of the tilt
 (`kernels.bodies.pair`), as for the disk, of which `sweep.model.disk.theory` tells the rest.

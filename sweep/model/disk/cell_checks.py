@@ -18,7 +18,7 @@ _PRESENT = "the ending, which says where it is missing"
 #: Share of cells that may be further off than `tilt_error` promises.
 _SHARE = 1e-3
 
-#: What rounding alone may change in an extreme tilt [rad], and in a difference of energies.
+#: Possible effect of rounding on an extreme tilt [rad], and on a difference of energies.
 _TILT_ROUNDING, _ENERGY_ROUNDING = 2e-14, 1e-12
 
 
@@ -26,7 +26,7 @@ _TILT_ROUNDING, _ENERGY_ROUNDING = 2e-14, 1e-12
 #: integration (0.4 was seen).
 _FALL_TIME, _FALL_TOLERANCE = 1e-5, 20.0
 
-#: Of a value so large a share may not be allowed if it is to count as checked.
+#: A value counts as checked only if the allowed difference is a smaller share of it than this.
 _WIDE = 0.1
 
 #: Variables of an atlas that the audit reads.
@@ -155,7 +155,7 @@ class ReducedCells(AuditedCells):
 
     @cached_property
     def exact_derived(self) -> Columns:
-        """What follows from the exact extremes."""
+        """Checks of variables that follow from the exact extremes."""
         least, greatest = self.exact["tilt_min"], self.exact["tilt_max"]
         return {
             "peak_tilt": np.maximum(np.abs(least), np.abs(greatest)),

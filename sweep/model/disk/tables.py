@@ -115,13 +115,13 @@ def _scaled(rate: str, symbol: str) -> Substitute:
     )  # fmt: skip
 
 
-#: Of which cells an extreme is missing.
+#: The cells in which an extreme is missing.
 _NO_EXTREME = "missing where ending is not_computed, unresolved or invalid"
 
-#: Of what the amplification is a multiple.
+#: The unit of the amplification.
 AMPLIFICATION_SCALE = "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (2 + alpha) radius / (2 gravity))"
 
-#: What the sign of an extreme means.
+#: The meaning of the sign of an extreme.
 _SIGNED = (
     f"signed, as the coordinate tilt: a negative one is on the side away from positive starts; {_NO_EXTREME}"
 )
@@ -233,7 +233,7 @@ VARIABLES: Mapping[str, Quantity] = table(
     Quantity("refinements", "", "1", "how often the step was reduced to meet the tolerance", STEP_COUNT, "", "i1"),
 )
 
-#: What an atlas holds besides with ``contact=yes``.
+#: Additional variables with ``contact=yes``.
 CONTACT_VARIABLES: Mapping[str, Quantity] = table(
     Quantity("least_normal_force", r"\min N/mg", "1", "least normal force of the motion over the weight", _FORCE,
              "the disk would lift off where it is not positive"),
@@ -247,7 +247,7 @@ CONTACT_VARIABLES: Mapping[str, Quantity] = table(
 
 _NO_TIME = "method=exact has no time: "
 
-#: What an atlas of the exact reduction says of the variables that need an integration in time.
+#: Comments on variables that need an integration in time, in an atlas of the exact reduction.
 UNTIMED: Mapping[str, str] = MappingProxyType({
     "ending": _NO_TIME + "the duration is not used, and no cell ends at the horizon",
     "fall_time": _NO_TIME + "no fall time is known, and all values are missing",
@@ -256,7 +256,7 @@ UNTIMED: Mapping[str, str] = MappingProxyType({
     "refinements": _NO_TIME + "0 in all cells",
 })
 
-#: What an atlas of the exact reduction holds besides.
+#: Additional variables of an atlas of the exact reduction.
 REDUCTION: Mapping[str, Quantity] = table(
     Quantity("wells", "", "1", "wells of the potential that belongs to the constants of the motion", DECISION,
              "two wells: the tilt has a saddle between them", "i1", {0: "unknown", 1: "one_well", 2: "two_wells"}),

@@ -1,4 +1,4 @@
-"""What theory says of the disk without time stepping: edges of stability, folds of the potential, small oscillations.
+"""Theory of the disk without time stepping: edges of stability, folds of the potential, small oscillations.
 
 No time stepping. Along any motion of the disk the two scaled rates s and o are linear combinations of two fixed
 functions of the tilt (Chaplygin 1897), so what a start must have to turn back at a given tilt is a closed expression.
@@ -31,7 +31,7 @@ _ON_THE_WAY, _AT_ONCE = 32, 4096
 
 
 class Formulas(NamedTuple):
-    """What theory needs of the disk, or of another body: each function has the spec first, then starts.
+    """Functions of the disk or another body that theory needs; arguments are the spec and then starts.
 
     Attributes
     ----------

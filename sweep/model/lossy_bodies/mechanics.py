@@ -107,5 +107,5 @@ def _equations(spec: Request, start: Mapping[str, float]) -> Callable[[float, An
     return right
 
 
-#: What `sweep.model.lossy_disk.audit` asks of bodies.
+#: Functions of bodies for `sweep.model.lossy_disk.audit`.
 MECHANICS = Mechanics(_energy, _height, _smooth_motion)

@@ -1,4 +1,4 @@
-"""What a body of revolution with losses is: the disk with losses, except for its body."""
+"""Bodies of revolution with losses: the disk with losses, with another body."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What theory says of bodies with losses: the time of a steady wobble near flat, and how upright ones are slowed."""
+"""Theory of bodies with losses: the time of a steady wobble near flat, and the slowing of upright bodies."""
 
 import math
 from collections.abc import Iterator, Mapping

@@ -1,4 +1,4 @@
-"""What `verify` does with an atlas with losses: every cell against itself, and a sample against a second computation.
+"""The audit of an atlas with losses: every cell by its own rules, and a sample by a second computation.
 
 There is no exact reduction of a motion with losses. In every cell the ledger, the ending and the verdict have to follow
 from one another; a sample of cells is integrated with half the step, and some of these by another integrator.
@@ -71,7 +71,7 @@ _GRAZING = 0.01
 
 @dataclass(frozen=True)
 class Mechanics:
-    """What the audit has to know of what rolls.
+    """Functions of the rolling body that the audit needs.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class SampledAudit:
 
     @property
     def sampled(self) -> str:
-        """What was computed a second time, and which cells."""
+        """Which cells were computed a second time, and how."""
         found, seed = self._sample, self._sample.seed
         drawn = f"{counted(found.count, 'cell')}, drawn with seed {seed}, by half the step"
         return f"{drawn}, {found.others} of them by DOP853 too"

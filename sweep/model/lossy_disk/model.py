@@ -1,4 +1,4 @@
-"""What a model with losses is: the names, tables and functions that the rest of the program asks for."""
+"""The disk with losses: names, tables and functions for the rest of the program."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache

@@ -154,7 +154,7 @@ CELLS, _FEW, _MOST_STEPS = 200, 8, 20_000
 #: motions meet in double precision.
 _FINER, _LEAST_TOLERANCE = 16.0, 5e-13
 
-#: What is compared, and the prefixes of the values of both second computations.
+#: The variables that are compared, and the prefixes of the values of both second computations.
 COMPARED = (
     "ending",
     "end_time",

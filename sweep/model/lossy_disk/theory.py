@@ -1,4 +1,4 @@
-"""What theory says of losses without integration: how long a wobble lasts near flat; `upright` has the rest."""
+"""Theory of losses without integration: the time of a wobble near flat; the rest is in `upright`."""
 
 import math
 from collections.abc import Iterator, Mapping

@@ -1,4 +1,4 @@
-"""What theory says of an upright body with losses, without integration: how they slow it, and where its boundary lies.
+"""Theory of an upright body with losses, without integration: how losses slow it, and where its boundary lies.
 
 An upright body that rolls is slowed by friction along its edge and by the air, one that spins by pivoting friction.
 Until its rate has sunk to the critical one without losses a perturbation grows by no more than a factor, and afterwards
@@ -34,7 +34,7 @@ _LEAST, _LARGEST, _HALVINGS = -12.0, 8.0, 34
 
 _OTHER = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}
 
-#: What `unsteadied` means for a body that rolls and for one that spins.
+#: The meaning of `unsteadied` for a rolling and for a spinning body.
 _UNSTEADIED = {
     "roll_rate": "pivoting friction holds the turning of a {} that rolls upright, and another rate is critical",
     "precession_rate": "what brakes the roll rate leaves no {} stable that spins upright",

@@ -58,7 +58,7 @@ class Declared:
 
 @dataclass(frozen=True)
 class Event:
-    """What becomes true when one of some expressions becomes positive.
+    """A condition that is true once one of its expressions is positive.
 
     ``abs(x) > 2`` is that of ``x - 2`` and ``-x - 2``; ``a > 1 or b > 1`` that of ``a - 1`` and ``b - 1``.
     """
@@ -107,7 +107,7 @@ class Measure:
 
 @dataclass(frozen=True)
 class Meridian:
-    """What a system that is a body of revolution rolls with: lengths over its `radius`, moments over m radius^2.
+    """The body of a system: lengths over its `radius`, moments over m radius^2.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a body of revolution has to be, for all values of a request: convex, with the moments of a body."""
+"""Conditions on a body of revolution for all values of a request: convex, with possible moments."""
 
 import math
 from collections.abc import Iterator, Mapping

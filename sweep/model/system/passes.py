@@ -1,4 +1,4 @@
-"""What an atlas holds of a cell, from its passes: how it ended, whether that can be said, and how far it is off."""
+"""Results of a cell from its passes: ending, whether it is decided, and stated errors."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -15,7 +15,7 @@ from sweep.model.system import tables
 from sweep.model.system.cell_values import evaluated, off_by, sizes
 from sweep.model.system.definition import TIME, Definition, Label, Measure
 
-#: What the passes are called, which the kernel makes (`kernels.system.lanes.LEGS`).
+#: The names of the kernel's passes (`kernels.system.lanes.LEGS`).
 PASSES = ("first", "second", "third", "fourth")
 
 #: A cell is decided if the last two passes end within this share of the duration, and of the largest value of each

@@ -1,4 +1,4 @@
-"""What `verify` holds a system's atlas against: its own rules in every cell, and SciPy's DOP853 in a sample.
+"""References for a system's atlas: its rules in every cell, and SciPy's DOP853 in a sample.
 
 It follows the sampled cells (`sweep.model.system.sample`) to the times at which the atlas says that they
 ended: then the states there, the greatest values until then and the events, none of which may have happened before,

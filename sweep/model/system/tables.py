@@ -44,7 +44,7 @@ ERROR, AT_END = "_error", "_end"
 #: States of a body along whose starts a boundary is sought.
 _RATES = ("precession_rate", "roll_rate")
 
-#: What the atlas says of when and where a motion ended.
+#: Variables for the time and place of the ending.
 END_TIME = "end_time"
 
 
