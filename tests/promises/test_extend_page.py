@@ -61,6 +61,14 @@ def test_the_files_that_it_names_exist():
     assert [name for name in named if not (CHECKOUT / name).exists()] == []
 
 
+def test_its_changes_fit(fork):
+    """Each finds its place in the program, once, and leaves files of Python."""
+    changed = {file for block in blocks("diff") for file, *_ in pieces(block)}
+    assert len(changed) > 20
+    for file in changed:
+        compile((fork.folder / file).read_text(encoding="utf-8"), file, "exec")
+
+
 @pytest.mark.release
 @pytest.mark.compiled
 def test_its_commands_run_in_the_fork(fork, tmp_path):
@@ -109,6 +117,7 @@ def test_its_tests_pass_in_the_fork(fork, tmp_path):
     assert f"{len(named)} passed" in done.stdout
 
 
+@pytest.mark.release
 @pytest.mark.compiled
 def test_a_derived_output_is_verified(fork, tmp_path):
     """One wrong value of it is found; the exact reduction refuses to judge by a fall that it does not know."""

@@ -31,26 +31,15 @@ def whole(tilt, *, core=0.0, shift=0.0, edge=1.0, axial=0.4, transverse=0.4, squ
     return core*cos(tilt) + ellipse + shift*u + second*u**2 + third*u**3, axial, transverse
 """
 MODEL = model_of(read_system(TEXT))
-
-#: A sphere that two terms deform, which is compiled in a third of the time.
-EGG = model_of(
-    read_system("""
-from sweep.systems import body, sin
-
-@body(duration="10 s")
-def egg(tilt, *, axial=0.4, transverse=0.45, second=0.2, third=0.05, radius=1.0, gravity=1.0):
-    return 1.0 + second*sin(tilt)**2 + third*sin(tilt)**3, axial, transverse
-""")
-)
 BODY = ("core", "shift", "edge", "axial", "transverse", "square")
 RUNS_ON, FELL = 1, FIRST_EVENT
 
 
-def cells(duration, model=MODEL, **starts):
+def cells(duration, **starts):
     """Return what the kernels find for starts, everything else at its default."""
     count = max(np.size(each) for each in starts.values())
-    known = {name: each.default for name, each in model.parameters.items()} | starts
-    spec = sweep.SweepSpec(model=model, duration=duration)
+    known = {name: each.default for name, each in MODEL.parameters.items()} | starts
+    spec = sweep.SweepSpec(model=MODEL, duration=duration)
     return compute(spec, {name: np.full(count, 0.0) + value for name, value in known.items()})
 
 
@@ -147,7 +136,8 @@ def test_any_meridian_against_a_rigid_body_in_space(rng):
 def test_by_the_poles():
     """An egg that comes ever nearer to a pole is followed as far as it says; through the pole it goes end over end."""
     precession = np.array([1e-1, 1e-3, 1e-5, 1e-9, 0.0])
-    found = cells(8.0, EGG, tilt=0.3, tilt_rate=1.8, precession_rate=precession)
+    egg = {"axial": 0.4, "transverse": 0.45, "second": 0.2, "third": 0.05}
+    found = cells(8.0, **egg, tilt=0.3, tilt_rate=1.8, precession_rate=precession)
     assert list(found["ending"] == RUNS_ON) == [True] * 5
     body = Body(0.0, 0.0, 1.0, 0.4, 0.45, more=Polynomial([0.0, 0.0, 0.2, 0.05]))
     for number in range(5):
