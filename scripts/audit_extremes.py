@@ -6,7 +6,7 @@
     python scripts/audit_extremes.py brackets [ROWS] [SEED]       refined boundaries: both ends of each bracket
     python scripts/audit_extremes.py periods [COUNT] [SEED]       periods and stated errors of the reduction, ten kinds
 
-The reduction in double precision is compared with 50 digits itself (tests/turning_reference.py, which imports nothing
+The reduction in double precision is in turn compared with 50 digits (tests/turning_reference.py, which imports nothing
 of the project): a sample of every kind, all cells that double precision leaves open, and all brackets. `periods`
 compares it with quadruple precision (quadruple.py, COUNT cells of each kind, 4 ms each) and 50 digits (one, and one per
 thousand of COUNT), or with 50 digits only where no compiler knows quadruple precision. Exit status 1 if a promise is

@@ -72,7 +72,7 @@ def verify(
         means for it, its ending and verdict are the exact ones, its derived numbers follow from its extremes, and its
         other variables are what its integration gives again. What was found of each variable and attribute, the
         boundary and its curves too, is in the attribute ``audit_statements``; `findings` reads it. A model without an
-        exact reference has every cell compared with itself and a sample with a second computation, which the
+        exact reference has every cell checked by its own rules and a sample by a second computation, which the
         attribute ``audit_sample`` names.
 
     Raises

@@ -27,7 +27,7 @@ def verify(
     """Check an atlas against the exact reduction, or with losses a second method.
 
     Without losses every cell is compared with the reduction, of a system of your own a sample with DOP853; with
-    losses every cell is compared with itself, and a sample with a second computation.
+    losses every cell is checked by its own rules, and a sample by a second computation.
     Exit status 0 if all cells agree within the tolerance that the atlas records, 1 otherwise and if none could be
     compared.
     """

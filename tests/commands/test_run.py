@@ -220,7 +220,6 @@ def test_a_cache_that_others_can_write_is_told(tmp_path):
         assert_facts(line, "cannot", str(cache))
 
 
-@pytest.mark.slow_lane
 def test_warmup_has_the_kernels_of_every_preset():
     """No first run of a preset compiles anything after it, whatever its model."""
     tasks, kernels = warmup.usual_tasks()
@@ -231,6 +230,7 @@ def test_warmup_has_the_kernels_of_every_preset():
             assert set(spec.model.kernels(spec)) <= set(kernels), name
 
 
+@pytest.mark.slow_lane
 def test_warmup_says_that_nothing_was_kept(command, tmp_path, monkeypatch):
     """Where the kernels cannot be kept, here because nothing is compiled, it ends with 2 and says what to do."""
     monkeypatch.setattr(warmup, "usual_tasks", lambda: ({}, [DISK.integrate]))

@@ -47,8 +47,8 @@ AUDIT = Audit(
     difference="time_difference",
     units="s",
     told="times        of the sample differ from those of a second computation by",
-    summary="Every cell of a stability atlas compared with itself, its ledger of energy and its criterion, and a "
-    "sample with a second computation.",
+    summary="Every cell of a stability atlas checked by its own rules, its ledger of energy and its criterion, and a "
+    "sample by a second computation.",
 )
 # fmt: on
 

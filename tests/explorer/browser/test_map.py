@@ -233,7 +233,6 @@ def test_a_criterion_without_a_slider_has_its_name(opened, served_with):
     assert "peak_tilt" in page.locator(".own-criterion").text_content()
 
 
-@pytest.mark.release
 def test_presets_with_losses_are_named(opened):
     """A preset that is integrated in time stands in the menu, with the way to its map, and cannot be chosen."""
     page = opened(BOTH)

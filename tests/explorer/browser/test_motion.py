@@ -530,6 +530,22 @@ def test_a_ring_is_as_wide_as_its_inertia_says(opened):
     assert found == [pytest.approx([2.0 * each, 2.0]) for each in inner]
 
 
+def test_horizontal_lines_of_a_plot_are_as_long_as_its_curves(opened):
+    """Those of the turning points and of the energy reach from one end of the plot to the other."""
+    page = opened()
+    choose(page, 0.3, 0.3)
+    ends = page.locator(".plot svg").first.evaluate(
+        """svg => [...svg.querySelectorAll(".line, .curve")].map((each) => {
+            const { x, width } = each.getBBox();
+            return [each.classList.contains("line"), x, x + width];
+        })"""
+    )
+    lines = [[low, high] for is_line, low, high in ends if is_line]
+    (curve,) = ([low, high] for is_line, low, high in ends if not is_line)
+    assert len(lines) > 1
+    assert all(line == pytest.approx(curve, abs=1.0) for line in lines)
+
+
 def test_squares_of_the_table_have_the_length_that_is_told(opened):
     """The picture of a square is repeated once on each length: the table can move on by whole squares unseen."""
     found = opened().evaluate(
