@@ -1,1 +1,1 @@
-"""The thin disk with losses: lever arms of dry friction, viscous friction and drag of air."""
+"""The thin disk with losses: dry friction, viscous friction and air drag."""

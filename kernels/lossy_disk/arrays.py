@@ -1,13 +1,13 @@
-"""What stands in the arrays that Python and the kernels with losses hand to each other; as `kernels.disk.arrays`.
+"""The arrays that Python and the kernels with losses exchange; see also `kernels.disk.arrays`.
 
-Units are SI, angles in rad. A torque of dry friction is its lever arm times the normal force of the moment.
+Units are SI, angles in rad. A torque of dry friction is its lever arm times the instantaneous normal force.
 """
 
 from kernels.disk.arrays import STATE as STATE
 
-#: Start of a cell: that of the disk without losses; mass [kg]; lever arms of rolling, pivoting and contour friction
-#: [m]; viscous contour friction [N m s]; viscosity [Pa s] and density [kg m^-3] of the air; friction coefficient [1],
-#: infinite where the disk cannot slip.
+#: Start of a cell: the start of a disk without losses; mass [kg]; lever arms of rolling, pivoting and contour
+#: friction [m]; viscous contour friction [N m s]; viscosity [Pa s] and density [kg m^-3] of the air; friction
+#: coefficient [1], infinite if the disk cannot slip.
 PARAMETERS = (
     *STATE,
     "alpha",
@@ -40,22 +40,21 @@ PARAMETERS = (
     FRICTION,
 ) = range(len(PARAMETERS))
 
-#: Laws of the drag of air: settings name one by its number.
+#: Laws of air drag, by their numbers in the settings.
 NO_AIR, MOFFATT, BILDSTEN = range(3)
 
-#: Settings of an integration: duration [s], longest step [s] (0: as the motion asks), flat_tilt [rad], tolerance of the
-#: energy balance over m g R [1]; the criterion whose first breach is looked
-#: for: its kind (0: none; 1: a distance from the undisturbed tilt [rad]; 2: that distance over the size of the
-#: perturbation), its limit, and whether the undisturbed tilt is that of the start (1) or upright (0); the law of the
-#: drag of air, by its number.
+#: Settings of an integration: duration [s]; longest step [s] (0: no limit); flat_tilt [rad]; tolerance of the energy
+#: balance over m g R [1]; the criterion whose first breach is recorded: its kind (0: none; 1: a distance from the
+#: undisturbed tilt [rad]; 2: that distance over the size of the perturbation), its limit, and whether the undisturbed
+#: tilt is the tilt of the start (1) or upright (0); number of the air drag law.
 SETTINGS = ("duration", "step", "flat_tilt", "tolerance", "limited", "limit", "from_start", "air_law")
 DURATION, STEP, FLAT_TILT, TOLERANCE, LIMITED, LIMIT, FROM_START, AIR_LAW = range(len(SETTINGS))
 
-#: Measures of a cell: extreme tilts [rad]; time until the ending [s]; tilt there [rad]; heading turned [rad]; length of
-#: the path of the contact point [m]; energy taken by rolling, pivoting, contour friction, contour damping and air, each
-#: over m g R [1]; when the criterion was first broken [s], NaN if it was not; largest imbalance of the energy, over
-#: m g R [1]; estimated errors of the tilts [rad], of the time [s], of the heading turned [rad] and of the length of the
-#: path [m].
+#: Measures of a cell: extreme tilts [rad]; time until the ending [s]; tilt there [rad]; heading turned [rad]; path
+#: length of the contact point [m]; energy lost to rolling, pivoting and contour friction, contour damping and air,
+#: each over m g R [1]; time of the first breach of the criterion [s], or NaN; largest imbalance of the energy, over m
+#: g R [1]; estimated errors of the tilts [rad], of the time [s], of the heading turned [rad] and of the path length
+#: [m].
 MEASURES = (
     "tilt_min",
     "tilt_max",
@@ -95,25 +94,25 @@ MEASURES = (
     PATH_ERROR,
 ) = range(len(MEASURES))
 
-#: Counts of a cell: code of `kernels.lossy_disk.endings`; steps of the accepted integration; reductions of the step;
-#: how often dry friction changed its sense, held or let go.
+#: Counts of a cell: code of `kernels.lossy_disk.endings`; steps of the accepted integration; refinements of the step;
+#: how often dry friction reversed, seized or let go.
 COUNTS = ("ending", "steps", "refinements", "switches")
 ENDING, STEPS, REFINEMENTS, SWITCHES = range(len(COUNTS))
 
-#: Losses of the ledger, in the order of `MEASURES` and of the trajectory.
+#: Losses in the ledger, in the order of `MEASURES` and of the trajectory.
 LOSSES = MEASURES[ROLLING_LOSS : AIR_LOSS + 1]
 
-#: Settings of a single motion: longest step [s] (0: follows the motion), relative step [1] (0: half that of the
-#: atlases), flat_tilt [rad], law of the air.
+#: Settings of a single motion: longest step [s] (0: no limit), relative step [1] (0: half the relative step of
+#: atlases), flat_tilt [rad], law of air drag.
 TRAJECTORY_SETTINGS = ("step", "relative_step", "flat_tilt", "air_law")
 TRAJECTORY_STEP, TRAJECTORY_RELATIVE_STEP, TRAJECTORY_FLAT_TILT, TRAJECTORY_AIR_LAW = range(
     len(TRAJECTORY_SETTINGS)
 )
 
-#: One sample of a motion: `STATE`; heading and roll angle [rad], contact point [m]; the losses so far, each over m g R;
-#: normal force and horizontal forces across and along the track over m g; which friction holds (bits: 1 roll rate held
-#: by contour friction, 2 turning about the vertical held by pivoting friction, 4 tilt and roll held by rolling
-#: friction); centre of mass [m]; energy over m g R.
+#: One sample of a motion: `STATE`; heading and roll angle [rad], contact point [m]; the losses so far, each over m g
+#: R; normal force and horizontal forces across and along the track over m g; which rates friction holds (bits: 1 roll
+#: rate held by contour friction, 2 turning about the vertical held by pivoting friction, 4 tilt and roll held by
+#: rolling friction); centre of mass [m]; energy over m g R.
 SAMPLES = (
     *STATE,
     "heading",

@@ -6,13 +6,13 @@ from kernels.lossy_disk.contact_motion import Forces, compliance, contact_rates
 
 @kernel
 def all_held(senses):
-    """Whether friction holds tilt and roll rate: the disk can only turn about the vertical through its contact."""
+    """Return whether friction holds both tilt and roll rate: the disk can then only turn about the vertical."""
     return senses.roll == 0.0 and senses.tilt == 0.0
 
 
 @kernel
 def _forces(state, senses, inertia, losses):
-    """Acceleration of the tilt, and `Forces`."""
+    """Return the acceleration of the tilt, and `Forces`."""
     if all_held(senses):
         S, C, _, _, _ = state
         pivoted = -losses.pivoting * senses.turn
@@ -24,24 +24,24 @@ def _forces(state, senses, inertia, losses):
 
 @kernel
 def contact_forces(state, senses, inertia, losses):
-    """Force of the plane on the disk, over m g.
+    """Return the force of the plane on the disk, over m g.
 
     Parameters
     ----------
     state : tuple of 5 floats
         S, C, w, f, v.
     senses, inertia, losses
-        As of `kernels.lossy_disk.contact_motion.contact_rates`.
+        As for `kernels.lossy_disk.contact_motion.contact_rates`.
 
     Returns
     -------
     (across, along, Forces)
-        Horizontal forces as of `kernels.disk.contact.contact_forces`, and the others.
+        Horizontal forces as in `kernels.disk.contact.contact_forces`, and the other forces.
 
     Notes
     -----
     The centre of mass moves with the velocity (C w, s, -S w) across, along and up in the frame that turns with the
-    heading: Newton's law for it holds with every law of friction. s' = (F_f + F_v S - w o) / (1+alpha).
+    heading. Newton's law for it holds for any law of friction. s' = (F_f + F_v S - w o) / (1+alpha).
     """
     S, C, w, f, v = state
     tilting, forces = _forces(state, senses, inertia, losses)

@@ -1,9 +1,9 @@
-"""The motion in the rates of its contact: the roll rate f and the turning rate about the vertical v are its state.
+"""The motion in terms of the contact rates: the state holds the roll rate f and the turning rate v about the vertical.
 
-The lanes carry o and p (`kernels.lossy_disk.equations`), of which f = s - o T and v = o C + s S are small differences
-where friction is about to hold them. Here a rate that is held is zero, and a rate that begins has all its digits:
-o = C (v - f S) and s = f C^2 + v S. The tangent comes from sine and cosine: carried
-along, its error would grow with each pass near flat. The laws are those of the lanes (`kernels.lossy_disk.loss_laws`).
+The lanes use o and p (`kernels.lossy_disk.equations`). When friction is about to hold f = s - o T or v = o C + s S,
+these are small differences of o and s. Here a held rate is exactly zero, and a rate that starts has full precision:
+o = C (v - f S) and s = f C^2 + v S. The tangent is computed from sine and cosine, because an integrated tangent would
+gain error with each pass near flat. The laws are the same as in the lanes (`kernels.lossy_disk.loss_laws`).
 """
 
 import math
@@ -23,7 +23,7 @@ from kernels.lossy_disk.loss_laws import horizontal_rate as size_of_horizontal_r
 
 
 class Senses(NamedTuple):
-    """Against what dry friction acts during a leg of a motion.
+    """Directions that dry friction opposes during a leg of a motion.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Senses(NamedTuple):
     turn : float
         Sign of the turning rate about the vertical v; 0 where pivoting friction holds it.
     tilt : float
-        While f is held, the sign of the tilt rate w, or 0 where that is held too; otherwise without meaning.
+        While f is held, the sign of the tilt rate w, or 0 if w is held too; unused otherwise.
     """
 
     roll: float
@@ -48,7 +48,7 @@ class Forces(NamedTuple):
     normal : float
         Normal force over m g.
     roll, turn : float
-        Generalised forces on f and v, of all laws together, over m g R. Of a rate that is held it is what holds it.
+        Generalised forces of all laws on f and v, over m g R. For a held rate, the force that holds it.
     """
 
     normal: float
@@ -58,51 +58,51 @@ class Forces(NamedTuple):
 
 @kernel
 def contact_state(state, inertia):
-    """State (S, C, w, f, v) of a state (S, C, K, w, o, p)."""
+    """Return the state (S, C, w, f, v) of a state (S, C, K, w, o, p)."""
     S, C, _, w, _, _ = state
     return S, C, w, roll_rate(state, inertia.i_inverse), turning_rate(state, inertia.i_inverse)
 
 
 @kernel
 def spin_state(state, inertia):
-    """State (S, C, K, w, o, p) of a state (S, C, w, f, v)."""
+    """Return the state (S, C, K, w, o, p) of a state (S, C, w, f, v)."""
     S, C, w, f, v = state
-    # the inverse of `contact_state` for any error of the steps in S^2 + C^2 = 1: motions go to and fro often
+    # exact inverse of `contact_state` even if S^2 + C^2 deviates from 1, because motions are converted often
     square = S * S + C * C
     return S, C, 1.0 / C, w, C * (v - f * S) / square, inertia.i_roll * (f * C * C + v * S) / square
 
 
-# What follows is what friction asks of the equations. Other bodies have other functions under these names
-# (`kernels.lossy_bodies.integrate`).
+# The following functions are all that friction needs from the equations. Other bodies replace them by functions of
+# the same names (`kernels.lossy_bodies.integrate`).
 
 
 @simd
 def per_inertia(S, C, inertia):
-    """One over the moment of inertia of a rotation of the tilt about the contact point, in m R^2."""
+    """Return the reciprocal moment of inertia of tilting about the contact point, in units of 1/(m R^2)."""
     return inertia.i_tilt
 
 
 @simd
 def lever(S, C, inertia):
-    """Lever of the weight about the contact point, over R: how fast the height falls with the tilt."""
+    """Return the lever arm of the weight about the contact point, over R: decrease of the height per tilt."""
     return S
 
 
 @simd
 def losses_here(S, C, inertia, losses):
-    """Coefficients of the laws as forces on the rates f, v and (w, C f), where the contact is."""
+    """Return the coefficients of the laws as forces on the rates f, v and (w, C f), at the present contact point."""
     return losses
 
 
 @kernel
 def turning_inertia(S, C, inertia):
-    """Moment of inertia about the vertical through the contact point, in m R^2."""
+    """Return the moment of inertia about the vertical through the contact point, in m R^2."""
     return inertia.i_roll * S * S + inertia.i_spin * C * C
 
 
 @kernel
 def compliance(S, C, inertia):
-    """Inverse inertia of f and v: G_ff, G_fv, G_vv; a force on one of them changes both."""
+    """Return the inverse inertia of f and v: G_ff, G_fv, G_vv; a force on either rate changes both."""
     T = S / C
     return (
         inertia.i_inverse + inertia.inverse_spin * T * T,
@@ -113,22 +113,22 @@ def compliance(S, C, inertia):
 
 @kernel
 def pull_at_rest(S, C, turning, inertia):
-    """Torque that tilts a disk which turns with the rate v = `turning` about its contact point, over m g R.
+    """Return the torque, over m g R, that tilts a disk which turns with the rate v = `turning` about its contact point.
 
-    Gravity and the centrifugal and gyroscopic torque: S (1 + (1 + alpha/2) v^2 C).
+    The sum of gravity, centrifugal and gyroscopic torque: S (1 + (1 + alpha/2) v^2 C).
     """
     return S * (1.0 + turning * turning * C / inertia.i_tilt)
 
 
 @simd
 def circle(S, C, inertia):
-    """Radius of the circle along which the contact runs over what rolls, over R."""
+    """Return the radius, over R, of the circle on the body along which the contact runs."""
     return 1.0
 
 
 @kernel
 def unforced(state, inertia):
-    """What friction meets: the torque that tilts a motion without it, its `Load`, and f' and v'.
+    """Return the motion without friction: torque on the tilt, its `Load`, and f' and v'.
 
     `state` is S, C, w, f, v.
     """
@@ -143,7 +143,7 @@ def unforced(state, inertia):
 
 @kernel
 def contact_rates(state, senses, inertia, losses):
-    """How a motion and its ledger change in scaled time, if friction does not hold the tilt.
+    """Return the derivatives of a motion and its ledger in scaled time, if friction does not hold the tilt.
 
     Parameters
     ----------
@@ -156,18 +156,18 @@ def contact_rates(state, senses, inertia, losses):
     Returns
     -------
     derivatives, ledger, Forces
-        The derivatives of a rate that is held are zero; ledger as of `kernels.lossy_disk.rk4.rates`.
+        Derivatives of held rates are zero; the ledger as in `kernels.lossy_disk.rk4.rates`.
 
     Notes
     -----
-    Chaplygin's equations for o and s (`kernels.disk.equations.slopes`) in f and v, with the forces on these. What
-    holds a rate is what leaves its derivative zero.
+    Chaplygin's equations for o and s (`kernels.disk.equations.slopes`), written for f and v, plus the forces on them.
+    The force that holds a rate is the force that makes its derivative zero.
     """
     S, C, w, f, v = state
     T, heading = S / C, v - f * S
     free, load, free_roll, free_turn = unforced(state, inertia)
     laws = losses_here(S, C, inertia, losses)
-    # while f is held the sign of the tilt rate holds for the whole step, as that of f does elsewhere
+    # while f is held, the sign of the tilt rate is kept for the whole step, as is the sign of f otherwise
     pace, opposed = (senses.tilt * w, senses.tilt) if senses.roll == 0.0 else (1.0, w)
     turning = size_of_horizontal_rate((C, opposed, f))
     torque, _, rolled, slid, _ = rolling_friction((C, opposed, f), turning, free, load, laws.rolling, 1.0)
@@ -192,7 +192,7 @@ def contact_rates(state, senses, inertia, losses):
 
 @kernel
 def time_scale(state, inertia):
-    """Scaled time over the fastest rate of the linearised motion without friction; near flat, the precession."""
+    """Return the reciprocal of the fastest rate of the linearised motion without friction (near flat: precession)."""
     S, C, w, f, v = state
     s, o = f * C * C + v * S, C * (v - f * S)
     own = inertia.i_tilt * (1.0 + 2.0 * inertia.i_roll * s * s)
@@ -201,7 +201,7 @@ def time_scale(state, inertia):
 
 @kernel
 def horizontal_rate(state, senses, inertia, losses):
-    """Magnitude of the horizontal turning rate (w, C f), its rate of change, and how fast the vector changes."""
+    """Return the magnitude of the horizontal turning rate (w, C f), its derivative, and the magnitude of (w, C f)'."""
     S, C, w, f, _ = state
     (_, _, dw, df, _), _, _ = contact_rates(state, senses, inertia, losses)
     across, changing = C * f, C * df - S * w * f
@@ -212,7 +212,7 @@ def horizontal_rate(state, senses, inertia, losses):
 
 @kernel
 def moved(state, h, change):
-    """`state` + h * `change`, of five numbers each."""
+    """Return `state` + h * `change`, of five numbers each."""
     S, C, w, f, v = state
     dS, dC, dw, df, dv = change
     return S + h * dS, C + h * dC, w + h * dw, f + h * df, v + h * dv
@@ -220,7 +220,7 @@ def moved(state, h, change):
 
 @kernel
 def entered(ledger, h, change):
-    """`ledger` + h * `change`, of seven numbers each."""
+    """Return `ledger` + h * `change`, of seven numbers each."""
     a0, a1, a2, a3, a4, a5, a6 = ledger
     b0, b1, b2, b3, b4, b5, b6 = change
     return (
@@ -230,12 +230,12 @@ def entered(ledger, h, change):
 
 @kernel
 def contact_step(state, senses, inertia, losses, h):
-    """State and gain of the ledger after one classical Runge-Kutta step of scaled length h (Kutta 1901).
+    """Return the state and the gain of the ledger after one classical Runge-Kutta step of scaled length h (Kutta 1901).
 
     Parameters
     ----------
     state, senses, inertia, losses
-        As of `contact_rates`.
+        As for `contact_rates`.
     h : float
     """
     total, gained, _ = contact_rates(state, senses, inertia, losses)

@@ -1,9 +1,9 @@
-"""What dry friction holds and what it lets go: the set-valued side of the laws, where a rate vanishes.
+"""Static friction, and the release of dry friction: the set-valued part of the laws, at vanishing rates.
 
-Coulomb's law bounds the force of a law that holds; a rate stays zero as long as the force that this needs keeps to its
-bound, and there is no regularisation. Three rates can be held: the roll rate f (by contour friction), the turning rate
-about the vertical v (by pivoting friction), and the horizontal turning rate (w, C f) as a whole (by rolling friction,
-with the help of contour friction along f).
+Coulomb's law bounds the force of static friction. A rate stays exactly zero as long as the force needed to hold it is
+within the bound; there is no regularisation. Three rates can be held: the roll rate f (by contour friction), the
+turning rate about the vertical v (by pivoting friction), and the horizontal turning rate (w, C f) as a whole (by
+rolling friction, with the help of contour friction along f).
 """
 
 import math
@@ -19,28 +19,28 @@ from kernels.lossy_disk.contact_motion import (
     pull_at_rest,
 )
 
-#: A breaking away disk is carried over its first instant of this scaled length (over 1 + |v|) with the acceleration
-#: that it breaks away with: at rest rolling friction has no direction. The square of it is lost.
+#: A disk that breaks away is moved over a first instant of this scaled length (over 1 + |v|) with its initial
+#: acceleration, because rolling friction has no direction at rest. The error is of second order in this length.
 _INSTANT = 1.0e-7
 
-#: Share of its bound by which friction may be needed more than that and still hold, and hold on when it held before:
-#: where rounding decides, friction does not let go and seize again forever.
+#: Factors on the bound of friction when it seizes, and when it has held before: they are slightly above 1, and the
+#: second is larger, so that rounding cannot make friction release and seize again forever.
 SEIZES, HOLDS_ON = 1.0 + 1.0e-12, 1.0 + 2.0e-12
 LETS_GO = 0.0
 
-#: Halvings of the interval of directions in which a disk breaks away: to the last bit of an angle.
+#: Bisections for the direction in which a disk breaks away: down to the last bit of an angle.
 _HALVINGS = 60
 
 
 @kernel
 def sign(x):
-    """Sign of a number: -1, 0 or 1."""
+    """Return the sign of a number: -1, 0 or 1."""
     return 0.0 if x == 0.0 else math.copysign(1.0, x)
 
 
 @kernel
 def beginning_roll(state, inertia):
-    """Sign with which a roll rate begins that no force sets going: it comes with the tilting, as f' = -w v C (...)."""
+    """Return the sign of a roll rate that starts without a force: it comes with the tilting, as f' = -w v C (...)."""
     S, C, w, _, v = state
     tilting = w if w != 0.0 else pull_at_rest(S, C, v, inertia)
     return -1.0 if tilting * v > 0.0 else 1.0
@@ -48,14 +48,14 @@ def beginning_roll(state, inertia):
 
 @kernel
 def _tilting(state, inertia):
-    """Sign of the tilt rate, where it vanishes that with which the disk tilts."""
+    """Return the sign of the tilt rate, or if it vanishes, of the direction in which the disk will tilt."""
     S, C, w, _, v = state
     return sign(w) if w != 0.0 else sign(pull_at_rest(S, C, v, inertia))
 
 
 @kernel
 def _roll_held_or_let_go(state, turn, strength, inertia, losses):
-    """Return state and senses of a motion whose roll rate has just vanished while its tilt rate has not."""
+    """Return state and senses after the roll rate has vanished while the tilt rate has not."""
     S, C, w, _, v = state
     still, held = (S, C, w, 0.0, v), Senses(0.0, turn, _tilting(state, inertia))
     _, _, forces = contact_rates(still, held, inertia, losses)
@@ -69,7 +69,7 @@ def _roll_held_or_let_go(state, turn, strength, inertia, losses):
 
 @kernel
 def _turn_held_or_let_go(state, roll, strength, inertia, losses):
-    """Return state and senses of a motion whose turning rate has just vanished while its roll rate has not."""
+    """Return state and senses after the turning rate has vanished while the roll rate has not."""
     S, C, w, f, _ = state
     still, held = (S, C, w, f, 0.0), Senses(roll, 0.0, 0.0)
     _, _, forces = contact_rates(still, held, inertia, losses)
@@ -81,7 +81,7 @@ def _turn_held_or_let_go(state, roll, strength, inertia, losses):
 
 @kernel
 def is_held(S, C, turning, pivoted, inertia, losses):
-    """Whether friction holds tilt and roll rate of a disk that has neither.
+    """Return whether friction holds tilt and roll rate of a disk that has neither rate.
 
     Parameters
     ----------
@@ -92,8 +92,8 @@ def is_held(S, C, turning, pivoted, inertia, losses):
 
     Notes
     -----
-    The torque of rolling friction lies in a disc: what is left of its arm beside the pull on the tilt helps contour
-    friction to hold the roll rate, which pivoting friction would set going. The normal force is the weight.
+    The torque of rolling friction lies in a disc. The part of its arm that the pull on the tilt does not use helps
+    contour friction to hold the roll rate against pivoting friction. The normal force is the weight.
     """
     pull = pull_at_rest(S, C, turning, inertia)
     if not abs(pull) <= losses.rolling:
@@ -105,21 +105,21 @@ def is_held(S, C, turning, pivoted, inertia, losses):
 
 @kernel
 def _balance(angle, pull, push, disk, losses):
-    """How far the acceleration of a disk that breaks away at an angle is from having that direction.
+    """Return the mismatch between an angle and the direction in which a disk breaking away at it accelerates.
 
     Parameters
     ----------
     angle : float
-        Direction of (w, C f), from 0 (tilting alone) to a right angle.
+        Direction of (w, C f), from 0 (only tilting) to a right angle.
     pull, push : float
-        What tilts the disk, and |F_v G_fv| of pivoting friction per normal force; none negative.
+        Torque on the tilt, and |F_v G_fv| of pivoting friction per normal force; both at least 0.
     disk : tuple of 4 floats
-        Lever of the weight towards the tilt to which it is pulled, one over the inertia of the tilt, C, G_ff.
+        Lever arm of the weight in the direction of the pull, reciprocal inertia of the tilt, C, G_ff.
 
     Returns
     -------
     (excess, w', f', normal)
-        The excess is positive where the angle is too large.
+        The excess is positive if the angle is too large.
     """
     lean, per, C, G_ff = disk
     across, along = math.cos(angle), math.sin(angle)
@@ -132,14 +132,14 @@ def _balance(angle, pull, push, disk, losses):
 
 @kernel
 def breaking_away(S, C, turning, turn, inertia, losses):
-    """Accelerations with which a disk without tilt rate and roll rate breaks away from rolling friction.
+    """Return the accelerations with which a disk without tilt rate and roll rate breaks away from rolling friction.
 
     Parameters
     ----------
     S, C, turning : float
         The tilt, and the turning rate about the vertical.
     turn : float
-        Its sense: pivoting friction acts against it.
+        Sign of the turning rate, which pivoting friction opposes.
 
     Returns
     -------
@@ -147,9 +147,9 @@ def breaking_away(S, C, turning, turn, inertia, losses):
 
     Notes
     -----
-    Rolling friction opposes the direction in which the disk sets off, and its inertia is not the same in all
-    directions: the direction is that of the acceleration which it allows. Of all directions between tilting alone and
-    rolling alone one is; it is found by halving.
+    Rolling friction opposes the direction in which the disk starts, and the inertia depends on the direction. So the
+    start has to be parallel to the acceleration that results. Exactly one direction between only tilting and only
+    rolling fulfils this; bisection finds it.
     """
     pull, (G_ff, G_fv, _) = pull_at_rest(S, C, turning, inertia), compliance(S, C, inertia)
     tilt_sense, push = math.copysign(1.0, pull), -G_fv * losses.pivoting * turn
@@ -172,9 +172,9 @@ def breaking_away(S, C, turning, turn, inertia, losses):
 
 @kernel
 def _set_going(state, turn, inertia, losses):
-    """Return state and senses an instant after a disk at rest on its contact has broken away; and the instant.
+    """Return state and senses an instant after a disk at rest on its contact has broken away, and the instant.
 
-    Where contour friction holds the roll rate the tilt alone moves, and no instant is needed.
+    If contour friction holds the roll rate, only the tilt moves, and no instant is needed.
     """
     S, C, _, _, v = state
     tilting, rolling, normal = breaking_away(S, C, v, turn, inertia, losses)
@@ -194,25 +194,25 @@ def _set_going(state, turn, inertia, losses):
 
 @kernel
 def decided(state, senses, vanished, strength, inertia, losses):
-    """What dry friction does from now on, after rates have vanished.
+    """Return state and senses after rates have vanished: dry friction holds them, or lets the disk move.
 
     Parameters
     ----------
     state : tuple of 5 floats
         S, C, w, f, v; rates that vanished are zero to rounding.
     senses : kernels.lossy_disk.contact_motion.Senses
-        Of the motion before: what was held and did not vanish now is still held.
+        Senses of the motion before: a rate that was held and is not among `vanished` stays held.
     vanished : tuple of 3 bools
-        Whether roll rate, turning rate about the vertical, and tilt rate vanish, those that are held included.
+        Whether roll rate, turning rate about the vertical, and tilt rate vanish, including held rates.
     strength : float
-        Share of its bound up to which friction holds a single rate: SEIZES, or LETS_GO where what held has just let go.
+        Share of its bound up to which friction holds a single rate: SEIZES, or LETS_GO if it has just let go.
     inertia, losses
-        As of `kernels.lossy_disk.contact_motion.contact_rates`.
+        As for `kernels.lossy_disk.contact_motion.contact_rates`.
 
     Returns
     -------
     (state, senses, instant)
-        A rate that is held is zero. The scaled time that has passed.
+        Held rates are exactly zero in the state. The instant is the scaled time that has passed.
     """
     no_roll, no_turn, no_tilting = vanished
     turn = 0.0 if no_turn and losses.pivoting > 0.0 else senses.turn

@@ -1,4 +1,4 @@
-"""The codes of all ways in which a motion with losses can end; `sweep.model.lossy_disk.tables` says what they mean."""
+"""The codes of all endings of a motion with losses; `sweep.model.lossy_disk.tables` explains them."""
 
 NOT_COMPUTED = 0
 FLAT = 1
@@ -10,5 +10,5 @@ UNDISTURBED = 6
 UNRESOLVED = 7
 INVALID = 8
 
-#: Of other bodies alone.
+#: Only for other bodies.
 EDGE_CHANGE = 9

@@ -1,9 +1,9 @@
-"""Steps that end at the first event: where a rate vanishes, a hold lets go, or the motion ends.
+"""Steps that end at the first event: a rate vanishes, friction lets go, or the motion ends.
 
-Each event has a margin, a function of the state that is positive before it. Where the margin is negative after a step,
-the step is done again from its beginning, as long as the margin allows: its root over the length of the step, by the
-Illinois variant of the rule of false position (Dowell and Jarratt, BIT 11 (1971) 168). A step of any length has the
-error of the method only, so the state there is as good as any other.
+Each event has a margin, a function of the state that is positive before the event. If the margin is negative after a
+step, the step is repeated from its beginning with the length at which the margin vanishes. This root over the step
+length is found by the Illinois variant of the rule of false position (Dowell and Jarratt, BIT 11 (1971) 168). A step
+of any length has only the error of the method, so the state there is as good as any other.
 """
 
 import math
@@ -16,10 +16,10 @@ from kernels.lossy_disk.dry_friction import HOLDS_ON
 from kernels.lossy_disk.loss_laws import EDGED, Losses
 from kernels.lossy_disk.rk4 import Inertia
 
-#: Events, in the order of `_margins`: the tilt rate changes its sign; roll rate or turning rate vanishes; what holds
-#: one of them lets go; the tilt rate vanishes while the roll rate is held; the disk is flat; it lifts off; it slips;
-#: a body with two edges stands on both; the criterion is broken. Without a margin: all rates that rolling friction
-#: opposes have vanished; all rates have; a number is not finite, or friction only just does not hold the disk.
+#: Events, in the order of `_margins`: the tilt rate changes its sign; roll rate or turning rate vanishes; friction
+#: lets go of either; the tilt rate vanishes while the roll rate is held; the disk is flat; it lifts off; it slips; a
+#: body with two edges stands on both; the criterion is broken. Events without a margin: all rates that rolling
+#: friction opposes have vanished; all rates have vanished; a number is not finite, or friction almost holds the disk.
 (
     TURNS,
     ROLL_VANISHES,
@@ -35,20 +35,20 @@ from kernels.lossy_disk.rk4 import Inertia
 ) = range(11)
 CONTACT_RESTS, RESTS, FAILS, NO_EVENT = 11, 12, 13, -1
 
-#: Scaled horizontal turning rate below which, while it falls, it counts as vanished.
+#: Scaled horizontal turning rate below which it counts as vanished, if it decreases.
 _REST = 1.0e-13
 
 _MOST_TRIALS, _MOST_HALVINGS = 80, 40
 
-#: Share of its limit within which a force is looked at in the middle of a step too.
+#: Relative distance to its limit below which a force is checked in the middle of a step too.
 _NEAR = 0.2
 
-#: Share of a step to which its event is found.
+#: Precision of the time of an event, over the step.
 _SHARP = 1.0e-14
 
 
 class Case(NamedTuple):
-    """What does not change along a motion.
+    """Constants of a motion.
 
     Attributes
     ----------
@@ -78,10 +78,10 @@ class Case(NamedTuple):
 
 @kernel
 def _margins(state, senses, heading, case, reach):
-    """Margins of all events; infinite where there can be none.
+    """Return the margins of all events; infinite for impossible events.
 
-    `heading` is the sign of the tilt rate before; the criterion is broken where the tilt is farther than `reach` [rad]
-    from its reference.
+    `heading` is the sign of the tilt rate before the step. The criterion is broken if the tilt is farther than
+    `reach` [rad] from its reference.
     """
     losses, none = case.losses, math.inf
     S, C, w, f, v = state
@@ -112,7 +112,7 @@ def _margins(state, senses, heading, case, reach):
 
 @kernel
 def beyond(state, senses, case, reach):
-    """Return an ending or breach that the state itself is beyond, from FLATTENS to BREACHES, or NO_EVENT."""
+    """Return the ending or breach that the state itself is beyond, from FLATTENS to BREACHES, or NO_EVENT."""
     margins = _margins(state, senses, 0.0, case, reach)
     for event in (FLATTENS, LIFTS, SLIPS, EDGES, BREACHES):
         if margins[event] <= 0.0:
@@ -122,7 +122,9 @@ def beyond(state, senses, case, reach):
 
 @kernel
 def _time_of(event, state, senses, heading, case, reach, h):
-    """Length of the step, at most h, at whose end the margin of an event is just negative; after h it is negative.
+    """Return the length of the step, at most h, after which the margin of an event is just negative.
+
+    It is negative after h. The length is zero if no shorter step leaves a positive margin.
 
     Zero if no shorter step leaves a positive margin.
     """
@@ -133,7 +135,7 @@ def _time_of(event, state, senses, heading, case, reach, h):
     for _ in range(_MOST_HALVINGS):
         if low > _SHARP * -high:
             break
-        # a rate that has just begun, and that turns back within this step
+        # a rate that has just started and returns to zero within this step
         before = 0.5 * after
         there, _ = contact_step(state, senses, case.inertia, case.losses, before)
         low = _margins(there, senses, heading, case, reach)[event]
@@ -162,14 +164,14 @@ def _time_of(event, state, senses, heading, case, reach, h):
 
 @kernel
 def _until_touched(event, state, senses, margin, case, h):
-    """Length of a step of at most h after which a force is beyond its limit; infinite if it never is.
+    """Return the length of a step of at most h after which a force exceeds its limit; infinite if it never does.
 
-    At the end of the step its margin is `margin`. Where that and the one at the beginning are positive, the parabola
-    through them and the one in the middle says where it is least.
+    `margin` is the margin at the end of the step. If it and the margin at the beginning are positive, the parabola
+    through both and the margin in the middle gives the time of the minimum.
     """
     before = _margins(state, senses, 0.0, case, math.inf)[event]
     if before < 0.0:
-        # friction has just changed its sense, and the force with it
+        # friction has just changed its sign, and the force with it
         return 0.0
     if margin < 0.0:
         return h
@@ -179,7 +181,7 @@ def _until_touched(event, state, senses, margin, case, h):
         return 0.5 * h
     curvature = 2.0 * (before + margin - 2.0 * middle)
     slope = margin - before - curvature
-    # of the step
+    # as a share of the step
     share = -0.5 * slope / curvature if curvature > 0.0 else 1.0
     if not 0.0 < share < 1.0:
         return math.inf
@@ -189,7 +191,7 @@ def _until_touched(event, state, senses, margin, case, h):
 
 @kernel
 def _contact_rests(state, senses, case):
-    """Whether the horizontal turning rate has all but vanished, and still falls."""
+    """Return whether the horizontal turning rate has almost vanished and still decreases."""
     if senses.roll == 0.0 or not case.losses.rolling > 0.0:
         return False
     size, change, _ = horizontal_rate(state, senses, case.inertia, case.losses)
@@ -198,7 +200,7 @@ def _contact_rests(state, senses, case):
 
 @kernel
 def _heading(state, senses, case):
-    """Sign of the tilt rate, of a disk at rest that with which its motion begins; 0 if nothing tilts it."""
+    """Return the sign of the tilt rate, or of a disk at rest, its initial tilting; 0 if nothing tilts it."""
     rate = state[2]
     if rate == 0.0:
         (_, _, rate, _, _), _, _ = contact_rates(state, senses, case.inertia, case.losses)
@@ -207,7 +209,7 @@ def _heading(state, senses, case):
 
 @kernel
 def step_to_event(state, senses, case, reach, h):
-    """One step, cut at its first event.
+    """Make one step, cut at its first event.
 
     Parameters
     ----------
@@ -218,24 +220,24 @@ def step_to_event(state, senses, case, reach, h):
     reach : float
         Distance of the tilt from the reference [rad] that breaks the criterion; infinite where it has been broken.
     h : float
-        Its longest length, scaled.
+        The longest length of the step, scaled.
 
     Returns
     -------
     (state, gain, h, event)
-        State and gain of the ledger behind the step; its length; the event that ended it, or NO_EVENT.
+        State and gain of the ledger after the step; its length; the event that ended it, or NO_EVENT.
     """
     heading = _heading(state, senses, case)
     found = NO_EVENT
     after, gain = contact_step(state, senses, case.inertia, case.losses, h)
-    # between two turning points the tilt is monotone: what a step passed twice is seen from the turning point
+    # the tilt is monotone between turning points; a value passed twice in a step is found from the turning point
     if heading * after[2] < 0.0:
         turn = _time_of(TURNS, state, senses, heading, case, reach, h)
         if turn > 0.0:
             h, found = turn, TURNS
             after, gain = contact_step(state, senses, case.inertia, case.losses, h)
         else:
-            # it turns where it is: a step that ends there would be followed by another such one
+            # it turns right here: a step that ended here would be followed by another one of no length
             heading = 0.0
     margins, least = _margins(after, senses, heading, case, reach), h
     for event in range(ROLL_VANISHES, BREACHES + 1):
@@ -256,7 +258,7 @@ def step_to_event(state, senses, case, reach, h):
     if least < h:
         h = least
         after, gain = contact_step(state, senses, case.inertia, case.losses, h)
-    # where all of it vanishes at once, the roll rate does too
+    # if all rates vanish at once, the roll rate does too
     if (found == NO_EVENT or found == TURNS or found == ROLL_VANISHES) and _contact_rests(
         after, senses, case
     ):

@@ -1,7 +1,7 @@
-"""One motion in scalar code: steps, events, what friction holds or lets go, the ledger, until an ending.
+"""One motion in scalar code: steps, events, static friction, the ledger, until an ending.
 
-The lanes step what slides; what an event decides is decided here, and what friction holds is followed here
-until it slides again.
+The lanes step sliding motions. This module handles their events, and follows motions that friction holds until they
+slide again.
 """
 
 import math
@@ -48,38 +48,39 @@ from kernels.lossy_disk.events import (
 )
 from kernels.lossy_disk.loss_laws import viscosity
 
-#: Of a motion that goes on.
+#: Code of a motion without an ending so far.
 MOVING = -1
 
-#: Horizontal turning rate below which rolling friction is followed here until it is twice as large, not in lanes.
+#: Horizontal turning rate below which a motion with rolling friction is followed here; lanes take it over at twice
+#: that.
 SLOW_CONTACT = 1.0e-3
 
-#: Steps over the time in which the horizontal turning rate would vanish, and over that in which viscous friction takes
-#: the roll rate, both over the relative step.
+#: Largest steps, over the relative step: as a share of the time in which the horizontal turning rate would vanish,
+#: and of the time in which viscous friction damps the roll rate.
 _SHARE_UNTIL_REST, _SHARE_OF_RELAXING = 2.0, 4.0
 
-#: Longest scaled time over which the last of the horizontal turning rate vanishes.
+#: Longest scaled time over which the rest of the horizontal turning rate vanishes.
 _LAST = 1.0e-6
 
-#: Steps here after which a motion is abandoned.
+#: Number of steps here after which a motion is abandoned.
 MOST_STEPS = 1.0e7
 
-#: Switches of friction in excess of its steps after which a motion is abandoned: it would switch forever.
+#: Number of switches of friction, minus half the steps, after which a motion is abandoned: it would switch forever.
 _MOST_SWITCHES = 1000.0
 
-#: A step that wins more energy (of m g R) than this leads nowhere: it is ten times the largest tolerance.
+#: A step that gains more energy (of m g R) than this has failed: it is ten times the largest tolerance.
 _MOST_WON = 1.0
 
-#: A motion is on the brink of holding where friction turns its direction within this share of the time scale of all
-#: else: explicit steps would have to be as short.
+#: A motion is almost held if friction turns its direction within this share of all other time scales; explicit steps
+#: would have to be that short.
 _BRINK = 1.0e-4
 
-#: A rate of a start is zero where rounding may have made it.
+#: A rate of a start below this relative rounding error counts as zero.
 _ROUNDING = 8.0 * 2.0**-52
 
 
 class Motion(NamedTuple):
-    """A motion at an instant.
+    """State of a motion at an instant.
 
     Attributes
     ----------
@@ -99,7 +100,7 @@ class Motion(NamedTuple):
 
 
 class Record(NamedTuple):
-    """What is kept of a motion.
+    """Results of a motion so far.
 
     Attributes
     ----------
@@ -108,7 +109,7 @@ class Record(NamedTuple):
     breach : float
         Scaled time when the criterion was first broken; NaN if it has not been.
     steps, switches : float
-        Steps, and how often friction changed its sense, held or let go.
+        Number of steps, and how often friction reversed, seized or let go.
     """
 
     least: float
@@ -120,39 +121,39 @@ class Record(NamedTuple):
 
 @kernel
 def tilt_of(state):
-    """Tilt [rad] of a state."""
+    """Return the tilt [rad] of a state."""
     return math.atan2(state[0], state[1])
 
 
 @kernel
 def stiffness(S, C, inertia, losses):
-    """Magnitude of the horizontal turning rate over the time in which rolling friction turns its direction."""
+    """Return the horizontal turning rate, divided by the time in which rolling friction turns its direction."""
     G_ff, _, _ = compliance(S, C, inertia)
     return losses.rolling * (per_inertia(S, C, inertia) + C * C * G_ff)
 
 
 @kernel
 def is_on_brink(state, senses, inertia, losses):
-    """Whether rolling friction only just does not hold a disk that turns: it would set off slowly, and stiff across."""
+    """Return whether rolling friction almost holds a turning disk: it would start slowly and be stiff sideways."""
     S, C, w, f, v = state
     if not losses.rolling > 0.0 or senses.roll == 0.0 or (f == 0.0 and v == 0.0):
-        # one that falls straight has nothing across
+        # a disk that falls straight has no motion across
         return False
     fast = _BRINK * stiffness(S, C, inertia, losses)
     if w * w + C * C * f * f > (fast * time_scale(state, inertia)) ** 2:
         return False
     size, _, change = horizontal_rate(state, senses, inertia, losses)
-    # off its direction, or where friction stops it, a motion is not slow
+    # a motion off its direction, or one that friction is stopping, is not slow
     return 0.0 < size and change < fast
 
 
 @kernel
 def step_length(state, senses, case):
-    """Length of the next step, scaled: `case.relative_step` over the fastest time scale of the state."""
+    """Return the length of the next step, scaled: `case.relative_step` over the fastest rate of the state."""
     S, C, _, f, v = state
     inertia, losses = case.inertia, case.losses
     h = case.relative_step * time_scale(state, inertia)
-    # a roll rate relaxes fast near flat, where little inertia opposes it
+    # near flat a roll rate relaxes fast, because the inertia is small
     here, (G_ff, _, _) = losses_here(S, C, inertia, losses), compliance(S, C, inertia)
     viscous = viscosity(f, (S, C, S / C), here)
     if viscous * G_ff * h > _SHARE_OF_RELAXING * case.relative_step:
@@ -162,7 +163,7 @@ def step_length(state, senses, case):
         share = _SHARE_UNTIL_REST * case.relative_step
         if change * h > share * size:
             h = share * size / change
-        # across its direction a slow motion is stiff; one that falls straight has nothing across
+        # a slow motion is stiff across its direction; a disk that falls straight has no motion across
         stiff = stiffness(S, C, inertia, losses)
         if stiff * h > size and not (f == 0.0 and v == 0.0):
             h = size / stiff
@@ -171,7 +172,7 @@ def step_length(state, senses, case):
 
 @kernel
 def begun(state, case, reach):
-    """Return the `Motion` of a start, and an event that it is beyond, or NO_EVENT.
+    """Return the `Motion` of a start, and the event that it is beyond, or NO_EVENT.
 
     Parameters
     ----------
@@ -179,7 +180,7 @@ def begun(state, case, reach):
         S, C, K, w, o, p.
     case : kernels.lossy_disk.events.Case
     reach : float
-        As of `kernels.lossy_disk.events.step_to_event`.
+        As for `kernels.lossy_disk.events.step_to_event`.
     """
     S, C, K, w, o, p = state
     contact = contact_state(state, case.inertia)
@@ -194,14 +195,14 @@ def begun(state, case, reach):
         motion = _switched(motion, (no_roll, no_turn, w == 0.0), SEIZES, case)
     event = beyond(motion.state, motion.senses, case, reach)
     if ending_of(event) != MOVING:
-        # an instant in which it was set going does not count
+        # the first instant, in which the disk broke away, does not count
         motion = Motion(motion.state, motion.senses, 0.0, nothing)
     return motion, event
 
 
 @kernel
 def _switched(motion, vanished, strength, case):
-    """Return the motion after friction has decided what it does with rates that have vanished."""
+    """Return the motion after friction has decided about vanished rates."""
     state, senses, instant = decided(
         motion.state, motion.senses, vanished, strength, case.inertia, case.losses
     )
@@ -212,18 +213,18 @@ def _switched(motion, vanished, strength, case):
 
 @kernel
 def _come_to_rest(motion, case, until):
-    """Return the motion at the instant when the last of its horizontal turning rate has vanished."""
+    """Return the motion at the instant at which the rest of its horizontal turning rate has vanished."""
     state, senses = motion.state, motion.senses
     size, change, _ = horizontal_rate(state, senses, case.inertia, case.losses)
     h = min(size, -change * _LAST, -change * (until - motion.time)) / -change
     changes, gain, _ = contact_rates(state, senses, case.inertia, case.losses)
-    # its own loss ends with it
+    # the loss of this rest ends with it
     return Motion(moved(state, h, changes), senses, motion.time + h, entered(motion.ledger, h, gain))
 
 
 @kernel
 def _still_held(motion, later, case):
-    """Whether friction holds a disk that stands on its contact when it turns with the rate `later`."""
+    """Return whether friction still holds a disk that turns on its contact at the rate `later`."""
     S, C, _, _, _ = motion.state
     pivoted = -case.losses.pivoting * motion.senses.turn
     return is_held(S, C, later, pivoted, case.inertia, case.losses)
@@ -231,7 +232,7 @@ def _still_held(motion, later, case):
 
 @kernel
 def _let_go_after(motion, h, slowing, case):
-    """Time within h after which friction does not hold a disk that slows down as it turns."""
+    """Return the time within h at which friction lets go of a disk that slows down as it turns."""
     held, let = 0.0, h
     _, _, _, _, v = motion.state
     for _ in range(_HALVINGS):
@@ -245,10 +246,11 @@ def _let_go_after(motion, h, slowing, case):
 
 @kernel
 def _turned(motion, case, until):
-    """Return a disk that friction holds but for its turning about the vertical, at a later time, and the event.
+    """Return a later motion of a disk that friction holds except for its turning about the vertical, and the event.
 
-    The turning of another body may balance its weight: as it slows friction may let the body go. What friction has to
-    hold is linear in the square of the rate, and what it can is convex: it holds in between where it does at both ends.
+    The turning of another body may balance its weight, so that friction lets the body go when it slows down. The
+    force that friction needs is linear in the square of the rate, and the force that it can give is convex: if it
+    holds at both ends of an interval, it holds in between.
     """
     turn, arm, (S, C, _, _, v) = motion.senses.turn, case.losses.pivoting, motion.state
     I_v = turning_inertia(S, C, case.inertia)
@@ -276,28 +278,29 @@ def _turned(motion, case, until):
 
 @kernel
 def energy_of(state, inertia):
-    """Energy (of m g R) of a state."""
+    """Return the energy (of m g R) of a state."""
     S, C, _, w, o, p = spin_state(state, inertia)
     return energy(S, C, w, o, inertia.i_inverse * p, 2.0 * inertia.i_spin)
 
 
 @kernel
 def leap(motion, case, until, reach):
-    """Go on by one step, to the first event at most, and let friction decide there.
+    """Advance by one step, to the first event at most, where friction decides how the motion continues.
 
     Parameters
     ----------
     motion : Motion
     case : kernels.lossy_disk.events.Case
     until : float
-        Scaled time behind which it does not go.
+        Scaled time at which the step ends at the latest.
     reach : float
-        As of `kernels.lossy_disk.events.step_to_event`.
+        As for `kernels.lossy_disk.events.step_to_event`.
 
     Returns
     -------
     (motion, h, event)
-        The scaled length of the step, all with the senses of the motion before; the event at its end.
+        The motion after the step; the scaled length of the step, which has the senses of the motion before; the event
+        at its end.
     """
     if all_held(motion.senses):
         after, event = _turned(motion, case, until)
@@ -310,8 +313,8 @@ def leap(motion, case, until, reach):
     time = until if length == left else motion.time + length
     after = Motion(state, motion.senses, time, entered(motion.ledger, 1.0, gain))
     won = energy_of(state, case.inertia) - energy_of(motion.state, case.inertia)
-    # so written, a NaN fails too; with rates beyond all measure the next steps would be too short to end, behind flat
-    # they would go back in time
+    # written so that NaN fails too; with huge rates the next steps would be too short to end, and beyond flat they
+    # would go back in time
     possible = won <= _MOST_WON and (state[1] > 0.0 or event == FLATTENS)
     if not (possible and math.isfinite(after.ledger[0])):
         return motion, 0.0, FAILS
@@ -328,11 +331,11 @@ def leap(motion, case, until, reach):
 
 @kernel
 def turns_early(motion, case, steps):
-    """Whether the tilt may turn within the first steps of a motion while its acceleration changes by half.
+    """Return whether the tilt may turn within the first steps of a motion while its acceleration changes by half.
 
-    The lanes see one turning point in a few steps, by a parabola about the state next to it. For a start that all but
-    stands that is the start itself: near a steady wobble that friction slows, the turning point soon after it may be
-    that of the least tilt of all.
+    The lanes see one turning point in a few steps, by a parabola about the state nearest to it. For a start that is
+    almost at rest, this is the start itself. But near a steady wobble that friction slows down, the next turning
+    point soon after it may have the least tilt of all.
     """
     h = steps * step_length(motion.state, motion.senses, case)
     _, _, w, _, _ = motion.state
@@ -345,7 +348,7 @@ def turns_early(motion, case, steps):
 
 @kernel
 def is_switch(event):
-    """Whether friction decides at an event."""
+    """Return whether friction decides anew at an event."""
     return ROLL_VANISHES <= event <= TILTING_VANISHES or event == CONTACT_RESTS
 
 
@@ -369,7 +372,7 @@ def ending_of(event):
 
 @kernel
 def recorded(record, motion, event, case):
-    """Return the record with one more leap, behind which the motion is and at whose end an event was."""
+    """Return the record after one more leap, which led to this motion and event."""
     tilt = tilt_of(motion.state)
     if event == FLATTENS:
         tilt = math.copysign(case.flat_tilt, tilt)
@@ -385,26 +388,26 @@ def recorded(record, motion, event, case):
 
 @kernel
 def endless(record):
-    """Whether friction switches again and again where nothing moves."""
+    """Return whether friction switches again and again without motion."""
     return record.switches > _MOST_SWITCHES + 0.5 * record.steps
 
 
 @kernel
 def follow(motion, record, case, until, reach, past):
-    """Follow a motion to its ending, or until it slides on.
+    """Follow a motion to its ending, or until lanes can continue it.
 
     Parameters
     ----------
     motion : Motion
-        As of `begun`, or of lanes one step before an event.
+        As from `begun`, or from lanes one step before an event.
     record : Record
     case : kernels.lossy_disk.events.Case
     until : float
-        Scaled time of the horizon.
+        Scaled time of the end of the duration.
     reach : float
-        Distance of the tilt from the reference [rad] that breaks the criterion; infinite: none is looked for.
+        Distance of the tilt from the reference [rad] that breaks the criterion; infinite: no criterion.
     past : float
-        Scaled time behind which a motion that slides, and whose last step had no event, returns to lanes; infinite: it
+        Scaled time after which a sliding motion returns to lanes, unless its last step had an event; infinite: it
         never does.
 
     Returns
@@ -426,7 +429,7 @@ def follow(motion, record, case, until, reach, past):
 
 @kernel
 def slides(motion, case):
-    """Whether lanes can step a motion."""
+    """Return whether lanes can step a motion."""
     if motion.senses.roll == 0.0:
         return False
     if case.losses.rolling > 0.0:

@@ -11,12 +11,12 @@ counts : int32[len(COUNTS), n], written
 
 Notes
 -----
-Never raises. A cell's bits depend on the cell and the settings alone.
+Never raises. The bits of a cell depend only on the cell and the settings.
 
-There is a variant for each set of laws, which leaves out what the others would cost: `variant` says its name, and it is
-made when the module is first asked for it. `integrate` has both contour frictions and no other law. A variant takes no
-notice of the coefficients of a law that it leaves out, and reports no loss to it: a caller must know that they
-are zero in all cells, as `sweep.model.lossy_disk.model` does by `variant`.
+Each set of laws has its own variant, without the cost of the other laws. `variant` returns its name, and the variant
+is made on first use. `integrate` has both contour frictions and no other law. A variant ignores the coefficients of
+the laws that it omits, and reports no loss to them. The caller has to ensure that they are zero in all cells;
+`sweep.model.lossy_disk.model` does so by calling `variant`.
 """
 
 from kernels.lanes.binding import bind
@@ -25,7 +25,7 @@ from kernels.lossy_disk import layout, simd_stages, step_control, step_size
 from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT, NO_AIR
 from kernels.lossy_disk.leg_control import fill_idle, finish_leg, needs_integration, read_start
 
-#: The functions of the disk with all losses for the machinery of `kernels.lanes`.
+#: The functions of the disk with all losses for `kernels.lanes`.
 LANE_MODEL = LaneModel(
     name="lossy_disk",
     layout=layout,
@@ -43,14 +43,14 @@ LANE_MODEL = LaneModel(
     go_on=step_control.go_on,
 )
 
-# What each part of a variant's name says: whether there is contour friction, dry and viscous; a film of air and a layer
+# Flags of each part of a variant's name: dry and viscous contour friction; a film of air and a boundary layer
 _CONTOUR = {"": (True, True), "_dry": (True, False), "_viscous": (False, True), "_bare": (False, False)}
 _AIR = {"": (False, False), "_moffatt": (True, False), "_bildsten": (False, True)}
 _AIR_NAMES = {NO_AIR: "", MOFFATT: "_moffatt", BILDSTEN: "_bildsten"}
 
 
 def variant(contour, damping, rolling, pivoting, air_law, slips):
-    """Return the name of the entry point of this module that has no more than the laws of a request.
+    """Return the name of the entry point that has only the laws of a request.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def variant(contour, damping, rolling, pivoting, air_law, slips):
     )
 
 
-#: Name of each variant -> its flags, by the names of `kernels.lossy_disk.loss_laws`.
+#: Name of each variant -> its flags, named as in `kernels.lossy_disk.loss_laws`.
 VARIANTS = {
     f"integrate{contour}{rolling}{pivoting}{air}{slipping}": {
         "DRY": _CONTOUR[contour][0],
@@ -91,9 +91,9 @@ VARIANTS = {
 
 
 def __getattr__(name):
-    """Make a variant when it is first asked for: to make all takes longer than a small run."""
+    """Make a variant on first use, because making all of them takes longer than a small run."""
     if name not in VARIANTS:
-        # an AttributeError, as for any module
+        # raises AttributeError, as in any module
         return getattr(None, name)
     model = LANE_MODEL._replace(name=name.replace("integrate", "lossy_disk"), flags=VARIANTS[name])
     made = globals()[name] = bind(model)

@@ -1,10 +1,10 @@
-"""How far a motion may be ahead of the true one, or behind it, where it all but stops near a maximum of its potential.
+"""Lag of a motion relative to the true one, after it has almost stopped near a maximum of its potential.
 
-Such a motion takes the longer to pass the maximum the less energy it has there, and an error of the energy, however
-small, is much of that: each pass adds to how late it is. The extreme tilts know nothing of it. An ending that is an
-event, as that of a disk that falls flat, comes that much later, and as long as the disk lingers near the maximum it
-turns and rolls. At the end of a duration the tilt is off by what the disk tilts in that time, heading and path by what
-it turns and rolls then too.
+The less energy such a motion has at the maximum, the longer the pass takes, and even a tiny error of the energy is a
+large part of that little energy. Each pass adds to the lag. The extreme tilts do not depend on it. An ending that is
+an event, such as a disk falling flat, is late by the lag, and the disk turns and rolls as long as it lingers near the
+maximum. At the end of a fixed duration, tilt, heading and path also have the errors that they accumulate during the
+lag.
 """
 
 import math
@@ -15,23 +15,23 @@ from kernels.disk.equations import inertia as without_losses
 from kernels.disk.rk4 import step as free_step
 from kernels.jit import kernel
 
-#: A nutation, from wherever it is looked at, lies between three turning points. Steps after which it is long enough.
+#: Turning points that certainly enclose a full nutation, and the largest number of steps to search for them.
 _TURNS, _MOST_STEPS = 3, 20000
 
 _NOTHING = 0.0, 0.0, 0.0
 
 
 class Lag(NamedTuple):
-    """What a motion may be off because it passed maxima of its potential slowly (scaled).
+    """Lag from slow passes of maxima of the potential (scaled).
 
     Attributes
     ----------
     time : float
-        By which it is ahead or behind.
+        Magnitude of the lag.
     turned, rolled : float
-        Angle by which its heading turned, and length of the path over R, that it did near the maxima in that time.
+        Angle by which the heading turned, and length of the path over R, near the maxima during the lag.
 
-    None of them is a number where the motion cannot be followed.
+    All are NaN if the motion cannot be followed.
     """
 
     time: float
@@ -40,12 +40,12 @@ class Lag(NamedTuple):
 
 
 class Change(NamedTuple):
-    """How far a motion goes within a time, before and after a state: the larger magnitudes.
+    """Largest changes of a motion within a time before or after a state.
 
     Attributes
     ----------
     tilt, heading : float
-        Angles [rad], NaN if the motion cannot be followed so far.
+        Angles [rad], NaN if the motion cannot be followed that far.
     path : float
         Over R, NaN likewise.
     """
@@ -57,21 +57,21 @@ class Change(NamedTuple):
 
 @kernel
 def state_without_losses(state, constants):
-    """Return S, C, T, w, o, s of a state that holds K and p: the state of the disk without losses."""
+    """Return S, C, T, w, o, s, the state of a disk without losses, from a state that contains K and p."""
     S, C, _, w, o, p = state
     return S, C, S / C, w, o, constants[3] * p
 
 
 @kernel
 def _rates(state):
-    """Return the precession rate and the magnitude of the roll rate of a state of `state_without_losses`."""
+    """Return the precession rate and the magnitude of the roll rate of a state as from `state_without_losses`."""
     _, C, T, _, o, s = state
     return o / C, abs(s - o * T)
 
 
 @kernel
 def _sum(total, more, share):
-    """`total` + `share` * `more`, of three numbers each."""
+    """Return `total` + `share` * `more`, of three numbers each."""
     a, b, c = total
     d, e, f = more
     return a + share * d, b + share * e, c + share * f
@@ -94,7 +94,7 @@ def pull_and_stiffness(state, constants):
 
 @kernel
 def _passing(state, constants, h):
-    """Return w^2 + w'^2, and for a step near a maximum its length over that: time, heading and path."""
+    """Return w^2 + w'^2, and near a maximum the contributions of a step to the integrals of time, heading and path."""
     w = state[3]
     acceleration, stiffness = pull_and_stiffness(state, constants)
     square = w * w + acceleration * acceleration
@@ -107,9 +107,9 @@ def _passing(state, constants, h):
 
 @kernel
 def _begun(start, constants, time, relative_step, fastest, flat):
-    """What a motion from its start until its first turning point is late: times, heading, path over the energy.
+    """Return the lag of a motion up to its first turning point: times, heading and path, per energy.
 
-    It errs by a share of how fast it has been, which near the maximum is nothing for a disk that sets off there.
+    It is weighted by how fast the motion has been so far: no lag for a disk that starts slowly near the maximum.
     """
     present, total, gone, steps, before = start, _NOTHING, 0.0, 0, 0.0
     while gone < time and steps < _MOST_STEPS and present[1] > flat:
@@ -124,7 +124,7 @@ def _begun(start, constants, time, relative_step, fastest, flat):
 
 @kernel
 def lag(state, alpha, time, imbalance, relative_step, flat):
-    """How late a motion may be, or early, and what it turned and rolled in that time near the maxima.
+    """Return the magnitude of the lag, and the heading and path of that time near the maxima.
 
     Parameters
     ----------
@@ -132,13 +132,14 @@ def lag(state, alpha, time, imbalance, relative_step, flat):
         S, C, K, w, o, p (`kernels.lossy_disk.equations`) at the end of the motion.
     alpha : float
     time : float
-        Scaled time of the end.
+        Scaled time of the end of the motion.
     imbalance : float
         Error of the energy, over m g R.
     relative_step : float
-        Step over the time scale of the motion, no longer than the motion's own steps.
+        Step over the time scale of the motion, at most the relative step of the motion itself.
     flat : float
-        Cosine of the tilt at which the disk counts as flat: without its losses the motion may have come from beyond.
+        Cosine of the tilt at which the disk counts as flat; without its losses, the motion may have come from beyond
+        it.
 
     Returns
     -------
@@ -146,12 +147,12 @@ def lag(state, alpha, time, imbalance, relative_step, flat):
 
     Notes
     -----
-    Near the maximum, where the tilt obeys w' = k^2 x, an energy that is wrong by e delays the pass by about e times the
-    integral of dt / (w^2 + w'^2). The last nutation, followed back without losses, stands for all: a motion that loses
-    energy passes such a maximum once or twice. If that was long before the end, nothing is seen of it: of 77 motions
-    that pass upright, or turn short of it, by a share of 1e-10 to 1e-3 of a rate, three were up to five times further
-    off. Following it back takes steps of its own size or shorter: with longer
-    ones it passes faster than it did.
+    Near the maximum the tilt obeys w' = k^2 x. An error e of the energy delays the pass by about e times the integral
+    of dt / (w^2 + w'^2). The last nutation, followed back without losses, represents all passes: a motion that loses
+    energy passes such a maximum once or twice. If that was long before the end, this misses it: among 77 motions that
+    pass upright, or turn short of it, by a share of 1e-10 to 1e-3 of a rate, the errors of three were up to five
+    times larger than stated. The steps back have to be as short as the motion's own steps: with longer steps the
+    motion would pass faster than it did.
     """
     constants = without_losses(alpha)
     present = state_without_losses(state, constants)
@@ -166,7 +167,7 @@ def lag(state, alpha, time, imbalance, relative_step, flat):
         if not present[1] > flat:
             slowness = _sum(slowness, latest, 1.0)
             break
-        # a start at rest is no turning point
+        # a start at rest is not a turning point
         if w * present[3] < 0.0 and time - gone > h:
             slowness, latest, since, turns = _sum(slowness, latest, 1.0), _NOTHING, 0.0, turns + 1
     if not gone < time and turns < _TURNS and present[1] > flat:
@@ -178,7 +179,7 @@ def lag(state, alpha, time, imbalance, relative_step, flat):
 
 @kernel
 def _larger(most, change):
-    """Larger of each of two `Change`; a NaN of either stays."""
+    """Return the larger of two `Change`, component by component; NaN wins."""
     return Change(
         most.tilt if change.tilt <= most.tilt or most.tilt != most.tilt else change.tilt,
         most.heading if change.heading <= most.heading or most.heading != most.heading else change.heading,
@@ -188,19 +189,19 @@ def _larger(most, change):
 
 @kernel
 def drift_off_path(state, alpha, late, relative_step, flat):
-    """How much tilt, heading and path change within a time, before and after a state.
+    """Return the largest changes of tilt, heading and path within a time before and after a state.
 
     Parameters
     ----------
     state : tuple of 6 floats
-        As of `lag`.
+        As for `lag`.
     alpha : float
     late : float
-        Scaled time.
+        Scaled time of the lag.
     relative_step : float
         Step over the time scale of the motion.
     flat : float
-        Cosine of the tilt at which the disk counts as flat, where the motion ends.
+        Cosine of the tilt at which the disk counts as flat, which ends the motion.
 
     Returns
     -------
@@ -208,8 +209,8 @@ def drift_off_path(state, alpha, late, relative_step, flat):
 
     Notes
     -----
-    At a turning point the rate of the tilt says nothing of it: a little later the disk turns fast. So near flat, where
-    it precesses fast, do heading and path.
+    At a turning point the tilt rate is zero, but a little later the disk tilts fast. Likewise heading and path change
+    fast near flat, where the disk precesses fast.
     """
     constants = without_losses(alpha)
     begun = state_without_losses(state, constants)

@@ -1,14 +1,14 @@
-"""One classical Runge-Kutta step of a sliding motion with losses for the loop over lanes: fewer operations than `rk4`.
+"""One classical Runge-Kutta step of a sliding motion with losses, for the loop over lanes, faster than `rk4`.
 
-Without forces all but the tilt rate changes with the tilt alone: a slope times the angle that the disk turns
-(`kernels.disk.rk4`). What friction and drag add in a step is a *push*: their force times the time and 2/alpha. The
-slopes are not summed as they come; the sum is read off the four states that they led to.
+Without forces, everything except the tilt rate changes only with the tilt: by a slope times the change of the tilt
+(`kernels.disk.rk4`). The contribution of friction and drag to a step is a *push*: their force times the time
+and 2/alpha. The slopes are not summed directly; their sum follows from the four states that they led to.
 
-Inside a step the tangent T = S K takes the place of K = 1/cos(tilt), as its slope costs a multiplication less;
-1/C = C + S T then. At its end T is S/C: the quotient takes less time than the sums, and on the way to flat an error of
-T would grow like 1/C, which the energy does not show.
+Inside a step the tangent T = S K replaces K = 1/cos(tilt), because its slope takes one multiplication less; then
+1/C = C + S T. At the end of the step T is S/C: the quotient takes less time than the sums, and on the way to flat an
+error of T would grow like 1/C without showing in the energy.
 
-A root costs as much as thirty multiplications, and changes little from stage to stage: see `loss_laws`.
+A square root costs as much as thirty multiplications and changes little from stage to stage: see `loss_laws`.
 """
 
 from typing import NamedTuple
@@ -33,7 +33,7 @@ from kernels.lossy_disk.rk4 import instant
 
 
 class Pull(NamedTuple):
-    """What a stage finds at its state.
+    """Forces and slopes of one stage.
 
     Attributes
     ----------
@@ -44,12 +44,11 @@ class Pull(NamedTuple):
     torque : float
         Torque over m g R that accelerates the tilt.
     push, held : float
-        What all laws take from the roll rate, and pivoting friction gives to the turning rate, in the time of the
-        weight.
+        Force of all laws against the roll rate, and of pivoting friction on the turning rate, both times the weight.
     blow : tuple of 2 floats
-        Of `loss_laws.drag`.
+        As returned by `loss_laws.drag`.
     near : tuple of 4 floats
-        Of `loss_laws.rolling_friction_near`.
+        As used by `loss_laws.rolling_friction_near`.
     """
 
     f: float
@@ -63,7 +62,7 @@ class Pull(NamedTuple):
 
 @simd
 def weighted(losses, weight):
-    """Coefficients of the laws times `weight`, but for that of rolling friction, which acts on the tilt too."""
+    """Return the coefficients of the laws times `weight`, except for rolling friction, which acts on the tilt too."""
     return Losses(
         weight * losses.contour, weight * losses.damping, losses.rolling,
         weight * losses.pivoting, weight * losses.film, weight * losses.layer,
@@ -72,7 +71,7 @@ def weighted(losses, weight):
 
 @simd
 def _pull(state, now, laws, near, sense, inertia, losses, weight):
-    """`Pull` of a stage, of whose `laws` rolling friction and drag are known; `losses` are `weighted`."""
+    """Return the `Pull` of a stage; `laws` are its rolling friction and drag, and `losses` are `weighted`."""
     S, C, T, w, o, p = state
     (torque, _, _, slid), blow = laws
     push = rub_force(now.f, dry_force(now.f, sense[0], now.load, torque, losses), losses) + blow[0] + slid
@@ -87,7 +86,7 @@ def _pull(state, now, laws, near, sense, inertia, losses, weight):
 
 @simd
 def _pull_behind(state, before, sense, inertia, losses, weight):
-    """`Pull` of a stage half a step behind that of `before`."""
+    """Return the `Pull` of a stage half a step after the stage of `before`."""
     now = instant(state, inertia)
     motion = state[1], state[3], now.f
     turning = horizontal_rate_near(motion, before.near[1])
@@ -101,7 +100,7 @@ def _pull_behind(state, before, sense, inertia, losses, weight):
 
 @simd
 def _pull_near(state, before, sense, inertia, losses, weight):
-    """`Pull` of a stage at the same time as that of `before`."""
+    """Return the `Pull` of a stage at the same time as the stage of `before`."""
     now = instant(state, inertia)
     rolling = rolling_friction_near(
         (state[1], state[3], now.f), before.near, now.free, now.load, losses.rolling, weight
@@ -121,9 +120,9 @@ def with_pivoting(rates, state, held, i_spin):
 
 @simd
 def _pulled(base, state, pull, times, inertia):
-    """`base` changed as a stage at `state` says.
+    """Return `base` changed by the slopes of a stage at `state`.
 
-    `times` is the time, the same times i_tilt, and the same over the time of the pushes.
+    `times` are the time, the time times i_tilt, and the time over the time of the pushes.
     """
     S0, C0, T0, w0, o0, p0 = base
     S, C, T, w, o, _ = state
@@ -140,16 +139,16 @@ def _pulled(base, state, pull, times, inertia):
 
 @simd
 def _summed(first, second, third, start):
-    """Twice the second state and the others, less four times the start, of one number."""
+    """Return the sum of the three states, the second counted twice, minus four times the start, for one component."""
     return ((first + 2.0 * second) + third) - 4.0 * start
 
 
 @simd
 def tangent(S, C, T, half):
-    """Tangent of the tilt at the end of a step, where T is it but for an error of the step.
+    """Return the tangent of the tilt at the end of a step, from T, which has an error of the step.
 
-    Where roots and quotients already take most of the time one of Newton's corrections finds it: with a step of zero a
-    lane keeps its bits.
+    In variants that already compute many roots and quotients, one Newton correction is faster than a quotient. With a
+    step of zero the lane keeps its bits.
     """
     if ROLLING or LAYER:
         return T + ((C + S * T) * (S - T * C) if half != 0.0 else 0.0)
@@ -158,28 +157,28 @@ def tangent(S, C, T, half):
 
 @simd
 def lane_step(state, forces, sense, inertia, losses, half):
-    """State after one RK4 step of scaled length 2 `half`; written to be inlined into a vectorised loop over lanes.
+    """Return the state after one RK4 step of scaled length 2 `half`; to be inlined into a vectorised loop over lanes.
 
     Parameters
     ----------
     state : tuple of 6 floats
         S, C, T, w, o, p.
     forces : kernels.lossy_disk.rk4.Forces
-        What acts there.
+        Forces at the state.
     sense, inertia, losses
-        As of `kernels.lossy_disk.rk4.changes`.
+        As for `kernels.lossy_disk.rk4.changes`.
     half : float
         Half the step in scaled time; may be negative.
 
     Returns
     -------
     state, last
-        The state; of the last stage what `changes_near` starts from.
+        The new state, and the values of the last stage from which `changes_near` starts.
 
     Notes
     -----
-    The classical method of order 4 (Kutta 1901); local error O(h^5). It steps from y to y + (k1 + 2 k2 + 2 k3 + k4)/3
-    with slopes times half the step; with the states y2 = y + k1, y3 = y + k2, y4 = y + 2 k3 that is
+    The classical method of order 4 (Kutta 1901); local error O(h^5). With slopes multiplied by half the step, it goes
+    from y to y + (k1 + 2 k2 + 2 k3 + k4)/3. With the states y2 = y + k1, y3 = y + k2, y4 = y + 2 k3, this is
     y + (y2 + 2 y3 + y4 - 4 y + k4)/3.
     """
     weight, turn = half * inertia.inverse_spin, half * inertia.i_tilt

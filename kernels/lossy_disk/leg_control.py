@@ -1,10 +1,10 @@
-"""The scalar stages of a cell with losses (`kernels.lanes.interface`): reading its start, finishing legs, its results.
+"""The scalar stages of a cell with losses (`kernels.lanes.interface`): reading its start, ending legs, its results.
 
 `lanes` is the flat array of `kernels.lossy_disk.layout`.
 
-A leg ends with what a sliding motion in a lane cannot decide. The lane goes back by some of its steps, to a moment
-before the event, and `kernels.lossy_disk.follow` goes on from there in scalar code: to the ending of the cell, or until
-the disk slides again, when the lane takes it over.
+A leg ends at an event that a lane cannot handle. The lane goes back by a few steps, to a time before the event, and
+`kernels.lossy_disk.follow` continues from there in scalar code: until the ending of the cell, or until the disk
+slides again and the lane takes it over.
 """
 
 import math
@@ -45,19 +45,19 @@ from kernels.lossy_disk.simd_stages import (
 )
 from kernels.lossy_disk.step_control import added, imbalance_of, present, refined, slowed_down
 
-#: Steps at a start in which turning points are looked for one by one: two calls of lanes.
+#: Steps after a start in which turning points are searched one by one: two calls of lanes.
 _EARLY = 2.0 * STEPS_OF_A_CALL
 
-#: What becomes of a cell: its results are written, it goes on in its lane, it begins again.
+#: State of a cell: its results are written, it continues in its lane, it restarts.
 _WRITTEN, _GOES_ON, _AGAIN = range(3)
 
 #: Steps that a lane goes back at an event.
 _STEPS_BACK = int(STEPS_OF_A_CALL) + 1
 
-#: What is beyond every sine: where the criterion looks if there is none, or none any more.
+#: Larger than any sine: the limits of a missing criterion, or of one that has been broken.
 _NO_SINE = 2.0
 
-#: Steps of a motion that leads nowhere up to which it begins again with shorter ones.
+#: Largest number of steps after which a failed motion restarts with shorter steps.
 _MOST_LOST = 1.0e5
 
 
@@ -68,7 +68,7 @@ def _not_negative(x):
 
 @kernel
 def _possible(cell, starts, run):
-    """Whether the numbers of a start are those of a disk."""
+    """Return whether the numbers of a start are possible for a disk."""
     tilt, alpha = starts[row.TILT, cell], starts[row.ALPHA, cell]
     radius, gravity, mass = starts[row.RADIUS, cell], starts[row.GRAVITY, cell], starts[row.MASS, cell]
     finite = (
@@ -87,7 +87,7 @@ def _possible(cell, starts, run):
         starts[row.AIR_DENSITY, cell],
     )
     air = run.air_law == row.NO_AIR or (_not_negative(viscosity) and _not_negative(density))
-    # a law of forces that are not proportional to the weight needs the mass
+    # laws with forces that are not proportional to the weight need the mass
     heavy = (damping == 0.0 and run.air_law == row.NO_AIR) or 0.0 < mass < math.inf
     size = 0.0 < alpha <= 1.0 and 0.0 < radius < math.inf and 0.0 < gravity < math.inf
     allowed = _not_negative(damping) and starts[row.FRICTION, cell] >= 0.0
@@ -96,7 +96,7 @@ def _possible(cell, starts, run):
 
 @kernel
 def _undisturbed(cell, starts):
-    """Whether a start stands upright and nothing tilts it: the gyroscopic torque (1+alpha) o s vanishes with a rate."""
+    """Return whether a start is upright without any tilting torque: the gyroscopic torque (1+alpha) o s vanishes."""
     still = starts[row.TILT, cell] == 0.0 and starts[row.TILT_RATE, cell] == 0.0
     return still and (starts[row.PRECESSION_RATE, cell] == 0.0 or starts[row.ROLL_RATE, cell] == 0.0)
 
@@ -126,7 +126,7 @@ def _write(cell, ending, times, tilts, ledger, errors, taken, measures, counts):
 
 @kernel
 def _write_at_once(cell, ending, tilt, time, measures, counts):
-    """Write a cell without a motion: nothing was lost in it, or with a tilt of NaN nothing is known of it."""
+    """Write a cell without a motion: its losses are zero, or with a tilt of NaN everything is NaN."""
     zero = 0.0 * tilt
     ledger, tilts = (zero, zero, zero, zero, zero, zero, zero), (tilt, tilt, tilt)
     errors, taken = (zero, zero, zero, zero, zero), (0.0, 0.0, 0.0)
@@ -166,16 +166,16 @@ def fill_idle(lane, lanes):
 
 @kernel
 def _sine(tilt):
-    """Sine of a tilt; beyond a right angle, where no disk comes, what no sine is."""
+    """Return the sine of a tilt, or beyond a right angle, which no disk reaches, a number larger than any sine."""
     return math.sin(tilt) if abs(tilt) < 0.5 * math.pi else math.copysign(_NO_SINE, tilt)
 
 
 @kernel
 def _criterion(tilt, scaled_rate, alpha, run):
-    """Tilt from which the criterion measures and distance that breaks it [rad], sines of both tilts where that is.
+    """Return the reference tilt of the criterion and the distance that breaks it [rad], and the sines of both limits.
 
-    The size of a perturbation is that of `sweep.model.lossy_disk`: a disk that stands still falls from upright like
-    exp(t / sqrt(1 + alpha/2)), which says what tilt a tilt rate is worth.
+    The size of a perturbation is defined as in `sweep.model.lossy_disk`: a disk at rest falls from upright like
+    exp(t / sqrt(1 + alpha/2)), which makes a tilt rate equivalent to a tilt.
     """
     reference = tilt if run.from_start == 1.0 else 0.0
     if run.limited == 0.0:
@@ -189,7 +189,7 @@ def _criterion(tilt, scaled_rate, alpha, run):
 
 @kernel
 def read_start(cell, lane, starts, run, lanes, measures, counts):
-    """Put a start into a lane, in SI units; an impossible one and one without a motion are written at once."""
+    """Put a start into a lane, in SI units; write impossible starts and starts without a motion at once."""
     tilt, tilt_rate = starts[row.TILT, cell], starts[row.TILT_RATE, cell]
     ending, time = MOVING, math.nan
     if not _possible(cell, starts, run):
@@ -223,7 +223,7 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
 
 @kernel
 def _case_of(lane, run, lanes):
-    """Return what does not change along the motion of a lane."""
+    """Return the constants of the motion of a lane."""
     return Case(
         inertia_of(lane, lanes), losses_of(lane, lanes), run.flat_tilt, run.cos_flat_tilt,
         lanes[at.FRICTION + lane],
@@ -240,7 +240,7 @@ def _start_of(lane, lanes):
 
 @kernel
 def _record_of(lane, lanes, least, greatest):
-    """Return the record of a lane with extreme tilts of these sines, which coarse steps may take beyond 1."""
+    """Return the record of a lane, from the sines of its extreme tilts, which coarse steps may take beyond 1."""
     return Record(
         math.asin(max(least, -1.0)), math.asin(min(greatest, 1.0)), lanes[at.BREACH + lane],
         lanes[at.STEPS_KEPT + lane], lanes[at.SWITCHES + lane],
@@ -249,7 +249,7 @@ def _record_of(lane, lanes, least, greatest):
 
 @kernel
 def _store_leg(lane, motion, record, lanes):
-    """Store where the next leg begins, and the record so far."""
+    """Store the beginning of the next leg, and the record so far."""
     S, C, K, w, o, p = spin_state(motion.state, inertia_of(lane, lanes))
     turned, path, rolled, pivoted, rubbed, damped, blown = motion.ledger
     lanes[at.LEG_S + lane], lanes[at.LEG_C + lane], lanes[at.LEG_T + lane] = S, C, S / C
@@ -271,19 +271,19 @@ def _store_leg(lane, motion, record, lanes):
 
 @kernel
 def _imbalance(motion, lane, lanes):
-    """`imbalance_of` a motion."""
+    """Return `imbalance_of` a motion."""
     return imbalance_of(spin_state(motion.state, inertia_of(lane, lanes)), motion.ledger, lane, lanes)
 
 
 @kernel
 def _judged(cell, lane, motion, record, ending, run, lanes, measures, counts):
-    """Write a cell whose motion has ended, or that cannot be resolved; returns what becomes of it."""
+    """Write a cell whose motion has ended or cannot be resolved; return the state of the cell."""
     error, most = _imbalance(motion, lane, lanes), lanes[at.IMBALANCE + lane]
-    # so written, a NaN stays
+    # written so that NaN stays
     error = most if most > error else error
     lanes[at.IMBALANCE + lane] = error
     if ending == UNRESOLVED or not error <= run.tolerance:
-        # steps that are too long may lead nowhere; many steps that do not end a motion will not with more of them
+        # too long steps may lead nowhere; if many steps do not end a motion, more steps will not either
         lost = ending == UNRESOLVED
         if (not lost or record.steps < _MOST_LOST) and refined(lane, math.inf if lost else error, run, lanes):
             begin(lane, lanes)
@@ -306,7 +306,7 @@ def _first_state(lane, lanes):
 
 @kernel
 def constants_of(lane, lanes):
-    """Return what the errors need of the body of a lane."""
+    """Return the constants of the body of a lane that the error estimate needs."""
     return lanes[at.ALPHA + lane]
 
 
@@ -323,10 +323,10 @@ def _errors(motion, ending, least, greatest, lane, run, lanes):
     if speed == 0.0 or motion.time == 0.0:
         return errors
     last = spin_state(motion.state, inertia_of(lane, lanes))
-    # half the longest step of this cell: an error of the energy that following it back adds would hide the lag
+    # half the longest step of this cell, because the energy error of the steps back would hide the lag
     relative_step = lanes[at.COARSEST + lane]
     late = lag(last, alpha, motion.time, imbalance, relative_step, run.cos_flat_tilt)
-    # an event comes later, in the same place
+    # an event comes later, but in the same place
     moving = late.time if ending == HORIZON else 0.0
     change = drift_off_path(last, alpha, moving, relative_step, run.cos_flat_tilt)
     turned, path, _, _, _, _, _ = motion.ledger
@@ -342,7 +342,7 @@ def _finish(cell, lane, motion, record, ending, run, lanes, measures, counts):
     if ending == FLAT:
         tilt = math.copysign(run.flat_tilt, tilt)
         least, greatest = min(least, tilt), max(greatest, tilt)
-        # the sine, which the lanes look at, says little about a tilt there
+        # near flat, the sine used by the lanes determines the tilt poorly
         least, greatest = max(least, -run.flat_tilt), min(greatest, run.flat_tilt)
     errors = _errors(motion, ending, least, greatest, lane, run, lanes)
     turned, path, rolled, pivoted, rubbed, damped, blown = motion.ledger
@@ -357,7 +357,7 @@ def _finish(cell, lane, motion, record, ending, run, lanes, measures, counts):
 
 @kernel
 def _begun(cell, lane, run, lanes, measures, counts):
-    """Begin a cell; returns whether it slides in its lane from its start, or from where friction lets it slide."""
+    """Begin a cell; return whether it slides in its lane, from its start or after friction has let it slide."""
     state = _AGAIN
     while state == _AGAIN:
         case = _case_of(lane, run, lanes)
@@ -377,7 +377,7 @@ def _begun(cell, lane, run, lanes, measures, counts):
 
 @kernel
 def needs_integration(cell, lane, run, lanes, measures, counts):
-    """Let friction decide about a start whose rates vanish."""
+    """Let friction decide a start with vanishing rates; return whether the cell needs its lane."""
     return _begun(cell, lane, run, lanes, measures, counts)
 
 
@@ -395,13 +395,14 @@ def _leg_ledger(lane, lanes):
 def _gone_back(lane, lanes):
     """Return the motion of a lane before its last call, or at the beginning of the leg if that is later.
 
-    That is one step more: a turning point next to the beginning of the call may lie before it.
+    It goes back one step more than a call, because the turning point next to the beginning of the call may lie before
+    it.
     """
     t, last, began = lanes[at.TIME + lane], lanes[at.LAST + lane], lanes[at.LEG_TIME + lane]
     sense, inertia, losses = sense_of(lane, lanes), inertia_of(lane, lanes), losses_of(lane, lanes)
     h = -2.0 * last
     if _STEPS_BACK * h <= began - t:
-        # going back errs by as much as a step does, which is much of an event that comes early in it
+        # the steps back have errors like any step, which are large relative to an event early in the leg
         state, t, ledger = _start_of(lane, lanes), began, _leg_ledger(lane, lanes)
     else:
         state, ledger = present(lane, lanes)
@@ -409,8 +410,8 @@ def _gone_back(lane, lanes):
             state, gain = step(state, sense, inertia, losses, h)
             t, ledger = t + h, added(ledger, gain, 1.0)
     S, C, w, f, v = contact_state(state, inertia)
-    # along the leg the rates that friction opposes have its senses: where it began with one that vanished, going back
-    # leaves an error
+    # along the leg, the rates that friction opposes have the signs of the leg; if one was zero at its beginning, the
+    # steps back leave an error
     f = f if sense[0] * f >= 0.0 else 0.0
     v = v if sense[1] * v >= 0.0 or losses.pivoting == 0.0 else 0.0
     return Motion((S, C, w, f, v), Senses(sense[0], sense[1], 0.0), t, ledger)
@@ -418,21 +419,21 @@ def _gone_back(lane, lanes):
 
 @kernel
 def _broken(record, lane, lanes):
-    """Whether a motion has been farther from the reference of the criterion than it allows."""
+    """Return whether a motion has exceeded the distance that the criterion allows."""
     reference, reach = lanes[at.REFERENCE + lane], lanes[at.REACH + lane]
     return max(record.greatest - reference, reference - record.least) > reach
 
 
 @kernel
 def _breach(motion, record, case, lane, past, lanes):
-    """Return when a motion first breaks the criterion: about at `past`, if it is there by less than an error."""
+    """Return the time of the first breach; about `past`, if the breach there is smaller than an error."""
     _, found, _ = follow(motion, record, case, lanes[at.END + lane], lanes[at.REACH + lane], past)
     return found.breach if found.breach == found.breach else past
 
 
 @kernel
 def _followed(motion, record, case, lane, past, lanes):
-    """`follow`, without a step that ends at a breach of the criterion: no other result may depend on the criterion."""
+    """`follow` a motion without a step that ends at a breach: no other result may depend on the criterion."""
     after, kept, ending = follow(motion, record, case, lanes[at.END + lane], math.inf, past)
     if record.breach == record.breach or not _broken(kept, lane, lanes):
         return after, kept, ending
@@ -442,7 +443,7 @@ def _followed(motion, record, case, lane, past, lanes):
 
 @kernel
 def _slides_on(lane, run, lanes):
-    """Whether a leg ended although the disk slides as before and has time left."""
+    """Return whether a leg ended although the disk slides as before and has time left."""
     state, sense, friction = state_of(lane, lanes), sense_of(lane, lanes), lanes[at.FRICTION + lane]
     inertia, losses = inertia_of(lane, lanes), losses_of(lane, lanes)
     change, forces = changes(state, sense, inertia, losses)
@@ -454,12 +455,12 @@ def _slides_on(lane, run, lanes):
 
 @kernel
 def _breaks_only(lane, run, lanes):
-    """Whether a leg ended because of the criterion alone: its lane can go on as if nothing had been."""
+    """Return whether a leg ended only because of the criterion: then its lane continues unchanged."""
     if not _slides_on(lane, run, lanes):
         return False
     S, extreme = lanes[at.S + lane], turning_sine(near_of(lane, lanes))
     least, greatest = min(S, extreme), max(S, extreme)
-    # behind flat a step may lead anywhere; what no sine is ends a leg without a criterion too
+    # beyond flat a step may lead anywhere; a value beyond any sine ends a leg without a criterion too
     if not (least >= -_NO_SINE and greatest <= _NO_SINE):
         return False
     return least < lanes[at.LOW + lane] or greatest > lanes[at.HIGH + lane]
@@ -467,7 +468,7 @@ def _breaks_only(lane, run, lanes):
 
 @kernel
 def _set_off_again(cell, lane, run, lanes, measures, counts):
-    """Begin a cell again; returns whether it slides in its lane."""
+    """Restart a cell; return whether it slides in its lane."""
     slides_again = _begun(cell, lane, run, lanes, measures, counts)
     if slides_again:
         set_off(lane, run, lanes)
@@ -476,7 +477,7 @@ def _set_off_again(cell, lane, run, lanes, measures, counts):
 
 @kernel
 def _slowed_down(cell, lane, run, lanes, measures, counts):
-    """Begin a cell again whose steps are too long for its way, or write that it cannot be resolved."""
+    """Restart a cell whose steps are too long for the rest of its motion, or write that it cannot be resolved."""
     if slowed_down(lane, run, lanes):
         begin(lane, lanes)
         return _set_off_again(cell, lane, run, lanes, measures, counts)
@@ -487,7 +488,7 @@ def _slowed_down(cell, lane, run, lanes, measures, counts):
 
 @kernel
 def finish_leg(cell, lane, run, lanes, measures, counts):
-    """Go through the event of a leg; let the cell go on, or write it."""
+    """Handle the event that ended a leg: continue the cell, or write it."""
     lanes[at.STEPS_KEPT + lane] += STEPS_OF_A_CALL * (lanes[at.STEPS + lane] - 1.0)
     if lanes[at.STEPS_LEFT + lane] <= 0.0:
         return _slowed_down(cell, lane, run, lanes, measures, counts)
@@ -499,7 +500,7 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         return True
     ending = MOVING
     if _imbalance(motion, lane, lanes) <= run.tolerance:
-        # a state from which no step leads on, as behind flat, might be followed without end
+        # from a state without a valid step, as beyond flat, following might never end
         motion, record, ending = _followed(motion, record, case, lane, past, lanes)
     state = _judged(cell, lane, motion, record, ending, run, lanes, measures, counts)
     if state == _AGAIN:

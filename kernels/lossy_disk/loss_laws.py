@@ -1,13 +1,13 @@
-"""The laws of friction and drag, each as a generalised force of the scaled form (`kernels.lossy_disk.equations`).
+"""The laws of friction and drag, each as a generalised force in the scaled form (`kernels.lossy_disk.equations`).
 
-A dry law's torque is its arm times the normal force n = N/mg of the same instant, which follows from the acceleration
+The torque of a dry law is its arm times the instantaneous normal force n = N/mg, which follows from the acceleration
 of the centre of mass: n = 1 - (w' S + w^2 C). Viscous friction and drag do not depend on it.
 
-Here dry friction slides: it acts against the signs that the motion had when its mode began. What happens where a rate
-vanishes is decided in `kernels.lossy_disk.dry_friction`.
+Here dry friction slides: it opposes the signs that the rates had at the beginning of the leg.
+`kernels.lossy_disk.dry_friction` decides what happens when a rate vanishes.
 
-What a variant of the integrator has no law for is not computed: its flags are False there
-(`kernels.lossy_disk.integrate`), and the compiler leaves out what follows from them.
+A variant of the integrator does not compute laws that it does not have: their flags are False
+(`kernels.lossy_disk.integrate`), and the compiler removes the code that depends on them.
 """
 
 import math
@@ -16,20 +16,20 @@ from typing import NamedTuple
 from kernels.jit import kernel, simd
 from kernels.lossy_disk.arrays import BILDSTEN, MOFFATT
 
-#: Whether there is dry and viscous contour friction, rolling and pivoting friction, Moffatt's and Bildsten's drag,
-#: and a friction coefficient. What follows one motion knows all laws.
+#: Flags of dry and viscous contour friction, rolling and pivoting friction, Moffatt's and Bildsten's drag, and a
+#: finite friction coefficient. Kernels that follow a single motion have all laws.
 DRY, VISCOUS, ROLLING, PIVOTING, FILM, LAYER, SLIPPING = 7 * (True,)
 
-#: Whether what rolls has two edges, of which it rolls on one until its tilt is 0.
+#: Whether the body has two edges, and rolls on one of them until its tilt is 0.
 EDGED = False
 
-#: A force that is not there: to add it is left out by the compiler, but x + 0.0 is computed, as x may be -0.0.
+#: A missing force. The compiler removes the addition of -0.0, but not x + 0.0, which changes x = -0.0.
 NOTHING = -0.0
 
-#: Added to the square of the horizontal turning rate that rolling friction opposes: below it friction holds the disk.
+#: Added to the square of the horizontal turning rate in rolling friction, which holds the disk below it.
 _LEAST_SQUARE = 1.0e-200
 
-#: Least value of 1 - (its square) / (that of the stage before) of the horizontal turning rate that a stage follows.
+#: Lower limit of the relative change of the squared horizontal turning rate between stages that the series allows for.
 _LARGEST_CHANGE = -0.5
 
 
@@ -75,9 +75,9 @@ def scaled_losses(arms, damping, air, disk, law):
 
     Notes
     -----
-    On the steady wobble of a uniform disk, where the roll rate at the inclination a is f^2 = 4/a, drag takes the powers
-    of Moffatt, Nature 404 (2000) 833: pi mu g R^2 / a^2, and of Bildsten, Phys. Rev. E 66 (2002) 056309:
-    4 sqrt(mu rho) g^(5/4) R^(11/4) a^(-5/4). The air knows the motion of a disk and not how its mass is distributed.
+    On the steady wobble of a uniform disk, whose roll rate at the inclination a is f^2 = 4/a, the drag has the power
+    of Moffatt, Nature 404 (2000) 833: pi mu g R^2 / a^2, or of Bildsten, Phys. Rev. E 66 (2002) 056309:
+    4 sqrt(mu rho) g^(5/4) R^(11/4) a^(-5/4). Drag depends on the motion of the disk, not on its mass distribution.
     """
     rolling, pivoting, contour = arms
     viscosity, density = air
@@ -91,14 +91,14 @@ def scaled_losses(arms, damping, air, disk, law):
 
 
 class Load(NamedTuple):
-    """What the normal force n = level - i_tilt S torque depends on, with the torque that accelerates the tilt.
+    """The dependence of the normal force on the torque that accelerates the tilt: n = level - i_tilt S torque.
 
-    In this form the friction that n causes is one fused operation behind the torque: a step waits for it four times.
+    In this form the friction caused by n is one fused operation after the torque; a step waits for it four times.
 
     Attributes
     ----------
     level : float
-        n without acceleration of the tilt, 1 - w^2 C.
+        n without tilt acceleration, 1 - w^2 C.
     S, i_tilt : float
         Sine of the tilt; 1/(1 + alpha/2).
     """
@@ -110,13 +110,13 @@ class Load(NamedTuple):
 
 @simd
 def normal_force(load, torque):
-    """Normal force over m g, with the torque over m g R that accelerates the tilt."""
+    """Return the normal force over m g, from the torque over m g R that accelerates the tilt."""
     return load.level - load.i_tilt * load.S * torque
 
 
 @simd
 def dry_force(f, sense, load, torque, losses):
-    """Force that the roll rate f, of the sign `sense`, loses to dry contour friction."""
+    """Return the force of dry contour friction against the roll rate f, which has the sign `sense`."""
     if not DRY:
         return 0.0
     most = losses.contour * sense
@@ -125,7 +125,7 @@ def dry_force(f, sense, load, torque, losses):
 
 @simd
 def rub_force(f, dry, losses):
-    """Force that the roll rate f loses to dry contour friction, `dry`, and viscous."""
+    """Return the force of dry contour friction, `dry`, and viscous contour friction against the roll rate f."""
     if DRY and VISCOUS:
         return dry + losses.damping * f
     if VISCOUS:
@@ -140,7 +140,7 @@ def horizontal_rate(motion):
         return 0.0, 0.0, 0.0
     C, w, f = motion
     across = C * f
-    # what is added keeps a quotient finite
+    # the small constant keeps a quotient finite
     square = (w * w + _LEAST_SQUARE) + across * across
     root = math.sqrt(square)
     return square, root, 1.0 / root
@@ -148,65 +148,64 @@ def horizontal_rate(motion):
 
 @simd
 def horizontal_rate_near(motion, inverse):
-    """`horizontal_rate` half a step from a motion with the reciprocal `inverse`, without a root.
+    """Return `horizontal_rate` half a step from a motion with the reciprocal `inverse`, without a square root.
 
     Notes
     -----
-    The series of the root about the known one: with the relative change e of the square, which a step keeps below a
-    tenth where there is rolling friction, it errs by e^5/4. That is of higher order than a step's own error.
+    The series of the root about the known value. The relative change e of the square is below a tenth in a step with
+    rolling friction, and the error is e^5/4, of higher order than the step's own error.
     """
     if not ROLLING:
         return 0.0, 0.0, 0.0
     square, near, e = _change_of_square(motion, inverse)
-    # the last products, which a step waits for, are as few as can be
+    # as few operations as possible after e, because the step waits for them
     share = (1.0 + 0.5 * e) + (e * e) * ((0.375 + 0.3125 * e) + 0.2734375 * (e * e))
     return square, near * share, inverse * share
 
 
 @simd
 def _change_of_square(motion, inverse):
-    """Square of the horizontal turning rate, and two numbers of it.
+    """Return the square of the horizontal turning rate, the square times `inverse`, and its relative change.
 
-    With `inverse`, the reciprocal of a rate near it: square times inverse, and 1 - square times inverse squared, the
-    relative change of the square.
+    `inverse` is the reciprocal of a nearby rate, and the relative change is 1 - square * inverse^2.
     """
     C, w, f = motion
     across = C * f
     square = (w * w + _LEAST_SQUARE) + across * across
     near = square * inverse
     e = 1.0 - near * inverse
-    # A motion with rolling friction has no larger change. Without it what is cut keeps all numbers finite.
+    # With rolling friction, no change is larger. Without it, the limit keeps all numbers finite.
     return square, near, e if e > _LARGEST_CHANGE else _LARGEST_CHANGE
 
 
 @simd
 def rolling_friction(motion, turning, free, load, arm, weight):
-    """What rolling friction does to the tilt and to the roll rate.
+    """Return the effect of rolling friction on the tilt and on the roll rate.
 
     Parameters
     ----------
     motion : tuple of 3 floats
         C, w, f.
     turning : tuple of 3 floats
-        Of `horizontal_rate`.
+        As returned by `horizontal_rate`.
     free : float
         Torque over m g R that accelerates the tilt without rolling friction.
     load : Load
     arm : float
         Lever arm over the radius.
     weight : float
-        What the force is multiplied by.
+        Factor of the returned force.
 
     Returns
     -------
     (torque, slowed, power, force, reciprocal)
-        The torque with it; its own torque over the horizontal turning rate; the power that is lost; the force that the
-        roll rate loses, times `weight`; the reciprocal of what `slowed` was divided by.
+        The torque on the tilt including rolling friction; its own torque over the horizontal turning rate; the power
+        lost; the force against the roll rate, times `weight`; the reciprocal of the divisor of `slowed`.
 
     Notes
     -----
-    The torque opposes the horizontal turning rate (w, C f). By its part along w it changes the acceleration of the
-    tilt, on which the normal force depends: n (1 - i_tilt S arm w/|(w, C f)|) = level - i_tilt S free.
+    The torque opposes the horizontal turning rate (w, C f). Its component along w changes the acceleration of the
+    tilt, which in turn changes the normal force: n (1 - i_tilt S arm w/|(w, C f)|) = level - i_tilt S free.
     """
     if not ROLLING:
         return free, 0.0, 0.0, NOTHING, 0.0
@@ -220,14 +219,15 @@ def rolling_friction(motion, turning, free, load, arm, weight):
 
 @simd
 def rolling_friction_near(motion, before, free, load, arm, weight):
-    """`rolling_friction` where the motion is that of `before` but for a change of the second order of a step.
+    """Return `rolling_friction` if the motion differs from that of `before` only by second order in the step.
 
-    `before` has the horizontal turning rate, its reciprocal, `slowed` and the reciprocal of what that was divided by.
+    `before` contains the horizontal turning rate, its reciprocal, `slowed` and the reciprocal of the divisor of
+    `slowed`.
 
     Notes
     -----
-    One of Heron's and one of Newton's corrections: root and quotient err by the square of the change, which is of the
-    order of a step's own error.
+    One correction of Heron's method and one of Newton's: root and quotient have errors of the square of the change,
+    which is of the order of the step's own error.
     """
     if not ROLLING:
         return free, 0.0, 0.0, NOTHING
@@ -245,9 +245,9 @@ def rolling_friction_near(motion, before, free, load, arm, weight):
 
 @simd
 def drag(f, place, losses):
-    """Force that the roll rate f loses to the drag of air, by either law, and the root of |f| in Bildsten's.
+    """Return the force of air drag against the roll rate f, by either law, and for Bildsten's law the root of |f|.
 
-    `place` is S, C, T of the tilt.
+    `place` is S, C, T.
     """
     S, C, T = place
     root = math.sqrt(abs(f)) if LAYER else 0.0
@@ -260,12 +260,13 @@ def drag(f, place, losses):
 
 @simd
 def drag_near(f, place, losses, before, blow):
-    """`drag` next to the roll rate `before` with the drag `blow`, without a root.
+    """Return `drag` near the roll rate `before` with the drag `blow`, without a square root.
 
     Notes
     -----
-    Two stages in the middle of a step differ by its second order. So a force that is linear about the first errs by the
-    fourth order of the second, which is of the order of the step's own error. Where `before` is 0 it is 0 as well.
+    Two stages in the middle of a step differ by second order in the step. So a force linearised about the first stage
+    has an error of fourth order at the second stage, which is of the order of the step's own error. If `before` is 0,
+    so is the result.
     """
     S, C, T = place
     if FILM and LAYER:
@@ -279,7 +280,7 @@ def drag_near(f, place, losses, before, blow):
 
 @simd
 def viscosity(f, place, losses):
-    """How the force that viscous friction and drag take from a roll rate f grows with it; `place` as of `drag`."""
+    """Return the derivative, by the roll rate f, of the force of viscous friction and drag; `place` as for `drag`."""
     S, C, T = place
     found = losses.damping
     if FILM:
@@ -291,26 +292,26 @@ def viscosity(f, place, losses):
 
 @simd
 def pivoting_force(state, changes, normal, sense, inertia, arm):
-    """Force of pivoting friction on the turning rate about the vertical v = o C + s S.
+    """Return the force of pivoting friction on the turning rate about the vertical v = o C + s S.
 
     Parameters
     ----------
     state : tuple of 5 floats
         S, C, w, o, p.
     changes : tuple of 2 floats
-        o' and p' without it.
+        o' and p' without this force.
     normal : float
         Normal force over m g.
     sense : float
-        Sign of v, or 0 where friction holds it at zero.
+        Sign of v, or 0 if friction holds it at zero.
     inertia : kernels.lossy_disk.rk4.Inertia
     arm : float
         Lever arm over the radius.
 
     Notes
     -----
-    Where friction holds, its force is what keeps v' = 0. With w, o', p' and the arm multiplied by a number, so is the
-    force.
+    If friction holds, its force keeps v' = 0. Multiplying w, o', p' and the arm by the same number multiplies the
+    force by it.
     """
     if not PIVOTING:
         return 0.0
@@ -324,7 +325,7 @@ def pivoting_force(state, changes, normal, sense, inertia, arm):
 
 @simd
 def pivoting_friction(state, changes, force, sense, inertia):
-    """Return o', p' and the power that is lost, with the `pivoting_force`; parameters as there."""
+    """Return o', p' and the power lost, including `pivoting_force`; parameters as there."""
     if not PIVOTING:
         return changes[0], changes[1], 0.0
     S, C, _, o, p = state

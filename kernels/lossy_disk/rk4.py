@@ -1,7 +1,7 @@
-"""How a sliding motion with losses changes, and one classical Runge-Kutta step of one motion.
+"""The derivatives of a sliding motion with losses, and one classical Runge-Kutta step of a single motion.
 
-Inside a step the tangent T = S K takes the place of K = 1/cos(tilt), as its derivative costs a multiplication less;
-1/C = C + S T then. The step of the lanes is `kernels.lossy_disk.lane_step`.
+Inside a step the tangent T = S K replaces K = 1/cos(tilt), because its derivative takes one multiplication less; then
+1/C = C + S T. The step of the lanes is in `kernels.lossy_disk.lane_step`.
 """
 
 from typing import NamedTuple
@@ -43,7 +43,7 @@ def inertia(alpha):
 
 
 class Forces(NamedTuple):
-    """What acts at one instant of a sliding motion, all over m g or m g R.
+    """Forces at one instant of a sliding motion, all over m g or m g R.
 
     Attributes
     ----------
@@ -52,21 +52,21 @@ class Forces(NamedTuple):
     normal : float
         Normal force.
     dry, rub, blow : float
-        Forces that the roll rate loses: to dry contour friction; to all of contour friction; to the air.
+        Forces against the roll rate: of dry contour friction; of all contour friction; of the air.
     along : float
-        Force that the roll rate loses to all laws.
+        Force of all laws against the roll rate.
     slowed, rolled : float
         Torque of rolling friction over the horizontal turning rate, and its power.
     held, pivoted : float
         Force of pivoting friction on the turning rate about the vertical, and its power.
     torque, slope : float
-        Torque that accelerates the tilt; change of o over that of the tilt without forces.
+        Torque that accelerates the tilt; derivative of o by the tilt without forces.
     drag : tuple of 2 floats
-        Of `loss_laws.drag`.
+        As returned by `loss_laws.drag`.
     near : tuple of 4 floats
-        Of `loss_laws.rolling_friction_near`.
+        As used by `loss_laws.rolling_friction_near`.
     way : float
-        Speed, over R, of the contact along its circle on what rolls; signed as the roll rate.
+        Speed of the contact along its circle on the body, over R; signed as the roll rate.
     """
 
     f: float
@@ -88,21 +88,21 @@ class Forces(NamedTuple):
 
 @simd
 def changes(state, sense, inertia, losses):
-    """How a sliding motion changes in scaled time.
+    """Return the derivatives of a sliding motion in scaled time.
 
     Parameters
     ----------
     state : tuple of 6 floats
         S, C, T, w, o, p (`kernels.lossy_disk.equations`, with T = S K).
     sense : tuple of 2 floats
-        Signs of the roll rate and of the turning rate about the vertical; the second is 0 where friction holds that.
+        Signs of the roll rate and of the turning rate about the vertical; the second is 0 if friction holds that rate.
     inertia : Inertia
     losses : kernels.lossy_disk.loss_laws.Losses
 
     Returns
     -------
     (dS, dC, dT, torque, do, dp), forces
-        Derivatives of the state, of the tilt rate the torque that accelerates it; the `Forces`.
+        Derivatives of the state, with the torque that accelerates the tilt in place of w'; the `Forces`.
     """
     now = instant(state, inertia)
     motion = state[1], state[3], now.f
@@ -117,7 +117,7 @@ def changes(state, sense, inertia, losses):
 
 @simd
 def changes_near(state, sense, inertia, losses, last):
-    """`changes` where rolling friction and drag are about those of a stage (`last` of `lane_step.lane_step`)."""
+    """Return `changes` near a stage, from its rolling friction and drag (`last` of `lane_step.lane_step`)."""
     now = instant(state, inertia)
     rolling = rolling_friction_near(
         (state[1], state[3], now.f), last[0], now.free, now.load, losses.rolling, 1.0
@@ -127,12 +127,12 @@ def changes_near(state, sense, inertia, losses, last):
 
 
 class Instant(NamedTuple):
-    """What follows from a state without any law.
+    """Quantities that follow from a state without any law.
 
     Attributes
     ----------
     f, slope, free : float
-        Roll rate; change of o over that of the tilt; torque that accelerates the tilt.
+        Roll rate; derivative of o by the tilt; torque that accelerates the tilt.
     load : kernels.lossy_disk.loss_laws.Load
     """
 
@@ -154,7 +154,7 @@ def instant(state, inertia):
 
 @simd
 def _changes(state, now, rolling, blow, near, sense, inertia, losses):
-    """`changes` with the rolling friction and the drag."""
+    """Return `changes`, given the rolling friction and the drag."""
     S, C, T, w, o, p = state
     f, slope, _, load = now
     torque, slowed, rolled, slid = rolling
@@ -173,14 +173,14 @@ def _changes(state, now, rolling, blow, near, sense, inertia, losses):
 
 @simd
 def entries(state, sense, forces):
-    """Rates of the ledger: heading, path over R, and what each law takes over m g R.
+    """Return the rates of the ledger: heading, path over R, and the power of each law over m g R.
 
     Parameters
     ----------
     state : tuple of 6 floats
         S, C, T, w, o, p.
     sense : tuple of 2 floats
-        As of `changes`.
+        As for `changes`.
     forces : Forces
 
     Returns
@@ -197,7 +197,7 @@ def entries(state, sense, forces):
 
 @simd
 def _moved(state, h, change):
-    """`state` + h * `change`, of six numbers each."""
+    """Return `state` + h * `change`, of six numbers each."""
     S, C, T, w, o, p = state
     dS, dC, dT, dw, do, dp = change
     return S + h * dS, C + h * dC, T + h * dT, w + h * dw, o + h * do, p + h * dp
@@ -205,7 +205,7 @@ def _moved(state, h, change):
 
 @simd
 def _entered(ledger, h, rates):
-    """`ledger` + h * `rates`, of seven numbers each."""
+    """Return `ledger` + h * `rates`, of seven numbers each."""
     a0, a1, a2, a3, a4, a5, a6 = ledger
     b0, b1, b2, b3, b4, b5, b6 = rates
     return (
@@ -215,27 +215,27 @@ def _entered(ledger, h, rates):
 
 @simd
 def with_tangent(state):
-    """State with T in the place of K."""
+    """Return the state with T in place of K."""
     S, C, K, w, o, p = state
     return S, C, S * K, w, o, p
 
 
 @kernel
 def rates(state, sense, inertia, losses):
-    """How a sliding motion and its ledger change in scaled time.
+    """Return the derivatives of a sliding motion and its ledger in scaled time.
 
     Parameters
     ----------
     state : tuple of 6 floats
         S, C, K, w, o, p.
     sense, inertia, losses
-        As of `changes`.
+        As for `changes`.
 
     Returns
     -------
     (dS, dC, dK, dw, do, dp), (turn, roll, rolling, pivoting, contour, damping, air), (normal, held)
-        Derivatives of the state; of heading, path (over R) and of the losses (over m g R); the normal force over m g
-        and the force of pivoting friction on the turning rate.
+        Derivatives of the state; of heading, path (over R) and losses (over m g R); the normal force over m g and the
+        force of pivoting friction on the turning rate.
     """
     inner = with_tangent(state)
     (dS, dC, _, torque, do, dp), forces = changes(inner, sense, inertia, losses)
@@ -255,19 +255,19 @@ def _stage(state, sense, inertia, losses):
 
 @kernel
 def step(state, sense, inertia, losses, h):
-    """Make one step of scaled length h, which may be negative, with the ledger by the same weights.
+    """Make one step of scaled length h, which may be negative, and integrate the ledger with the same weights.
 
     Parameters
     ----------
     state : tuple of 6 floats
         S, C, K, w, o, p.
     sense, inertia, losses
-        As of `changes`.
+        As for `changes`.
 
     Returns
     -------
     (S, C, K, w, o, p), (turn, roll, rolling, pivoting, contour, damping, air)
-        The state behind the step, and what the ledger gained.
+        The state after the step, and the gain of the ledger.
     """
     inner = with_tangent(state)
     change, gain = _stage(inner, sense, inertia, losses)

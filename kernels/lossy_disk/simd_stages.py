@@ -1,7 +1,7 @@
-"""The vector stages of a cell with losses (`kernels.lanes.interface`): scaling its start, setting off, one step.
+"""The vector stages of a cell with losses (`kernels.lanes.interface`): scaling its start, starting a leg, one step.
 
 The functions work on one lane of the flat array of `kernels.lossy_disk.layout` and are inlined into loops over all
-lanes. Every leg is a sliding motion: dry friction acts against signs that do not change.
+lanes. Every leg is a sliding motion: the signs that dry friction opposes do not change.
 """
 
 import math
@@ -34,24 +34,24 @@ from kernels.lossy_disk.step_size import (
 )
 from kernels.simd_math import sine_cosine_of_tilt
 
-#: A turning point belongs to the nearest end of a step: that is this share of half the step away at most.
+#: Largest distance of a turning point from the end of a step that it is assigned to, over half the step.
 _NEAREST = 1.1
 
-#: Steps of a call of `advance` and `further_step`.
+#: Number of steps in a call of `advance` and `further_step`.
 STEPS_OF_A_CALL = 4.0
 
-#: Weights of Boole's rule over four steps, over half the length of one: of both ends, of the other beginnings of steps.
+#: Weights of Boole's rule over four steps, over half the length of one: of both ends, of the inner nodes.
 ENDS_OF_BOOLE = 28.0 / 45.0
 BOOLE = np.array([128.0, 48.0, 128.0]) / 45.0
 
-#: Steps of a cell when `kernels.lossy_disk.step_control` looks at it for the first time: some nutations.
+#: Number of steps at which `kernels.lossy_disk.step_control` first checks a cell: a few nutations.
 FIRST_CHECK = 512.0
 
-#: Share of the friction that there is, and normal force over m g, near which a leg ends: a force that reaches its limit
-#: between two looks at the lane does so by less, and `kernels.lossy_disk.events` looks more closely.
+#: Limits at which a leg ends: share of the available friction, and normal force over m g. A force that exceeds its
+#: limit between two checks of the lane does so by less, and `kernels.lossy_disk.events` checks more precisely.
 SURE_GRIP, SURE_CONTACT = 0.96, 0.01
 
-#: Horizontal turning rate at which a leg with rolling friction ends: `kernels.lossy_disk.follow` goes on.
+#: Horizontal turning rate at which a leg with rolling friction ends; `kernels.lossy_disk.follow` continues.
 SLOW_CONTACT = 1.0e-3
 
 
@@ -93,13 +93,13 @@ def ledger_of(lane, lanes):
 
 @simd
 def sense_of(lane, lanes):
-    """Return the signs of the roll rate and of the turning rate about the vertical of a lane's leg."""
+    """Return the signs of the roll rate and of the turning rate about the vertical in the leg of a lane."""
     return lanes[at.ROLL_SENSE + lane], lanes[at.TURN_SENSE + lane]
 
 
 @simd
 def prepare(lane, run, lanes):
-    """Scale the start, which `read_start` left in SI units and without trigonometry, and begin there."""
+    """Scale the start, which `read_start` left in SI units and as an angle, and begin the cell."""
     alpha, unit, tilt = lanes[at.ALPHA + lane], lanes[at.UNIT + lane], lanes[at.S_0 + lane]
     tilt_rate, precession_rate = lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane]
     S, C = sine_cosine_of_tilt(tilt)
@@ -125,7 +125,7 @@ def prepare(lane, run, lanes):
 
 @simd
 def begin(lane, lanes):
-    """Let the next leg be the first one."""
+    """Make the start the beginning of the next leg."""
     S, C, w = lanes[at.S_0 + lane], lanes[at.C_0 + lane], lanes[at.W_0 + lane]
     o, p = lanes[at.O_RATE_0 + lane], lanes[at.P_0 + lane]
     i_inverse = inertia_of(lane, lanes).i_inverse
@@ -169,7 +169,7 @@ def set_off(lane, run, lanes):
     lanes[at.TIME + lane], lanes[at.HALF + lane], lanes[at.LAST + lane] = t, half, 0.0
     lanes[at.STEPS_LEFT + lane], lanes[at.ASKED + lane], lanes[at.SLIDES + lane] = left, half, 1.0
     lanes[at.LEAST + lane], lanes[at.GREATEST + lane] = least, greatest
-    # a turning point before the first step of a leg is none of it
+    # a turning point before the first step of a leg does not belong to the leg
     store_near(lane, lanes, (S, C, 0.0, 1.0, 0.0))
     lanes[at.TURNED + lane], lanes[at.PATH + lane] = turned, path
     lanes[at.ROLLED + lane], lanes[at.PIVOTED + lane] = rolled, pivoted
@@ -178,7 +178,7 @@ def set_off(lane, run, lanes):
 
 @simd
 def next_half(state, change, forces, lane, lanes):
-    """Half the step that the motion asks for."""
+    """Return half the step that the motion asks for."""
     S, C, T, _, _, _ = state
     of_disk, losses = inertia_of(lane, lanes), losses_of(lane, lanes)
     viscous = viscosity(forces.f, (S, C, T), losses)
@@ -190,7 +190,7 @@ def next_half(state, change, forces, lane, lanes):
 
 @simd
 def near_of(lane, lanes):
-    """Return of the state nearest to a turning point S, C, |w|, acceleration of the tilt and longest time to it."""
+    """Return S, C, |w|, tilt acceleration and longest time to the turning point of the state nearest to one."""
     return (
         lanes[at.NEAR_S + lane], lanes[at.NEAR_C + lane], lanes[at.NEAR_W + lane],
         lanes[at.NEAR_ACCELERATION + lane], lanes[at.NEAR_REACH + lane],
@@ -199,7 +199,7 @@ def near_of(lane, lanes):
 
 @simd
 def store_near(lane, lanes, near):
-    """Store what `near_of` returns."""
+    """Store the tuple that `near_of` returns."""
     S, C, speed, acceleration, reach = near
     lanes[at.NEAR_S + lane], lanes[at.NEAR_C + lane], lanes[at.NEAR_W + lane] = S, C, speed
     lanes[at.NEAR_ACCELERATION + lane], lanes[at.NEAR_REACH + lane] = acceleration, reach
@@ -207,7 +207,7 @@ def store_near(lane, lanes, near):
 
 @simd
 def nearer(condition, near, other):
-    """`near` if a condition holds, else the `other` one."""
+    """Return `near` if a condition holds, otherwise `other`."""
     S, C, speed, acceleration, reach = near
     S0, C0, speed0, acceleration0, reach0 = other
     return (
@@ -218,11 +218,11 @@ def nearer(condition, near, other):
 
 @simd
 def turning_sine(near):
-    """Sine of the tilt of the turning point that a state is near to, else of its own tilt; argument as of `near_of`.
+    """Return the sine of the tilt at a nearby turning point, or of the state's own tilt; argument as from `near_of`.
 
     Notes
     -----
-    About its turning point a motion is nearly even in time: tilt + w^2 / (-2 w') errs by less than h^4 / 100 there.
+    Near its turning point a motion is almost even in time: there tilt + w^2 / (-2 w') has an error below h^4 / 100.
     """
     S, C, speed, acceleration, reach = near
     time = speed / acceleration
@@ -232,7 +232,7 @@ def turning_sine(near):
 
 @simd
 def goes_on_rolling(state, f, arm):
-    """Whether rolling friction does not hold a disk yet."""
+    """Return whether rolling friction does not hold a disk yet."""
     if not ROLLING:
         return True
     _, C, _, w, _, _ = state
@@ -242,21 +242,21 @@ def goes_on_rolling(state, f, arm):
 
 @simd
 def least_between(value, slope, length):
-    """What has to be positive if a value that was positive a time `length` ago has been so ever since.
+    """Return a number that is positive if a value, positive a time `length` ago, has stayed positive.
 
     Notes
     -----
-    On a parabola that is positive at both ends and dips below zero between them the value at the end is less than half
-    the slope there times the length.
+    A parabola that is positive at both ends and negative in between has, at its end, a value below half the slope
+    times the length.
     """
     return value - (0.5 * length * slope if slope > 0.0 else 0.0)
 
 
 @simd
 def goes_on_sliding(state, change, rolled, sense, i_inverse, length):
-    """Whether dry contour friction acts as before: `rolled` is the roll rate times the sign that it had."""
+    """Return whether dry contour friction acts as before; `rolled` is the roll rate times its previous sign."""
     if not DRY:
-        # the sign is that of the path
+        # without dry friction, the sign only matters for the path
         return rolled >= 0.0
     _, _, T, _, o, _ = state
     _, _, dT, _, do, dp = change
@@ -265,7 +265,7 @@ def goes_on_sliding(state, change, rolled, sense, i_inverse, length):
 
 @simd
 def goes_on_turning(state, change, forces, sense, i_inverse, arm, length):
-    """Whether pivoting friction acts as before: against the same sign of the turning rate, or holding it."""
+    """Return whether pivoting friction acts as before: against the same sign of the turning rate, or holding it."""
     if not PIVOTING:
         return True
     S, C, _, _, o, p = state
@@ -279,7 +279,7 @@ def goes_on_turning(state, change, forces, sense, i_inverse, arm, length):
 
 @simd
 def stays_on_edge(state, inertia, length):
-    """Whether a body with two edges is on the one that it rolls on."""
+    """Return whether a body with two edges is still on the same edge."""
     if not EDGED:
         return True
     S, C, _, w, _, _ = state
@@ -288,9 +288,9 @@ def stays_on_edge(state, inertia, length):
 
 @simd
 def grips(state, change, normal, inertia, friction):
-    """Whether the contact is sure not to slip: the horizontal force is well within `friction` times the normal force.
+    """Return whether the contact certainly grips: horizontal force well below `friction` times the normal force.
 
-    Newton on the centre of mass, whose horizontal velocity is (C w, s) across and along the track.
+    Newton's law for the centre of mass, whose horizontal velocity is (C w, s) across and along the track.
     """
     if not SLIPPING:
         return True
@@ -305,9 +305,9 @@ def grips(state, change, normal, inertia, friction):
 
 @simd
 def slides_on(state, change, forces, sense, inertia, losses, friction, length):
-    """Whether friction acts as before, against the same signs, and the disk is sure neither to slip nor to lift off.
+    """Return whether friction acts as before, with the same signs, and the disk certainly neither slips nor lifts off.
 
-    That is since a scaled time `length` ago, when it was so. So written, a NaN is none.
+    It covers the scaled time `length` up to now, provided that it held at the beginning. NaN gives False.
     """
     i_inverse = inertia.i_inverse
     going = goes_on_sliding(state, change, sense[0] * forces.f, sense[0], i_inverse, length)
@@ -328,7 +328,7 @@ def store_state(lane, lanes, state):
 
 @simd
 def chosen(condition, state, other):
-    """`state` if a condition holds, else the `other` one."""
+    """Return `state` if a condition holds, otherwise `other`."""
     S, C, T, w, o, p = state
     S0, C0, T0, w0, o0, p0 = other
     return (
@@ -339,7 +339,7 @@ def chosen(condition, state, other):
 
 @simd
 def store_ledger(lane, lanes, ledger, weight, rates):
-    """Store the ledger with `weight` times its rates more."""
+    """Store the ledger plus `weight` times its rates."""
     turned, path, rolled, pivoted, rubbed, damped, blown = ledger
     lanes[at.TURNED + lane], lanes[at.PATH + lane] = turned + weight * rates[0], path + weight * rates[1]
     if ROLLING:
@@ -356,7 +356,7 @@ def store_ledger(lane, lanes, ledger, weight, rates):
 
 @simd
 def last_stage_of(lane, lanes):
-    """Return of the last stage of a lane what `kernels.lossy_disk.rk4.changes_near` starts from."""
+    """Return the values of a lane's last stage from which `kernels.lossy_disk.rk4.changes_near` starts."""
     rate, inverse = lanes[at.RATE + lane], lanes[at.INVERSE + lane]
     near = rate, inverse, lanes[at.SLOWED + lane], lanes[at.RECIPROCAL + lane]
     return near, lanes[at.ROLL + lane], (0.0, lanes[at.ROOT + lane])
@@ -364,7 +364,7 @@ def last_stage_of(lane, lanes):
 
 @simd
 def store_stage(lane, lanes, last):
-    """Store what rolling friction and Bildsten's drag need of the last stage."""
+    """Store the values of the last stage that rolling friction and Bildsten's drag need."""
     rate, inverse, slowed, reciprocal = last[0]
     if ROLLING:
         lanes[at.RATE + lane], lanes[at.INVERSE + lane] = rate, inverse
@@ -375,7 +375,7 @@ def store_stage(lane, lanes, last):
 
 @simd
 def chosen_stage(condition, last, other):
-    """`last` if a condition holds, else the `other` one, both as of `last_stage_of`."""
+    """Return `last` if a condition holds, otherwise `other`, both as from `last_stage_of`."""
     (rate, inverse, slowed, reciprocal), roll, (_, root) = last
     (rate0, inverse0, slowed0, reciprocal0), roll0, (_, root0) = other
     near = (
@@ -387,12 +387,13 @@ def chosen_stage(condition, last, other):
 
 @simd
 def advance(lane, run, lanes):
-    """One RK4 step, unless the state ends the leg: then the lane rests in it.
+    """Make one RK4 step, unless the state ends the leg: then the lane stays in this state.
 
-    `further_step` makes the other three of a call. The ledger is Boole's rule over all four, which needs the rates at
-    their beginnings alone; what it lacks at the end of a leg `kernels.lossy_disk.leg_control` adds.
+    `further_step` makes the other three steps of a call. The ledger is integrated by Boole's rule over all four
+    steps, which needs only the rates at their beginnings; `kernels.lossy_disk.leg_control` adds the missing term at
+    the end of a leg.
     """
-    # every load comes before the first store: only so can the compiler prove that the lanes are independent
+    # all loads come before the first store: otherwise the compiler cannot prove that the lanes are independent
     state, sense = state_of(lane, lanes), sense_of(lane, lanes)
     of_disk, losses, ledger = inertia_of(lane, lanes), losses_of(lane, lanes), ledger_of(lane, lanes)
     t, half, last = lanes[at.TIME + lane], lanes[at.HALF + lane], lanes[at.LAST + lane]
@@ -403,32 +404,32 @@ def advance(lane, run, lanes):
     rates = entries(state, sense, forces)
     asked, before = next_half(state, change, forces, lane, lanes), lanes[at.ASKED + lane]
     extreme = turning_sine(near)
-    # so written, a NaN is an event too
+    # written so that NaN is an event too
     going = (left > 0.0) & (t < end) & (extreme >= low) & (extreme <= high) & (state[1] >= run.cos_flat_tilt)
     going &= (state[0] >= low) & (state[0] <= high) & (slid > 0.0)
-    # none where the leg begins
+    # zero at the beginning of a leg
     since = 2.0 * last
     going &= slides_on(state, change, forces, sense, of_disk, losses, friction, since)
     taken = half if going else 0.0
     weight = ENDS_OF_BOOLE * ((half + last) if going else 0.0)
-    # to choose behind the step costs less than to let the step wait for what is known of events
+    # selecting after the step is faster than making the step wait for the event checks
     stepped, last_stage = sliding_step(state, forces, sense, of_disk, losses, half)
     store_state(lane, lanes, chosen(going, stepped, state))
     store_ledger(lane, lanes, ledger, weight, rates)
     lanes[at.TIME + lane], lanes[at.TAKEN + lane] = t + (2.0 * STEPS_OF_A_CALL) * taken, taken
-    # the next call comes later than what it goes by: where steps are to be shorter, they will be shorter still
+    # the next call comes later than the state that sets its step: extrapolate steps that get shorter
     following = asked * (asked / before) if asked < before else asked
     lanes[at.HALF + lane] = following if going else half
     lanes[at.ASKED + lane], lanes[at.SLIDES + lane] = asked if going else before, 1.0 if going else slid
     lanes[at.LAST + lane] = half if going else last
     lanes[at.STEPS_LEFT + lane] = left - (STEPS_OF_A_CALL if going else 0.0)
-    # only now is it certain that the turning point of the call before lies behind the lane
+    # only now is it certain that the turning point of the previous call has been passed
     lanes[at.LEAST + lane] = extreme if going & (extreme < least) else least
     lanes[at.GREATEST + lane] = extreme if going & (extreme > greatest) else greatest
     reach = _NEAREST * (half if state[3] * change[3] < 0.0 else last)
     here = state[0], state[1], abs(state[3]), of_disk.i_tilt * change[3], reach
     store_near(lane, lanes, nearer(going, here, near))
-    # what rests goes on to see its own state, from which a step may lead nowhere
+    # an ended lane keeps its own values, because a step from there may lead anywhere
     stage = chosen_stage(going, last_stage, (forces.near, forces.f, forces.drag))
     store_stage(lane, lanes, stage)
     return not going
@@ -436,9 +437,9 @@ def advance(lane, run, lanes):
 
 @simd
 def further_step(lane, weight, run, lanes):
-    """Another RK4 step, of the same length, without a look for events but at how the disk slides.
+    """Make another RK4 step of the same length, checking only that the disk slides as before.
 
-    `weight` is that of its beginning in Boole's rule, over half its length.
+    `weight` is the Boole weight of its beginning, over half its length.
     """
     state, sense = state_of(lane, lanes), sense_of(lane, lanes)
     of_disk, losses, ledger = inertia_of(lane, lanes), losses_of(lane, lanes), ledger_of(lane, lanes)
@@ -448,16 +449,16 @@ def further_step(lane, weight, run, lanes):
     speed = abs(state[3])
     here = state[0], state[1], speed, of_disk.i_tilt * change[3], _NEAREST * taken
     stepped, last_stage = sliding_step(state, forces, sense, of_disk, losses, taken)
-    # one that rests may rest where a step leads nowhere
+    # an ended lane may be in a state from which no step is possible
     store_state(lane, lanes, chosen(taken > 0.0, stepped, state))
     store_ledger(lane, lanes, ledger, weight * taken, entries(state, sense, forces))
     slides = slides_on(state, change, forces, sense, of_disk, losses, friction, 2.0 * taken)
     lanes[at.SLIDES + lane] = slid if slides | (taken == 0.0) else 0.0
-    # a turning point is near to one state of a call at most
+    # a call has at most one state near a turning point
     store_near(lane, lanes, nearer((speed < near[2]) & (taken > 0.0), here, near))
     store_stage(lane, lanes, last_stage)
 
 
 @simd
 def land(lane, run, lanes):
-    """Leave all of it to `kernels.lossy_disk.leg_control.finish_leg`: what an event means differs from lane to lane."""
+    """Do nothing: `kernels.lossy_disk.leg_control.finish_leg` handles all events, which differ from lane to lane."""

@@ -1,9 +1,9 @@
-"""How the steps of a cell follow the error of its energy: what is left of the tolerance is spent evenly on the way.
+"""The step control of a cell by its energy error: the rest of the tolerance is spent evenly on the rest of the motion.
 
-How short the steps of a long motion have to be is seen after some nutations: a cell that takes too long ones need not
-come to its end before it begins again. Steps change on the way only where the losses are on course to end the motion
-before its time is over: they end its errors too. Others may find a fall late in a steady motion, which multiplies an
-error ten-thousandfold; their steps stay as they began. All follows from the cell alone.
+A few nutations show how short the steps of a long motion have to be, so a cell with too long steps restarts before
+its end. The steps only change during a motion whose losses are on course to end it before its duration is over,
+because then its errors end too. Other motions may fall late from a steady motion, which multiplies an error
+ten-thousandfold; their steps keep their initial length. All decisions depend only on the cell.
 """
 
 import math
@@ -25,47 +25,48 @@ from kernels.lossy_disk.simd_stages import (
 #: Steps after which a motion is abandoned.
 _MOST_STEPS = 1.0e8
 
-#: Part of the tolerance that a motion may have spent at its end; the least that it may spend from any look on.
+#: Share of the tolerance that a motion may have spent at its end; the least share left to it after any check.
 _SPENT, _LEAST_LEFT = 0.8, 0.1
 
-#: What a motion may have spent on this first part of its way: else it begins again, with shorter steps, as often at
-#: most. Near the rounding of the energy shorter steps do not help.
+#: Share of the tolerance that a motion may spend on a first part of its way, and that part: beyond it, the motion
+#: restarts with shorter steps. The largest number of such restarts: near the rounding of the energy, shorter steps do
+#: not help.
 _SPENT_AT_FIRST, _FIRST_PART, _MOST_HASTY = 0.2, 0.05, 2.0
 
-#: Part of its way so far that a motion goes until it is looked at again. Not a number of steps: steps that were made
-#: ever shorter because of some noise would gain no way.
+#: Progress until the next check, as a share of the progress so far. It is not a number of steps: steps shortened
+#: again and again because of noise would make no progress.
 _UNTIL_NEXT = 0.5
 
-#: By how much one look may shorten and lengthen the steps; what is kept back, as the error is one of the past.
+#: Limits of the shortening and lengthening of steps at one check; safety factor, because the error is one of the past.
 _MOST_SHORTER, _MOST_LONGER, _CAUTION = 0.25, 2.0, 0.95
 
-#: The shortest steps on the way, of those that a cell may have at most.
+#: Shortest steps during a motion, over the longest steps that the cell may have.
 _SHORTEST = 1.0 / 8.0
 
 _MOST_REFINEMENTS = 6
 _SMALLEST_SHRINK = 1.0 / 8.0
 
-#: Added to what divides.
+#: Added to a divisor.
 _LEAST = 1.0e-300
 
 
 class Look(NamedTuple):
-    """What is seen of a motion on its way.
+    """Result of a check of a motion.
 
     Attributes
     ----------
     error : float
         Its imbalance (`imbalance_of`).
     spent : float
-        The part of it that stays to the end.
+        The part of the error that stays until the end.
     progress : float
-        Part of its energy that it has lost.
+        Part of the energy that the motion has lost.
     scale : float
-        Half the relative step from here on.
+        Half the relative step from now on.
     steps, until_next : float
-        Steps of the cell, and those until it is to be looked at again.
+        Number of steps of the cell, and number of steps until the next check.
     goes_on : bool
-        Whether the cell goes on; else it is to begin again or to be abandoned.
+        Whether the cell continues; otherwise it restarts or is abandoned.
     """
 
     error: float
@@ -79,7 +80,7 @@ class Look(NamedTuple):
 
 @kernel
 def added(ledger, gain, h):
-    """`ledger` + h * `gain`."""
+    """Return `ledger` + h * `gain`."""
     a0, a1, a2, a3, a4, a5, a6 = ledger
     b0, b1, b2, b3, b4, b5, b6 = gain
     return (
@@ -89,7 +90,7 @@ def added(ledger, gain, h):
 
 @kernel
 def present(lane, lanes):
-    """Return state (S, C, K, w, o, p) and ledger of a lane, with what Boole's rule still lacks."""
+    """Return state (S, C, K, w, o, p) and ledger of a lane, including the last term of Boole's rule."""
     S, C, _, w, o, p = state_of(lane, lanes)
     state = S, C, 1.0 / C, w, o, p
     _, gain, _ = rates(state, sense_of(lane, lanes), inertia_of(lane, lanes), losses_of(lane, lanes))
@@ -98,14 +99,14 @@ def present(lane, lanes):
 
 @kernel
 def lost_energy(ledger):
-    """Energy (of m g R) that friction and air have taken."""
+    """Return the energy (of m g R) lost to friction and air."""
     _, _, rolled, pivoted, rubbed, damped, blown = ledger
     return rolled + pivoted + rubbed + damped + blown
 
 
 @kernel
 def _excess(state, ledger, place, memory):
-    """Energy (of m g R) that a state has won without reason, and the drift of S^2 + C^2 = 1."""
+    """Return the energy (of m g R) that a state has gained by errors, and the drift of S^2 + C^2 = 1."""
     S, C, _, w, o, p = state
     S0, C0, w0 = memory[at.S_0 + place], memory[at.C_0 + place], memory[at.W_0 + place]
     o0, p0 = memory[at.O_RATE_0 + place], memory[at.P_0 + place]
@@ -116,19 +117,19 @@ def _excess(state, ledger, place, memory):
 
 @kernel
 def imbalance_of(state, ledger, place, memory):
-    """Size of the energy (of m g R) that a state has won without reason, and of the drift of S^2 + C^2 = 1."""
+    """Return the magnitude of the energy (of m g R) gained by errors, plus that of the drift of S^2 + C^2 = 1."""
     excess, drift = _excess(state, ledger, place, memory)
     return abs(excess) + abs(drift)
 
 
 @kernel
 def looked_at(lane, place, run, memory):
-    """Look at the cell of a lane whose steps until then are made; `place` is that of its numbers in its block.
+    """Check the cell of a lane that has made its steps; `place` is the place of its numbers in its block.
 
     Notes
     -----
-    A motion keeps the drift of S^2 + C^2, and the energy with C as its height. By that of S, which `energy_change` has,
-    it varies by the drift over C + C_0 along each nutation: that says nothing about the steps.
+    A motion conserves the drift of S^2 + C^2, and the energy with C as the height. The energy of `energy_change`,
+    with S as the height, varies by the drift over C + C_0 along each nutation, which says nothing about the steps.
     """
     state, ledger = present(lane, memory)
     excess, drift = _excess(state, ledger, place, memory)
@@ -154,20 +155,20 @@ def looked_at(lane, place, run, memory):
 
 @kernel
 def _factor(allowed, expected):
-    """By how much steps are to be longer which let one expect such a part of the tolerance: of fourth order."""
+    """Return the factor of the step for which a motion spends its allowed, not its expected, error (fourth order)."""
     factor = _CAUTION * math.sqrt(math.sqrt(allowed / (expected + _LEAST)))
     return min(max(factor, _MOST_SHORTER), _MOST_LONGER)
 
 
 @kernel
 def _hasty(spent, progress, run):
-    """Whether too much was spent on the first part of the way: to begin again costs little there."""
+    """Return whether too much was spent on the first part of the way, where a restart costs little."""
     return progress < _FIRST_PART and spent > _SPENT_AT_FIRST * run.tolerance
 
 
 @kernel
 def go_on(lane, place, run, memory):
-    """Let a lane that is only to be looked at go on, if the steps so far were short enough."""
+    """Continue a lane that only stopped for a check, if its steps so far were short enough; return whether it does."""
     if memory[at.STEPS_LEFT + lane] > 0.0:
         return False
     look = looked_at(lane, place, run, memory)
@@ -182,7 +183,7 @@ def go_on(lane, place, run, memory):
 
 @kernel
 def slowed_down(lane, run, lanes):
-    """Let the steps of a cell be shorter from its start on, where `go_on` did not let it go on; returns whether."""
+    """Set shorter steps for a cell that `go_on` did not continue; return whether that is possible."""
     look = looked_at(lane, lane, run, lanes)
     if look.steps >= _MOST_STEPS:
         return False
@@ -193,7 +194,7 @@ def slowed_down(lane, run, lanes):
 
 @kernel
 def refined(lane, error, run, lanes):
-    """Let no step of a cell be as long as before, nor its first ones, if there are shorter ones left to try."""
+    """Shorten the longest and the first steps of a cell; return whether shorter ones are left to try."""
     shrink = 0.8 * math.sqrt(math.sqrt(run.tolerance / error))
     if not shrink >= _SMALLEST_SHRINK:
         shrink = _SMALLEST_SHRINK
@@ -204,7 +205,7 @@ def refined(lane, error, run, lanes):
 
 @kernel
 def _counted(lane, coarsest, first, lanes):
-    """Set how long steps may be, and how long they are at first, unless a cell has begun too often."""
+    """Set the longest and the first step of a cell, and count its restarts; return False after too many."""
     if lanes[at.REFINED + lane] >= _MOST_REFINEMENTS:
         return False
     lanes[at.COARSEST + lane], lanes[at.FIRST_SCALE + lane] = coarsest, first

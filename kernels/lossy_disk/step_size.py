@@ -1,4 +1,4 @@
-"""The settings of a run as the kernels use them, and how long a step of a motion with losses is."""
+"""The settings of a run in the form used by the kernels, and the step length of a motion with losses."""
 
 import math
 from typing import NamedTuple
@@ -7,13 +7,13 @@ from kernels.jit import kernel, simd
 from kernels.lossy_disk import arrays as row
 from kernels.lossy_disk.loss_laws import FILM, LAYER, ROLLING, VISCOUS
 
-#: Step over the fastest time scale of the moment, at a tolerance of 1e-8 of the energy balance.
+#: Step over the shortest time scale of the present state, at a tolerance of 1e-8 of the energy balance.
 RELATIVE_STEP = 0.06
 
-#: Square of the rate with which viscous friction takes the roll rate, over what it adds to the square of the fastest.
+#: Weight of the square of the relaxation rate by viscous friction in the square of the fastest rate.
 _SHARE_OF_RELAXING = 1.0 / 16.0
 
-#: Added to the square of a rate that divides.
+#: Added to the square of a rate in a denominator.
 _LEAST_SQUARE = 1.0e-200
 
 
@@ -36,7 +36,7 @@ class RunSettings(NamedTuple):
 def prepared_settings(settings):
     """Return the `RunSettings` of float64[len(SETTINGS)] settings.
 
-    The global error is of fourth order, hence the fourth root of the tolerance.
+    The step is proportional to the fourth root of the tolerance, because the global error is of fourth order.
     """
     relative_step = RELATIVE_STEP * math.sqrt(math.sqrt(settings[row.TOLERANCE] * 1.0e8))
     return RunSettings(
@@ -48,19 +48,19 @@ def prepared_settings(settings):
 
 @simd
 def fastest_rate(state, along, inertia):
-    """Square of the fastest rate of a motion, times cos(tilt)^2, without rolling and viscous friction.
+    """Return the square of the fastest rate of a motion, times cos(tilt)^2, without rolling and viscous friction.
 
     Parameters
     ----------
     state : tuple of 6 floats
     along : float
-        Force that friction and drag take from the roll rate.
+        Force of friction and drag against the roll rate.
     inertia : kernels.lossy_disk.rk4.Inertia
 
     Notes
     -----
-    The rates of the linearised motion; near flat that is the precession. Where the force along the rim changes o
-    faster, its share is (o'/o)^2 with the o of the steady wobble, o^2 = 2 C/alpha.
+    The rates of the linearised motion; near flat the fastest is the precession. If the force along the rim changes o
+    faster, it contributes (o'/o)^2, with the o of the steady wobble, o^2 = 2 C/alpha.
     """
     S, C, T, w, o, p = state
     rolling = inertia.i_tilt * inertia.drag
@@ -71,10 +71,10 @@ def fastest_rate(state, along, inertia):
 
 @simd
 def faster_by_viscosity(fastest, state, viscous, inverse_spin):
-    """`fastest_rate` with a force on the roll rate that grows with it by `viscous`.
+    """Return `fastest_rate` including a force against the roll rate with the derivative `viscous`.
 
-    The roll rate relaxes with the rate viscous * (2 T^2/alpha + ...): where nothing else is fast, Runge-Kutta follows
-    it with longer steps.
+    The roll rate relaxes at the rate viscous * (2 T^2/alpha + ...). If nothing else is fast, Runge-Kutta can follow
+    the relaxation with longer steps.
     """
     if not (VISCOUS or FILM or LAYER):
         return fastest
@@ -85,13 +85,13 @@ def faster_by_viscosity(fastest, state, viscous, inverse_spin):
 
 @simd
 def faster_by_rolling_friction(fastest, state, change, forces, inertia, arm):
-    """`fastest_rate` with rolling friction, which has the direction of the horizontal turning rate (w, C f).
+    """Return `fastest_rate` including rolling friction, which opposes the horizontal turning rate (w, C f).
 
     Parameters
     ----------
     fastest : float
     state, change : tuple of 6 floats
-        S, C, T, w, o, p, and how they change (`kernels.lossy_disk.rk4.changes`).
+        S, C, T, w, o, p, and their derivatives (`kernels.lossy_disk.rk4.changes`).
     forces : kernels.lossy_disk.rk4.Forces
     inertia : kernels.lossy_disk.rk4.Inertia
     arm : float
@@ -99,10 +99,11 @@ def faster_by_rolling_friction(fastest, state, change, forces, inertia, arm):
 
     Notes
     -----
-    Friction itself changes a slow rate fast. And where the tilt turns, a small C f lets the direction swing round in a
-    time short against all others: a step that misses this has an error of the force that the energy, whose loss has
-    the same one, shows only in part. Relative to the rate its whole change counts, not only that of its direction:
-    steps are to be short before the swing, whose middle comes as fast as the tilt rate vanishes.
+    Friction itself can change a slow rate fast. And at a turning point of the tilt, a small C f makes the direction
+    of (w, C f) swing round in a very short time. A step that misses this has an error of the force which the energy
+    shows only in part, because its loss has the same error. The criterion is the total relative change of (w, C f),
+    not only the change of its direction: steps have to be short before the swing, because its middle comes as fast as
+    the tilt rate vanishes.
     """
     if not ROLLING:
         return fastest
@@ -119,6 +120,6 @@ def faster_by_rolling_friction(fastest, state, change, forces, inertia, arm):
 
 @simd
 def half_step(fastest, C, scale, longest):
-    """Half the next step: `scale` over the fastest rate, at most `longest`."""
+    """Return half the next step: `scale` over the fastest rate, at most `longest`."""
     half = scale * C / math.sqrt(fastest)
     return half if half < longest else longest  # min() is a call

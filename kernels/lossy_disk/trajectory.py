@@ -1,8 +1,8 @@
 """One motion with losses sampled in time, with the path of the contact point on the plane.
 
-The motion goes on by the leaps of `kernels.lossy_disk.follow`: what dry friction holds, reverses and lets go comes at
-its moment. Roll angle and path are integrals over the state; Simpson's rule over the three states of a step keeps them
-of fourth order.
+The motion advances by the leaps of `kernels.lossy_disk.follow`, so dry friction seizes, reverses and lets go at the
+exact times. Roll angle and path are integrals over the state, computed with fourth order by Simpson's rule over three
+states of each step.
 """
 
 import math
@@ -31,7 +31,7 @@ from kernels.lossy_disk.rk4 import Inertia, inertia
 from kernels.lossy_disk.step_size import RELATIVE_STEP
 from kernels.native.entry import entry
 
-#: Step of a single motion over that of the atlases, which repeat a motion whose energy is not balanced.
+#: Step of a single motion over the step of atlases, which repeat a motion if its energy balance fails.
 _SHARE = 0.5
 
 #: Steps after which a motion is abandoned.
@@ -39,7 +39,7 @@ _MOST_STEPS = 1.0e8
 
 
 class Beginning(NamedTuple):
-    """What follows from a start.
+    """Quantities that follow from a start.
 
     Attributes
     ----------
@@ -61,12 +61,12 @@ class Beginning(NamedTuple):
     unit: float
 
 
-# Other bodies have other functions under these names (`kernels.lossy_bodies.trajectory`).
+# Other bodies replace the following functions by functions of the same names (`kernels.lossy_bodies.trajectory`).
 
 
 @kernel
 def beginning(start, settings):
-    """The `Beginning` of a start, shape (len(PARAMETERS), 1)."""
+    """Return the `Beginning` of a start, shape (len(PARAMETERS), 1)."""
     radius, gravity, alpha = start[row.RADIUS, 0], start[row.GRAVITY, 0], start[row.ALPHA, 0]
     losses = scaled_losses(
         (start[row.ROLLING_FRICTION, 0], start[row.PIVOTING_FRICTION, 0], start[row.CONTOUR_FRICTION, 0]),
@@ -86,19 +86,19 @@ def beginning(start, settings):
 
 @kernel
 def contact_speed(state, inertia):
-    """Speed of the contact point along its track and across it, where a positive tilt leans, over sqrt(g R)."""
+    """Return the speed of the contact point along its track, and across it towards a positive tilt, over sqrt(g R)."""
     return state[3], 0.0
 
 
 @kernel
 def height(S, C, inertia):
-    """Height of the centre of mass, over R."""
+    """Return the height of the centre of mass, over R."""
     return C
 
 
 @kernel
 def contact_velocity(state, heading, inertia):
-    """Velocity (x, y) of the contact point over the plane, over sqrt(g R)."""
+    """Return the velocity (x, y) of the contact point over the plane, over sqrt(g R)."""
     ahead, aside = contact_speed(state, inertia)
     sine, cosine = math.sin(heading), math.cos(heading)
     return aside * cosine - ahead * sine, ahead * cosine + aside * sine
@@ -106,7 +106,7 @@ def contact_velocity(state, heading, inertia):
 
 @kernel
 def case_of(begun, tilt, settings):
-    """`Case` of the beginning at a tilt of a single motion, without a criterion."""
+    """Return the `Case` of a single motion that begins at a tilt, without a criterion."""
     relative, longest = settings[row.TRAJECTORY_RELATIVE_STEP], settings[row.TRAJECTORY_STEP]
     return Case(
         begun.inertia,
@@ -122,7 +122,7 @@ def case_of(begun, tilt, settings):
 
 @kernel
 def _carried(place, before, after, h, case):
-    """Roll angle and contact point (over R), one leap later whose step has the scaled length h."""
+    """Return roll angle and contact point (over R) after a leap whose step has the scaled length h."""
     if all_held(before.senses):
         return place
     angle, x, y = place
@@ -141,7 +141,7 @@ def _carried(place, before, after, h, case):
 
 @kernel
 def _held(senses):
-    """What friction holds, as bits (`kernels.lossy_disk.arrays.SAMPLES`)."""
+    """Return the rates that friction holds, as bits (`kernels.lossy_disk.arrays.SAMPLES`)."""
     roll = 1.0 if senses.roll == 0.0 else 0.0
     turn = 2.0 if senses.turn == 0.0 else 0.0
     return roll + turn + (4.0 if all_held(senses) else 0.0)
@@ -151,7 +151,7 @@ def _held(senses):
 def _record(samples, i, tilt, motion, place, case, unit, radius):
     angle, x, y = place
     _, _, w, f, v = motion.state
-    # the steps keep S^2 + C^2 = 1 no better than anything else
+    # the steps do not conserve S^2 + C^2 = 1 exactly
     S, C = math.sin(tilt), math.cos(tilt)
     state = S, C, w, f, v
     samples[row.TILT, i] = tilt
@@ -196,8 +196,9 @@ def trajectory(start, settings, times, samples):
     Returns
     -------
     (ending, filled, last, steps)
-        A code of `kernels.lossy_disk.endings`; how many columns were written; the time [s] of the last one, which is
-        that of the ending; the steps made. A disk that has come to rest or that friction holds forever fills no more.
+        A code of `kernels.lossy_disk.endings`; the number of columns written; the time [s] of the last column, which
+        is the ending; the number of steps. Once a disk rests or friction holds it forever, no more columns are
+        filled.
     """
     begun = beginning(start, settings)
     radius, unit = begun.radius, begun.unit

@@ -1,1 +1,1 @@
-"""Lane functions of a system of ordinary differential equations, made from its right-hand side."""
+"""Lane functions of a system of ordinary differential equations, generated from its right-hand side."""

@@ -1,9 +1,10 @@
-"""Shortens steps in which a function could grow from nothing to something without its series showing it.
+"""Limits on steps in which a function could grow from nothing without showing in its series.
 
-The last terms of the series set the length of a step. That fails where a function is far below the rounding of what it
-is added to: ``exp(-((t - 50)/0.5)**2)`` at t = 0, ``tanh(x/0.01)`` far from x = 0, ``1/(1 + u**8)`` at large u. The
-series of its argument can still be trusted. So a step ends before the argument can have changed the function by more
-than a factor of ``exp(CHANGE)``: up to there the terms that are left out are about as large as the last ones.
+The last terms of the series set the length of a step. That fails if a function is far below the rounding error of the
+number to which it is added: ``exp(-((t - 50)/0.5)**2)`` at t = 0, ``tanh(x/0.01)`` far from x = 0, ``1/(1 + u**8)``
+at large u. The series of its argument is still reliable. So a step ends before the argument can have changed the
+function by more than a factor of ``exp(CHANGE)``: within this range the omitted terms are about as large as the last
+ones.
 
 After a time s <= h the argument has changed by at most ``a_1 s + R s^2``, where ``R`` is the sum of
 ``abs(a_k) h^(k - 2)`` over k >= 2.
@@ -11,50 +12,52 @@ After a time s <= h the argument has changed by at most ``a_1 s + R s^2``, where
 
 import math
 
-#: An exponential grows in one step by this power of e at most; a divisor, a root or a logarithm shrinks by it.
+#: Power of e by which an exponential may grow in a step, or a divisor, a root or a logarithm shrink.
 CHANGE = 6.0
 
-#: An exponential of less than this counts as zero: 1e-200.
+#: Argument below which an exponential counts as zero (1e-200).
 NOTHING = -460.0
 
-#: From this argument on, tanh is 1 to the last bit.
+#: Argument above which tanh is 1 to the last bit.
 SATURATED = 18.5
 
-#: Powers above this one are watched: a lower one cannot grow unseen.
+#: Powers above this exponent are watched; lower powers cannot grow unseen.
 HIGH = 8.0
 
-#: No step is made shorter than this share of the whole motion. Where a divisor would ask for it, the step is left as
-#: it is: a divisor may pass through zero where what it divides is zero, as that of a body that rolls end over end
-#: through its pole.
+#: Shortest step, over the whole duration. If a divisor asks for a shorter one, the step is not changed, because a
+#: divisor may pass through zero together with its dividend, such as in a body that rolls end over end through its
+#: pole.
 SHORTEST = 1e-13
 
 
 def watch_lines(way, exponent, names):
-    """Return the lines that set `hides` if something may hide in a step `h`; their bound is cheap and may be far off.
+    """Return the lines that set `hides` if something may hide in a step `h`, by a cheap and possibly loose bound.
 
     Parameters
     ----------
     way : {"exp", "tanh", "grows", "shrinks"}
-        Which function the argument has: one of these two, a high power, or one that is singular or sharp at zero.
+        How the function depends on the argument: one of these two functions, a high power, or singular or sharp at
+        zero.
     exponent : float
-        The exponent of the power; for ``shrinks`` that of the argument in the divisor.
+        The exponent of the power; for ``shrinks``, of the argument in the divisor.
     names : list of str
-        The coefficients of the argument, where an empty text means zero.
+        The coefficients of the argument; an empty text means zero.
     """
     lines, slope = _allowed(way, exponent, names)
     return [*lines, f"hides = hides | (h * ({slope} + h * ({_sum_of_sizes(names, 'h')})) > m)"]
 
 
 def step_lines(way, exponent, names):
-    """Return the lines that shorten a step `h` so that nothing hides in it.
+    """Return the lines that shorten a step `h` so that nothing can hide in it.
 
-    They need the names `left`, the time to the end, and `end`, the time of the end. Parameters as for `watch_lines`.
+    They use the names `left`, the time to the end, and `end`, the time of the end. Parameters as for `watch_lines`.
     """
     lines, slope = _allowed(way, exponent, names)
     lines.append("w = a = left if h > left else h")
     last = [k for k in range(3, len(names)) if names[k]][-2:]
     if last:
-        # a series says nothing beyond the step that its last terms allow, and the sum of its terms would be far off
+        # beyond the step that its last terms allow, a series says nothing, and the sum of its terms would be far too
+        # large
         lines += ["e = 1000.0", "z = rough_log2(m) + 10.0"]
         for k in last:
             lines.append(f"b = (z - rough_log2(abs({names[k]}) + 1e-300)) * {1.0 / k!r}")
@@ -69,7 +72,7 @@ def step_lines(way, exponent, names):
 
 
 def _allowed(way, exponent, names):
-    """Return the lines that set m, the change that is allowed, and the text of the rate of that change."""
+    """Return the lines that set m, the allowed change of the argument, and the text of its rate of change."""
     value, slope = names[0] or "0.0", names[1] or "0.0"
     if way == "exp":
         lines = [f"m = {NOTHING!r} - {value}", f"z = {CHANGE!r}"]
@@ -88,7 +91,7 @@ def _allowed(way, exponent, names):
 
 
 def _sum_of_sizes(names, step):
-    """Return Horner's scheme for R: the sum of the sizes of all terms from the second power on, over step^2."""
+    """Return Horner's scheme for R: the sum of the magnitudes of all terms from order 2 on, over step^2."""
     text = ""
     for name in reversed(names[2:]):
         size = f"abs({name})" if name else "0.0"

@@ -6,17 +6,17 @@ Parameters
 ----------
 starts : float64[states + parameters, n]
 settings : float64[3]
-    Duration, longest step (0: none), tolerance: how small the last terms of a series are beside the first.
+    Duration, longest step (0: no limit), tolerance: size of the last terms of a series relative to the first terms.
 measures : float64[4 (2 states + 1 + extremes), n], written
-    Of each leg, that with the largest tolerance first: the states at its end, its end, the greatest values, the
-    greatest magnitudes of the states at the ends of steps. Of one that could not be followed the end is the time until
-    which it was, and all others are NaN.
+    For each leg, the largest tolerance first: final states, final time, greatest values, greatest magnitudes of the
+    states at the ends of steps. For a failed leg, the final time is the time until which it was followed, and all
+    other values are NaN.
 counts : int32[6, n], written
-    The endings of the legs; the steps of all together; those of them that were not proved free of an event.
+    The endings of the legs; the total number of steps; the number of steps not proved to be free of events.
 
 Notes
 -----
-Never raises. A cell's bits depend on the cell and the settings alone.
+Never raises. The bits of a cell depend only on the cell and the settings.
 """
 
 import hashlib
@@ -27,7 +27,7 @@ from kernels.lanes.interface import LaneModel
 from kernels.system import lanes
 from kernels.system.source import functions_of
 
-#: Arguments of `numbers_of` -> what it returned: both entry points of a system share their functions.
+#: Arguments of `numbers_of` -> its result, because both entry points of a system share their functions.
 _made = {}
 
 
@@ -42,7 +42,7 @@ def entry_point(program, rates, extremes, events, endings, legs=lanes.LEGS):
     endings : tuple of int
         The number of the ending of each of `events`.
     legs : tuple of float
-        As `kernels.system.lanes.LEGS`; the benchmark times legs of one tolerance.
+        As `kernels.system.lanes.LEGS`; the benchmark uses legs with a single tolerance.
     """
     layout, made, numbers, name, copies = numbers_of(program, rates, extremes, events, endings, legs)
     return bind(
@@ -57,18 +57,18 @@ def entry_point(program, rates, extremes, events, endings, legs=lanes.LEGS):
 
 
 def numbers_of(program, rates, extremes, events, endings, legs):
-    """Return what all entry points of a system are made of.
+    """Return the parts of all entry points of a system.
 
     Returns
     -------
     layout : kernels.system.source.Layout
     made : dict
-        The functions that are made of its right-hand side.
+        The functions generated from its right-hand side.
     numbers : dict
-        What takes the place of names in all others.
+        Values that replace names in all other functions.
     name : str
     copies : dict
-        The others, as `kernels.lanes.binding.rebound_for` keeps them: both entry points call the same.
+        The other functions, as `kernels.lanes.binding.rebound_for` keeps them, shared by both entry points.
     """
     given = program, rates, extremes, events, endings, legs
     if given not in _made:
@@ -91,13 +91,13 @@ def _make_numbers(program, rates, extremes, events, endings, legs):
 def __getattr__(name):
     """Make the entry point whose name is a program in JSON: instructions, rates, extremes, events, their endings."""
     if not name.startswith("["):
-        # an AttributeError, as for any module
+        # raises AttributeError, as in any module
         return getattr(None, name)
     made = globals()[name] = entry_point(*program_of(name))
     return made
 
 
 def program_of(name):
-    """Return the first five arguments of `entry_point`, of which a name is made."""
+    """Return the first five arguments of `entry_point`, decoded from its name."""
     instructions, *numbers = json.loads(name)
     return tuple(map(tuple, instructions)), *map(tuple, numbers)

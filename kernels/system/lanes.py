@@ -1,10 +1,11 @@
-"""The lane functions of any system: what is not made from its right-hand side (`kernels.system.source`).
+"""The lane functions that all systems share; `kernels.system.source` generates the others from the right-hand side.
 
-A cell is integrated four times, each time with a hundredth of the tolerance: where the last two motions end in the same
-way, at the same time and place, that is what the system does; the differences say how far the last one may be off. One
-difference alone is small by chance in one cell of a hundred. The first pass takes a third of the steps of the last one.
+A cell is integrated four times, each time with a hundredth of the previous tolerance. If the last two motions end in
+the same way, at the same time and place, the result is accepted; the differences estimate the error of the last
+motion. A single difference would be small by chance in one cell of a hundred. The first leg takes a third of the
+steps of the last one.
 
-The names in capitals, `series` and `constants` stand for those of one system (`kernels.lanes.binding`).
+`kernels.lanes.binding` replaces the names in capitals, `series` and `constants` by the values of one system.
 """
 
 import math
@@ -16,32 +17,32 @@ from kernels.system.endings import ENDLESS, FIRST_EVENT, GROWS, JUMPS, RUNS_ON, 
 from kernels.system.polynomials import ORDER
 from kernels.system.roots import first_above, greatest_to, slope_at, value_at
 
-#: Tolerance of each leg over that of the last one.
+#: Tolerance of each leg over the tolerance of the last one.
 LEGS = (1e6, 1e4, 1e2, 1.0)
 
-#: A step ends wrong if the rate there differs from that of its series by so many tolerances, or this, of a state: the
-#: series has crossed a place where the right-hand side is not smooth, such as the zero of a root, or all its terms
-#: happened to vanish.
+#: A step has failed if the rate at its end differs from its series by this many tolerances, or by this share of a
+#: state. Then the series has crossed a point where the right-hand side is not smooth, such as the zero of a root, or
+#: all its terms happened to vanish.
 JUMP, LEAST_JUMP = 1024.0, 1e-9
 
-#: So far the rates may differ by rounding, over the size of their terms: all that there is where these cancel.
+#: Allowed difference of the rates by rounding, over the magnitude of their terms, which may cancel.
 NOISE = 1e-12
 
-#: A change of a state of this size is nothing, however small the state is.
+#: A change of a state by this much is negligible, however small the state is.
 LEAST_CHANGE = 1e-190
 
-#: Steps of a leg at most.
+#: Largest number of steps of a leg.
 MOST_STEPS = 10_000_000.0
 
-#: Numbers of states, of expressions whose greatest value is sought, of expressions that end a motion, of constants.
+#: Numbers of states, of expressions whose greatest value is computed, of expressions that end a motion, of constants.
 STATES: int = 0
 EXTREMES: int = 0
 EVENTS: int = 0
 CONSTANTS: int = 0
-#: Number of the ending of each such expression; how many times there are.
+#: Number of the ending of each expression that ends a motion.
 EVENT_ENDINGS: tuple = ()
 
-# Rows of lanes, as `kernels.system.source` lays them out.
+# Rows of lanes; `kernels.system.source` defines their order.
 Y: int = 0
 TIME: int = 0
 TOP: int = 0
@@ -74,7 +75,7 @@ class Run(NamedTuple):
 
 @kernel
 def prepared_settings(settings):
-    """Duration, longest step (0: none), and the tolerance of each leg."""
+    """Return the `Run` of settings: duration, longest step (0: no limit), tolerance."""
     longest = settings[1] if settings[1] > 0.0 else math.inf
     fine = math.log2(settings[2])
     first, second, third, fourth = LEGS
@@ -89,17 +90,17 @@ def prepared_settings(settings):
 
 @kernel
 def coefficients(lane, scratch, lanes):
-    """Write the series of a lane into a scratch; made from the right-hand side."""
+    """Write the series of a lane into a scratch; replaced by a function generated from the right-hand side."""
 
 
 @kernel
 def safe_step(lane, h, lanes):
-    """Return the step from the place of a lane in which nothing hides, at most h; made from the right-hand side."""
+    """Return the largest step of a lane, up to h, in which nothing can hide; replaced by a generated function."""
 
 
 @kernel
 def constants(cell, lane, starts, lanes):
-    """Write the constants of a cell into its lane; made from the right-hand side."""
+    """Write the constants of a cell into its lane; replaced by a function generated from the right-hand side."""
 
 
 @kernel
@@ -123,12 +124,12 @@ def fill_idle(lane, lanes):
 
 @simd
 def prepare(lane, run, lanes):
-    """Nothing follows from a start alone."""
+    """Do nothing: there is nothing to compute from a start."""
 
 
 @simd
 def needs_integration(cell, lane, run, lanes, measures, counts):
-    """Every cell is stepped."""
+    """Return True: every cell needs steps."""
     return True
 
 
@@ -152,18 +153,18 @@ def set_off(lane, run, lanes):
 
 @simd
 def land(lane, run, lanes):
-    """The end of a leg is found for each cell alone: `finish_leg`."""
+    """Do nothing: `finish_leg` finds the end of a leg for each cell."""
 
 
 @kernel
 def _jumps(lane, h, lanes):
-    """Whether the rates in the scratch are not those of the series of a step of length h that has ended there."""
+    """Return whether the rates in the scratch differ from the series of the step of length h that has just ended."""
     room = JUMP * 2.0 ** lanes[LOG_TOLERANCE + lane] + LEAST_JUMP
     for i in range(STATES):
         size = max(lanes[SIZES + i * LANES + lane], abs(lanes[Y + i * LANES + lane]))
         apart = abs(lanes[SCRATCH + i * COEFFICIENTS + 1] - lanes[SLOPE + i * LANES + lane])
         noise = NOISE * lanes[SCRATCH + (STATES + EXTREMES + EVENTS) * COEFFICIENTS + i]
-        # not the other way round: a rate that is no number is not that of the series
+        # written so that a rate that is NaN counts as a jump
         if not (apart * h <= room * size + LEAST_CHANGE or apart <= noise):
             return True
     return False
@@ -171,7 +172,7 @@ def _jumps(lane, h, lanes):
 
 @kernel
 def _ends_wrong(lane, h, lanes):
-    """Whether the rate at the end of the last step is not that of its series; the lane is moved there."""
+    """Move a lane to the end of its last step; return whether the rate there differs from its series."""
     for i in range(STATES):
         lanes[SLOPE + i * LANES + lane] = slope_at(SCRATCH + i * COEFFICIENTS, h, lanes)
         lanes[Y + i * LANES + lane] = value_at(SCRATCH + i * COEFFICIENTS, h, lanes)
@@ -182,11 +183,11 @@ def _ends_wrong(lane, h, lanes):
 
 @kernel
 def _failure(lane, lanes):
-    """Why a lane cannot go on from its place, whose series are in the scratch."""
+    """Return why a lane cannot continue from its state, whose series are in the scratch."""
     if not lanes[COUNT + lane] < MOST_STEPS:
         return ENDLESS
     for i in range(STATES + EXTREMES + EVENTS):
-        # later terms may be beyond all numbers where a motion grows
+        # later terms may overflow if a motion grows
         row = SCRATCH + i * COEFFICIENTS
         if not math.isfinite(lanes[row] + lanes[row + 1] + lanes[row + 2]):
             return UNRESOLVED
@@ -197,7 +198,7 @@ def _failure(lane, lanes):
 
 @kernel
 def go_on(lane, place, run, memory):
-    """Let a lane go on whose step has no event, although a simple bound does not prove it, or several summits.
+    """Continue a lane whose step has no event although a simple bound does not prove it, or has several maxima.
 
     A step in which something may hide is shortened first.
     """
@@ -230,7 +231,7 @@ def go_on(lane, place, run, memory):
 
 @kernel
 def finish_leg(cell, lane, run, lanes, measures, counts):
-    """Land where the leg ended, and write its results; then the next leg begins."""
+    """Go to the end of a leg and write its results; then begin the next leg."""
     coefficients(lane, SCRATCH, lanes)
     h = lanes[STEP + lane]
     followed = h > 0.0 and lanes[COUNT + lane] < MOST_STEPS
@@ -266,7 +267,7 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
     counts[last + 1, cell] = before_steps + int(lanes[COUNT + lane])
     counts[last + 2, cell] = before_unproved + int(lanes[UNPROVED + lane])
     if not lanes[COUNT + lane] < MOST_STEPS:
-        # a smaller tolerance takes more steps
+        # a smaller tolerance needs more steps
         for later in range(leg + 1, len(LEGS)):
             counts[later, cell] = ENDLESS
             for row in range(later * (2 * STATES + 1 + EXTREMES), (later + 1) * (2 * STATES + 1 + EXTREMES)):

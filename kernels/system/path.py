@@ -1,4 +1,4 @@
-"""One motion of a system in time: the passes of a cell, sampled from the series of their steps.
+"""One motion of a system in time: the legs of a cell, sampled from the series of their steps.
 
 Its entry point takes `(starts, settings, times, measures, counts)`:
 
@@ -6,18 +6,18 @@ Parameters
 ----------
 starts : float64[states + parameters, 1]
 settings : float64[3]
-    As of `kernels.system.integrate`.
+    As for `kernels.system.integrate`.
 times : float64[n]
     Increasing, from 0 to the duration.
 measures : float64[4 (2 states + 1 + extremes), n], written
-    What `kernels.system.integrate` finds of a cell whose duration is each of the times; a pass that has ended before
-    stays at its end. Where a pass could not be followed, the time until which it was, and NaN.
+    The results of `kernels.system.integrate` for a cell whose duration is each of the times. A leg that has ended
+    keeps its final values. For a failed leg, the time until which it was followed, and NaN.
 counts : int32[6, n], written
     Likewise; filled with `kernels.system.endings.UNRESOLVED` by the caller.
 
 Notes
 -----
-Never raises. The steps are those of a sweep, made by the same functions in one lane; a sample costs as many
+Never raises. The steps are the same as in a sweep, made by the same functions in one lane. A sample takes as many
 multiplications as its series have terms.
 """
 
@@ -51,17 +51,17 @@ SIZE: int = 0
 
 @kernel
 def advance(lane, run, lanes):
-    """One step; made from the right-hand side."""
+    """Make one step; replaced by a function generated from the right-hand side."""
 
 
 @kernel
 def coefficients(lane, scratch, lanes):
-    """Write the series of a lane into a scratch; made from the right-hand side."""
+    """Write the series of a lane into a scratch; replaced by a function generated from the right-hand side."""
 
 
 @kernel
 def _keep(memory):
-    """Keep the greatest values and sizes at the beginning of a step behind the lane."""
+    """Save the greatest values and magnitudes at the beginning of a step, after the lane's own memory."""
     for j in range(STATES):
         memory[STEPPING + SIZE + j] = memory[SIZES + j * LANES]
     for j in range(EXTREMES):
@@ -87,14 +87,14 @@ def _sample(i, leg, time, d, memory, measures, counts):
 
 @kernel
 def _count(i, leg, steps, unproved, counts):
-    """Add the steps of a pass to those of the passes before."""
+    """Add the steps of a leg to the steps of the earlier legs."""
     counts[len(LEGS), i] = steps + (counts[len(LEGS), i] if leg > 0 else 0)
     counts[len(LEGS) + 1, i] = unproved + (counts[len(LEGS) + 1, i] if leg > 0 else 0)
 
 
 @kernel
 def _stay(first, leg, steps, unproved, measures, counts):
-    """Write what a pass has found at its end, which stands in the last column, into all columns from the first on."""
+    """Copy the final results of a leg, which are in the last column, into all columns from `first` on."""
     last, rows = measures.shape[1] - 1, 2 * STATES + 1 + EXTREMES
     for i in range(first, last):
         for row in range(leg * rows, (leg + 1) * rows):
@@ -105,14 +105,14 @@ def _stay(first, leg, steps, unproved, measures, counts):
 
 @kernel
 def _follow_pass(lane, leg, run, times, memory, measures, counts):
-    """Follow one pass; returns whether there is another one."""
+    """Follow one leg; return whether another one follows."""
     i, last = lane, len(times) - 1
     while True:
         _keep(memory)
         coefficients(lane, SCRATCH, memory)
         begun, ended = memory[TIME], False
         if advance(lane, run, memory):
-            # its series stand in another scratch then
+            # its series are in another scratch then
             ended = not go_on(lane, lane + STEPPING, run, memory)
         h = memory[STEP] if ended else memory[BEFORE]
         first = i
@@ -124,7 +124,7 @@ def _follow_pass(lane, leg, run, times, memory, measures, counts):
     steps, unproved = int(memory[COUNT]), int(memory[UNPROVED])
     again = finish_leg(lane, lane, run, memory, measures[:, last:], counts[:, last:])
     end = measures[leg * (2 * STATES + 1 + EXTREMES) + STATES, last]
-    # a pass that ends in a step which it cannot make is known up to that step
+    # a leg that fails in a step is known up to the beginning of the step
     failed = UNRESOLVED <= counts[leg, last] < FIRST_EVENT
     while first < last and not failed and times[first] < end:
         first += 1
@@ -143,7 +143,7 @@ def _follow_pass(lane, leg, run, times, memory, measures, counts):
 )
 def follow(start, stop, starts, settings, times, measures, counts, memory):
     """Follow one start; a template that `entry_point` completes."""
-    # a lane that is a literal 0 would have Numba compile all functions of lanes a second time
+    # with a literal 0 as the lane, Numba would compile all lane functions a second time
     lane = start
     run = prepared_settings(settings)
     memory[:] = 0.0
@@ -155,16 +155,16 @@ def follow(start, stop, starts, settings, times, measures, counts, memory):
 
 
 def entry_point(*given):
-    """Return the entry point of a system; the arguments are those of `kernels.system.integrate.entry_point`."""
+    """Return the entry point of a system; the arguments are the same as in `kernels.system.integrate.entry_point`."""
     layout, made, numbers, name, copies = numbers_of(*given, LEGS)
     found = variant(follow, f"path_{name}", {**numbers, "advance": made["advance"]}, copies)
     size = layout.STEPPING + layout.SIZE + numbers["STATES"] + numbers["EXTREMES"]
-    # the lane, two scratches, and what is kept of the beginning of a step
+    # the lane, two scratches, and the values saved at the beginning of a step
     return found.copied(found.py_func, lambda *_: (aligned(size),))
 
 
 def __getattr__(name):
-    """Make the entry point whose name is a program in JSON, as `kernels.system.integrate` does."""
+    """Make the entry point whose name is a program in JSON, as in `kernels.system.integrate`."""
     if not name.startswith("["):
         return getattr(None, name)
     made = globals()[name] = entry_point(*program_of(name))

@@ -1,11 +1,11 @@
-"""First root and greatest value of a polynomial in the time of a step, proved by its coefficients in Bernstein's form.
+"""First root and greatest value of a polynomial in the time of a step, proved by its Bernstein coefficients.
 
-On an interval the values of a polynomial lie between the least and the greatest of these coefficients, and it has at
-most as many roots as they have changes of sign, one if there is one change (Descartes' rule of signs): Farouki, "The
-Bernstein polynomial basis", Computer Aided Geometric Design 29 (2012) 379, sections 3 and 4. Intervals are halved until
-that says enough.
+On an interval, the values of a polynomial lie between the least and the greatest Bernstein coefficient. The number of
+its roots is at most the number of sign changes of the coefficients, and exactly one for one sign change (Descartes'
+rule of signs): Farouki, "The Bernstein polynomial basis", Computer Aided Geometric Design 29 (2012) 379, sections 3
+and 4. Intervals are bisected until these facts suffice.
 
-A polynomial is a row of ``ORDER + 1`` coefficients in the memory of a lane, `work` a place for as many numbers.
+A polynomial is a row of ``ORDER + 1`` coefficients in the memory of a lane; `work` is memory for as many numbers.
 """
 
 import math
@@ -15,10 +15,10 @@ import numpy as np
 from kernels.jit import kernel
 from kernels.system.polynomials import ORDER
 
-#: A value of a polynomial is rounded by so much of the sum of its terms.
+#: Relative rounding error of a value of a polynomial, over the sum of the magnitudes of its terms.
 _ROUNDING = 8.0 * np.finfo(np.float64).eps
 
-#: Least share of a step that is looked at: what a function does within it is far below `_ROUNDING`.
+#: Smallest interval, over the step: changes of a function within it are far below `_ROUNDING`.
 _LEAST_SHARE = 2.0**-30
 
 #: 1/C(ORDER, k)
@@ -27,7 +27,7 @@ _SHARES = tuple(1.0 / math.comb(ORDER, k) for k in range(ORDER + 1))
 
 @kernel
 def value_at(row, h, memory):
-    """Value of the polynomial at h."""
+    """Return the value of the polynomial at h."""
     value = memory[row + ORDER]
     for k in range(ORDER - 1, -1, -1):
         value = memory[row + k] + h * value
@@ -36,7 +36,7 @@ def value_at(row, h, memory):
 
 @kernel
 def slope_at(row, h, memory):
-    """Slope of the polynomial at h."""
+    """Return the slope of the polynomial at h."""
     slope = ORDER * memory[row + ORDER]
     for k in range(ORDER - 1, 0, -1):
         slope = k * memory[row + k] + h * slope
@@ -48,7 +48,7 @@ def _write_bernstein(row, begin, width, work, memory):
     """Write the Bernstein coefficients from `begin` to `begin` + `width` into `work`; return the greatest of them."""
     for k in range(ORDER + 1):
         memory[work + k] = memory[row + k]
-    # Taylor's series about the beginning
+    # Taylor series about the beginning of the interval
     for done in range(ORDER):
         for k in range(ORDER - 1, done - 1, -1):
             memory[work + k] += begin * memory[work + k + 1]
@@ -67,7 +67,7 @@ def _write_bernstein(row, begin, width, work, memory):
 
 @kernel
 def _rounding(row, h, memory):
-    """How far rounding may change a value from 0 to h."""
+    """Return the largest rounding error of a value from 0 to h."""
     total, power = 0.0, 1.0
     for k in range(ORDER + 1):
         total += abs(memory[row + k]) * power
@@ -77,7 +77,7 @@ def _rounding(row, h, memory):
 
 @kernel
 def _signs(first, count, memory):
-    """Sign of the first coefficient that is not zero (0 if all are), and how often signs change."""
+    """Return the sign of the first nonzero coefficient (0 if all are zero), and the number of sign changes."""
     sign, last, changes = 0, 0, 0
     for k in range(first, first + count):
         here = int(memory[k] > 0.0) - int(memory[k] < 0.0)
@@ -90,7 +90,7 @@ def _signs(first, count, memory):
 
 @kernel
 def _crossing(row, low, high, memory):
-    """Where the polynomial, which is positive at `high`, becomes positive, by bisection to rounding."""
+    """Return where the polynomial, which is positive at `high`, becomes positive, by bisection down to rounding."""
     for _ in range(60):
         middle = 0.5 * (low + high)
         above = value_at(row, middle, memory) > 0.0
@@ -100,9 +100,9 @@ def _crossing(row, low, high, memory):
 
 @kernel
 def first_above(row, h, work, memory):
-    """Time from 0 to h from which on the polynomial is positive, infinite if it nowhere is; whether that is proved.
+    """Return the time in [0, h] from which on the polynomial is positive, or infinity, and whether that is proved.
 
-    It is not proved where the polynomial touches zero to within rounding.
+    It is not proved if the polynomial touches zero to within rounding.
     """
     rounding, proved = _rounding(row, h, memory), True
     begin, width = 0.0, h
@@ -110,7 +110,7 @@ def first_above(row, h, work, memory):
         width = min(width, h - begin)
         top = _write_bernstein(row, begin, width, work, memory)
         sign, changes = _signs(work, ORDER + 1, memory)
-        # after the first interval the coefficient at its beginning may be positive because of rounding
+        # after the first interval, the coefficient at its beginning may be positive because of rounding
         if sign > 0 and (begin == 0.0 or top > rounding):
             return begin, proved
         if changes == 1 and value_at(row, begin + width, memory) > 0.0:
@@ -121,13 +121,13 @@ def first_above(row, h, work, memory):
             begin, width = begin + width, 2.0 * width
         else:
             width = 0.5 * width
-    # at the end itself
+    # the end of the step
     return (h if value_at(row, h, memory) > 0.0 else math.inf), proved
 
 
 @kernel
 def _summit(row, low, high, memory):
-    """Greatest value between two places where the polynomial first rises and then falls."""
+    """Return the greatest value between two points where the polynomial first rises and then falls."""
     for _ in range(50):
         middle = 0.5 * (low + high)
         rising = slope_at(row, middle, memory) > 0.0
@@ -137,7 +137,7 @@ def _summit(row, low, high, memory):
 
 @kernel
 def greatest_to(row, h, work, memory):
-    """Greatest value of the polynomial from 0 to h."""
+    """Return the greatest value of the polynomial from 0 to h."""
     rounding = _rounding(row, h, memory)
     best = max(memory[row], value_at(row, h, memory))
     begin, width = 0.0, h

@@ -1,6 +1,6 @@
-"""The Taylor series of a solution, coefficient by coefficient, as source text of a right-hand side.
+"""The Taylor series of a solution, coefficient by coefficient, as source code generated from a right-hand side.
 
-A *program* is a tuple of instructions, each of which names the results of earlier ones by their numbers:
+A *program* is a tuple of instructions. Each instruction refers to the results of earlier ones by their numbers:
 
 ``("number", value)``, ``("parameter", i)``, ``("state", i)``, ``("time",)``,
 ``("+", a, b)``, ``("-", a, b)``, ``("*", a, b)``, ``("/", a, b)``, ``("**", a, exponent)``, ``("neg", a)``,
@@ -8,14 +8,14 @@ A *program* is a tuple of instructions, each of which names the results of earli
 
 The rules are those of automatic differentiation, one for each operation: Jorba and Zou, "A software package for the
 numerical integration of ODEs by means of high-order Taylor methods", Experimental Mathematics 14 (2005), section 2.
-What depends on parameters alone is a constant of the cell, computed once.
+Expressions that depend only on parameters are constants of the cell, computed once.
 """
 
 import math
 
 from kernels.system.hidden import HIGH
 
-#: Functions of one argument -> the function of `kernels.elementary` that has their value; of sin and cos, both.
+#: Functions of one argument -> the function of `kernels.elementary` that returns its value (for sin and cos, both).
 FUNCTIONS = {
     "sin": "sine_cosine",
     "cos": "sine_cosine",
@@ -28,7 +28,7 @@ FUNCTIONS = {
 
 
 def is_constant(program):
-    """Return which instructions depend on parameters and numbers alone: a list of bool."""
+    """Return, as a list of bool, which instructions depend only on parameters and numbers."""
     found = []
     for kind, *given in program:
         leaf = kind in ("number", "parameter")
@@ -39,7 +39,7 @@ def is_constant(program):
 
 
 class ConstantSource:
-    """The constants of a cell: which the series needs, and the source that computes them.
+    """The constants of a cell that the series needs, and the source that computes them.
 
     Parameters
     ----------
@@ -48,11 +48,11 @@ class ConstantSource:
 
     def __init__(self, program):
         self._program, self._lines, self._texts = program, [], {}
-        #: Text of each constant that the series needs -> the name it has there.
+        #: Text of each constant that the series needs -> its name there.
         self.names = {}
 
     def name(self, number, inverse=False):
-        """Return what the series calls the value of an instruction, or one over it: a literal, or a name."""
+        """Return the name or the literal of the value of an instruction, or of its reciprocal, in the series."""
         kind, *given = self._program[number]
         if kind == "number":
             return _literal((1.0 / given[0] if given[0] else math.inf) if inverse else given[0])
@@ -61,7 +61,7 @@ class ConstantSource:
         return self.names.setdefault(text, f"k{len(self.names)}")
 
     def lines(self):
-        """Return the assignments of the values that `names` is made of."""
+        """Return the assignments of the values that the texts of `names` use."""
         return self._lines
 
     def _text(self, number):
@@ -91,12 +91,12 @@ class ConstantSource:
 
 
 def _literal(value):
-    """Return a number as source; what is not finite makes cells unresolved."""
+    """Return a number as source; numbers that are not finite make cells unresolved."""
     return repr(value) if math.isfinite(value) else "math.nan"
 
 
 def power(base, inverse, exponent):
-    """Return the source of a power: of multiples of 1/2 up to 8 by products and a root."""
+    """Return the source of a power; multiples of 1/2 up to 8 are computed by products and a root."""
     whole, half = int(abs(exponent)), 2.0 * abs(exponent) % 2.0 == 1.0
     if abs(exponent) > 8.0 or (2.0 * exponent) % 1.0:
         return f"exponential({exponent!r} * logarithm({base}))"
@@ -118,35 +118,35 @@ def _sum(terms):
 
 
 def _less(one, other):
-    """Return the difference of two texts, either of which may be empty."""
+    """Return the source of a difference; either text may be empty, which means zero."""
     return f"{one} - ({other})" if one and other else (one or (f"-({other})" if other else ""))
 
 
 class SeriesSource:
-    """The source of the coefficients of states and of other expressions along a solution.
+    """The source of the coefficients of states and other expressions along a solution.
 
-    An empty text is a coefficient that is zero for all cells.
+    An empty text means a coefficient that is zero for all cells.
 
     Parameters
     ----------
     program : tuple
     rates : tuple of int
-        The instruction with the rate of each state.
+        The instruction of the rate of each state.
     wanted : tuple of int
-        Instructions whose coefficients are asked for.
+        Instructions whose coefficients are needed.
     order : int
-        The last order of the states, and of `wanted`.
+        The highest order of the states, and of `wanted`.
 
     Attributes
     ----------
     lines : list of str
         Assignments. They need y0, y1 ... (the states), t, and the names of `constants`.
     states, wanted : list of list of str
-        The coefficients of each, from order 0 to `order`: texts of the lines.
+        The coefficients of each from order 0 to `order`, as texts of the lines.
     rounding : list of str
-        Of each rate the size of its terms at order 0.
+        For each rate, the magnitude of its terms at order 0.
     watched : list of tuple
-        Of each argument of what can hide what it does later: the way in which it is watched
+        For each argument of a function that may hide its later growth: the way of watching it
         (`kernels.system.hidden.step_lines`), an exponent, and its coefficients, from order 0 to the last one that is
         not zero for all cells.
     constants : ConstantSource
@@ -171,7 +171,7 @@ class SeriesSource:
         self.watched = self._watched(self._closure((*rates, *wanted)), order)
 
     def _watched(self, needed, order):
-        """Return what `watched` is: each argument once in each way, with its highest exponent."""
+        """Return `watched`: each argument once for each way, with its highest exponent."""
         exponents = {}
         for number in sorted(needed):
             for key, exponent in self._ways(number):
@@ -186,7 +186,7 @@ class SeriesSource:
         return rows
 
     def _ways(self, number):
-        """Yield how an operation is watched: by a way of `kernels.system.hidden` and an argument, and an exponent."""
+        """Yield how to watch an operation: a way of `kernels.system.hidden` with an argument, and an exponent."""
         kind, *given = self._program[number]
         if kind in ("exp", "tanh"):
             yield (kind, given[0]), 1.0
@@ -204,7 +204,7 @@ class SeriesSource:
                 yield ("shrinks", base), max(1.0, -exponent)
 
     def _monomial(self, number):
-        """Return an expression and the exponent of its power that a value is; itself and 1 of what is no power."""
+        """Return base and exponent of a value that is a power; for other values, the value itself and 1."""
         kind, *given = self._program[number]
         if kind in ("**", "sqrt"):
             base, exponent = self._monomial(given[0])
@@ -216,9 +216,9 @@ class SeriesSource:
         return number, 1.0
 
     def _size(self, number):
-        """Return the size of all terms of a value at the start of a step: with its last place the value is rounded.
+        """Return the magnitude of the terms of a value at the start of a step, which scales its rounding error.
 
-        A function passes on what its argument is rounded with, times its slope there.
+        A function passes on the rounding error of its argument, times its derivative.
         """
         if number not in self._sizes:
             kind, *given = self._program[number]
@@ -242,7 +242,7 @@ class SeriesSource:
         return self._sizes[number]
 
     def _slope_of(self, number):
-        """Return the derivative of a function, or of a power, by its argument at the start of a step."""
+        """Return the derivative of a function or power by its argument at the start of a step."""
         kind, argument, *exponent = self._program[number]
         value = self._at(number, 0)
         if kind in ("sin", "cos"):
@@ -260,7 +260,7 @@ class SeriesSource:
         return f"({value} * {exponent[0]!r} * {inverse})" if kind == "**" else inverse
 
     def _closure(self, roots):
-        """Return the instructions that some need, themselves among them."""
+        """Return the instructions that `roots` depend on, including `roots`."""
         found, waiting = set(), list(roots)
         while waiting:
             number = waiting.pop()
@@ -290,7 +290,7 @@ class SeriesSource:
         return found[0 if kind in ("sin", "tan", "tanh") else 1] if isinstance(found, tuple) else found
 
     def _assigned(self, text):
-        """Return the name of a new line with a value; a text that needs none is itself."""
+        """Assign a text to a new name, and return the name; a text that is already a name is returned as it is."""
         if not text or text.isidentifier() or text == "1.0":
             return text
         self._count += 1
@@ -298,7 +298,7 @@ class SeriesSource:
         return f"u{self._count}"
 
     def _once(self, key, text):
-        """Return the name of a value that several orders need."""
+        """Return the name of a value that several orders use."""
         if key not in self._notes:
             self._notes[key] = self._assigned(text)
         return self._notes[key]
@@ -330,7 +330,7 @@ class SeriesSource:
         return self._assigned(_sum(_product(self._at(a, j), self._at(b, k - j)) for j in range(k + 1)))
 
     def _square(self, at, first, k):
-        """Return the sum of at(j) at(k - j) for j from `first` to k - `first`, each product once."""
+        """Return the sum of at(j) at(k - j) for j from `first` to k - `first`, computing each product once."""
         twice = _sum(_product(at(j), at(k - j)) for j in range(first, (k + 1) // 2))
         middle = _product(at(k // 2), at(k // 2)) if k % 2 == 0 and k // 2 >= first else ""
         return _sum([f"2.0 * ({twice})" if twice else "", middle])
@@ -359,7 +359,7 @@ class SeriesSource:
         return self._assigned(f"({text}) * {inverse}" if text else "")
 
     def _whole_power(self, number, k, a, exponent):
-        """Small powers are products, which are defined at zero too."""
+        """Return a coefficient of a small power, by products, which are defined at zero too."""
         square = self._notes.setdefault((number, "square"), [])
         square.append(self._assigned(self._square(lambda j: self._at(a, j), 0, k)))
         if exponent == 2:
@@ -377,7 +377,7 @@ class SeriesSource:
         return self._assigned(f"({text}) * {inverse}" if text else "")
 
     def _weighted(self, number, a, k):
-        """Return j times the coefficient of order j of an argument, for j up to k; the derivative's, shifted."""
+        """Return j times the coefficient of order j of an argument, for j up to k, as in its derivative."""
         return [
             self._once(
                 (a, "weighted", j), _product(self._at(a, j), repr(float(j))) if j > 1 else self._at(a, j)
@@ -401,7 +401,7 @@ class SeriesSource:
         return self._assigned(f"({text}) * {inverse}" if text else "")
 
     def _sine_cosine(self, number, k, a):
-        """Sine and cosine of one argument need one another: both are kept, of whichever comes first."""
+        """Return the coefficients of sine and cosine, which depend on each other and are kept for both functions."""
         pairs = self._notes.setdefault((a, "sine and cosine"), [])
         if len(pairs) > k:
             return pairs[k]
@@ -427,7 +427,7 @@ class SeriesSource:
         return self._tangent(number, k, a, "-")
 
     def _tangent(self, number, k, a, sign):
-        """The derivative of tan is 1 + tan^2, that of tanh 1 - tanh^2: both are kept."""
+        """Return the coefficients of tan and 1 + tan^2, or of tanh and 1 - tanh^2, which is the derivative."""
         found = self._values[number]
         if k == 0:
             argument = self._at(a, 0)

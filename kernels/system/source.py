@@ -1,6 +1,6 @@
-"""The source of the lane functions that differ between systems: constants, series and step.
+"""Source code of the lane functions that differ between systems: constants, series and step.
 
-The text is made of numbers and of names that are chosen here; Numba compiles it.
+The text consists only of numbers and of names chosen here; Numba compiles it.
 """
 
 import math
@@ -15,17 +15,17 @@ from kernels.system.lanes import JUMP, LEAST_CHANGE, LEAST_JUMP, NOISE
 from kernels.system.polynomials import ORDER
 from kernels.system.series import SeriesSource
 
-#: A step whose end is not proved to lie before an event is tried as this many shorter ones.
+#: A step that is not proved to be free of events is tried with these shares of its length.
 _SHARES = (1.0, 1.0 / 3.0, 1.0 / 9.0, 1.0 / 27.0)
 
 
 class Layout:
-    """The rows of lanes of a system, under the names of `kernels.system.lanes`.
+    """The rows of lanes of a system, under the names used in `kernels.system.lanes`.
 
     Parameters
     ----------
     states, extremes, constants, series : int
-        How many there are of each; of the series, all that are written into the scratch of a block.
+        Number of rows of each kind; `series` counts all series written into the scratch of a block.
     """
 
     def __init__(self, states, extremes, constants, series):
@@ -38,7 +38,7 @@ class Layout:
         ):  # fmt: skip
             rows[name] = at * LANES
             at += count
-        # behind the series and the sizes of the rates, a place to work in (`kernels.system.roots`)
+        # after the series and the magnitudes of the rates, working memory (`kernels.system.roots`)
         rows["WORK"] = series * (ORDER + 1) + states
         scratch = -(-(rows["WORK"] + ORDER + 1) // LANES) * LANES
         rows |= {"RETURNED": rows["CONSTANT"], "STEPPING": rows["START"], "SIZE": rows["SCRATCH"] + scratch}
@@ -46,14 +46,14 @@ class Layout:
 
 
 def functions_of(program, rates, extremes, events):
-    """Return the layout and the four functions of a system that is given as a program (`kernels.system.series`).
+    """Return the layout and the four functions of a system given as a program (`kernels.system.series`).
 
     Parameters
     ----------
     program : tuple
     rates, extremes, events : tuple of int
-        The instructions with the rates of the states, with what the greatest value is sought of, and with what ends a
-        motion where it is positive.
+        The instructions of the rates of the states, of the expressions whose greatest value is computed, and of the
+        expressions that end a motion when they are positive.
 
     Returns
     -------
@@ -77,7 +77,7 @@ def functions_of(program, rates, extremes, events):
 
 
 def compiled(text, names, more):
-    """Return the functions of a text by their names; it calls those of `kernels.elementary`, and `more`."""
+    """Return the functions of a text by their names; it may call functions of `kernels.elementary`, and `more`."""
     space = {
         "math": math, "kernel": kernel, "simd": simd,
         **{name: getattr(elementary, name) for name in (
@@ -99,7 +99,7 @@ def function(decorator, head, lines):
 
 
 def constants_text(source, layout, states):
-    """Source of what computes the constants of a cell, from the rows of its parameters behind those of its states."""
+    """Return the source that computes the constants of a cell from its parameters, the rows after its states."""
     texts, lines = source.constants.names.items(), source.constants.lines()
     body = [f"lanes[{layout.CONSTANT + i * LANES} + lane] = {text}" for i, (text, _) in enumerate(texts)]
     used = "\n".join([*lines, *body])
@@ -114,13 +114,13 @@ def _words(text):
 
 
 def series_text(source, states, names):
-    """Return the source of the function with all coefficients of a source, of states, time and constants."""
+    """Return the source of the function that computes all coefficients from states, time and constants."""
     given = ", ".join([*(f"y{i}" for i in range(states)), "t", *names])
     watched = [texts for _, _, texts in source.watched]
     found = [
         text or "0.0" for row in (*source.states, *source.wanted, source.rounding, *watched) for text in row
     ]
-    # a tuple of one kind: a state that is given is a number as well
+    # a homogeneous tuple: every entry is a float, even a state that is passed through
     return function("simd", f"series({given})", [*source.lines, f"return ({', '.join(found)},)"])
 
 
@@ -131,11 +131,11 @@ def call(source, layout, states, names):
     -------
     lines : list of str
     rows : list of list of str
-        The coefficients of states and of what is wanted.
+        The coefficients of the states and of the wanted expressions.
     rounding : list of str
-        The sizes of the rates.
+        The magnitudes of the rates.
     watched : list of list of str
-        The coefficients of the arguments that are watched; an empty text is zero.
+        The coefficients of the watched arguments; an empty text is zero.
     """
     load = [f"y{i} = lanes[{layout.Y + i * LANES} + lane]" for i in range(states)]
     load += [f"t = lanes[{layout.TIME} + lane]"]
@@ -161,7 +161,7 @@ def _coefficients(source, layout, states, names):
 
 
 def _safe_step(source, layout, states, names):
-    """Source of the step of one lane that hides nothing, at most h."""
+    """Return the source of the largest step of one lane, up to h, in which nothing can hide."""
     lines, _, _, watched = call(source, layout, states, names)
     lines = [*lines, f"end = lanes[{layout.END} + lane]", "left = end - t"] if source.watched else []
     for (way, exponent, _), row in zip(source.watched, watched, strict=True):
@@ -170,11 +170,11 @@ def _safe_step(source, layout, states, names):
 
 
 def _radius(texts, row, names):
-    """Return the lines with the binary logarithm of the step that a series allows: `r` and its number.
+    """Return the lines with the binary logarithm of the step that a series allows, and its name.
 
-    The last two terms of its series are to be smaller, by the tolerance, than one of its first three: a rule that is
-    the same in all units, and needs no typical size of a state. Where both are zero, as those of ``cos(t**2)`` at t = 0
-    are, the two before them take their places.
+    The last two terms of the series have to be smaller than one of its first three, by the tolerance. This rule is
+    independent of units and needs no typical size of a state. If both terms are zero, as for ``cos(t**2)`` at t = 0,
+    the two terms before them are used.
     """
     last = [k for k in (ORDER, ORDER - 1) if texts[k]]
     if not last:
@@ -202,19 +202,19 @@ def _radius(texts, row, names):
 
 
 def _advance(source, layout, states, extremes, names):
-    """Source of one step of one lane."""
+    """Return the source of one step of one lane."""
     lines, found, rounding, watched = call(source, layout, states, names)
     lines += [f"lt = lanes[{layout.LOG_TOLERANCE} + lane]", "longest = 1000.0"]
     seen = {""}
     for row, texts in enumerate((*source.states, *source.wanted)):
-        # what differs from a state by a number has its terms
+        # an expression that differs from a state by a number has the same terms
         if texts[ORDER] not in seen or row < states:
             more, radius = _radius(texts, row, found[row])
             lines += more + ([f"longest = {radius} if {radius} < longest else longest"] if radius else [])
         seen.add(texts[ORDER])
     lines += [
         f"left = lanes[{layout.END} + lane] - t",
-        # the logarithms are rough, and the terms that are left out follow the last one
+        # a margin for the rough logarithms and for the omitted terms
         "h = rough_exp2(longest - 0.2)",
         f"cap = lanes[{layout.LONGEST} + lane]",
         "h = cap if h > cap else h",
@@ -232,8 +232,8 @@ def _advance(source, layout, states, extremes, names):
     lines += [f"n{i} = value(h, {', '.join(found[i])})" for i in range(states)]
     lines += [f"last = lanes[{at['BEFORE']} + lane]", "jump = False"]
     for i in range(states):
-        # the rate where the last step ended has to be that of its series; not a number before the first step
-        # read before anything is written: else the loop over lanes is no vector code, seven times as slow
+        # the rate at the end of the last step has to agree with its series; NaN before the first step. All reads come
+        # before all writes: otherwise the loop over lanes is not vectorised and seven times as slow
         lines.append(f"d{i} = lanes[{at['SLOPE'] + i * LANES} + lane]")
         lines.append(f"apart = abs({found[i][1]} - d{i}) * last")
         size = f"lanes[{at['SIZES'] + i * LANES} + lane]"
@@ -251,11 +251,11 @@ def _advance(source, layout, states, extremes, names):
         lines += watch_lines(way, exponent, row)
     lines.append("unsure = hides")
     for i in range(extremes):
-        # a step with several summits, one of which may be the greatest value of all, is looked at alone
+        # steps with several maxima, one of which may be the greatest value so far, are handled in scalar code
         lines.append(f"v{i}, most, proved = greatest(h, w{i}, {', '.join(found[states + i])})")
         lines.append(f"unsure = unsure | ((most > lanes[{at['TOP'] + i * LANES} + lane]) & (not proved))")
     lines += [
-        # not a number, or too short to move the time
+        # not finite, or too short to advance the time
         f"lost = (not (t + h > t)) | (count > MOST_STEPS) | (not ({finite} == 0.0)) | jump",
         "done = over | lost | unsure",
     ]
@@ -283,12 +283,12 @@ def _advance(source, layout, states, extremes, names):
 
 
 def _proved(events):
-    """Return the lines that shorten a step until it is proved free of events, and say whether it ends behind one."""
+    """Return the lines that shorten a step until it is proved free of events, and detect whether it ends after one."""
     if not events:
         return []
     lines = []
     for number, share in enumerate(_SHARES):
-        # a share of the step, not of what is left: a motion that touches an event at its end would never get there
+        # a share of the step, not of the rest: otherwise a motion that touches an event at its end would never reach it
         lines.append(f"h{number} = {share!r} * h")
         lines.append(f"h{number} = left if h{number} > left else h{number}")
         tests = []
