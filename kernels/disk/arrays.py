@@ -1,7 +1,8 @@
-"""What stands in the arrays that Python hands to the disk's kernels and takes from them: one table for each array.
+"""The rows of the arrays that Python and the kernels of the disk exchange: one table for each array.
 
-A name's place in its table is its row in the array; the constant beside a table is that row. Where the same name stands
-in two tables the constant bears the table's prefix. `len(TABLE)` is the number of rows. Units are SI, angles in rad.
+The index of a name in its table is its row in the array; the constant next to a table is that row. If the same name
+occurs in two tables, the constant has the prefix of its table. `len(TABLE)` is the number of rows. Units are SI,
+angles in rad.
 """
 
 #: Start of a cell: tilt [rad], three rates [rad/s], axial moment of inertia over m R^2 [1], radius [m],
@@ -15,11 +16,11 @@ SETTINGS = ("duration", "step", "fall_tilt", "tolerance")
 DURATION, STEP, FALL_TILT, TOLERANCE = range(len(SETTINGS))
 
 #: Measures of an integrated cell: extreme tilts [rad], fall time [s], nutation period [s], relative change of the
-#: energy [1], estimated error of the extreme tilts [rad]. NaN where a measure does not exist.
+#: energy [1], estimated error of the extreme tilts [rad]. NaN if a measure does not exist.
 MEASURES = ("tilt_min", "tilt_max", "fall_time", "nutation_period", "energy_drift", "tilt_error")
 TILT_MIN, TILT_MAX, FALL_TIME, NUTATION_PERIOD, ENERGY_DRIFT, TILT_ERROR = range(len(MEASURES))
 
-#: Counts of an integrated cell: code of `kernels.disk.endings`, steps of the accepted integration, reductions of the
+#: Counts of an integrated cell: code of `kernels.disk.endings`, steps of the accepted integration, refinements of the
 #: step.
 COUNTS = ("ending", "steps", "refinements")
 ENDING, STEPS, REFINEMENTS = range(len(COUNTS))

@@ -1,4 +1,4 @@
-"""What happens at the contact point: the forces that keep the disk rolling, and the angular momentum about it.
+"""Contact forces that keep the disk rolling, and the angular momentum about the contact point.
 
 All in scaled form (`kernels.disk.equations`): forces over m g, angular momentum over m R^2/sqrt(R/g).
 """
@@ -11,7 +11,7 @@ from kernels.jit import kernel
 
 @kernel
 def contact_forces(state, constants, alpha):
-    """Force of the plane on the disk, over m g.
+    """Return the force of the plane on the disk, over m g.
 
     Parameters
     ----------
@@ -24,13 +24,13 @@ def contact_forces(state, constants, alpha):
     Returns
     -------
     (normal, across, along)
-        Vertical; horizontal across the track, towards (cos heading, sin heading), where a positive tilt leans;
-        horizontal along the track, towards (-sin heading, cos heading).
+        Vertical; horizontal across the track, towards (cos heading, sin heading), the direction in which a positive
+        tilt leans; horizontal along the track, towards (-sin heading, cos heading).
 
     Notes
     -----
-    Newton on the centre of mass, which is at R (sin tilt, 0, cos tilt) from the contact point in the precessing frame;
-    the horizontal components are the Lagrange multipliers of the two rolling constraints.
+    Newton's law for the centre of mass, which is at R (sin tilt, 0, cos tilt) from the contact point in the
+    precessing frame. The horizontal components are the Lagrange multipliers of the two rolling constraints.
     """
     S, C, T, w, o, s = state
     turning, rolling, climb = o / C, s - o * T, o * T
@@ -45,7 +45,7 @@ def contact_forces(state, constants, alpha):
 
 @kernel
 def friction_needed(normal, across, along):
-    """Least friction coefficient for rolling without slip; NaN where the normal force is not positive."""
+    """Return the least friction coefficient for rolling without slip; NaN if the normal force is not positive."""
     if not normal > 0.0:
         return math.nan
     return math.sqrt(across * across + along * along) / normal
@@ -53,9 +53,9 @@ def friction_needed(normal, across, along):
 
 @kernel
 def vertical_momentum(state, alpha):
-    """Vertical angular momentum about the contact point, over m R^2/sqrt(R/g), and its rate of change.
+    """Return the vertical angular momentum about the contact point, over m R^2/sqrt(R/g), and its rate of change.
 
-    It is not conserved: the contact point moves, and not along the velocity of the centre of mass, so that
+    It is not conserved. The contact point does not move along the velocity of the centre of mass, so that
     d(H.e3)/dt = m R^2 (roll rate) (tilt rate) cos(tilt), although the contact force has no moment about that point.
     """
     S, C, T, w, o, s = state
@@ -64,6 +64,6 @@ def vertical_momentum(state, alpha):
 
 @kernel
 def suitable_step(state, constants, relative_step):
-    """Scaled step: `relative_step` over the fastest frequency of the linearised motion, times cos(tilt)."""
+    """Return the scaled step: `relative_step` over the fastest frequency of the linearised motion, times cos(tilt)."""
     _, C, _, w, o, s = state
     return relative_step * C / math.sqrt(constants[0] * (1.0 + 2.0 * constants[1] * s * s) + o * o + w * w)

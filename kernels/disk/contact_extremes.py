@@ -1,10 +1,10 @@
-"""Extremes of the contact forces along motions, each with a bound of its error: what is not known to 1e-6 is left out.
+"""Extremes of the contact forces along motions, with error bounds; values not known to 1e-6 are omitted.
 
-A motion is followed in its tilt, not in time: an integration in time can take a motion that returns to the saddle
-from which it was kicked past the saddle, on the wrong side. It is followed from its start to one end and to the other,
-panel after panel of the stretched tilt (`kernels.disk.tilt_series`). On a panel the extremes of the forces are roots of
-series without poles, also where the normal force vanishes. The way in the negative direction is that of the mirror
-image in the positive one, so that mirror images have the same bits.
+A motion is followed in its tilt, not in time. If it returns to the saddle from which it was kicked, an integration in
+time can carry it past the saddle, to the wrong side. It is followed from its start to both ends, panel by panel in
+the stretched tilt (`kernels.disk.tilt_series`). On a panel the extremes of the forces are roots of series without
+poles, even if the normal force vanishes. The part in the negative direction is followed as the mirror image in the
+positive direction, so that mirror images have the same bits.
 """
 
 import math
@@ -29,38 +29,38 @@ from kernels.disk.polynomial_roots import (
 from kernels.jit import kernel
 from kernels.native.entry import parallel
 
-#: Cells that a thread takes at a time.
+#: Number of cells that a thread takes at a time.
 _CHUNK = 128
 
-#: A value is known where the bound of its error is below this times 1 + |value|; promised is 1e-6.
+#: A value is known if its error bound is below this times 1 + |value|; the promised error is 1e-6.
 _KNOWN = 2.5e-7
 
-#: Bound of the rounding errors of a panel, in units of the size of the terms.
+#: Bound of the rounding errors of a panel, over the magnitude of the terms.
 _ROUNDING = 4.0 * 2.0**-52
 
-#: The turning point of a motion is the first root of its kinetic energy. It is taken for that of the cell where the two
-#: are within this many estimated errors and this tilt [rad] of each other.
+#: The turning point of a motion is the first root of its kinetic energy. It belongs to the cell if it is within this
+#: many estimated errors and this tilt [rad] of the cell's turning point.
 _REACH, _SMALLEST_REACH = 100.0, 1e-6
 
-#: A way shorter than this, in the stretched tilt, needs no turning point that fits: the force there may be of rounding.
+#: A motion shorter than this, in the stretched tilt, needs no matching turning point: its force may be rounding error.
 _SHORTEST = 1e-10
 
 #: Panels from -90 to 90 deg, whose tangents are 1.6e16.
 _MOST_PANELS = 640
 
-#: Numbers that are kept along a motion: the least normal force found, the least and the greatest that it can be within
-#: the errors, the same for the largest friction coefficient; and the greatest terms so far.
+#: Numbers kept along a motion: the least normal force found and its lower and upper bound, the same for the largest
+#: friction coefficient; the largest terms so far.
 _LEAST, _LEAST_LOW, _LEAST_HIGH, _MOST, _MOST_LOW, _MOST_HIGH = range(6)
 _AXIAL_SIZE, _DIAMETRAL_SIZE, _KINETIC_SIZE, _PANELS = range(6, 10)
 _KEPT = 10
 
-#: How a way ends: where the tilt turns; at a tilt that is known exactly, fall_tilt or the start; where time ran out.
+#: Kinds of ends: the tilt turns; the tilt is known exactly (fall_tilt or the start); the time is over.
 _TURNS, _EXACT, _STOPS = range(3)
 
 
 @kernel
 def _rounding_errors(series, end, kept):
-    """Bound of the rounding errors of the forces on a panel up to `end`."""
+    """Return a bound of the rounding errors of the forces on a panel up to `end`."""
     kept[_AXIAL_SIZE] = max(kept[_AXIAL_SIZE], largest_value(series, at.AXIAL, end))
     kept[_DIAMETRAL_SIZE] = max(kept[_DIAMETRAL_SIZE], largest_value(series, at.DIAMETRAL, end))
     kept[_KINETIC_SIZE] = max(kept[_KINETIC_SIZE], largest_value(series, at.KINETIC, end))
@@ -72,7 +72,7 @@ def _rounding_errors(series, end, kept):
 
 @kernel
 def _look(series, t, apart, rounding, kept):
-    """Take the forces at t into account, where t is known to within `apart`."""
+    """Include the forces at t, which is known to within `apart`, in the extremes."""
     normal, slope = value_and_slope(series, at.NORMAL, t)
     error = rounding + abs(slope) * apart
     kept[_LEAST] = min(kept[_LEAST], normal)
@@ -107,7 +107,7 @@ def _search_panel(series, end, apart, found, kept):
         least = min(least, value_at(series, at.NORMAL, found[i]))
     if not least > rounding:
         return
-    # what is left out of the square of the coefficient is 1e-14 at most
+    # terms omitted from the square of the coefficient are at most 1e-14
     count = roots(series, at.FRICTION_SLOPE, end, 1e-14 * least * least * least, found)
     if count == AMBIGUOUS:
         kept[_MOST_HIGH] = math.inf
@@ -117,10 +117,10 @@ def _search_panel(series, end, apart, found, kept):
 
 @kernel
 def _end_on_panel(series, turn, left, length, ends, error):
-    """Where a way ends on a panel: (where, to within what); NaN if further on, negative if it does not fit its cell.
+    """Return the end of a motion on a panel and its uncertainty; NaN if further on, -1 if it contradicts the cell.
 
-    `turn` is the first turning point, `left` where the cell says that the way ends, both in the stretched tilt, `error`
-    the estimated error of the cell [rad].
+    `turn` is the first turning point and `left` the end of the motion according to the cell, both in the stretched
+    tilt; `error` is the estimated error of the cell [rad].
     """
     stretch = value_at(series, at.SEC, min(max(left, 0.0), length))
     reach = (_REACH * error + _SMALLEST_REACH) * stretch
@@ -138,7 +138,7 @@ def _end_on_panel(series, turn, left, length, ends, error):
 
 @kernel
 def _uncertainty(series, end, kept):
-    """How far off, in the stretched tilt, rounding can have moved a root of the kinetic energy."""
+    """Return the largest shift, in the stretched tilt, of a root of the kinetic energy by rounding."""
     if end == 0.0:
         return 0.0
     kinetic = max(largest_value(series, at.KINETIC, end), kept[_KINETIC_SIZE])
@@ -147,7 +147,7 @@ def _uncertainty(series, end, kept):
 
 @kernel
 def _follow(state, constants, alpha, way, ends, error, series, found, kept):
-    """Search the way from a scaled start to where its tilt is greatest, `way` away; whether that fits the start."""
+    """Search a motion from a scaled start to its greatest tilt, `way` away; return whether it agrees with the cell."""
     at.set_out(series, state, constants)
     kept[_AXIAL_SIZE] = kept[_DIAMETRAL_SIZE] = kept[_KINETIC_SIZE] = kept[_PANELS] = 0.0
     at_rest, left, length = series[at.KINETIC, 0] == 0.0, way, at.PANEL
@@ -181,18 +181,18 @@ def _stretched(tilt):
 
 @kernel
 def _end_of(end, tilt, tilt_rate, ending, fall_tilt):
-    """How the way from a tilt to the greatest tilt of its motion ends, by the ending of the cell."""
+    """Return the kind of end of the part from a tilt to the greatest tilt of a motion, from the ending of the cell."""
     if abs(end) >= fall_tilt:
         return _EXACT
     if ending == BOUNDED or (ending == FELL and tilt_rate > 0.0):
         return _TURNS
-    # what falls at once has nothing behind its start, and a steady motion has only its start
+    # a motion that falls at once has no part before its start, and a steady motion has only its start
     return _STOPS if ending == HORIZON and end != tilt else _EXACT
 
 
 @kernel
 def _search(start, state, least_tilt, greatest_tilt, error, ending, fall_tilt, series, found, kept):
-    """Search a motion on both sides of its start; whether its extreme tilts fit the start."""
+    """Search a motion on both sides of its start; return whether its extreme tilts agree with the cell."""
     alpha, tilt = start[ALPHA], start[TILT]
     constants, fits = inertia(alpha), True
     S, C, T, w, o, s = state
@@ -207,7 +207,7 @@ def _search(start, state, least_tilt, greatest_tilt, error, ending, fall_tilt, s
 
 @kernel
 def _judge(kept):
-    """(least normal force, friction needed, state) of what was kept; NaN for what is not known."""
+    """Return (least normal force, friction needed, state) from the kept numbers; NaN for unknown values."""
     least, most = kept[_LEAST], kept[_MOST]
     error = max(least - kept[_LEAST_LOW], kept[_LEAST_HIGH] - least)
     if not error <= _KNOWN * (1.0 + abs(least)):
@@ -240,7 +240,7 @@ def _memory_of_thread(*_):
 def contact_extremes(start, stop, starts, extents, endings, fall_tilt, extremes, states, series, found, kept):
     """Find the extremes of the contact forces that rolling without slip needs along the motion of every cell.
 
-    Python calls it without `start`, `stop` and what follows `states`.
+    Python calls it without `start`, `stop` and the arguments after `states`.
 
     Parameters
     ----------
@@ -248,25 +248,25 @@ def contact_extremes(start, stop, starts, extents, endings, fall_tilt, extremes,
         The cells of one chunk.
     starts : float64[len(PARAMETERS), n]
     extents : float64[len(EXTENT), n]
-        Least and greatest tilt [rad] of the motion, NaN where there is none, and their estimated error [rad].
+        Least and greatest tilt [rad] of the motion, NaN without a motion, and their estimated error [rad].
     endings : int64[n]
         Codes of `kernels.disk.endings`.
     fall_tilt : float
         Magnitude of the tilt [rad] at which motions end.
     extremes : float64[len(CONTACT), n], written
-        Least normal force over m g [1], and largest friction coefficient needed [1], NaN where the normal force is
-        zero or less on the way. NaN also where there is no motion, and where the bound of the error is over a quarter
-        of 1e-6 (1 + |value|).
+        Least normal force over m g [1], and largest friction coefficient needed [1], which is NaN if the normal force
+        becomes zero or negative. Both are NaN without a motion, and if the error bound exceeds a quarter of 1e-6
+        (1 + |value|).
     states : int64[n], written
         `NO_MOTION`, `PRESSES`, `LIFTS_OFF` or `UNRESOLVED_FORCES` of `kernels.disk.motion_arrays`.
     series, found, kept : arrays
-        Memory of a thread: series of a panel, their roots, numbers that are kept along a motion.
+        Memory of a thread: series of a panel, their roots, numbers kept along a motion.
 
     Notes
     -----
-    Never raises. A motion that turns is followed to its turning point as it is, not as the cell has it: the cell's is
-    within its error, over which the forces of a fast motion can change by more than 1e-6. Where the two are far apart,
-    nothing is known.
+    Never raises. A motion that turns is followed to its own turning point, not to the turning point of the cell. The
+    latter has an error, over which the forces of a fast motion can change by more than 1e-6. If both are far apart,
+    the result is unknown.
     """
     for cell in range(start, stop):
         least, greatest = extents[motion_row.EXTENT_TILT_MIN, cell], extents[motion_row.EXTENT_TILT_MAX, cell]

@@ -1,4 +1,4 @@
-"""The codes of all ways in which the integration of a cell can end; `sweep.model.disk.tables` says what they mean."""
+"""The codes of all endings of the integration of a cell; `sweep.model.disk.tables` explains them."""
 
 NOT_COMPUTED = 0
 BOUNDED = 1
@@ -7,5 +7,5 @@ HORIZON = 3
 FELL = 4
 UNRESOLVED = 5
 INVALID = 6
-#: Of a body with two edges alone (`kernels.bodies`).
+#: Only for bodies with two edges (`kernels.bodies`).
 EDGE_CHANGE = 7

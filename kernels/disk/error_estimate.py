@@ -1,4 +1,4 @@
-"""How far the invariants of a motion have drifted, and the error of its tilt that follows from that."""
+"""The drift of the invariants of a motion, and the error of its tilt that follows from it."""
 
 import math
 
@@ -16,55 +16,55 @@ from kernels.jit import simd
 #: Distance from 1 to the next double.
 EPS = 2.0**-52
 
-#: The estimate is of first order: a state that has lost more than this (of m g R) has no error estimate.
+#: The estimate is of first order: a state that has lost more energy (of m g R) than this has no error estimate.
 MOST_LOSS = 1.0e-3
 
-#: Share of the bound on the rounding that is stated as an error: of a million random cells the true error of fewer
-#: than one in a thousand is beyond twice the stated one.
+#: Share of the rounding bound in the stated error: with it, the true error exceeds twice the stated error in fewer
+#: than one in a thousand of a million random cells.
 _ROUNDING_SHARE = 0.25
 
-#: The energy that is uncertain over that by which the measures have drifted; of other bodies it is more, whose linear
-#: system drifts more than the energy shows (`kernels.bodies.integrate`).
+#: Uncertainty of the energy over the drift of the invariants. It is larger for other bodies, whose linear system
+#: drifts more than the energy shows (`kernels.bodies.integrate`).
 _UNSEEN = 1.0
 
-#: Error of the work of a motion of small amplitude over (step times fastest rate)^4. Runge-Kutta's amplitude of an
-#: oscillation changes by 1/144 of the fifth power in a step, its exponential growth by 1/120.
+#: Error of the work of a motion of small amplitude, over (step times fastest rate)^4. In one step, Runge-Kutta
+#: changes the amplitude of an oscillation by 1/144 of the fifth power, and an exponential growth by 1/120.
 _METHOD_SHARE = 1.0 / 64.0
 
-#: Rounding of a sum or a product along a motion, over its terms and the root of the number of steps.
+#: Rounding error of a sum or a product along a motion, over its terms and the root of the number of steps.
 _RELATIVE_ROUNDING = 8.0 * EPS
 
 
 @simd
 def drift(state, start, whole, alpha, constants, steps):
-    """How far the invariants of a state have drifted since its start.
+    """Return the drift of the invariants of a state since its start.
 
     Parameters
     ----------
     state : tuple of 6 floats
     start : tuple of 5 floats
-        S, C, w, o, s of the motion's start.
+        S, C, w, o, s of the start.
     whole, alpha : float
         Energy of the start over m g R; mass distribution.
     constants : tuple of floats
     steps : float
-        Steps since the start.
+        Number of steps since the start.
 
     Returns
     -------
     (lost, doubt, rounding, change)
-        Unit m g R. The sum of the drifts, which decides whether a step is short enough; how far the energy of the true
-        motion at this tilt may differ from the energy of the state; the part of `lost` that rounding explains; the
-        energy change alone.
+        In units of m g R: the sum of the drifts, which decides whether a step is short enough; the largest difference
+        between the energy of the true motion at this tilt and the energy of the state; the part of `lost` that
+        rounding explains; the energy change.
 
     Notes
     -----
-    Energy, S^2 + C^2 = 1 and T = S/C are independent measures: where the energy error happens to pass through zero the
-    others do not. The latter two are errors of an angle. The rates o and s follow the tilt by Chaplygin's linear
-    system, so that they are wrong by as much of themselves, and the energy that they hold by the angle times their
-    squares; their own two constants of the motion need the solutions of that system. Rounding alone moves each measure
-    by about eps*sqrt(steps) of its terms, and the part of the energy that the rates hold by up to three times that
-    (fast disks at 1e-6 rad).
+    Energy, S^2 + C^2 = 1 and T = S/C are independent measures: the energy error may pass through zero, but not all
+    three at once. The latter two are errors of an angle. The rates o and s follow the tilt by Chaplygin's linear
+    system, so that their relative errors are equal to that angle, and the error of their energy is the angle times
+    their squares. (The two constants of motion of that system would need its solutions.) Rounding alone changes each
+    measure by about eps*sqrt(steps) of its terms, and the energy of the rates by up to three times that (fast disks
+    at 1e-6 rad).
     """
     S, C, T, _, o, s = state
     change = abs(energy_gained(state, start, constants, alpha))
@@ -76,20 +76,20 @@ def drift(state, start, whole, alpha, constants, steps):
 
 @simd
 def uncertain_energy(drifts, state, start, constants, h, tilt_change, steps):
-    """Energy (of m g R) by which the true motion may differ from a state at the same tilt.
+    """Return the largest difference between the energies (of m g R) of the true motion and a state at the same tilt.
 
     Parameters
     ----------
     drifts : tuple of 4 floats
-        What `drift` returns.
+        As returned by `drift`.
     state : tuple of 6 floats
     start : tuple of 5 floats
-        S, C, w, o, s of the motion's start.
+        S, C, w, o, s of the start.
     constants : tuple of floats
     h : float
         Scaled step over cos(tilt).
     tilt_change : float
-        Magnitude of the tilt's change since the start, or of its sine.
+        Magnitude of the change of the tilt, or of its sine, since the start.
     steps : float
 
     Returns
@@ -98,11 +98,10 @@ def uncertain_energy(drifts, state, start, constants, h, tilt_change, steps):
 
     Notes
     -----
-    The drift counts the rounding of the rates, which is of the order of eps however little the tilt changes. But an
-    error of the rates that does not change shifts the potential as a whole. What counts is the error of the work: of
-    the method, h^4 of the energies that the motion exchanges; of rounding and of wrong rates, the error of the force
-    times the change of the tilt. Where that is less than the drift (motions of a small amplitude) it is returned
-    instead.
+    The drift includes the rounding of the rates, which is of the order of eps even if the tilt hardly changes. But a
+    constant error of the rates shifts the potential as a whole. What matters is the error of the work: h^4 of the
+    exchanged energies for the method; the error of the force times the change of the tilt for rounding and for wrong
+    rates. If this is less than the drift (motions of small amplitude), it is returned instead.
     """
     _, doubt, rounding, _ = drifts
     S, C, T, w, _, _ = state
@@ -123,28 +122,29 @@ def uncertain_energy(drifts, state, start, constants, h, tilt_change, steps):
 
 @simd
 def estimated_error(ending, state, drifts, uncertain, constants):
-    """Errors [rad] of the tilt reached that follow from the drift of the invariants; infinite where none does.
+    """Return the errors [rad] of the final tilt that follow from the drift of the invariants, or infinity.
 
     Parameters
     ----------
     ending : int
-        BOUNDED stands for a turning point.
+        BOUNDED for a turning point.
     state : tuple of 6 floats
     drifts : tuple of 4 floats
-        What `drift` returns.
+        As returned by `drift`.
     uncertain : float
-        What `uncertain_energy` returns.
+        As returned by `uncertain_energy`.
     constants : tuple of floats
 
     Returns
     -------
     (estimate, stated)
-        What decides whether the step is short enough, and what is stated as the error of the result.
+        The error that decides whether the step is short enough, and the error that is stated for the result.
 
     Notes
     -----
-    At a turning point an energy over the force of the potential is an angle. The estimate leaves out what rounding
-    explains, since a shorter step does not help against it. Elsewhere the larger of force and speed is the divisor.
+    At a turning point, an energy over the force of the potential is an angle. The estimate excludes the part
+    explained by rounding, because a shorter step does not reduce it. Elsewhere the divisor is the larger one of force
+    and speed.
     """
     lost, _, rounding, _ = drifts
     if not lost <= MOST_LOSS:
@@ -155,7 +155,7 @@ def estimated_error(ending, state, drifts, uncertain, constants):
     beyond = 0.0 if lost <= rounding else lost - rounding
     left = 0.5 * speed * speed / per_inertia(state[0], state[1], constants)
     if ending != BOUNDED:
-        # at this tilt with less energy than is uncertain: the disk may have turned before
+        # the energy left is less than its uncertainty: the disk may have turned before
         if ending in (FELL, EDGE_CHANGE) and left <= 2.0 * uncertain:
             return math.inf, math.inf
         divisor = max(pull, speed)

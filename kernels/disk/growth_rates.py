@@ -8,17 +8,17 @@ from kernels.disk.rk4 import step
 from kernels.jit import kernel
 from kernels.native.entry import parallel
 
-#: Kick [1] over the fastest rate of the cell: the part of the response that is odd in it is linear to its square.
+#: Kick [1] over the fastest rate of the cell; the odd part of the response is linear in the kick up to its square.
 _KICK = 1e-5
-#: RK4 steps for one unit of time, that of the fastest rate.
+#: RK4 steps for one unit of time, the time scale of the fastest rate.
 _STEPS = 64
-#: Cells that a thread takes at a time.
+#: Number of cells that a thread takes at a time.
 _CHUNK = 256
 
 
 @kernel
 def _deviation(state, S0, C0, constants, h):
-    """Sine of the tilt's distance from the start after one and after two units of time."""
+    """Return the sine of the tilt's distance from the start after one and after two units of time."""
     for _ in range(_STEPS):
         state = step(state, constants, h)
     once = state[0] * C0 - state[1] * S0
@@ -55,15 +55,15 @@ def coefficients(start, stop, starts, found):
     start, stop : int
         The cells of one chunk.
     starts : float64[len(PARAMETERS), n]
-        Each a steady motion. Their tilt rates are not read.
+        Each one a steady motion, whose tilt rate is not read.
     found : float64[n], written
-        k [rad^2/s^2], negative where a kick grows; NaN where a start is none.
+        k [rad^2/s^2], negative if a kick grows; NaN if a start is not a steady motion.
 
     Notes
     -----
-    Each motion is kicked up and down and integrated twice as long again; half the difference d of the two is linear in
-    the kick up to its square. d(2t)/(2 d(t)) is cos(sqrt(k) t) or cosh(sqrt(-k) t): neither the size of the kick
-    nor any theory of k enters.
+    Each motion is kicked up and down and integrated over the times t and 2t. Half the difference d of the two motions
+    is linear in the kick up to its square. d(2t)/(2 d(t)) is cos(sqrt(k) t) or cosh(sqrt(-k) t), which depends
+    neither on the size of the kick nor on a theory of k.
     """
     for cell in range(start, stop):
         found[cell] = _coefficient(starts, cell)

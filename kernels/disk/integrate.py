@@ -11,7 +11,7 @@ counts : int32[len(COUNTS), n], written
 
 Notes
 -----
-Never raises. A cell's bits depend on the cell and the settings alone.
+Never raises. The bits of a cell depend only on the cell and the settings.
 """
 
 from kernels.disk import layout
@@ -21,7 +21,7 @@ from kernels.disk.step_size import prepared_settings
 from kernels.lanes.binding import bind
 from kernels.lanes.interface import LaneModel
 
-#: The functions of the disk for the machinery of `kernels.lanes`.
+#: The functions of the disk for `kernels.lanes`.
 LANE_MODEL = LaneModel(
     name="disk",
     layout=layout,

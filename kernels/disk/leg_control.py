@@ -1,11 +1,12 @@
-"""The scalar stages of a cell (`kernels.lanes.interface`): reading its start, finishing its legs, writing its results.
+"""The scalar stages of a cell (`kernels.lanes.interface`): reading its start, ending its legs, writing its results.
 
 `lanes` is the flat array of `kernels.disk.layout`.
 
 A start that is not at rest lies between its two turning points. The first leg goes forward in time to one of them;
-the second leg goes from the start again backward in time to the other. Integrating forward through both turning points
-fails for a start near the maximum of the potential: it must cross that maximum again by less than the error of a step.
-A nutation is symmetric in time about each of its turning points, so the two legs give its period too.
+the second leg goes from the start again, backward in time, to the other one. Integrating forward through both turning
+points fails for a start near the maximum of the potential, because the motion would have to cross that maximum again
+by less than the error of a step. A nutation is symmetric in time about each of its turning points, so the two legs
+give its period too.
 """
 
 import math
@@ -32,13 +33,13 @@ from kernels.disk.summit import doubtful_pass, is_long
 from kernels.jit import inlined, kernel, simd
 from kernels.simd_math import angle_of
 
-#: A result is accepted when its estimated error is within this share of the tolerance; of fast motions see `_allowed`.
+#: A result is accepted if its estimated error is within this share of the tolerance; for fast motions see `_allowed`.
 _ACCEPTED_SHARE = 0.125
 
-#: The largest divisor of that share, and the largest square of a tangent in it, that of 88 degrees.
+#: The largest divisor of that share, and the largest square of a tangent in it (at 88 degrees).
 _LARGEST_DIVISOR, _STEEPEST = 65536.0, 820.0
 
-#: Where it is in doubt whether a motion passes a maximum of its potential, no more steps are taken than this.
+#: Maximum number of steps if it is doubtful whether a motion passes a maximum of its potential.
 _MOST_STEPS_IN_DOUBT = 1.0e5
 
 #: Whether the steps of a cell shrink near a tilt of 90 degrees, where its rates grow without bound.
@@ -85,7 +86,7 @@ def _store_start(lane, tilt, tilt_rate, precession_rate, roll_rate, alpha, unit,
 
 @simd
 def read_start(cell, lane, starts, run, lanes, measures, counts):
-    """Put a start into a lane, in SI units; an impossible one and one beyond fall_tilt are written at once."""
+    """Put a start into a lane, in SI units; write impossible starts and starts beyond fall_tilt at once."""
     tilt, tilt_rate = starts[row.TILT, cell], starts[row.TILT_RATE, cell]
     precession_rate, roll_rate = starts[row.PRECESSION_RATE, cell], starts[row.ROLL_RATE, cell]
     alpha, radius, gravity = starts[row.ALPHA, cell], starts[row.RADIUS, cell], starts[row.GRAVITY, cell]
@@ -110,7 +111,7 @@ def fill_idle(lane, lanes):
 
 @simd
 def needs_integration(cell, lane, run, lanes, measures, counts):
-    """Write a steady motion and a cell of too many steps at once; shorten the step near a maximum of the potential."""
+    """Write a steady motion or a cell with too many steps at once; shorten the step near a maximum of the potential."""
     if lanes[at.STEADY + lane] == 1.0:
         tilt = lanes[at.LEAST + lane]
         _write_at_once(cell, STEADY, tilt, tilt, math.nan, measures, counts)
@@ -126,7 +127,7 @@ def needs_integration(cell, lane, run, lanes, measures, counts):
 
 @simd
 def _beyond(lane, state, run, lanes):
-    """How the motion ended if a state lies beyond its limits; else BOUNDED."""
+    """Return the ending of a motion whose state is beyond its limits, otherwise BOUNDED."""
     if EDGED and lanes[at.SIDE + lane] * state[0] < 0.0:
         return EDGE_CHANGE
     return BOUNDED if state[1] >= run.cos_fall_tilt else FELL
@@ -134,13 +135,13 @@ def _beyond(lane, state, run, lanes):
 
 @simd
 def _limit(ending, run):
-    """Magnitude of the tilt [rad] at which a motion ends."""
+    """Return the magnitude of the tilt [rad] at which a motion ends."""
     return 0.0 if ending == EDGE_CHANGE else run.fall_tilt
 
 
 @kernel
 def _event(lane, run, lanes):
-    """Land on the event of a leg: (ending so far, state there, scaled time); BOUNDED stands for a turning point."""
+    """Land on the event of a leg; return (ending so far, state, scaled time), with BOUNDED for a turning point."""
     state, constants = state_of(lane, lanes), constants_of(lane, lanes)
     t, end, most = lanes[at.TIME + lane], lanes[at.END + lane], longest(lane, lanes)
     there, elapsed, ending = state, 0.0, HORIZON
@@ -149,7 +150,7 @@ def _event(lane, run, lanes):
         ending = BOUNDED
         ending = _beyond(lane, there, run, lanes)
         if ending != BOUNDED:
-            # the disk turned back only beyond that tilt: go back to where it passed it
+            # the disk turned back only beyond that tilt: go back to the passage
             beyond = abs(abs(math.atan2(there[0], there[1])) - _limit(ending, run))
             back = -math.sqrt(2.0 * beyond / abs(tilt_acceleration(there, constants)))
             there, elapsed = step(there, constants, back), elapsed + back
@@ -165,12 +166,12 @@ def _event(lane, run, lanes):
 
 @kernel
 def _allowed(lane, run, lanes):
-    """Estimated error [rad] with which a result is accepted.
+    """Return the estimated error [rad] up to which a result is accepted.
 
-    The estimate sees what a motion loses of its energy, but not how its two other constants change: where a fast disk
-    sweeps through large tilts the true error can be ten thousand times the estimate. With this divisor all of six
-    million random starts with scaled rates from 0.01 to 1000 came out within the tolerance or, one in two thousand,
-    unresolved. Starts steeper than 88 degrees need no larger one, and rounding would leave them none.
+    The estimate includes the loss of energy of a motion, but not the changes of its two other constants. If a fast
+    disk sweeps through large tilts, the true error can be ten thousand times the estimate. With this divisor all of
+    six million random starts with scaled rates from 0.01 to 1000 were within the tolerance, or unresolved (one in two
+    thousand). Starts steeper than 88 degrees need no larger divisor, and rounding would exceed a smaller limit.
     """
     w, o, s = lanes[at.W_0 + lane], lanes[at.O_RATE_0 + lane], lanes[at.S_RATE_0 + lane]
     T = lanes[at.S_0 + lane] / lanes[at.C_0 + lane]
@@ -181,7 +182,7 @@ def _allowed(lane, run, lanes):
 
 @kernel
 def _end_leg(lane, run, lanes):
-    """Measure the end of a leg that `kernels.disk.simd_stages.land` left open; returns the ending so far."""
+    """Measure the end of a leg that `kernels.disk.simd_stages.land` has not finished; return the ending so far."""
     ending, state, t = _event(lane, run, lanes)
     whole, alpha, steps = lanes[at.ENERGY_0 + lane], lanes[at.ALPHA + lane], lanes[at.STEPS + lane]
     start, constants, h = start_of(lane, lanes), constants_of(lane, lanes), scale_of(lane, lanes)
@@ -196,7 +197,7 @@ def _end_leg(lane, run, lanes):
 
 @kernel
 def _passed_in_doubt(lane, lanes):
-    """Whether the leg of a lane passed a maximum of the potential without enough energy (`kernels.disk.summit`)."""
+    """Return whether a leg passed a maximum of the potential without enough energy (`kernels.disk.summit`)."""
     constants = constants_of(lane, lanes)
     if not is_long(lanes[at.TIME_END + lane], constants):
         return False
@@ -213,8 +214,8 @@ def _passed_in_doubt(lane, lanes):
 
 @kernel
 def _refine(lane, error, allowed, run, lanes):
-    """Set the cell off again with a smaller step, if there is one left to try."""
-    # where the error is that of the method the shorter step leaves a quarter of it at most; rounding errors stay
+    """Restart the cell with a smaller step, if there is one left to try; return whether there is."""
+    # a shorter step leaves at most a quarter of an error of the method; rounding errors stay
     hopeless = lanes[at.FAILED + lane] < MOST_LOSS and 0.5 * lanes[at.FAILED + lane] < error < math.inf
     lanes[at.FAILED + lane] = error
     shrink = 0.8 * math.sqrt(math.sqrt(allowed / error))
@@ -223,7 +224,7 @@ def _refine(lane, error, allowed, run, lanes):
     shrink = min(0.7, shrink)
     most = most_steps(lanes[at.S_0 + lane], lanes[at.W_0 + lane], run)
     if error == math.inf:
-        # beside a maximum of the potential the error is that of rounding after one or two refinements
+        # next to a maximum of the potential, only rounding errors remain after one or two refinements
         most = min(most, _MOST_STEPS_IN_DOUBT)
     too_long = lanes[at.STEPS + lane] > most * shrink
     if hopeless or too_long or lanes[at.REFINED + lane] >= _MOST_REFINEMENTS:
@@ -236,7 +237,7 @@ def _refine(lane, error, allowed, run, lanes):
 
 @simd
 def finish_leg(cell, lane, run, lanes, measures, counts):
-    """Set a cell off again, with a smaller step or backward in time; or write it."""
+    """Restart a cell with a smaller step or backward in time; or write it."""
     ending = BOUNDED if lanes[at.LANDED + lane] == 1.0 else _end_leg(lane, run, lanes)
     error, t, steps = lanes[at.ESTIMATE_END + lane], lanes[at.TIME_END + lane], lanes[at.STEPS + lane]
     out_of_steps = ending == HORIZON and lanes[at.END + lane] < time_left(lane, run, lanes)
@@ -245,7 +246,7 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         if GRADED:
             # a uniform step does not shrink near flat, where the rates change fastest
             stated /= math.cos(lanes[at.TILT_END + lane])
-        # and may be long: then the estimate alone does not say enough
+        # and it may be long: then the estimate is not sufficient
         if allowed * stated > error * run.tolerance:
             error = allowed * stated / run.tolerance
     if not out_of_steps and error <= allowed and _passed_in_doubt(lane, lanes):
@@ -264,7 +265,8 @@ def finish_leg(cell, lane, run, lanes, measures, counts):
         tilt = math.copysign(_limit(ending, run), tilt) + 0.0
     lanes[at.LEAST + lane] = min(lanes[at.LEAST + lane], tilt)
     lanes[at.GREATEST + lane] = max(lanes[at.GREATEST + lane], tilt)
-    # what is accepted has kept the tolerance in all trials, however large the estimate for one motion in a thousand
+    # accepted results have kept the tolerance in all trials, even if the estimate was larger in one motion of a
+    # thousand
     lanes[at.ERROR + lane] = max(lanes[at.ERROR + lane], min(stated, run.tolerance))
     lanes[at.CHANGE + lane] = max(lanes[at.CHANGE + lane], lanes[at.CHANGE_END + lane])
     lanes[at.STEPS_KEPT + lane] += steps

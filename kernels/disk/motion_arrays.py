@@ -1,8 +1,8 @@
-"""Rows of the arrays of what follows a motion: contact forces and trajectories; as `kernels.disk.arrays`."""
+"""Rows of the arrays of contact forces and trajectories, in the same form as `kernels.disk.arrays`."""
 
 from kernels.disk.arrays import EXTREME_TILTS, STATE
 
-#: How far a motion goes: its extreme tilts and their estimated error [rad].
+#: Range of a motion: its extreme tilts and their estimated error [rad].
 EXTENT = (*EXTREME_TILTS, "tilt_error")
 EXTENT_TILT_MIN, EXTENT_TILT_MAX, EXTENT_TILT_ERROR = range(len(EXTENT))
 
@@ -10,23 +10,23 @@ EXTENT_TILT_MIN, EXTENT_TILT_MAX, EXTENT_TILT_ERROR = range(len(EXTENT))
 CONTACT = ("least_normal_force", "friction_needed")
 CONTACT_LEAST_NORMAL_FORCE, CONTACT_FRICTION_NEEDED = range(len(CONTACT))
 
-#: What is known of them: there is no motion; the disk presses on the plane all the time, and both are known; it lifts
-#: off on the way; one or both are not known to the promised error.
+#: State of these extremes: there is no motion; the disk is always in contact, and both are known; it lifts off during
+#: the motion; one or both are not known to the promised error.
 NO_MOTION, PRESSES, LIFTS_OFF, UNRESOLVED_FORCES = range(4)
 
-#: Settings of a single trajectory: longest step [s] (0: follows the state), step times the fastest frequency of the
-#: state [1], fall_tilt [rad].
+#: Settings of a single trajectory: longest step [s] (0: no limit), step times the fastest frequency of the state [1],
+#: fall_tilt [rad].
 TRAJECTORY_SETTINGS = ("step", "relative_step", "fall_tilt")
 TRAJECTORY_STEP, TRAJECTORY_RELATIVE_STEP, TRAJECTORY_FALL_TILT = range(len(TRAJECTORY_SETTINGS))
 
 #: One sample of a trajectory: `STATE`, heading and roll angle [rad], contact point [m], vertical momentum gained per
-#: mass [m^2/s]; all but `STATE` count from 0.
+#: mass [m^2/s]; all except `STATE` start at 0.
 SAMPLES = (*STATE, "heading", "roll_angle", "contact_x", "contact_y", "momentum_gained")
 HEADING, ROLL_ANGLE, CONTACT_X, CONTACT_Y, MOMENTUM_GAINED = range(len(STATE), len(SAMPLES))
 
-#: What follows from one sample: energy over m g R; its relative change since the first sample; vertical angular
+#: Quantities derived from one sample: energy over m g R; its relative change since the first sample; vertical angular
 #: momentum about the contact point per mass [m^2/s] and its rate of change [m^2/s^2]; normal force and horizontal
-#: forces across and along the track, over m g; friction coefficient needed, NaN where the normal force is not positive.
+#: forces across and along the track, over m g; friction coefficient needed, NaN if the normal force is not positive.
 DERIVED = (
     "energy",
     "energy_drift",

@@ -1,30 +1,31 @@
-"""Roots of a short power series on an interval, each found and none missed.
+"""All roots of a short power series on an interval.
 
-A row of `rows` holds the coefficients of the powers of t; intervals begin at t = 0. An interval without a root is told
-by a bound of the second derivative, and so is one on which the series is monotone and has one root at most. What is
-neither is halved.
+A row of `rows` contains the coefficients of the powers of t; intervals begin at t = 0. A bound of the second
+derivative proves that an interval has no root, or that the series is monotone and has at most one root. All other
+intervals are bisected.
 """
 
 import math
 
 from kernels.jit import kernel
 
-#: Halvings of the interval, and pieces looked at, before a root that cannot be told from two is given up.
+#: Smallest interval over the whole one, and number of intervals, at which the search gives up telling one root from
+#: two.
 _FEWEST_SHARE, _MOST_PIECES = 2.0**-40, 400
 
-#: Safeguarded Newton steps: bisection alone would need 52.
+#: Safeguarded Newton steps; bisection would need 52.
 _MOST_STEPS = 100
 
-#: Roots kept; a panel of a motion has two at most, and where rounding makes more the values differ by rounding.
+#: Maximum number of roots. A panel of a motion has at most two; if rounding makes more, the values differ by rounding.
 MOST_ROOTS = 12
 
-#: `roots` returns this where it cannot tell how many roots there are.
+#: Returned by `roots` if the number of roots is unknown.
 AMBIGUOUS = -1
 
 
 @kernel
 def value_and_slope(rows, row, t):
-    """Value and derivative of a series at t (Horner)."""
+    """Return value and derivative of a series at t (Horner)."""
     value, slope = 0.0, 0.0
     for k in range(rows.shape[1] - 1, -1, -1):
         slope = slope * t + value
@@ -34,13 +35,13 @@ def value_and_slope(rows, row, t):
 
 @kernel
 def value_at(rows, row, t):
-    """Value of a series at t."""
+    """Return the value of a series at t."""
     return value_and_slope(rows, row, t)[0]
 
 
 @kernel
 def largest_value(rows, row, t):
-    """Bound of the magnitude of a series from 0 to t."""
+    """Return a bound of the magnitude of a series from 0 to t."""
     bound = 0.0
     for k in range(rows.shape[1] - 1, -1, -1):
         bound = bound * t + abs(rows[row, k])
@@ -49,7 +50,7 @@ def largest_value(rows, row, t):
 
 @kernel
 def _largest_second(rows, row, t):
-    """Bound of the magnitude of the second derivative of a series from 0 to t."""
+    """Return a bound of the magnitude of the second derivative of a series from 0 to t."""
     bound = 0.0
     for k in range(rows.shape[1] - 1, 1, -1):
         bound = bound * t + k * (k - 1) * abs(rows[row, k])
@@ -58,7 +59,7 @@ def _largest_second(rows, row, t):
 
 @kernel
 def _root_between(rows, row, low, high, sign):
-    """The root of a monotone series that has the given sign at `low` and the other one, or zero, at `high`."""
+    """Return the root of a monotone series that has the given sign at `low` and the other sign, or zero, at `high`."""
     t = 0.5 * (low + high)
     for _ in range(_MOST_STEPS):
         value, slope = value_and_slope(rows, row, t)
@@ -86,13 +87,14 @@ def roots(rows, row, end, negligible, found):
     end : float
         Greater than 0.
     negligible : float
-        A piece over which the integral of the series is smaller is not divided further: its middle counts as a root.
+        An interval over which the integral of the series is smaller is not bisected further; its middle counts as a
+        root.
     found : float64[MOST_ROOTS], written
 
     Returns
     -------
     int
-        How many there are; `AMBIGUOUS` where two roots and none cannot be told apart, or there are too many.
+        The number of roots; `AMBIGUOUS` if two roots cannot be distinguished from none, or there are too many.
     """
     curved = _largest_second(rows, row, end)
     count, low, width = 0, 0.0, end
@@ -118,17 +120,17 @@ def roots(rows, row, end, negligible, found):
         low = high
         if low >= end:
             return count
-        # back to the larger pieces, each twice the one before
+        # back to larger intervals, each twice the previous one
         width = min(2.0 * width, end - low)
     return AMBIGUOUS
 
 
 @kernel
 def first_root(rows, row, divided, at_rest, end, found):
-    """First root of a series from 0 to `end`; NaN if there is none, -1 if that cannot be told.
+    """Return the first root of a series from 0 to `end`; NaN if there is none, -1 if that is unknown.
 
-    Where the motion is `at_rest` at the begin that is a root: the next one is sought of the series divided by t, which
-    takes the row `divided`, and 0 is returned if the series falls there. `found` keeps the roots.
+    If the motion is `at_rest` at the beginning, that is a root. Then the next root is a root of the series divided by
+    t, which uses the row `divided`; 0 is returned if the series decreases there. `found` receives the roots.
     """
     sought = row
     if at_rest:
@@ -147,10 +149,10 @@ def first_root(rows, row, divided, at_rest, end, found):
 
 @kernel
 def first_length(rows, row, at_rest, end):
-    """Length of the first panel: a power of two above twice the way to the first root, where that is near.
+    """Return the length of the first panel: a power of two above twice the distance to the first root, if that is near.
 
-    Where it is not, the length is `end`, that of all other panels. A root far below the length of a panel would be hard
-    to tell from two.
+    Otherwise the length is `end`, as for all other panels. A root much nearer than the length of a panel would be
+    hard to distinguish from two.
     """
     first = 1 if at_rest else 0
     value, slope, bend = rows[row, first], rows[row, first + 1], rows[row, first + 2]

@@ -1,7 +1,8 @@
-"""One classical Runge-Kutta step, and the short finishing steps that land exactly on an event.
+"""One classical Runge-Kutta step, and the short final steps that land exactly on an event.
 
-A turning point sampled at step ends is only second order in the step. Henon's trick (Physica D 5 (1982) 412) makes
-it as good as the method: from the first state past the event take a short step whose length is Newton's correction.
+A turning point sampled at the ends of steps is only of second order in the step. Henon's trick (Physica D 5 (1982)
+412) makes it as accurate as the method: from the first state past the event, take a short step whose length is
+Newton's correction.
 """
 
 import math
@@ -9,13 +10,13 @@ import math
 from kernels.disk.equations import slopes
 from kernels.jit import kernel, simd
 
-#: Scaled time and angle [rad] from a turning point below which its last correction needs no step any more.
+#: Scaled time and angle [rad] from a turning point below which the last correction needs no step.
 _SHORT, _NEAR = 3.0e-4, 1.0e-7
 
 
 @simd
 def _along(start, slope, angle):
-    """`start` + angle * `slope`, of five numbers each."""
+    """Return `start` + angle * `slope`, of five numbers each."""
     S, C, T, o, p = start
     dS, lC, dT, do, lp = slope
     return S + angle * dS, C - angle * lC, T + angle * dT, o + angle * do, p - angle * lp
@@ -23,7 +24,7 @@ def _along(start, slope, angle):
 
 @simd
 def _summed(total, slope, angle):
-    """`total` + angle * `slope`, where `total` holds the second and the fifth number with opposite sign."""
+    """Return `total` + angle * `slope`; in `total` the second and the fifth number have the opposite sign."""
     S, C, T, o, p = total
     dS, lC, dT, do, lp = slope
     return S + angle * dS, C + angle * lC, T + angle * dT, o + angle * do, p + angle * lp
@@ -31,7 +32,7 @@ def _summed(total, slope, angle):
 
 @simd
 def lane_step(S, C, T, w, o, p, i_tilt, i_spin, drag, half):
-    """State after one RK4 step of scaled length 2 `half`; written to be inlined into a vectorised loop over lanes.
+    """Return the state after one RK4 step of scaled length 2 `half`; to be inlined into a vectorised loop over lanes.
 
     Parameters
     ----------
@@ -50,9 +51,9 @@ def lane_step(S, C, T, w, o, p, i_tilt, i_spin, drag, half):
     -----
     The classical method of order 4 (Kutta 1901); local error O(h^5).
     """
-    # All but w changes with the tilt alone: a slope times the angle that the disk turns. The slopes are summed as they
-    # come, with three times the weights 1/6, 1/3, 1/3, 1/6: all four would not fit the vector registers. For the same
-    # reason the step is given as its half: a sum that is formed twice costs less than a register.
+    # Everything except w changes only with the tilt: by a slope times the change of the tilt. The slopes are summed
+    # one by one, with three times the weights 1/6, 1/3, 1/3, 1/6, because all four would not fit into the vector
+    # registers. For the same reason the argument is half the step: forming a sum twice costs less than a register.
     half_turn = half * i_tilt
     start = S, C, T, o, p
     slope, first = slopes(start, i_spin, drag)
@@ -81,7 +82,7 @@ def lane_step(S, C, T, w, o, p, i_tilt, i_spin, drag, half):
 
 @simd
 def inlined_step(state, constants, h):
-    """`step`, to be inlined."""
+    """Return the state after a `step`; to be inlined."""
     S, C, T, w, o, s = state
     i_tilt, i_roll, i_spin, i_inverse = constants
     S, C, T, w, o, p = lane_step(S, C, T, w, o, i_roll * s, i_tilt, i_spin, 2.0 * i_inverse, 0.5 * h)
@@ -90,13 +91,13 @@ def inlined_step(state, constants, h):
 
 @kernel
 def step(state, constants, h):
-    """`lane_step` for one trajectory: state (6 floats), constants (4 floats), step in scaled time -> state."""
+    """Return the state after a `lane_step` of scaled length h; state of 6 floats, constants of 4 floats."""
     return inlined_step(state, constants, h)
 
 
 @simd
 def tilt_acceleration(state, constants):
-    """Scaled second derivative of the tilt in `state`."""
+    """Return the scaled second derivative of the tilt in `state`."""
     S, C, T, _, o, s = state
     _, acceleration = slopes((S, C, T, o, constants[1] * s), constants[2], 2.0 * constants[3])
     return constants[0] * acceleration
@@ -106,20 +107,20 @@ def tilt_acceleration(state, constants):
 def approach_turning_point(state, constants, longest):
     """Take one step towards the state whose tilt rate is zero.
 
-    Parameters and what the step means as in `land_on_turning_point`.
+    Parameters and the meaning of the step as in `land_on_turning_point`.
 
     Returns
     -------
     (state, elapsed, left, near)
-        The state after the step and its scaled time; the scaled time that is left by Newton's correction; whether
-        that is so short that `carried` may take it instead of a step.
+        The state after the step and its scaled time; the scaled time left by Newton's correction; whether that is so
+        short that `carried` can replace a step.
     """
     elapsed = -state[3] / tilt_acceleration(state, constants)
     if not abs(elapsed) <= longest:
         elapsed = math.copysign(longest, elapsed)
     there = inlined_step(state, constants, elapsed)
-    # About its turning point a motion is even in time, so Newton's error is of third order: a time of 3e-4 leaves
-    # 1e-11 and less. Usually one step comes as near as that.
+    # Near its turning point a motion is even in time, so Newton's error is of third order: a time of 3e-4 leaves at
+    # most 1e-11. Usually one step is enough for that.
     left = -there[3] / tilt_acceleration(there, constants)
     return there, elapsed, left, (abs(left) < _SHORT) & (abs(there[3] * left) < _NEAR)
 
@@ -134,13 +135,13 @@ def land_on_turning_point(state, constants, longest):
         A scaled state at most about one step from the turning point.
     constants : tuple of 4 floats
     longest : float
-        Bound on one correction (scaled time). Where the acceleration vanishes too (a grazed separatrix) Newton's
-        step means nothing; the caller sees it in the tilt rate that is left.
+        Bound on one correction (scaled time). If the acceleration vanishes too (at a separatrix), Newton's step is
+        meaningless; the caller sees that from the remaining tilt rate.
 
     Returns
     -------
     (state, elapsed)
-        The finished state and the scaled time from the given one (usually negative).
+        The final state and the scaled time from the given one (usually negative).
     """
     elapsed = 0.0
     for _ in range(4):
@@ -153,7 +154,7 @@ def land_on_turning_point(state, constants, longest):
 
 @simd
 def carried(state, constants, angle):
-    """State at rest at a tilt that differs by a small angle, to first order: the second order is below rounding."""
+    """Return the state at rest at a slightly different tilt, to first order; the second order is below rounding."""
     S, C, T, _, o, s = state
     return (
         S + angle * C,
@@ -170,7 +171,7 @@ def land_on_tilt(state, constants, tilt, longest):
     """Finish on the nearby state with the given tilt [rad]; arguments and result as in `land_on_turning_point`."""
     elapsed, sine, cosine = 0.0, math.sin(tilt), math.cos(tilt)
     for _ in range(4):
-        # the sine of the remaining angle in place of the angle: convergence is as fast
+        # the sine of the remaining angle in place of the angle: convergence is equally fast
         h = (sine * state[1] - cosine * state[0]) / state[3]
         if not abs(h) <= longest:
             h = math.copysign(longest, h)

@@ -1,4 +1,4 @@
-"""The vector stages of a cell (`kernels.lanes.interface`): scaling its start, setting off, one step, landing.
+"""The vector stages of a cell (`kernels.lanes.interface`): scaling its start, starting a leg, one step, landing.
 
 The functions work on one lane of the flat array of `kernels.disk.layout` and are inlined into loops over all lanes.
 """
@@ -14,27 +14,27 @@ from kernels.disk.step_size import first_step
 from kernels.jit import simd
 from kernels.simd_math import angle_of, sine_cosine_of_tilt
 
-#: After about this many steps a leg is abandoned; its cell is then unresolved.
+#: Approximate number of steps after which a leg is abandoned and its cell is unresolved.
 MOST_STEPS = 1.0e8
 
-#: A tiny start has tilts and scaled tilt rates below the first number; its legs are abandoned after fewer steps. Only
-#: where a rate is within 1e-5 of the critical one does it need more, to creep away or to return.
+#: Limits of tilts and scaled tilt rates of a tiny start, and the number of steps after which its legs are abandoned.
+#: It only needs more if a rate is within 1e-5 of the critical one, to creep away or to return.
 TINY, MOST_STEPS_OF_TINY = 1.0e-8, 4.0e4
 
 
-#: Whether a cell may come to the end of an edge, at a tilt of 0: the disk has only one.
+#: Whether a cell may reach the end of an edge, at a tilt of 0; the disk has only one edge.
 EDGED = False
 
 
 @simd
 def new_constants(lane, lanes):
-    """Constants of a lane from its start, which `read_start` left."""
+    """Return the constants of a lane, from its start as left by `read_start`."""
     return inertia(lanes[at.ALPHA + lane])
 
 
 @simd
 def keep_constants(lane, constants, lanes):
-    """Store what `constants_of` and `advance` read."""
+    """Store the constants that `constants_of` and `advance` read."""
     lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane] = constants[0], constants[1]
     lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane] = constants[2], constants[3]
     lanes[at.DRAG + lane] = 2.0 * constants[3]
@@ -42,14 +42,14 @@ def keep_constants(lane, constants, lanes):
 
 @simd
 def constants_of(lane, lanes):
-    """Return the constants of `kernels.disk.equations.inertia` of a lane."""
+    """Return the constants of a lane, as from `kernels.disk.equations.inertia`."""
     a, b = lanes[at.I_TILT + lane], lanes[at.I_ROLL + lane]
     return a, b, lanes[at.I_SPIN + lane], lanes[at.I_INVERSE + lane]
 
 
 @simd
 def kept_spin(s, constants):
-    """What a lane holds of the spin s: p = (1+alpha) s."""
+    """Return the form in which a lane stores the spin s: p = (1+alpha) s."""
     return constants[1] * s
 
 
@@ -70,20 +70,20 @@ def state_of(lane, lanes):
 
 @simd
 def time_left(lane, run, lanes):
-    """Scaled time that the present leg may take: all, or what is left when the disk passes its start again."""
+    """Return the scaled time left for the present leg; a second leg begins when the disk passes its start again."""
     return run.duration / lanes[at.UNIT + lane] - 2.0 * lanes[at.FIRST_TURN + lane]
 
 
 @simd
 def most_steps(S, w, run):
-    """Steps after which a leg is abandoned, of a start with sine and rate of the tilt S and w."""
+    """Return the number of steps after which a leg from a start with sine S of the tilt and rate w is abandoned."""
     tiny = (abs(S) < TINY) & (abs(w) < TINY) & (run.step == 0.0)
     return MOST_STEPS_OF_TINY if tiny else MOST_STEPS
 
 
 @simd
 def is_steady(state, constants):
-    """Whether a state is a steady motion, to rounding."""
+    """Return whether a state is a steady motion, to rounding."""
     S, _, T, w, o, s = state
     acceleration = tilt_acceleration(state, constants)
     terms = constants[0] * (abs(S) + abs(o) * (constants[1] * abs(s) + constants[2] * abs(o * T)))
@@ -114,7 +114,7 @@ def prepare(lane, run, lanes):
 
 @simd
 def set_off(lane, run, lanes):
-    """Place a cell at its start, forward or backward in time (BACKWARD), with the step scale that it holds."""
+    """Place a cell at its start, forward or backward in time (BACKWARD), with its stored step scale."""
     S, C, w, o, s = start_of(lane, lanes)
     constants, scale = constants_of(lane, lanes), lanes[at.STEP + lane]
     # the motion backward in time is the motion forward with all rates reversed
@@ -135,8 +135,8 @@ def set_off(lane, run, lanes):
 
 @simd
 def advance(lane, run, lanes):
-    """One RK4 step; an event is a turning point, a tilt of fall_tilt or the end of the time."""
-    # every load comes before the first store: only so can the compiler prove that the lanes are independent
+    """Make one RK4 step; events are a turning point, a tilt of fall_tilt and the end of the time."""
+    # all loads come before the first store: otherwise the compiler cannot prove that the lanes are independent
     half, heading, end = lanes[at.HALF + lane], lanes[at.HEADING + lane], lanes[at.END + lane]
     uniform, graded = lanes[at.HALF_UNIFORM + lane], lanes[at.HALF_GRADED + lane]
     t = lanes[at.TIME + lane] + (half + half)
@@ -145,7 +145,7 @@ def advance(lane, run, lanes):
         lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.P + lane],
         lanes[at.I_TILT + lane], lanes[at.I_SPIN + lane], lanes[at.DRAG + lane], half,
     )  # fmt: skip
-    # so written, a NaN is an event too, and the compiler needs no instruction to join the three
+    # written so that NaN is an event too, and the compiler needs no instruction to join the three conditions
     going = (heading * w >= 0.0) & (C >= run.cos_fall_tilt) & (t < end)
     lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane], lanes[at.W + lane] = S, C, T, w
     lanes[at.O_RATE + lane], lanes[at.P + lane], lanes[at.TIME + lane] = o, p, t
@@ -156,13 +156,13 @@ def advance(lane, run, lanes):
 
 @simd
 def scale_of(lane, lanes):
-    """Scaled step over cos(tilt), or the uniform step."""
+    """Return the scaled step over cos(tilt), or the uniform step."""
     return 2.0 * (lanes[at.HALF_UNIFORM + lane] + lanes[at.HALF_GRADED + lane])
 
 
 @simd
 def longest(lane, lanes):
-    """Longest correction of a landing: two steps."""
+    """Return the longest correction of a landing: two steps."""
     return 4.0 * (lanes[at.HALF_UNIFORM + lane] + lanes[at.HALF_GRADED + lane] * abs(lanes[at.C + lane]))
 
 

@@ -1,21 +1,21 @@
-"""Steady motions of the rolling disk, and when they are stable (all in physical units).
+"""Steady motions of the rolling disk, and their stability (all in physical units).
 
-For a circling disk tilt, precession rate and roll rate are constant; small oscillations about it obey
-d'' + k d = 0. The functions are plain arithmetic on scalars and work on NumPy arrays as well.
+Tilt, precession rate and roll rate of a circling disk are constant; small oscillations about it obey d'' + k d = 0.
+The functions are plain arithmetic on scalars and also accept NumPy arrays.
 """
 
 import numpy as np
 
 
 def steady_roll_rate(tilt, precession_rate, alpha, radius, gravity):
-    """Roll rate [rad/s] that keeps the tilt constant at a given precession rate.
+    """Return the roll rate [rad/s] that keeps the tilt constant at a given precession rate.
 
     Parameters
     ----------
     tilt : float or array
         Constant tilt [rad].
     precession_rate : float or array
-        Precession rate [rad/s]. Where it is zero no roll rate holds a tilt up, and the result is not finite.
+        Precession rate [rad/s]. If it is zero, no roll rate supports a tilt, and the result is not finite.
     alpha, radius, gravity : float or array
         Mass distribution [1], radius [m], gravity [m/s^2].
 
@@ -33,7 +33,7 @@ def steady_roll_rate(tilt, precession_rate, alpha, radius, gravity):
 
 
 def steady_precession_rates(tilt, roll_rate, alpha, radius, gravity):
-    """Precession rates [rad/s] that keep the tilt constant at a given roll rate.
+    """Return the precession rates [rad/s] that keep the tilt constant at a given roll rate.
 
     Parameters
     ----------
@@ -42,9 +42,9 @@ def steady_precession_rates(tilt, roll_rate, alpha, radius, gravity):
     Returns
     -------
     (slow, fast) : floats or arrays
-        The smaller and the larger in magnitude; NaN where no precession holds the tilt. Both have the sign of
-        -roll_rate * tilt, and their product is 2g / ((2+alpha) R cos(tilt)). As the tilt goes to zero the slow one
-        goes to zero (rolling along a line), the fast one beyond any bound, so that at zero tilt it is not finite.
+        The smaller and the larger one in magnitude; NaN if no precession supports the tilt. Both have the sign of
+        -roll_rate * tilt, and their product is 2g / ((2+alpha) R cos(tilt)). As the tilt goes to zero, the slow one
+        goes to zero (rolling along a line) and the fast one to infinity, so it is not finite at zero tilt.
 
     Notes
     -----
@@ -56,17 +56,17 @@ def steady_precession_rates(tilt, roll_rate, alpha, radius, gravity):
 
 
 def both_precession_rates(tilt, roll_rate, alpha, radius, gravity):
-    """`steady_precession_rates` for kernels, which know of no warnings."""
+    """Return `steady_precession_rates`, for kernels, which cannot suppress warnings."""
     S, C = np.sin(tilt), np.cos(tilt)
     half, product = (1.0 + alpha) * roll_rate, 2.0 * gravity * S / (radius * C)
     root = np.sqrt(half * half - (2.0 + alpha) * S * product)
-    # the root with which nothing cancels; the other follows from the product
+    # the root without cancellation; the other one follows from the product
     large = -(half + np.copysign(root, half))
     return product / large, large / ((2.0 + alpha) * S)
 
 
 def wobble_precession_rate(tilt, alpha, radius, gravity):
-    """Precession rate [rad/s] of the wobble: circling at a constant tilt with the centre at rest; above 0.
+    """Return the precession rate [rad/s] of the wobble: circling at a constant tilt with the centre at rest; positive.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def wobble_precession_rate(tilt, alpha, radius, gravity):
 
 
 def centred_roll_rate(tilt, precession_rate):
-    """Roll rate [rad/s] with which the centre of a disk with constant tilt is at rest: s = 0.
+    """Return the roll rate [rad/s] at which the centre of a disk with constant tilt is at rest: s = 0.
 
     Parameters
     ----------
@@ -90,10 +90,10 @@ def centred_roll_rate(tilt, precession_rate):
 
 
 def stability_coefficient(tilt, precession_rate, roll_rate, alpha, radius, gravity):
-    """Coefficient k [rad^2/s^2] of small oscillations about a steady motion: stable where k > 0.
+    """Return the coefficient k [rad^2/s^2] of small oscillations about a steady motion, which is stable if k > 0.
 
     sqrt(k) is the nutation frequency of the disturbed motion, sqrt(-k) its growth rate. Parameters as in
-    `steady_roll_rate`. Source: linearised tilt equation along Chaplygin's integrals,
+    `steady_roll_rate`. Source: tilt equation linearised along Chaplygin's integrals,
     (2+alpha) k = -2 (g/R) cos(tilt) + (2+alpha) p^2 + (6+2 alpha) p f sin(tilt) + 4 (1+alpha) f^2.
     """
     p, f = precession_rate, roll_rate
@@ -103,22 +103,22 @@ def stability_coefficient(tilt, precession_rate, roll_rate, alpha, radius, gravi
 
 
 def fall_rate_squared(alpha, radius, gravity):
-    """Square [rad^2/s^2] of the rate at which the upright disk without any spin begins to fall: 2g/[(2+alpha)R]."""
+    """Return the square [rad^2/s^2] of the rate at which an upright disk without spin falls: 2g/[(2+alpha)R]."""
     return 2.0 * gravity / ((2.0 + alpha) * radius)
 
 
 def critical_roll_rate_squared(alpha, radius, gravity):
-    """Square [rad^2/s^2] of the roll rate above which upright rolling is stable: g/[2(1+alpha)R]."""
+    """Return the square [rad^2/s^2] of the roll rate above which upright rolling is stable: g/[2(1+alpha)R]."""
     return gravity / (2.0 * (1.0 + alpha) * radius)
 
 
 def critical_precession_rate_squared(alpha, radius, gravity):
-    """Square [rad^2/s^2] of the precession rate above which upright spinning is stable: 2g/[(2+alpha)R]."""
+    """Return the square [rad^2/s^2] of the precession rate above which upright spinning is stable: 2g/[(2+alpha)R]."""
     return fall_rate_squared(alpha, radius, gravity)
 
 
 def marginal_precession_rates(tilt, coefficient, alpha, radius, gravity):
-    """Precession rates [rad/s] of the steady motions at one tilt whose stability coefficient has a given value.
+    """Return the precession rates [rad/s] of the steady motions at one tilt that have a given stability coefficient.
 
     Parameters
     ----------
@@ -131,13 +131,13 @@ def marginal_precession_rates(tilt, coefficient, alpha, radius, gravity):
     Returns
     -------
     (slow, fast) : arrays
-        The smaller and the larger positive precession rate; NaN where no steady motion has that coefficient. The
-        slow branch joins rolling, the fast one spinning, as the tilt goes to zero.
+        The smaller and the larger positive precession rate; NaN if no steady motion has that coefficient. As the tilt
+        goes to zero, the slow branch joins rolling and the fast branch joins spinning.
 
     Notes
     -----
-    With P = p^2, `steady_roll_rate` gives p f = -(a + b P); inserted into `stability_coefficient` and multiplied by P
-    the condition is a quadratic in P.
+    With P = p^2, `steady_roll_rate` gives p f = -(a + b P). Inserted into `stability_coefficient` and multiplied by
+    P, the condition is a quadratic in P.
     """
     C, S = np.cos(tilt), np.sin(tilt)
     a = gravity * S / ((1.0 + alpha) * radius * C)

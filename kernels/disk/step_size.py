@@ -1,4 +1,4 @@
-"""The settings of a run as the kernels use them, and how long the steps of a cell are."""
+"""The settings of a run in the form used by the kernels, and the step length of a cell."""
 
 import math
 from typing import NamedTuple
@@ -7,10 +7,10 @@ from kernels.disk.arrays import DURATION, FALL_TILT, STEP, TOLERANCE
 from kernels.disk.equations import fastest_square
 from kernels.jit import kernel, simd
 
-#: Step over the fastest time scale of the start, at a tolerance of 1e-8; see `first_step`.
+#: Step over the shortest time scale of the start, at a tolerance of 1e-8; see `first_step`.
 _RELATIVE_STEP = 0.042
 
-#: Share of that step near a maximum of the potential, and the |V''| (of m g R) above which the shorter step is taken.
+#: Share of this step near a maximum of the potential, and the |V''| (of m g R) above which the shorter step is used.
 _MAXIMUM_SHARE = 0.39
 _LEAST_CURVATURE = _MAXIMUM_SHARE**2.5
 
@@ -30,7 +30,7 @@ class RunSettings(NamedTuple):
 def prepared_settings(settings):
     """Return the `RunSettings` of float64[len(SETTINGS)] settings.
 
-    The global error is of fourth order, hence the fourth root of the tolerance.
+    The step is proportional to the fourth root of the tolerance, because the global error is of fourth order.
     """
     relative_step = _RELATIVE_STEP * math.sqrt(math.sqrt(settings[TOLERANCE] * 1.0e8))
     return RunSettings(
@@ -41,7 +41,7 @@ def prepared_settings(settings):
 
 @simd
 def first_step(state, constants, relative_step):
-    """Scaled step over cos(tilt), where the request leaves it open; see `share_near_maximum` too.
+    """Return the scaled step over cos(tilt), if the request does not set one; see also `share_near_maximum`.
 
     The rates of the start give the fastest frequency of the linearised motion; the step then shrinks like cos(tilt)
     as the tilt approaches 90 deg.
@@ -51,9 +51,9 @@ def first_step(state, constants, relative_step):
 
 @kernel
 def share_near_maximum(curvature):
-    """Share of `first_step` for a start where the second derivative V'' of the potential (of m g R) is `curvature`.
+    """Return the share of `first_step` for a start with the second derivative `curvature` of the potential (of m g R).
 
-    A start near a maximum of the potential leaves it for faster motion: over rolling and spinning starts of several
-    alphas the step that meets the tolerance was 0.43 to 0.46 |V''|^-0.4 of that of the other cells.
+    A start near a maximum of the potential leaves it for faster motion. For rolling and spinning starts of several
+    alphas, the step that meets the tolerance was 0.43 to 0.46 |V''|^-0.4 of the step of other cells.
     """
     return _MAXIMUM_SHARE * (-curvature) ** -0.4 if curvature < -_LEAST_CURVATURE else 1.0

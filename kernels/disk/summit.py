@@ -1,8 +1,8 @@
-"""Whether a leg passed a maximum of the potential by less energy than the integration may have lost.
+"""Detection of legs that passed a maximum of the potential by less energy than the integration may have lost.
 
-If it did, the true motion may have turned there. The disk is slow at such a pass and a leg with one is long, so few
-legs are looked at: in turn by their time, by the tilts that they cover, by where they begin, by the potential between
-their ends, and only then by taking their steps again. All of it is scalar code.
+After such a pass, the true motion may have turned there instead. The disk is slow at such a pass and the leg is long,
+so few legs need a check. Legs are checked by increasing cost: by their time, by the tilts that they cover, by their
+beginning, by the potential between their ends, and finally by repeating their steps. All of this is scalar code.
 """
 
 import math
@@ -15,19 +15,20 @@ from kernels.jit import kernel, simd
 #: A potential has maxima only at smaller tilts [rad]: steady motions are unstable below 18.6 deg (disk) to 20 deg.
 _LARGEST_TILT = 0.36
 
-#: Scaled time over sqrt(1 + alpha/2) that a leg with a doubtful pass takes at least. The speed at a distance x from a
-#: maximum is at most sqrt((2 K + x^2)/(1 + alpha/2)), with K the energy left at the maximum. A start nearer than
-#: 30 sqrt(2 K) has lost next to nothing on its way there, from all others it takes 2 asinh(30).
+#: Least scaled time over sqrt(1 + alpha/2) of a leg with a doubtful pass. The speed at a distance x from a maximum is
+#: at most sqrt((2 K + x^2)/(1 + alpha/2)), with K the energy left at the maximum. A start nearer than 30 sqrt(2 K)
+#: has lost almost nothing on its way there; all others need 2 asinh(30).
 _SHORTEST = 8.0
 
-#: Steps of the search for a minimum of the kinetic energy between the ends of a leg: up to a length of 0.7 in y (about
-#: 40 deg), and beyond; the largest minimum (of m g R) that is looked at, several times the error of the search.
+#: Steps of the search for a minimum of the kinetic energy between the ends of a leg: up to a length of 0.7 in
+#: y (about 40 deg), and beyond it; the largest minimum (of m g R) that is considered, several times the error of the
+#: search.
 _NODES, _SHORT, _NODES_IF_LONG, _LARGEST_MINIMUM = 8, 0.7, 48, 2.0e-3
 
-#: A pass is doubtful when the kinetic energy left is less than this many times the energy that is uncertain.
+#: A pass is doubtful if the kinetic energy left is less than this many times the uncertain energy.
 _MARGIN = 4.0
 
-#: Share of a leg's way by which its last step but one may be from its end.
+#: Largest distance between the last step but one of a leg and its end, as a share of the leg.
 _ELSEWHERE = 0.2
 
 
@@ -38,7 +39,7 @@ def _covers_summits(tilt_start, tilt_end):
 
 @kernel
 def _leaves_summit(state, constants, heading):
-    """Whether a leg begins beside a maximum of the potential that it leaves, or passes without doubt."""
+    """Return whether a leg begins near a maximum of the potential and leaves it, or passes it without doubt."""
     _, curvature = force(state, constants)
     if not curvature < 0.0:
         return False
@@ -46,7 +47,7 @@ def _leaves_summit(state, constants, heading):
     downhill = heading * tilt_acceleration(state, constants) * inertia
     if downhill >= 0.0:
         return True
-    # the maximum is ahead by downhill/curvature and higher by half of downhill^2/curvature, if that is near enough
+    # the maximum is ahead by downhill/curvature and higher by half of downhill^2/curvature, if it is near enough
     kinetic = 0.5 * state[3] * state[3] * inertia
     return downhill > 0.1 * curvature * -curvature and 0.5 * downhill * downhill < -0.8 * curvature * kinetic
 
@@ -58,7 +59,7 @@ def _moved(S, C, s, o, h, slope):
 
 @simd
 def _step_along(S, C, s, o, h, constants):
-    """One step of the classical Runge-Kutta method in y."""
+    """Make one step of the classical Runge-Kutta method in y."""
     one = slopes_along(S, C, s, o, constants)
     two = slopes_along(*_moved(S, C, s, o, 0.5 * h, one), constants)
     three = slopes_along(*_moved(S, C, s, o, 0.5 * h, two), constants)
@@ -74,7 +75,7 @@ def _step_along(S, C, s, o, h, constants):
 
 @kernel
 def _lies_in_hidden_well(state, constants, h):
-    """Whether the end of a leg lies in a well of the potential that is narrower than the distance of two nodes."""
+    """Return whether a leg ends in a well of the potential that is narrower than the distance of two nodes."""
     pull, curvature = force(state, constants)
     if not curvature > 0.0:
         return False
@@ -85,7 +86,7 @@ def _lies_in_hidden_well(state, constants, h):
 
 @kernel
 def _slow_between(state, tilt_end, constants):
-    """Whether the kinetic energy may have a small minimum between a start and a tilt, by a coarse integration."""
+    """Return whether a coarse integration allows a small minimum of the kinetic energy between a start and a tilt."""
     S, C, _, w, o, s = state
     length = math.asinh(math.tan(tilt_end)) - math.asinh(S / C)
     nodes = _NODES if abs(length) <= _SHORT else _NODES_IF_LONG
@@ -101,7 +102,7 @@ def _slow_between(state, tilt_end, constants):
         kinetic = whole - potential(S, C, o, s, constants)
         slope = -h * fall_along(S, C, s, o, constants)
         if slope_before < 0.0 < slope:
-            # the parabolas from both nodes, with the curvature that their slopes show
+            # the parabolas from both nodes, with the curvature given by their slopes
             bend = slope - slope_before
             lowest = min(
                 before - 0.5 * slope_before * slope_before / bend, kinetic - 0.5 * slope * slope / bend
@@ -113,9 +114,10 @@ def _slow_between(state, tilt_end, constants):
 
 @kernel
 def _doubtful_on_the_way(state, constants, leg, whole, alpha):
-    """Take the steps of a leg again; whether at a minimum of its speed it was as slow as its energy is uncertain.
+    """Repeat the steps of a leg; return whether the energy at a minimum of its speed was within its uncertainty.
 
-    Or whether the leg ends elsewhere this time: these steps round otherwise than those of `lane_step` in lanes.
+    Also return True if the leg ends elsewhere this time, because these steps round differently from `lane_step` in
+    lanes.
     """
     _, tilt_end, steps, heading, uniform, graded = leg
     start = state[0], state[1], state[3], state[4], state[5]
@@ -132,29 +134,29 @@ def _doubtful_on_the_way(state, constants, leg, whole, alpha):
             if not kinetic > _MARGIN * uncertain:
                 return True
         slowing = slower
-    # one step is left, and the landing
+    # one step and the landing are left
     way = math.sin(tilt_end) - start[0]
     return not abs(math.sin(tilt_end) - state[0]) <= _ELSEWHERE * abs(way)
 
 
 @simd
 def is_long(time, constants):
-    """Whether a leg of some scaled time is long enough for a doubtful pass; most are not."""
+    """Return whether a leg with a scaled time is long enough for a doubtful pass; most legs are not."""
     return not time * math.sqrt(per_inertia(0.0, 1.0, constants)) < _SHORTEST
 
 
 @kernel
 def doubtful_pass(state, constants, leg, whole, alpha):
-    """Whether a long leg passed a maximum of the potential by less energy than is uncertain there.
+    """Return whether a long leg passed a maximum of the potential by less energy than is uncertain there.
 
     Parameters
     ----------
     state : tuple of 6 floats
-        State where the leg began, with the rates of its sense of time.
+        State at the beginning of the leg, with the rates of its direction of time.
     constants : tuple of floats
     leg : tuple of 6 floats
-        Tilts [rad] where it began and ended, steps, sign of the tilt rate, and the scaled steps: the part that is
-        constant and the part that is multiplied by cos(tilt).
+        Tilts [rad] at its beginning and end, number of steps, sign of the tilt rate, and the scaled steps: the
+        constant part and the part that is multiplied by cos(tilt).
     whole, alpha : float
         Energy of the start over m g R; mass distribution.
 

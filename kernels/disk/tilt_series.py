@@ -1,36 +1,37 @@
-"""A motion as power series in the stretched tilt, and with it the contact forces.
+"""A motion as power series in the stretched tilt, and its contact forces.
 
-Along a motion s, o and the kinetic energy of the tilt are functions of the tilt alone (Chaplygin 1897), and so are the
-forces. In the stretched tilt y, where dtilt = cos(tilt) dy, sin(tilt) = tanh y and tan(tilt) = sinh y, every function
-here is analytic within pi/2 of the real axis: its series about any tilt, however near to 90 deg, converges like
-(2t/pi)^k. The force of the plane divided by the normal force has poles; the series that stand here have none.
+Along a motion s, o and the kinetic energy of the tilt are functions of the tilt (Chaplygin 1897), and therefore the
+forces too. In the stretched tilt y, where dtilt = cos(tilt) dy, sin(tilt) = tanh y and tan(tilt) = sinh y, every
+function here is analytic within pi/2 of the real axis: its series about any tilt, however near to 90 deg, converges
+like (2t/pi)^k. The force of the plane divided by the normal force has poles; the series used here have none.
 """
 
 import numpy as np
 
 from kernels.jit import kernel
 
-#: Length [1] of a panel in y, and terms of the series: what is left out is (1/4pi)^16 = 3e-18 times a few hundred.
+#: Length [1] of a panel in y, and number of terms of the series: the omitted terms are (1/4pi)^16 = 3e-18 times a few
+#: hundred.
 PANEL, TERMS = 0.125, 16
 
-#: Rows of `series`. Sine, cosine, tangent of the tilt and one over the cosine; the state s, o; kinetic energy of the
-#: tilt and the acceleration of the tilt times 1 + alpha/2, over m g R.
+#: Rows of `series`. Sine, cosine, tangent of the tilt and the reciprocal of the cosine; the state s, o; kinetic
+#: energy of the tilt and tilt acceleration times 1 + alpha/2, over m g R.
 SIN, COS, TAN, SEC, AXIAL, DIAMETRAL, KINETIC, PULL = range(8)
-#: Normal force; its derivative; squared horizontal force; and the derivative of the squared friction coefficient that
-#: is needed, times the third power of the normal force. All over the weight.
+#: Normal force; its derivative; squared horizontal force; derivative of the squared friction coefficient needed,
+#: times the third power of the normal force. All over the weight.
 NORMAL, NORMAL_SLOPE, FRICTION_SQUARED, FRICTION_SLOPE = range(8, 12)
-#: Kinetic energy over t, where it vanishes at t = 0.
+#: Kinetic energy over t, if it vanishes at t = 0.
 KINETIC_PER_STRETCH = 12
-#: Of the motion: o tan; (1+alpha) s - (alpha/2) o tan; and products.
+#: For the motion: o tan; (1+alpha) s - (alpha/2) o tan; and products.
 _CLIMB, _TORQUE, _O_TORQUE, _PULL_COS, _COS_COS, _SIN_COS, _O_COS, _O_SIN, _S_COS = range(13, 22)
-#: Of the forces: products, roll rate, its factor across the track, w^2 + climb^2, horizontal force across the track.
+#: For the forces: products, roll rate, its factor across the track, w^2 + climb^2, horizontal force across the track.
 _SIN_SIN, _PULL_SIN, _KINETIC_COS, _O_SEC, _O_O, _CLIMB_CLIMB = range(22, 28)
 _ROLL, _FACTOR, _SQUARES, _SIN_SQUARES, _ROLL_FACTOR, _ALONG, _TURNED = range(28, 35)
 _ACROSS, _ACROSS_ACROSS, _SQUARED_SLOPE, _UP, _DOWN = range(35, 40)
 ROWS = 40
 
-# One loop over a table of products, and not one for each: the compiler would unroll every one of them, five times as
-# long. A row is a factor, the other factor and the product; no product of a table is a factor in it.
+# A loop over a table of products: the compiler would unroll a separate loop for each product, five times as long. A
+# row contains a factor, the other factor and the product; no product of a table is a factor in it.
 _OF_O = np.array([[DIAMETRAL, TAN, _CLIMB]])
 _OF_TORQUE = np.array([[DIAMETRAL, _TORQUE, _O_TORQUE]])
 _OF_MOTION = np.array(
@@ -79,7 +80,7 @@ def go_on(series, h):
 
 @kernel
 def _multiply(series, products, first, stop):
-    """Terms `first` to `stop` - 1 of products of rows."""
+    """Compute terms `first` to `stop` - 1 of products of rows."""
     for product in range(products.shape[0]):
         one, other, into = products[product, 0], products[product, 1], products[product, 2]
         for k in range(first, stop):
@@ -116,7 +117,7 @@ def expand_motion(series, constants):
 
 @kernel
 def expand_forces(series, constants, alpha):
-    """Expand the contact forces, from the motion: as `kernels.disk.contact.contact_forces`, from w^2 and not from w."""
+    """Expand the contact forces, as in `kernels.disk.contact.contact_forces`, but from w^2 and not from w."""
     twice = 2.0 * constants[0]
     _multiply(series, _OF_FORCES, 0, TERMS)
     for k in range(TERMS):

@@ -1,7 +1,7 @@
 """One motion sampled in time, with the path of the contact point on the plane.
 
-The state advances with the step of the atlases (`kernels.disk.rk4.step`), two half steps at a time. Heading, roll
-angle and path are integrals over the state; Simpson's rule over the three states keeps them of fourth order.
+The state advances with the same step as in atlases (`kernels.disk.rk4.step`), by two half steps at a time. Heading,
+roll angle and path are integrals over the state, computed with fourth order by Simpson's rule over the three states.
 """
 
 import math
@@ -15,13 +15,13 @@ from kernels.disk.rk4 import land_on_tilt, land_on_turning_point, step, tilt_acc
 from kernels.jit import kernel
 from kernels.native.entry import entry
 
-#: Steps after which a motion is abandoned.
+#: Number of steps after which a motion is abandoned.
 _MOST_STEPS = 100_000_000
 
 
 @kernel
 def _rates(state):
-    """Scaled rates of the heading, of the roll angle, and of the vertical momentum about the contact point."""
+    """Return the scaled rates of heading, roll angle, and vertical momentum about the contact point."""
     _, C, T, w, o, s = state
     rolling = s - o * T
     return o / C, rolling, rolling * w * C
@@ -29,13 +29,13 @@ def _rates(state):
 
 @kernel
 def _carry(place, before, middle, after, h):
-    """Heading, roll angle, contact point (over R) and momentum gained, one step of scaled length h later."""
+    """Return heading, roll angle, contact point (over R) and momentum gained after a step of scaled length h."""
     heading, angle, x, y, gained = place
     turn_0, roll_0, gain_0 = _rates(before)
     turn_1, roll_1, gain_1 = _rates(middle)
     turn_2, roll_2, gain_2 = _rates(after)
     sixth = h / 6.0
-    # half-way: the integral of the parabola through the three rates, third order, which is weighted by another h
+    # halfway: the integral of the parabola through the three rates, of third order, which enters with another factor h
     heading_1 = heading + h * (5.0 * turn_0 + 8.0 * turn_1 - turn_2) / 24.0
     heading_2 = heading + sixth * (turn_0 + 4.0 * turn_1 + turn_2)
     side = roll_0 * math.sin(heading) + 4.0 * roll_1 * math.sin(heading_1) + roll_2 * math.sin(heading_2)
@@ -51,14 +51,14 @@ def _carry(place, before, middle, after, h):
 
 @kernel
 def _fall(before, after, constants, fall_tilt, h):
-    """(whether fall_tilt was reached between two states, scaled time from the second back to that moment)."""
+    """Return whether fall_tilt was reached between two states, and the scaled time from the second one back to it."""
     there, elapsed, fell = after, 0.0, not after[1] >= math.cos(fall_tilt)
     if before[3] * after[3] < 0.0:
         there, elapsed = land_on_turning_point(after, constants, 2.0 * h)
         beyond = abs(math.atan2(there[0], there[1])) - fall_tilt
         fell = not beyond < 0.0
         if fell:
-            # it turned back only beyond fall_tilt: go back to where it passed that
+            # it turned back only beyond fall_tilt: go back to the passage
             back = -math.sqrt(2.0 * beyond / abs(tilt_acceleration(there, constants)))
             there, elapsed = step(there, constants, back), elapsed + back
     if not fell:
@@ -100,7 +100,7 @@ def trajectory(start, settings, times, samples):
     start : float64[len(PARAMETERS)]
         |tilt| below fall_tilt.
     settings : float64[len(TRAJECTORY_SETTINGS)]
-        Of the relative step see `kernels.disk.contact.suitable_step`.
+        For the relative step see `kernels.disk.contact.suitable_step`.
     times : float64[n]
         Increasing, from 0 [s].
     samples : float64[len(SAMPLES), n], written
@@ -108,9 +108,9 @@ def trajectory(start, settings, times, samples):
     Returns
     -------
     (ending, filled, last, steps)
-        A code of `kernels.disk.endings`: HORIZON, FELL or UNRESOLVED (not finite, or too many steps); how many columns
-        were written; the time [s] of the last one, which after a fall is the moment when fall_tilt was reached; the
-        steps made.
+        A code of `kernels.disk.endings`: HORIZON, FELL or UNRESOLVED (not finite, or too many steps); the number of
+        columns written; the time [s] of the last column, which after a fall is the moment when fall_tilt was reached;
+        the number of steps.
     """
     unit, radius = math.sqrt(start[RADIUS] / start[GRAVITY]), start[RADIUS]
     constants = inertia(start[ALPHA])
@@ -158,12 +158,12 @@ def trajectory(start, settings, times, samples):
 
 @entry(start="float64[::1]", states="float64[:, ::1]", results="float64[:, ::1], written")
 def derived(start, states, results):
-    """Compute what follows from sampled states, integrated by any method.
+    """Compute derived quantities of sampled states, integrated by any method.
 
     Parameters
     ----------
     start : float64[len(PARAMETERS)]
-        Its tilt and rates are not read.
+        Tilt and rates are not read.
     states : float64[len(STATE), n]
     results : float64[len(DERIVED), n], written
     """

@@ -1,1 +1,1 @@
-"""Machinery that contains no physics: lanes of trajectories side by side, their scheduling and refill."""
+"""Lanes of trajectories side by side, their scheduling and refill; contains no physics."""

@@ -1,11 +1,12 @@
-"""One compiled entry point for each model, from the one schedule and the functions of the model.
+"""One compiled entry point for each model, from the shared schedule and the functions of the model.
 
-The schedule calls a model's functions as globals. For each model it is copied, together with those of its functions
-that use such a global, and the copies see the model's functions under these names. A copy bears the name of its model,
-too: Numba names machine code after the function and a number that counts in each process.
+The schedule calls the functions of a model as globals. For each model it is copied, together with all of its
+functions that use such a global, and the globals of the copies are the functions of the model. The name of a copy
+contains the name of its model, because Numba names machine code after the function and a counter that differs between
+processes.
 
-A variant of a model has `flags`, which take the place of globals of the model's functions: the compiler leaves out what
-follows ``if FLAG:``. So each variant is an entry point of its own, which computes nothing that it does not need.
+A variant of a model has `flags`, which replace globals of the model's functions: the compiler removes code that
+``if FLAG:`` excludes. So each variant is its own entry point, without unnecessary computations.
 """
 
 from kernels.lanes import interface, schedule
@@ -23,7 +24,7 @@ def bind(model, made=None):
     ----------
     model : kernels.lanes.interface.LaneModel
     made : dict, optional, written
-        As of `rebound_for`.
+        As for `rebound_for`.
 
     Returns
     -------
@@ -33,7 +34,7 @@ def bind(model, made=None):
     Raises
     ------
     ValueError
-        If no function uses a name among the flags.
+        If a name among the flags is not used by any function.
     """
     replaced = replacements(model)
     entry = rebound_for(model.name, schedule.integrate, replaced, model.flags or {}, _recompiled, made)
@@ -41,17 +42,17 @@ def bind(model, made=None):
 
 
 def variant(entry, name, flags, made=None):
-    """Return an entry point in whose functions globals are replaced; it belongs to no schedule.
+    """Return a copy of an entry point with replaced globals; it does not use the schedule.
 
     Parameters
     ----------
     entry : kernels.native.entry.ParallelEntry
     name : str
-        Unlike that of any other variant of the entry point.
+        Different for each variant of the entry point.
     flags : dict of str to anything
-        As of `kernels.lanes.interface.LaneModel`.
+        As in `kernels.lanes.interface.LaneModel`.
     made : dict, optional, written
-        As of `rebound_for`.
+        As for `rebound_for`.
 
     Returns
     -------
@@ -60,19 +61,19 @@ def variant(entry, name, flags, made=None):
     Raises
     ------
     ValueError
-        If no function uses a name among the flags.
+        If a name among the flags is not used by any function.
     """
     return rebound_for(name, entry, {}, flags, _recompiled, made)
 
 
 def replacements(model):
-    """What takes the place of the names of `kernels.lanes.interface` in a model: a dict."""
+    """Return the values that replace the names of `kernels.lanes.interface` for a model, as a dict."""
     numbers = {name: getattr(model.layout, name) for name in _LAYOUT} | {"FURTHER_STEPS": model.further_steps}
     return numbers | {name: getattr(model, name) for name in _FUNCTIONS}
 
 
 def rebound_for(name, kernel, replaced, flags, recompiled, made=None):
-    """Return a copy of a kernel as `rebound` does, for a model or variant with this name.
+    """Return a copy of a kernel as by `rebound`, for a model or variant with this name.
 
     Parameters
     ----------
@@ -80,10 +81,10 @@ def rebound_for(name, kernel, replaced, flags, recompiled, made=None):
     kernel, replaced, flags
         As for `rebound`.
     recompiled : callable
-        Called with the name, a kernel and the globals that differ for its copy; returns what takes its place.
+        Called with the name, a kernel and the replaced globals of its copy; returns the copy.
     made : dict, optional, written
-        As for `rebound`; entry points that are bound with the same one share the functions that both call, which are
-        compiled once. Flags of the same name have the same value in all of them.
+        As for `rebound`. Entry points bound with the same dict share the functions that both call, which are compiled
+        only once. Flags of the same name must have the same value in all of them.
 
     Returns
     -------
@@ -92,7 +93,7 @@ def rebound_for(name, kernel, replaced, flags, recompiled, made=None):
     Raises
     ------
     ValueError
-        If no function uses a name among the flags: it was misspelt, or what it replaced is gone.
+        If a name among the flags is not used by any function: it was misspelt, or its global no longer exists.
     """
     made = {} if made is None else made
     copy, used = rebound(kernel, replaced, flags, lambda *given: recompiled(name, *given), made)
@@ -105,25 +106,25 @@ def rebound_for(name, kernel, replaced, flags, recompiled, made=None):
 
 
 def rebound(kernel, replaced, flags, recompiled, made):
-    """Return a copy of a kernel, and of the kernels that it calls, in which globals are replaced.
+    """Return a copy of a kernel, and of the kernels that it calls, with replaced globals.
 
     Parameters
     ----------
     kernel : compiled function
     replaced : dict
-        Name -> what it stands for, in functions of `kernels.lanes`.
+        Name -> its replacement, in functions of `kernels.lanes`.
     flags : mapping
-        Name -> what it stands for, in all functions.
+        Name -> its replacement, in all functions.
     recompiled : callable
-        Called with a kernel and the globals that differ for its copy; returns what takes its place.
+        Called with a kernel and the replaced globals of its copy; returns the copy.
     made : dict, written
-        Plain function -> what took its place, and the names among the flags that it and what it calls use.
+        Plain function -> its copy, and the names among the flags that it and its callees use.
 
     Returns
     -------
     copy : compiled function
     used : set of str
-        The names among the flags that it and what it calls use.
+        The names among the flags that it and its callees use.
     """
     source = plain(kernel)
     if source not in made:
@@ -144,12 +145,12 @@ def rebound(kernel, replaced, flags, recompiled, made):
 
 
 def plain(kernel):
-    """The Python function that a kernel was compiled from."""
+    """Return the Python function that a kernel was compiled from."""
     return getattr(kernel, "py_func", kernel)
 
 
 def copied(name, kernel, different):
-    """Copy of the Python function of a kernel, some of whose globals are different ones, named after a model too."""
+    """Return a copy of the Python function of a kernel with replaced globals, named after a model too."""
     source = plain(kernel)
     copy = type(source)(source.__code__, source.__globals__ | different, source.__name__, source.__defaults__)
     copy.__doc__ = source.__doc__
@@ -158,7 +159,7 @@ def copied(name, kernel, different):
 
 
 def _is_kernel(value):
-    # those of `kernels.lanes.cuda` are plain functions
+    # the kernels of `kernels.lanes.cuda` are plain functions
     return hasattr(value, "py_func") or (
         isinstance(value, type(plain)) and value.__module__.startswith("kernels.")
     )

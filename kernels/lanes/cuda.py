@@ -1,8 +1,8 @@
 """Any model on an NVIDIA device: one cell per thread, from the same functions as on the CPU.
 
-The functions of a model, and all that they call, are compiled a second time for the device; a thread holds the numbers
-that a lane holds on the CPU and runs the same stages to the same endings. Only the loop differs: a thread steps its one
-cell until an event, without waiting for others.
+The functions of a model, and all that they call, are compiled a second time for the device. A thread holds the same
+numbers as a lane on the CPU, and runs the same stages to the same endings. Only the loop differs: a thread steps its
+single cell until an event, without waiting for others.
 """
 
 import math
@@ -24,7 +24,8 @@ from kernels.lanes.interface import (
     set_off,
 )
 
-#: Threads of a block: with 32 to 256 an H200 is equally fast; in a small block threads whose cells end early wait less.
+#: Threads of a block. An H200 is equally fast with 32 to 256; in a small block, threads whose cells end early wait
+#: less.
 THREADS = 64
 
 #: Stages of a model that only `kernels.lanes.schedule` calls.
@@ -32,7 +33,7 @@ _CPU_ONLY = ("further_step", "go_on")
 
 
 def _begin(cell, starts, run, own, measures, counts):
-    """Read, prepare and set off a cell; returns whether it has to be stepped."""
+    """Read, prepare and set off a cell; return whether it has to be stepped."""
     if not read_start(cell, 0, starts, run, own, measures, counts):
         return False
     prepare(0, run, own)
@@ -44,7 +45,7 @@ def _begin(cell, starts, run, own, measures, counts):
 
 def _step_to_event(run, own):
     """Step until an event ends the leg."""
-    # the numbers of the lane stay in registers until the event (seen in the PTX: no access to memory in this loop)
+    # the numbers of the lane stay in registers until the event (the PTX has no access to memory in this loop)
     steps = 0
     while True:
         steps += 1
@@ -55,7 +56,7 @@ def _step_to_event(run, own):
 
 def _integrate(starts, run, measures, counts):
     """Integrate one cell per thread."""
-    # its numbers lie as in lane 0 of the model's layout, so that the functions of the model serve unchanged
+    # laid out as lane 0 of the model's layout, so that the functions of the model can be used unchanged
     own = cuda.local.array(SIZE, np.float64)
     cell = cuda.grid(1)
     if cell < starts.shape[1] and _begin(cell, starts, run, own, measures, counts):
@@ -67,8 +68,8 @@ def _integrate(starts, run, measures, counts):
 
 
 def _recompiled(name, kernel, different):
-    # Numba would compile called kernels for the device by itself, but with the CPU's options, and its CUDA target turns
-    # any `fastmath` into all of it: a NaN would pass unnoticed. The device contracts a*b + c by default.
+    # Numba would compile called kernels for the device by itself, but with the options of the CPU, and its CUDA
+    # target turns any `fastmath` into all of it: a NaN would pass unnoticed. The device contracts a*b + c by default.
     return cuda.jit(device=kernel is not _integrate)(copied(name, kernel, different))
 
 
@@ -82,14 +83,14 @@ def bind(model):
     Returns
     -------
     callable
-        Arguments and results as in `kernels.lanes.schedule.integrate`. The bits of a cell depend on the cell alone, as
-        on the CPU, but differ from the CPU's: library functions (a few sines, powers) and the places where a
-        multiplication and an addition become one instruction are others.
+        Arguments and results as in `kernels.lanes.schedule.integrate`. The bits of a cell depend only on the cell, as
+        on the CPU, but differ from the CPU's: the device has other library functions (a few sines, powers) and
+        contracts other pairs of multiplication and addition into one instruction.
 
     Raises
     ------
     ValueError
-        If the model has stages that only the CPU's schedule calls, or flags that no function uses.
+        If the model has stages that only the schedule of the CPU calls, or flags that no function uses.
     """
     for name in _CPU_ONLY:
         if getattr(model, name) is not LaneModel._field_defaults[name]:

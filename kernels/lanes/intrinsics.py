@@ -1,4 +1,4 @@
-"""A feature of LLVM that Numba does not offer: the trailing zero count of a word."""
+"""The trailing zero count of a word, an LLVM intrinsic that Numba does not offer."""
 
 from kernels.native.function import LazyFunction
 
@@ -22,5 +22,5 @@ def _count(word):
     return int(word & -word).bit_length() - 1
 
 
-#: Returns the number of zero bits below the lowest set bit of a word (int64, not zero).
+#: Number of zero bits below the lowest set bit of a word (int64, not zero).
 count_trailing_zeros = LazyFunction(_count, _instruction)
