@@ -1,6 +1,6 @@
-"""What stands in the arrays that Python hands to the kernels of bodies; as `kernels.disk.arrays`.
+"""The rows of the arrays that Python and the kernels of bodies exchange, in the same form as `kernels.disk.arrays`.
 
-Measures and counts are those of the disk.
+Measures and counts are the same as for the disk.
 """
 
 #: Start of a cell: tilt [rad], three rates [rad/s]; lengths over the outer radius [1]; flattening [1]; moments of
@@ -14,18 +14,18 @@ PARAMETERS = (
     TRANSVERSE_MOMENT, RADIUS, GRAVITY,
 ) = range(len(PARAMETERS))  # fmt: skip
 
-#: Settings of an integration: those of the disk, and the number of the body (`kernels.bodies.shapes`).
+#: Settings of an integration: the settings for the disk, and the number of the body (`kernels.bodies.shapes`).
 SETTINGS = ("duration", "step", "fall_tilt", "tolerance", "body")
 BODY = SETTINGS.index("body")
 
-#: Measures of the reduction: extreme tilts [rad], nutation period [s], a maximum of the potential beside the motion
-#: minus its energy, over m g R [1], estimated error of the extreme tilts [rad]. NaN where a measure does not exist.
+#: Measures of the reduction: extreme tilts [rad], nutation period [s], a maximum of the potential next to the motion
+#: minus the energy, over m g R [1], estimated error of the extreme tilts [rad]. NaN if a measure does not exist.
 REDUCED = ("tilt_min", "tilt_max", "nutation_period", "separatrix", "tilt_error")
 REDUCED_MIN, REDUCED_MAX, REDUCED_PERIOD, REDUCED_SEPARATRIX, REDUCED_ERROR = range(len(REDUCED))
 
-#: Where a body goes: angle [rad] that the heading gains over a nutation; distance [m] between the contact points at two
-#: smallest tilts after one another; least and greatest distance [m] of the contact point from the centre of the ring;
-#: where that centre is [m], from the contact point of the start, whose heading is 0. And what is known.
+#: Path of a body: heading gained per nutation [rad]; distance [m] between the contact points at two successive
+#: smallest tilts; least and greatest distance [m] of the contact point from the centre of the ring; position of that
+#: centre [m] relative to the contact point of the start, whose heading is 0. Kind of the path.
 PATH = ("heading_per_nutation", "path_drift", "ring_inner", "ring_outer", "ring_x", "ring_y")
 PATH_HEADING, PATH_DRIFT, PATH_INNER, PATH_OUTER, PATH_X, PATH_Y = range(len(PATH))
 UNKNOWN_PATH, ANNULAR_PATH, UNBOUNDED_PATH = range(3)

@@ -1,9 +1,10 @@
-"""What differs in the series of `kernels.bodies.pair` where the meridian is an arc of an ellipse.
+"""Replacements of functions of `kernels.bodies.pair` for a meridian that is an arc of an ellipse.
 
-The functions take the place of those with the same names for a circle.
+They replace the functions of the same names for a circle.
 
-With n = 1/sqrt(C^2 + q^2 S^2), where q^2 is the square of `kernels.bodies.shapes.Body`, a circle of the radius `edge`
-becomes the ellipse of the support function edge/n: a = core + edge n C, b = -shift - edge q^2 n S, r = edge q^2 n^3.
+With n = 1/sqrt(C^2 + q^2 S^2), where q^2 is the square of `kernels.bodies.shapes.Body`, a circle of radius `edge`
+becomes the ellipse with the support function edge/n: a = core + edge n C, b = -shift - edge q^2 n S,
+r = edge q^2 n^3.
 """
 
 import math
@@ -66,5 +67,5 @@ def radius_of(series, body, k, first):
     return body.edge * body.square * product(series, _NORMAL_SQUARE, _NORMAL, k)
 
 
-#: Names of functions for a circle -> those for an ellipse.
+#: Names of functions for a circle -> functions for an ellipse.
 FUNCTIONS = {function.__name__: function for function in (describe, evolute_along, radius_of)}

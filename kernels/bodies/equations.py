@@ -1,17 +1,18 @@
 """Equations of motion of a body of revolution, in the variables of the thin disk.
 
-State and scaling are those of `kernels.disk.equations`. The contact point is at -a d + b n from the centre of mass,
-with n the axis of the body and d its diameter through that point; the weight acts at the lever l = a S + b C. The
-meridian is an arc of a circle here: a = core + edge C and b = -shift - edge S. Where it is an arc of an ellipse the
-functions of `kernels.bodies.ellipse` take the place of those of the same names here. With A and I the transverse and
-the axial moment of inertia,
+State and scaling are the same as in `kernels.disk.equations`. The contact point is at -a d + b n from the centre of
+mass, with n the axis of the body and d its diameter through that point; the weight acts at the lever arm
+l = a S + b C. Here the meridian is an arc of a circle: a = core + edge C and b = -shift - edge S. For an arc of an
+ellipse, functions of `kernels.bodies.ellipse` replace those of the same names. With A and I the transverse and the
+axial moment of inertia,
 
-    B = A + a^2 + b^2         inertia of a rotation of the tilt about the contact point,
-    D = I A + I b^2 + A a^2   determinant of the inertia of the other two,
-    v = a s + b o             speed of the centre of mass across that,
+    B = A + a^2 + b^2         inertia of tilting about the contact point,
+    D = I A + I b^2 + A a^2   determinant of the inertia of the other two rotations,
+    v = a s + b o             speed of the centre of mass along the track,
 
-the potential over m g R is A o^2/2 + I s^2/2 + v^2/2 + h, where h is the height of the centre of mass. Along any motion
-s and o follow from the tilt alone, by a linear system. The thin disk is the arc (1, 0, 0) with A = alpha/2, I = alpha.
+the potential over m g R is A o^2/2 + I s^2/2 + v^2/2 + h, where h is the height of the centre of mass. Along any
+motion s and o are functions of the tilt, which obey a linear system. The thin disk is the arc (1, 0, 0) with
+A = alpha/2, I = alpha.
 """
 
 from kernels.disk.rk4 import _along, _summed
@@ -20,38 +21,38 @@ from kernels.jit import simd
 
 @simd
 def levers(S, C, body):
-    """(a, b, l) of the docstring of the module."""
+    """Return (a, b, l) of the module docstring."""
     return body.core + body.edge * C, -(body.shift + body.edge * S), body.core * S - body.shift * C
 
 
 @simd
 def curvature_radius(S, C, body):
-    """Radius of curvature r of the meridian."""
+    """Return the radius of curvature r of the meridian."""
     return body.edge
 
 
 @simd
 def evolute(S, C, body):
-    """Distance a - r C of the centre of curvature from the axis."""
+    """Return the distance a - r C of the centre of curvature from the axis."""
     return body.core
 
 
 @simd
 def excess(S, C, body):
-    """Height of the centre of mass above the centre of curvature, h - r."""
+    """Return the height of the centre of mass above the centre of curvature, h - r."""
     return body.core * C + body.shift * S
 
 
 @simd
 def _inertia(a, b, body):
-    """(B, D) of the docstring of the module."""
+    """Return (B, D) of the module docstring."""
     A, aa, bb = body.transverse, a * a, b * b
     return A + aa + bb, body.axial * (A + bb) + A * aa
 
 
 @simd
 def slopes(state, w, body):
-    """How a motion changes with its tilt, and what accelerates the tilt; see `kernels.disk.equations.slopes`.
+    """Return the derivatives of a motion by its tilt, and its tilt acceleration; see `kernels.disk.equations.slopes`.
 
     Parameters
     ----------
@@ -63,17 +64,17 @@ def slopes(state, w, body):
     Returns
     -------
     (dS, -dC, dT, do, -ds), acceleration
-        The acceleration of the tilt in scaled time.
+        The tilt acceleration is in scaled time.
 
     Notes
     -----
-    Newton and Euler about the contact point, with the rolling constraints eliminated.
+    Newton's and Euler's equations about the contact point, with the rolling constraints eliminated.
     """
     S, C, T, o, s = state
     a, b, lever = levers(S, C, body)
     A, I = body.transverse, body.axial
     B, D = _inertia(a, b, body)
-    # a division costs what carrying 1/B and 1/D costs, and saves two states; two divisions cost twice that
+    # one division costs as much as integrating 1/B and 1/D, and saves two states; two divisions cost twice that
     inverse = 1.0 / (B * D)
     oT = o * T
     r, inner = curvature_radius(S, C, body), evolute(S, C, body)
@@ -85,7 +86,7 @@ def slopes(state, w, body):
 
 @simd
 def lane_step(S, C, T, w, o, s, body, half):
-    """State after one RK4 step of scaled length 2 `half`; see `kernels.disk.rk4.lane_step`."""
+    """Return the state after one RK4 step of scaled length 2 `half`; see `kernels.disk.rk4.lane_step`."""
     start = S, C, T, o, s
     slope, first = slopes(start, w, body)
     angle = half * w
@@ -114,14 +115,14 @@ def lane_step(S, C, T, w, o, s, body, half):
 
 @simd
 def inlined_step(state, body, h):
-    """One RK4 step of a state (6 floats)."""
+    """Return a state (6 floats) after one RK4 step."""
     S, C, T, w, o, s = state
     return lane_step(S, C, T, w, o, s, body, 0.5 * h)
 
 
 @simd
 def tilt_acceleration(state, body):
-    """Scaled second derivative of the tilt in `state`."""
+    """Return the scaled second derivative of the tilt in `state`."""
     S, C, T, w, o, s = state
     _, acceleration = slopes((S, C, T, o, s), w, body)
     return acceleration
@@ -129,7 +130,7 @@ def tilt_acceleration(state, body):
 
 @simd
 def carried(state, body, angle):
-    """State at rest at a tilt that differs by a small angle, to first order: the second order is below rounding."""
+    """Return the state at rest at a slightly different tilt, to first order; the second order is below rounding."""
     S, C, T, w, o, s = state
     (dS, lC, dT, do, ls), _ = slopes((S, C, T, o, s), w, body)
     return S + angle * dS, C - angle * lC, T + angle * dT, 0.0, o + angle * do, s - angle * ls
@@ -137,13 +138,13 @@ def carried(state, body, angle):
 
 @simd
 def height(S, C, body):
-    """Height of the centre of mass, over R."""
+    """Return the height of the centre of mass, over R."""
     return body.core * C + body.shift * S + body.edge
 
 
 @simd
 def potential(S, C, o, s, body):
-    """Energy over m g R of a state without its rate of the tilt."""
+    """Return the energy over m g R of a state without its tilt rate."""
     a, b, _ = levers(S, C, body)
     v = a * s + b * o
     return 0.5 * (body.transverse * o * o + body.axial * s * s + v * v) + height(S, C, body)
@@ -151,14 +152,14 @@ def potential(S, C, o, s, body):
 
 @simd
 def whole_energy(state, body, axial):
-    """Energy over m g R."""
+    """Return the energy over m g R."""
     S, C, _, w, o, s = state
     return 0.5 * w * w / per_inertia(S, C, body) + potential(S, C, o, s, body)
 
 
 @simd
 def energy_gained(state, start, body, axial):
-    """Energy minus that of the start (S, C, w, o, s), over m g R, formed from differences."""
+    """Return the energy minus the energy of the start (S, C, w, o, s), over m g R, computed from differences."""
     S, C, _, w, o, s = state
     S0, C0, w0, o0, s0 = start
     a, b, _ = levers(S, C, body)
@@ -182,14 +183,14 @@ def energy_gained(state, start, body, axial):
 
 @simd
 def per_inertia(S, C, body):
-    """One over the moment of inertia of a rotation of the tilt, in m R^2."""
+    """Return the reciprocal moment of inertia of tilting, in units of 1/(m R^2)."""
     a, b, _ = levers(S, C, body)
     return 1.0 / (body.transverse + a * a + b * b)
 
 
 @simd
 def fastest_square(state, body):
-    """Square of the fastest rate of a state: of its linearised motion, and of its own rates."""
+    """Return the square of the fastest rate of a state, including the rates of its linearised motion."""
     S, C, _, w, o, s = state
     a, b, _ = levers(S, C, body)
     per = 1.0 / (body.transverse + a * a + b * b)
@@ -198,7 +199,7 @@ def fastest_square(state, body):
 
 @simd
 def slopes_along(S, C, s, o, body):
-    """Derivatives of (S, C, s, o) with respect to y, where dtilt = C dy."""
+    """Return the derivatives of (S, C, s, o) with respect to y, where dtilt = C dy."""
     a, b, _ = levers(S, C, body)
     _, D = _inertia(a, b, body)
     r, inner = curvature_radius(S, C, body), evolute(S, C, body)
@@ -209,7 +210,7 @@ def slopes_along(S, C, s, o, body):
 
 @simd
 def fall_along(S, C, s, o, body):
-    """Slope of the potential with respect to y, over m g R."""
+    """Return the slope of the potential with respect to y, over m g R."""
     a, b, lever = levers(S, C, body)
     return -(
         C * lever + o * (C * body.axial * s - body.transverse * o * S + (a * C - b * S) * (a * s + b * o))
@@ -218,7 +219,7 @@ def fall_along(S, C, s, o, body):
 
 @simd
 def pull_and_terms(state, body):
-    """Magnitude of the slope of the potential, and the sum of the magnitudes of its terms."""
+    """Return the magnitude of the slope of the potential, and the sum of the magnitudes of its terms."""
     S, C, T, _, o, s = state
     a, b, lever = levers(S, C, body)
     A, I = body.transverse, body.axial
@@ -230,14 +231,14 @@ def pull_and_terms(state, body):
 
 @simd
 def is_steady(state, body):
-    """Whether a state is a steady motion, to rounding."""
+    """Return whether a state is a steady motion, to rounding."""
     pull, terms = pull_and_terms(state, body)
     return (state[3] == 0.0) & (pull <= 8.0 * 2.0**-52 * terms)
 
 
 @simd
 def force(state, body):
-    """Magnitude of the slope of the potential, over m g R, and its second derivative in the tilt.
+    """Return the magnitude of the slope of the potential, over m g R, and its second derivative by the tilt.
 
     V' = -(l + o M) with M = I s - A o T + (a - b T) v, differentiated along the linear system; (a - b T)' = -b/C^2.
     """

@@ -1,6 +1,6 @@
-"""The contact forces of a body as power series of the stretched tilt, on a panel of `kernels.bodies.pair`.
+"""The contact forces of a body as power series in the stretched tilt, on a panel of `kernels.bodies.pair`.
 
-It has the names of that module too, for which it stands where forces are sought (`kernels.reduction.contact_extremes`).
+It also has the names of that module, which it replaces if forces are computed (`kernels.reduction.contact_extremes`).
 """
 
 from kernels.bodies.pair import (  # noqa: F401 - see above
@@ -24,11 +24,11 @@ from kernels.bodies.pair import (  # noqa: F401 - see above
 from kernels.bodies.pair import ROWS as OF_THE_PAIR
 from kernels.jit import kernel
 
-#: Rows: 1/C, the tangent; 1/B, w^2, the slope of the kinetic energy of the tilt, r l, what accelerates the tilt, that
+#: Rows: 1/C, the tangent; 1/B, w^2, the slope of the kinetic energy of the tilt, r l, torque on the tilt, tilt
 #: acceleration; r - h, o/C, the force across the track, the square of the twist, the slope of the squared friction.
 SEC, TAN, _PER_INERTIA, RATE_SQUARED, _SLOPE, _BENT, PULL, ACCELERATION = range(OF_THE_PAIR, OF_THE_PAIR + 8)
 _LOW, TURNING, _ACROSS, _TWIST_SQUARED, _FRICTION_RISE = range(OF_THE_PAIR + 8, OF_THE_PAIR + 13)
-#: Normal force; square of the friction; what vanishes where the one, and friction over it, is extreme.
+#: Normal force; squared friction; functions that vanish at extremes of the normal force and of friction over it.
 NORMAL, FRICTION_SQUARED, NORMAL_SLOPE, FRICTION_SLOPE = range(OF_THE_PAIR + 13, OF_THE_PAIR + 17)
 ROWS = OF_THE_PAIR + 17
 
@@ -44,7 +44,7 @@ def expand_forces(series, body):
 
     Notes
     -----
-    With W the acceleration of the tilt and P/D the twist of `kernels.bodies.equations`: the normal force is
+    With W the tilt acceleration and P/D the twist of `kernels.bodies.equations`: the normal force is
     1 + (r - h) w^2 - l W, the friction h W - l w^2 - (o/C) v across the track and I A w P/D along it. W follows from
     the kinetic energy K = B w^2/2 of the tilt: B W = dK/dtilt + r l w^2.
     """

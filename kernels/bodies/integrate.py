@@ -1,9 +1,10 @@
 """The compiled entry point of bodies of revolution: many cells, each integrated with RK4 until its ending is known.
 
-`integrate(starts, settings, measures, counts)`, as `kernels.disk.integrate`, with the rows of `kernels.bodies.arrays`.
+`integrate(starts, settings, measures, counts)`, as in `kernels.disk.integrate`, with the rows of
+`kernels.bodies.arrays`.
 
-Control of the step, landings, legs, errors and endings are those of the disk: copies of its functions in which the
-names of `DIFFERENT` mean the functions of a body.
+Step control, landings, legs, errors and endings are the same as for the disk: copies of its functions in which the
+names in `DIFFERENT` refer to the functions of a body.
 """
 
 import math
@@ -12,13 +13,13 @@ from kernels.bodies import equations, layout, stages
 from kernels.disk import integrate as disk
 from kernels.lanes.binding import bind
 
-#: Names of the modules of the disk -> what stands for them here.
+#: Names of the modules of the disk -> their replacements.
 DIFFERENT = {
     "at": layout,
     "EDGED": True,
     # a body may have maxima of the potential at any tilt
     "_LARGEST_TILT": math.pi,
-    # of 36,000 tori and balls at random the true error was beyond twice the stated one 1 in 100 times with 1.0
+    # with 1.0, the true error exceeded twice the stated one in 1 % of 36,000 random tori and balls
     "_UNSEEN": 2.5,
     "new_constants": stages.constants_of,
     **{name: getattr(stages, name) for name in ("constants_of", "keep_constants", "kept_spin", "state_of")},

@@ -1,4 +1,4 @@
-"""The rows of a body's cell in the flat array of LANES cells; see `kernels.disk.layout`, whose names mean the same."""
+"""The rows of a cell of a body in the flat array of LANES cells; names as in `kernels.disk.layout`."""
 
 from kernels.disk import layout as disk
 from kernels.lanes.layout import place_rows

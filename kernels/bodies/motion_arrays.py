@@ -1,14 +1,15 @@
-"""Rows of the arrays of one motion of a body; as `kernels.disk.motion_arrays`."""
+"""Rows of the arrays of a single motion of a body, in the same form as `kernels.disk.motion_arrays`."""
 
 from kernels.disk.arrays import STATE
 
-#: Settings of a single trajectory: those of the disk, and the number of the body (`kernels.bodies.shapes`).
+#: Settings of a single trajectory: the settings for the disk, and the number of the body (`kernels.bodies.shapes`).
 SETTINGS = ("step", "relative_step", "fall_tilt", "body")
 STEP, RELATIVE_STEP, FALL_TILT, BODY = range(len(SETTINGS))
 
 #: One sample: `STATE`, heading and roll angle [rad], contact point and centre of mass [m], energy over m g R, its
-#: relative change since the start, vertical angular momentum about the contact point per mass [m^2/s], its rate
-#: [m^2/s^2], what that has gained [m^2/s], forces over m g. Heading, roll angle, contact point and gain count from 0.
+#: relative change since the start, vertical angular momentum about the contact point per mass [m^2/s], its rate of
+#: change [m^2/s^2], the integral of this rate [m^2/s], forces over m g. Heading, roll angle, contact point and
+#: integral start at 0.
 SAMPLES = (
     *STATE, "heading", "roll_angle", "contact_x", "contact_y", "centre_x", "centre_y", "centre_z", "energy",
     "energy_drift", "vertical_momentum", "vertical_momentum_rate", "momentum_gained", "normal_force",

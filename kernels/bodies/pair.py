@@ -1,34 +1,33 @@
-"""The linear pair of a body, and the kinetic energy of its tilt, as power series of the stretched tilt.
+"""The linear pair s, o of a body, and the kinetic energy of its tilt, as power series in the stretched tilt.
 
-Along a motion the rates s and o obey a linear system in the tilt (`kernels.bodies.equations`), and with them the
-kinetic energy of the tilt, B w^2/2, is a function of the tilt alone. In the stretched tilt y, where
-dtilt = cos(tilt) dy and sin(tilt) = tanh y, all are analytic about the real axis. A panel is their series about one
-tilt.
+Along a motion the rates s and o obey a linear system in the tilt (`kernels.bodies.equations`), so the kinetic energy
+of the tilt, B w^2/2, is a function of the tilt too. In the stretched tilt y, where dtilt = cos(tilt) dy and
+sin(tilt) = tanh y, all are analytic about the real axis. A panel is their series about one tilt.
 """
 
 from kernels.jit import kernel
 
-#: Terms of a series.
+#: Number of terms of a series.
 TERMS = 20
 
-#: Rows of `series`: sine and cosine of the tilt, s, o, kinetic energy over m g R; and what they are made of: a, b, the
-#: lever of the weight, the height, B - A and D, b I/A + r S, the twist P/D,
+#: Rows of `series`: sine and cosine of the tilt, s, o, kinetic energy over m g R; intermediate quantities: a, b, the
+#: lever of the weight, the height, B - A and D, b I/A + r S, the twist P/D;
 SIN, COS, SPIN, ALONG, KINETIC, LONG, WIDE, LEVER, HEIGHT, SQUARES, DETERMINANT, MIX, TWIST = range(13)
-#: products,
+#: products;
 _TWIST_COS, SPEED, _ALONG_SIN, _SPIN_COS, _TORQUE = range(13, 18)
-#: the kinetic energy over t, where it vanishes at t = 0.
+#: the kinetic energy over t, if it vanishes at t = 0;
 KINETIC_PER_STRETCH = 18
-#: the first row of those that only an ellipse has (`kernels.bodies.ellipse`).
+#: the first row that only an ellipse has (`kernels.bodies.ellipse`).
 OF_ELLIPSE = 19
 ROWS = 25
 
-#: The longest panel, in y; a panel ends where what is left out is this share of its values.
+#: The longest panel, in y; a panel ends where the omitted terms are this share of its values.
 LONGEST, _LEFT_OUT = 0.25, 1e-18
 
 
 @kernel
 def product(series, one, other, k):
-    """Term k of the product of two rows."""
+    """Return term k of the product of two rows."""
     total = 0.0
     for i in range(k + 1):
         total += series[one, i] * series[other, k - i]
@@ -37,7 +36,7 @@ def product(series, one, other, k):
 
 @kernel
 def describe(series, body, k, first):
-    """Term k of the rows of the meridian; `first` is 1 for the term 0, else 0."""
+    """Compute term k of the rows of the meridian; `first` is 1 for term 0, otherwise 0."""
     S, C = series[SIN, k], series[COS, k]
     series[LONG, k], series[WIDE, k] = (
         body.core * first + body.edge * C,
@@ -50,13 +49,13 @@ def describe(series, body, k, first):
 
 @kernel
 def evolute_along(series, body, k):
-    """Term k of (a - r C) o."""
+    """Return term k of (a - r C) o."""
     return body.core * series[ALONG, k]
 
 
 @kernel
 def radius_of(series, body, k, first):
-    """Term k of the radius of curvature r."""
+    """Return term k of the radius of curvature r."""
     return body.edge * first
 
 
@@ -110,7 +109,7 @@ def expand(series, body):
 
 @kernel
 def length_of(series):
-    """Length of a panel, in y, over which the series are as good as exact."""
+    """Return the length of a panel, in y, over which the series are practically exact."""
     length = LONGEST
     for row in (SPIN, ALONG, KINETIC):
         size = abs(series[row, 0]) + LONGEST * abs(series[row, 1]) + LONGEST * LONGEST * abs(series[row, 2])

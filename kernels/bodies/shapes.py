@@ -1,9 +1,10 @@
 """The bodies: their meridian as an arc of a circle or an ellipse, and the moments of inertia of their shape.
 
-The *core* of an arc is the distance of its centre from the axis of the body, its *shift* that along the axis from the
-centre of mass, its *edge* its radius across the axis; all over the outer radius. Along the axis its radius is
-edge sqrt(square): the *square* is 1 for all but a spheroid. The centre of mass is then at the height core C + shift S +
-edge sqrt(C^2 + square S^2), with C and S the cosine and sine of the tilt (the support function of the meridian).
+The *core* of an arc is the distance of its centre from the axis of the body. Its *shift* is the position of the
+centre along the axis, relative to the centre of mass. Its *edge* is its radius across the axis. All are over the
+outer radius. Along the axis its radius is edge sqrt(square); the *square* is 1 for all bodies except a spheroid. The
+height of the centre of mass is then core C + shift S + edge sqrt(C^2 + square S^2), with C and S the cosine and sine
+of the tilt (the support function of the meridian).
 """
 
 import math
@@ -13,12 +14,12 @@ from typing import Any, NamedTuple
 NAMES = ("torus", "rounded", "rim", "arc", "ball", "spheroid")
 TORUS, ROUNDED, RIM, ARC, BALL, SPHEROID = range(len(NAMES))
 
-#: Those from this number on roll on through their poles, where the axis is vertical; the others lie flat there.
+#: Bodies from this number on can roll through their poles, where the axis is vertical; the others lie flat there.
 FIRST_WITH_POLES = BALL
 
 
 class Arc(NamedTuple):
-    """The meridian of a body: see the docstring of the module."""
+    """The meridian of a body: see the module docstring."""
 
     core: Any
     shift: Any
@@ -27,7 +28,7 @@ class Arc(NamedTuple):
 
 
 class Body(NamedTuple):
-    """The constants of a body: its `Arc`, its axial and transverse moment over m R^2, and one over the other."""
+    """The constants of a body: its `Arc`, its axial and transverse moment over m R^2, and the ratio of the two."""
 
     core: Any
     shift: Any
@@ -39,7 +40,7 @@ class Body(NamedTuple):
 
 
 def arc_of(body, tube, thickness, fillet, offset, flattening):
-    """Return the `Arc` of a body; lengths over the outer radius, those that it does not have are not read.
+    """Return the `Arc` of a body, from lengths over the outer radius; lengths that it does not have are not read.
 
     Plain Python, which kernels compile.
     """
@@ -71,12 +72,12 @@ def torus_moments(tube, hollow):
 
 
 def solid_moments(thickness, fillet):
-    """Return axial and transverse moment of a solid cylinder of radius 1 whose edges are quarters of circles.
+    """Return axial and transverse moment of a solid cylinder of radius 1 whose edges are quarter circles.
 
     Parameters
     ----------
     thickness, fillet : float or array
-        Length of the cylinder and radius of its edges over its radius; fillet at most half the thickness.
+        Length of the cylinder and radius of its edges, over its radius; fillet at most half the thickness.
 
     Notes
     -----
@@ -97,11 +98,11 @@ def solid_moments(thickness, fillet):
 
 
 def spheroid_moments(flattening):
-    """Return axial and transverse moment over m R^2 of a homogeneous spheroid with its centre of mass in its centre.
+    """Return axial and transverse moment over m R^2 of a homogeneous spheroid with its centre of mass at its centre.
 
     Parameters
     ----------
     flattening : float or array
-        1 - q, with q the radius to a pole over that of the equator.
+        1 - q, with q the radius at a pole over the radius at the equator.
     """
     return 0.4 + 0.0 * flattening, 0.2 + 0.2 * (1.0 - flattening) ** 2

@@ -1,4 +1,4 @@
-"""The stages of a cell in which a body differs from the disk: starts, its constants, one step, endings on an edge.
+"""The stages of a cell in which a body differs from the disk: starts, constants, one step, endings on an edge.
 
 See `kernels.disk.simd_stages` and `kernels.disk.leg_control`.
 """
@@ -55,7 +55,7 @@ def _store_start(cell, lane, starts, body, side, lanes):
 
 @simd
 def read_start(cell, lane, starts, run, lanes, measures, counts):
-    """Put a start into a lane, in SI units; one that is impossible, or at its end, is written at once."""
+    """Put a start into a lane, in SI units; write starts that are impossible or already at an ending at once."""
     body, tilt = body_of(starts, cell, run.body), starts[row.TILT, cell]
     if not is_possible(starts, cell, run.body, body):
         _write_at_once(cell, INVALID, math.nan, math.nan, math.nan, measures, counts)
@@ -84,7 +84,7 @@ def fill_idle(lane, lanes):
 
 @simd
 def constants_of(lane, lanes):
-    """The `Body` of a lane."""
+    """Return the `Body` of a lane."""
     core, shift, edge = lanes[at.CORE + lane], lanes[at.SHIFT + lane], lanes[at.EDGE + lane]
     return Body(
         core, shift, edge, 1.0, lanes[at.ALPHA + lane], lanes[at.TRANSVERSE + lane], lanes[at.RATIO + lane]
@@ -93,12 +93,12 @@ def constants_of(lane, lanes):
 
 @simd
 def keep_constants(lane, constants, lanes):
-    """Store nothing: `read_start` has done so."""
+    """Do nothing: `read_start` has stored the constants."""
 
 
 @simd
 def kept_spin(s, constants):
-    """What a lane holds of the spin s: s itself."""
+    """Return the form in which a lane stores the spin s: s itself."""
     return s
 
 
@@ -111,8 +111,8 @@ def state_of(lane, lanes):
 
 @simd
 def advance(lane, run, lanes):
-    """One RK4 step; an event is a turning point, a tilt of fall_tilt or of 0 on an edge, or the end of the time."""
-    # every load comes before the first store: only so can the compiler prove that the lanes are independent
+    """Make one RK4 step; events are a turning point, a tilt of fall_tilt, or of 0 on an edge, and the end of time."""
+    # all loads come before the first store: otherwise the compiler cannot prove that the lanes are independent
     half, heading, end = lanes[at.HALF + lane], lanes[at.HEADING + lane], lanes[at.END + lane]
     uniform, graded = lanes[at.HALF_UNIFORM + lane], lanes[at.HALF_GRADED + lane]
     t, side, body = lanes[at.TIME + lane] + (half + half), lanes[at.SIDE + lane], constants_of(lane, lanes)
@@ -120,7 +120,7 @@ def advance(lane, run, lanes):
         lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane],
         lanes[at.W + lane], lanes[at.O_RATE + lane], lanes[at.P + lane], body, half,
     )  # fmt: skip
-    # so written, a NaN is an event too
+    # written so that NaN is an event too
     going = (heading * w >= 0.0) & (C >= run.cos_fall_tilt) & (t < end) & (side * S >= 0.0)
     lanes[at.S + lane], lanes[at.C + lane], lanes[at.T + lane], lanes[at.W + lane] = S, C, T, w
     lanes[at.O_RATE + lane], lanes[at.P + lane], lanes[at.TIME + lane] = o, s, t

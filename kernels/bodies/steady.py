@@ -1,6 +1,7 @@
-"""Steady motions of bodies of revolution, and when they are stable; as `kernels.disk.steady`.
+"""Steady motions of bodies of revolution, and their stability, in the same form as `kernels.disk.steady`.
 
-Plain arithmetic on scalars and NumPy arrays. Everything is scaled (`kernels.bodies.equations`); a body is its `Body`.
+Plain arithmetic on scalars and NumPy arrays. All quantities are scaled (`kernels.bodies.equations`); `body` is a
+`Body`.
 """
 
 from typing import Any, NamedTuple
@@ -9,7 +10,7 @@ import numpy as np
 
 
 def _levers(S, C, body):
-    """(a, b, lever) of `kernels.bodies.equations.levers`, on an arc of an ellipse too."""
+    """Return (a, b, lever) as from `kernels.bodies.equations.levers`, also for an arc of an ellipse."""
     n = 1.0 / np.sqrt(1.0 - (1.0 - body.square) * S * S)
     return (
         body.core + body.edge * (n * C),
@@ -19,7 +20,7 @@ def _levers(S, C, body):
 
 
 def _curvature(S, C, body):
-    """(r, a - r C, h - r): the last three of `kernels.bodies.ellipse` that levers leave out."""
+    """Return (r, a - r C, h - r), also for an arc of an ellipse (`kernels.bodies.ellipse`)."""
     root = np.sqrt(1.0 - (1.0 - body.square) * S * S)
     n = 1.0 / root
     curved = body.square * n * n
@@ -31,11 +32,11 @@ def _curvature(S, C, body):
 
 
 def steady_spin(tilt, o, body):
-    """Spin s that keeps the tilt constant at a given o = precession rate times cos(tilt); not finite where o is 0.
+    """Return the spin s that keeps the tilt constant at o = precession rate times cos(tilt); not finite if o is 0.
 
     Notes
     -----
-    The equation of the tilt without acceleration: s = -[l + o^2 (h b/C - A T)] / [o (I + a h/C)].
+    The tilt equation with zero acceleration: s = -[l + o^2 (h b/C - A T)] / [o (I + a h/C)].
     """
     S, C = np.sin(tilt), np.cos(tilt)
     a, b, lever = _levers(S, C, body)
@@ -44,11 +45,11 @@ def steady_spin(tilt, o, body):
 
 
 def wobble_square(tilt, body):
-    """Square of the precession rate with which the tilt stays constant while the centre of mass rests.
+    """Return the square of the precession rate at which the tilt is constant and the centre of mass at rest.
 
     Notes
     -----
-    With a s + b o = 0 the same equation is o^2 (A T + I b/a) = l: precession rate^2 = l/[C^2 (A T + I b/a)].
+    With a s + b o = 0 the same equation gives o^2 (A T + I b/a) = l: precession rate^2 = l/[C^2 (A T + I b/a)].
     """
     S, C = np.sin(tilt), np.cos(tilt)
     a, b, lever = _levers(S, C, body)
@@ -56,22 +57,22 @@ def wobble_square(tilt, body):
 
 
 def centred_spin(tilt, o, body):
-    """Spin s with which the centre of mass of a body with constant tilt is at rest: -b o/a."""
+    """Return the spin s at which the centre of mass of a body with constant tilt is at rest: -b o/a."""
     a, b, _ = _levers(np.sin(tilt), np.cos(tilt), body)
     return -b * o / a
 
 
 class Nearby(NamedTuple):
-    """A motion to first order in the distance of its tilt from one state: scaled, each with its slope in the tilt.
+    """A motion to first order in the deviation of its tilt from one state; all scaled, with slopes by the tilt.
 
     Attributes
     ----------
     coefficient, acceleration : float or array
-        k and what else accelerates the tilt in d'' = acceleration - k d, of a state without a rate of the tilt.
+        k and the acceleration in d'' = acceleration - k d, for a state without tilt rate.
     turning, ahead : (float or array, float or array)
-        Rate of the heading, and speed of the contact point along the track.
+        Rate of the heading, and speed of the contact point along the track, each with its slope.
     curvature : float or array
-        Radius of curvature of the meridian: times the rate of the tilt, the speed of that point across the track.
+        Radius of curvature of the meridian; times the tilt rate, the speed of the contact point across the track.
     """
 
     coefficient: Any
@@ -82,7 +83,7 @@ class Nearby(NamedTuple):
 
 
 def stability_coefficient(tilt, o, s, body):
-    """Coefficient k of small oscillations d'' + k d = 0 about a steady motion: stable where k > 0."""
+    """Return the coefficient k of small oscillations d'' + k d = 0 about a steady motion, which is stable if k > 0."""
     return nearby(tilt, o, s, body).coefficient
 
 
@@ -91,7 +92,8 @@ def nearby(tilt, o, s, body):
 
     Notes
     -----
-    k is the second derivative of the potential -(l + o M)' over the inertia B, along the linear system of o and s.
+    k is the derivative of -(l + o M) by the tilt, which is the second derivative of the potential, along the linear
+    system of o and s, over the inertia B.
     """
     S, C = np.sin(tilt), np.cos(tilt)
     a, b, lever = _levers(S, C, body)
@@ -112,32 +114,32 @@ def nearby(tilt, o, s, body):
 
 
 def critical_spin_square(body):
-    """Square of the spin above which upright rolling is stable, of a body in balance there: A (1-r)/[I (1+I)].
+    """Return the square of the spin above which upright rolling of a balanced body is stable: A (1-r)/[I (1+I)].
 
-    r is the radius of curvature of the meridian there; where it is 1 or more the motion is stable at every spin.
+    r is the radius of curvature of the meridian at the contact; if it is 1 or more, the motion is stable at any spin.
     """
     return body.transverse * (1.0 - body.edge * body.square) / (body.axial * (1.0 + body.axial))
 
 
 def critical_precession_square(body):
-    """Square of the precession rate above which upright spinning is stable: (1-r)/(1+A)."""
+    """Return the square of the precession rate above which upright spinning is stable: (1-r)/(1+A)."""
     return (1.0 - body.edge * body.square) / (1.0 + body.transverse)
 
 
 def critical_pole_spin_square(body, side):
-    """Square of the spin above which a ball or a spheroid stays on its end; 0 or less where it does at every spin.
+    """Return the square of the spin above which a ball or spheroid stays on its end; 0 or less if it always does.
 
     Parameters
     ----------
     body : Body
-        Whose meridian has its centre on the axis.
+        Its meridian has its centre on the axis.
     side : float or array
-        Sign of the tilt: with 1 a positive shift is above the centre.
+        Sign of the tilt; with 1, a positive shift is above the centre.
 
     Notes
     -----
-    The linear motion of a body about the vertical that rolls: s^2 = 4 (A + h^2) (h - r)/(I + h r)^2, with h the height
-    of the centre of mass and r the radius of curvature there. For r = 0 it is the sleeping top.
+    The linear motion of a rolling body about the vertical: s^2 = 4 (A + h^2) (h - r)/(I + h r)^2, with h the height
+    of the centre of mass and r the radius of curvature there. r = 0 gives the sleeping top.
     """
     q = np.sqrt(body.square)
     high, r = body.edge * q + side * body.shift, body.edge / q
@@ -146,17 +148,17 @@ def critical_pole_spin_square(body, side):
 
 
 def marginal_precession_rates(tilt, coefficient, body):
-    """Precession rates of the steady motions at one tilt whose stability coefficient has a given value.
+    """Return the precession rates of the steady motions at one tilt that have a given stability coefficient.
 
     Returns
     -------
     (slow, fast)
-        As `kernels.disk.steady.marginal_precession_rates`; NaN where there is none.
+        As from `kernels.disk.steady.marginal_precession_rates`; NaN if there is no such motion.
 
     Notes
     -----
-    The coefficient is a quadratic form of o and s. With o s = -(p + q o^2) of a steady motion the condition, times
-    o^2, is a quadratic in o^2.
+    The coefficient is a quadratic form of o and s. With o s = -(p + q o^2) of a steady motion, the condition times
+    o^2 is a quadratic in o^2.
     """
     S, C = np.sin(tilt), np.cos(tilt)
     a, b, lever = _levers(S, C, body)

@@ -1,7 +1,7 @@
 """One motion of a body sampled in time, with the path of the contact point; see `kernels.disk.trajectory`.
 
-Here stands what the motions of all bodies share, and what they are of bodies without poles. Of balls and spheroids the
-functions of `kernels.bodies.poles.trajectory` take the place of those of the same names.
+This module contains the functions that all bodies share, and the functions for bodies without poles. For balls and
+spheroids, `kernels.bodies.poles.trajectory` replaces functions by others of the same names.
 """
 
 import math
@@ -32,16 +32,16 @@ from kernels.native.entry import entry
 
 
 class Flow(NamedTuple):
-    """How a motion goes on: scaled rates.
+    """Scaled rates of the path of a motion.
 
     Attributes
     ----------
     turning, rolling : float
-        Of heading and roll angle, for bodies through their poles less what `lean` tells.
+        Rates of heading and roll angle; near a pole, without the part in `lean`.
     ahead, aside : float
-        Speed of the contact point along the track and across it, where a positive tilt leans.
+        Speed of the contact point along the track, and across it towards a positive tilt.
     gaining : float
-        Of the vertical momentum about the contact point.
+        Rate of the vertical momentum about the contact point.
     """
 
     turning: Any
@@ -52,16 +52,16 @@ class Flow(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """What a sample holds of a state beside its rates; forces over m g, all else scaled.
+    """Quantities of a sample besides its rates; forces over m g, all others scaled.
 
     Attributes
     ----------
     height, lever : float
-        Of the centre of mass over the plane, and beside the contact point, where a positive tilt leans.
+        Position of the centre of mass: above the plane, and from the contact point towards a positive tilt.
     energy, change : float
-        Energy, and what it has changed by since the start.
+        Energy, and its change since the start.
     momentum, gaining : float
-        Vertical momentum about the contact point, and its rate.
+        Vertical momentum about the contact point, and its rate of change.
     normal, across, along : float
         See `kernels.disk.contact.contact_forces`.
     """
@@ -79,7 +79,7 @@ class Forces(NamedTuple):
 
 @simd
 def set_out(start, kind):
-    """(state, constants) of a start, shape (len(PARAMETERS), 1)."""
+    """Return (state, constants) of a start, shape (len(PARAMETERS), 1)."""
     unit = math.sqrt(start[row.RADIUS, 0] / start[row.GRAVITY, 0])
     rates = start[row.TILT_RATE, 0], start[row.PRECESSION_RATE, 0], start[row.ROLL_RATE, 0]
     return scaled_state(start[row.TILT, 0], rates[0], rates[1], rates[2], unit), body_of(start, 0, kind)
@@ -87,26 +87,26 @@ def set_out(start, kind):
 
 @simd
 def pole_near(state, body):
-    """1 or -1 beside the pole of positive or negative tilts, else 0: these bodies have none."""
+    """Return 1 or -1 near the pole of positive or negative tilts, otherwise 0; these bodies have no poles."""
     return 0.0
 
 
 @simd
 def lean(state, pole):
-    """What the heading turns by beside a pole at once."""
+    """Return the part of the heading that jumps near a pole."""
     return 0.0
 
 
 @simd
 def rates_of(state):
-    """(S, C, w, o, s) of a state."""
+    """Return (S, C, w, o, s) of a state."""
     S, C, _, w, o, s = state
     return S, C, w, o, s
 
 
 @simd
 def flow(state, body, pole):
-    """The `Flow` of a state."""
+    """Return the `Flow` of a state."""
     S, C, T, w, o, s = state
     a, b, _ = levers(S, C, body)
     r, rolling = curvature_radius(S, C, body), s - o * T
@@ -116,11 +116,11 @@ def flow(state, body, pole):
 
 @simd
 def forces(state, begun, body):
-    """The `Forces` of a state of the motion that has begun with another one.
+    """Return the `Forces` of a state of a motion that began with the state `begun`.
 
     Notes
     -----
-    With W the acceleration of the tilt and the letters of `kernels.bodies.equations`: the normal force is
+    With W the tilt acceleration and the letters of `kernels.bodies.equations`: the normal force is
     1 + (r - h) w^2 - l W, the friction h W - l w^2 - (o/C) v across the track and I A w P/D along it; the momentum is
     A C o + I S s + l v (Newton and Euler).
     """
@@ -145,30 +145,30 @@ def forces(state, begun, body):
 
 @simd
 def suitable_step(state, body, relative_step):
-    """Scaled step: `relative_step` over the fastest frequency of the linearised motion, times cos(tilt)."""
+    """Return the scaled step: `relative_step` over the fastest frequency of the linearised motion, times cos(tilt)."""
     return relative_step * state[1] / math.sqrt(fastest_square(state, body))
 
 
 @kernel
 def _turned(before, after):
-    """Angle from one direction to another one, at most half a turn."""
+    """Return the angle from one direction to another one, at most half a turn."""
     turn = after - before
     return turn - 2.0 * math.pi * math.floor(turn / (2.0 * math.pi) + 0.5)
 
 
 @kernel
 def _carry(place, before, middle, after, h, body):
-    """Heading, roll angle, contact point (over R) and momentum gained, one step of scaled length h later.
+    """Return heading, roll angle, contact point (over R) and momentum gained after a step of scaled length h.
 
-    As `kernels.disk.trajectory._carry`. Beside a pole the rates are of the heading less its `lean`, and of the roll
-    angle plus (beside the other pole minus) the heading: both are regular there.
+    As in `kernels.disk.trajectory._carry`. Near a pole, the rates are of the heading minus its `lean`, and of the
+    roll angle plus (near the other pole minus) the heading; both are regular there.
     """
     heading, angle, x, y, gained = place
     pole, sixth = pole_near(middle, body), h / 6.0
     one, two, three = flow(before, body, pole), flow(middle, body, pole), flow(after, body, pole)
     first, second, third = lean(before, pole), lean(middle, pole), lean(after, pole)
     half_way = _turned(first, second)
-    # half-way: the integral of the parabola through the three rates, third order, which is weighted by another h
+    # halfway: the integral of the parabola through the three rates, of third order, which enters with another factor h
     heading_1 = heading + h * (5.0 * one.turning + 8.0 * two.turning - three.turning) / 24.0 + half_way
     turned = sixth * (one.turning + 4.0 * two.turning + three.turning) + half_way + _turned(second, third)
     sin_0, sin_1, sin_2 = math.sin(heading), math.sin(heading_1), math.sin(heading + turned)
@@ -190,7 +190,7 @@ def _carry(place, before, middle, after, h, body):
 
 @kernel
 def ended(before, after, body, fall_tilt, side, h):
-    """(ending, scaled time from the second of two states back to it); HORIZON if the motion goes on."""
+    """Return (ending, scaled time from the second of two states back to it); HORIZON if the motion continues."""
     fell, back = _fall(before, after, body, fall_tilt, h)
     if fell:
         return FELL, back
@@ -237,9 +237,9 @@ def _trajectory(start, settings, times, samples):
     Parameters
     ----------
     start : float64[len(PARAMETERS), 1]
-        |tilt| below fall_tilt; of a rim not 0.
+        |tilt| below fall_tilt; for a rim not 0.
     settings : float64[len(SETTINGS)]
-        `kernels.bodies.motion_arrays.SETTINGS`; of the relative step see `suitable_step`.
+        `kernels.bodies.motion_arrays.SETTINGS`; for the relative step see `suitable_step`.
     times : float64[n]
         Increasing, from 0 [s].
     samples : float64[len(SAMPLES), n], written
@@ -247,7 +247,7 @@ def _trajectory(start, settings, times, samples):
     Returns
     -------
     (ending, filled, last, steps)
-        As `kernels.disk.trajectory.trajectory`; EDGE_CHANGE ends a motion too.
+        As from `kernels.disk.trajectory.trajectory`; EDGE_CHANGE ends a motion too.
     """
     kind, radius = settings[motion_row.BODY], start[row.RADIUS, 0]
     unit = math.sqrt(radius / start[row.GRAVITY, 0])
@@ -287,5 +287,5 @@ def _trajectory(start, settings, times, samples):
 
 _FUNCTIONS = ("carried", "inlined_step", "tilt_acceleration")
 
-#: Of bodies whose meridian is an arc of a circle, and that lie flat where the axis is vertical.
+#: For bodies whose meridian is an arc of a circle, and that lie flat if the axis is vertical.
 trajectory = variant(_trajectory, "bodies", {name: getattr(equations, name) for name in _FUNCTIONS})

@@ -1,1 +1,1 @@
-"""Balls and spheroids, in variables that stay regular where the axis is vertical: they roll on through their poles."""
+"""Balls and spheroids, which roll through their poles, in variables that are regular where the axis is vertical."""

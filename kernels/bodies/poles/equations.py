@@ -1,15 +1,16 @@
-"""Equations of motion of a ball or a spheroid, regular through its poles.
+"""Equations of motion of a ball or a spheroid, regular at its poles.
 
-At a pole the tangent of the tilt and the precession rate are infinite; the motion is not. The state here is S, y, x, s,
-n, p, q: the sine of the tilt and its rate y = S' = C w, x = C o, s, n = 1/sqrt(C^2 + square S^2) of the meridian
-(`kernels.bodies.ellipse`, with core 0 and edge 1), p = 1/B and q = 1/D; the other letters are those of
-`kernels.bodies.equations`. Every right-hand side is a polynomial, and how n, p and q differ from what they are of the
-tilt measures the error. The energy E says what the sum of squares w^2 + o^2 is, which at a pole is 0/0 of the state:
+At a pole the tangent of the tilt and the precession rate are infinite, but the motion is regular. The state is S, y,
+x, s, n, p, q: the sine of the tilt and its rate y = S' = C w, x = C o, s, n = 1/sqrt(C^2 + square S^2) of the
+meridian (`kernels.bodies.ellipse`, with core 0 and edge 1), p = 1/B and q = 1/D; the other letters are the same as in
+`kernels.bodies.equations`. Every right-hand side is a polynomial, and the deviations of n, p and q from their
+functions of the tilt measure the error. The energy E gives the sum of squares w^2 + o^2, which is 0/0 in the state
+variables at a pole:
 
     B (w^2 + o^2) = 2 (E - h) - (I + a^2 + b^2) s^2 + (b s - n x)^2.
 
-Functions take the state as (S, C, n, y, x, s, p, q), with the tilt first and its rate fourth as of the disk; a turning
-point is where y = 0. A motion through a pole turns there: the tilt of the axis does not go beyond 90 degrees.
+Functions take the state as (S, C, n, y, x, s, p, q), with the tilt first and its rate fourth, as for the disk; y = 0
+at a turning point. A motion through a pole turns there: the tilt of the axis does not exceed 90 degrees.
 """
 
 import math
@@ -33,7 +34,7 @@ class Rolling(NamedTuple):
 
 @simd
 def _shape(S, n, body):
-    """(rest, b, l/C, r, h) at a tilt, with rest = 1 - square."""
+    """Return (rest, b, l/C, r, h) at a tilt, with rest = 1 - square."""
     rest, leaning = 1.0 - body.square, n * S
     return (
         rest, -(body.square * leaning + body.shift), rest * leaning - body.shift, body.square * n * n * n,
@@ -43,11 +44,11 @@ def _shape(S, n, body):
 
 @simd
 def slopes(S, y, x, s, n, p, q, body):
-    """Derivatives of (S, y, x, s, n, p, q) in scaled time.
+    """Return the derivatives of (S, y, x, s, n, p, q) in scaled time.
 
     Notes
     -----
-    Those of `kernels.bodies.equations`, with w^2 + o^2 from the energy.
+    From `kernels.bodies.equations`, with w^2 + o^2 from the energy.
     """
     rest, b, lever, r, high = _shape(S, n, body)
     A, I = body.transverse, body.axial
@@ -71,7 +72,7 @@ def _moved(start, slope, h):
 
 @simd
 def lane_step(S, y, x, s, n, p, q, body, half):
-    """State after one step of the classical Runge-Kutta method, of scaled length 2 `half`."""
+    """Return the state after one step of the classical Runge-Kutta method, of scaled length 2 `half`."""
     start = S, y, x, s, n, p, q
     slope = slopes(*start, body)
     total = _moved(start, slope, (1.0 / 3.0) * half)
@@ -85,7 +86,7 @@ def lane_step(S, y, x, s, n, p, q, body, half):
 
 @simd
 def turning_square(S, x, s, n, body):
-    """w^2 + o^2, from the energy."""
+    """Return w^2 + o^2, from the energy."""
     _, b, _, _, high = _shape(S, n, body)
     aa, bb, across = n * n * (1.0 - S * S), b * b, b * s - n * x
     known = 2.0 * (body.energy - high) - (body.axial + aa + bb) * s * s
@@ -94,14 +95,14 @@ def turning_square(S, x, s, n, body):
 
 @simd
 def is_beside_pole(S, turning):
-    """Whether the cosine of the tilt is better known from (C^2) (w^2 + o^2) = y^2 + x^2 than from S."""
+    """Return whether C^2 (w^2 + o^2) = y^2 + x^2 determines the cosine of the tilt better than S does."""
     least = turning if turning < 1.0 else 1.0
     return (1.0 - S) * (1.0 + S) < 0.25 * least
 
 
 @simd
 def cosine(S, y, x, s, n, body):
-    """Cosine of the tilt."""
+    """Return the cosine of the tilt."""
     turning = turning_square(S, x, s, n, body)
     beside = is_beside_pole(S, turning)
     square = (x * x + y * y) / turning if beside else (1.0 - S) * (1.0 + S)
@@ -110,7 +111,7 @@ def cosine(S, y, x, s, n, body):
 
 @simd
 def inlined_step(state, body, h):
-    """One step of a state."""
+    """Return a state after one step."""
     S, _, n, y, x, s, p, q = state
     S, y, x, s, n, p, q = lane_step(S, y, x, s, n, p, q, body, 0.5 * h)
     return S, cosine(S, y, x, s, n, body), n, y, x, s, p, q
@@ -118,7 +119,7 @@ def inlined_step(state, body, h):
 
 @simd
 def begun(S, C, w, o, s, body):
-    """The state of a start in sine and cosine of the tilt and scaled rates."""
+    """Return the state of a start, from sine and cosine of the tilt and scaled rates."""
     n = 1.0 / math.sqrt(1.0 - (1.0 - body.square) * S * S)
     _, b, _, _, _ = _shape(S, n, body)
     A, I, aa, bb = body.transverse, body.axial, n * n * C * C, b * b
@@ -127,7 +128,7 @@ def begun(S, C, w, o, s, body):
 
 @simd
 def lost_energy(state, body):
-    """C^2 times what the energy lacks of that of the motion, over m g R; regular at a pole."""
+    """Return C^2 times (energy of the motion minus energy of the state), over m g R; regular at a pole."""
     S, _, n, y, x, s, _, _ = state
     _, b, _, _, high = _shape(S, n, body)
     A, bb, square, nn = body.transverse, b * b, 1.0 - S * S, n * n
@@ -137,9 +138,9 @@ def lost_energy(state, body):
 
 @simd
 def fastest_square(state, body):
-    """Square of the fastest rate of a state (S, C, T, w, o, s): of its linearised motion there, and of its own rates.
+    """Return the square of the fastest rate of a state (S, C, T, w, o, s), including those of its linearised motion.
 
-    The shape changes over angles of the order of the radius of a pole, or of one over it.
+    The shape changes over angles of the order of the radius of a pole, or of its reciprocal.
     """
     _, _, _, w, o, s = state
     A, pole = body.transverse, math.sqrt(body.square)

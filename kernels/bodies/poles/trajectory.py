@@ -1,9 +1,10 @@
 """One motion of a ball or a spheroid sampled in time, through its poles; see `kernels.bodies.trajectory`.
 
-At a pole the heading is not defined, and beside one it turns by half a turn at once. The horizontal part of the axis,
--C (cos heading, sin heading), passes smoothly by 0 there; its velocity, S w along the lean and -o along the track, does
-not vanish. So its direction is followed, which is the heading minus the `lean` atan2(x, S y), and the sum of roll angle
-and heading (of the other pole their difference). The letters are those of `kernels.bodies.poles.equations`.
+At a pole the heading is undefined, and near one it changes by half a turn almost at once. The horizontal part of the
+axis, -C (cos heading, sin heading), passes smoothly through 0 there, and its velocity, S w along the lean and -o
+along the track, does not vanish. So the direction of this velocity is integrated, which is the heading minus the
+`lean` atan2(x, S y), and the sum of roll angle and heading (at the other pole, their difference). The letters are the
+same as in `kernels.bodies.poles.equations`.
 """
 
 import math
@@ -25,7 +26,7 @@ from kernels.disk.equations import scaled_state
 from kernels.jit import kernel, simd
 from kernels.lanes.binding import variant
 
-#: Square of the cosine of the tilt below which the change of the energy is no longer told apart from its rounding.
+#: Square of the cosine of the tilt below which the change of the energy cannot be distinguished from its rounding.
 _LEAST = 0.01
 
 
@@ -46,7 +47,7 @@ def set_out(start, kind):
 
 @simd
 def rates_of(state):
-    """(S, C, w, o, s) of a state; at a pole, where they have no direction, w is all."""
+    """Return (S, C, w, o, s) of a state; w and o are set to 0 exactly at a pole, where they are undefined."""
     S, C, _, y, x, s, _, _ = state
     divisor = C if C > 0.0 else 1.0
     return S, C, y / divisor, x / divisor, s
@@ -68,7 +69,7 @@ def lean(state, pole):
 
 @simd
 def _shape(S, n, body):
-    """(b, l/C, r, h, of n and S the product) at a tilt."""
+    """Return (b, l/C, r, h, n S) at a tilt."""
     rest, leaning = 1.0 - body.square, n * S
     b, lever = -(body.square * leaning + body.shift), rest * leaning - body.shift
     return b, lever, body.square * n * n * n, n * (1.0 - rest * S * S) + body.shift * S, leaning
@@ -108,8 +109,9 @@ def forces(state, start, body):
 
     Notes
     -----
-    G, the acceleration of the tilt plus o^2 T, is regular: with o s (I + a^2 - n b S) + n o x (b + n S) and
-    l (1 + r w^2) it is their sum over B. With it the friction across the track is h G - l (w^2 + o^2) - n o s.
+    G, the tilt acceleration plus o^2 T, is regular: its product with B is
+    o s (I + a^2 - n b S) + n o x (b + n S) + l (1 + r w^2). The friction across the track is
+    h G - l (w^2 + o^2) - n o s.
     """
     S, C, n, y, x, s, p, q = state
     b, lever, r, high, leaning = _shape(S, n, body)
@@ -134,18 +136,18 @@ def forces(state, start, body):
 
 @simd
 def suitable_step(state, body, relative_step):
-    """Scaled step: `relative_step` over the fastest frequency of the linearised motion."""
+    """Return the scaled step: `relative_step` over the fastest frequency of the linearised motion."""
     S, C, w, o, s = rates_of(state)
     return relative_step / math.sqrt(fastest_square((S, C, 0.0, w, o, s), body))
 
 
 @kernel
 def ended(before, after, body, fall_tilt, side, h):
-    """No motion through the poles ends."""
+    """Return HORIZON: no motion through the poles ends."""
     return HORIZON, 0.0
 
 
-#: Of balls and spheroids.
+#: For balls and spheroids.
 trajectory = variant(
     _trajectory,
     "poles",
