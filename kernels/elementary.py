@@ -1,7 +1,7 @@
-"""Elementary functions of any argument, without calls of the C library, which would keep a loop over lanes scalar.
+"""Elementary functions of any argument, without calls of the C library, which would prevent vectorisation over lanes.
 
-Horner's scheme is written out: a loop inside a function of the lanes keeps their loop scalar. The coefficients are
-those of Taylor's series, as far as the first term that is left out is below 1e-17 of the sum.
+Horner's scheme is written out, because a loop inside a lane function would keep the loop over lanes scalar. The
+coefficients are those of Taylor's series; the first omitted term is below 1e-17 of the sum.
 """
 
 import math
@@ -10,24 +10,24 @@ import numpy as np
 
 from kernels.jit import simd
 
-#: Largest angle of `sine_cosine`: then the number of quarter turns times `_QUARTER_1` is exact.
+#: Largest angle of `sine_cosine`; up to it the number of quarter turns times `_QUARTER_1` is exact.
 LARGEST_ANGLE = 1.6e6
 
-#: Added to a small integer as a float64, leaves it in the lowest bits: the C library's conversions are not vector code.
+#: Adding this to a small integer as a float64 puts it into the lowest bits; C library conversions are not vectorised.
 _TO_LOW_BITS = 1.5 * 2.0**52
 
-# pi/2 in three parts: the first two have 33 bits each.
+# pi/2 in three parts; the first two have 33 bits each
 _QUARTER_1 = 1.57079632673412561417
 _QUARTER_2 = 6.07710050630396597660e-11
 _QUARTER_3 = 2.02226624879595063154e-21
 
-# ln 2 in two parts: the first has 32 bits.
+# ln 2 in two parts; the first has 32 bits
 _LN2_1, _LN2_2 = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 
 
 @simd
 def _sine_terms(z):
-    """(sin(x) - x)/x^3 for z = x^2, x within pi/4."""
+    """Return (sin(x) - x)/x^3 for z = x^2, x within pi/4."""
     return -1 / 6 + z * (
         1 / 120
         + z * (-1 / 5040 + z * (1 / 362880 + z * (-1 / 39916800 + z * (1 / 6227020800 - z / 1307674368000))))
@@ -36,7 +36,7 @@ def _sine_terms(z):
 
 @simd
 def _cosine_terms(z):
-    """(cos(x) - 1 + x^2/2)/x^4 for z = x^2, x within pi/4."""
+    """Return (cos(x) - 1 + x^2/2)/x^4 for z = x^2, x within pi/4."""
     return 1 / 24 + z * (
         -1 / 720
         + z
@@ -46,7 +46,7 @@ def _cosine_terms(z):
 
 @simd
 def sine_cosine(x):
-    """Sine and cosine, each with an error of at most 1 ulp; NaN beyond `LARGEST_ANGLE`."""
+    """Return sine and cosine, each with an error of at most 1 ulp; NaN beyond `LARGEST_ANGLE`."""
     shifted = x * (2.0 / math.pi) + _TO_LOW_BITS
     quarters, k = np.float64(shifted).view(np.int64), shifted - _TO_LOW_BITS
     # the rest of the angle in two parts, y and w, after Cody and Waite
@@ -70,7 +70,7 @@ def sine_cosine(x):
 
 @simd
 def _exponential_terms(r):
-    """(exp(r) - 1 - r)/r^2 for r within ln(2)/2."""
+    """Return (exp(r) - 1 - r)/r^2 for r within ln(2)/2."""
     return 1 / 2 + r * (
         1 / 6
         + r
@@ -104,7 +104,7 @@ def _exponential_terms(r):
 
 @simd
 def exponential(x):
-    """exp(x) with an error of at most 1 ulp; 0 below -745, infinite above 709.78."""
+    """Return exp(x) with an error of at most 1 ulp; 0 below -745, infinite above 709.78."""
     bounded = -745.2 if x < -745.2 else (709.9 if x > 709.9 else x)
     shifted = bounded * (1.0 / math.log(2.0)) + _TO_LOW_BITS
     k = shifted - _TO_LOW_BITS
@@ -112,7 +112,7 @@ def exponential(x):
     r = high - k * _LN2_2
     low = (high - r) - k * _LN2_2
     mantissa = 1.0 + (r + (r * r * _exponential_terms(r) + low))
-    # in two factors: 2^k alone may be no normal number
+    # as two factors, because 2^k may be outside the range of normal numbers
     power = np.float64(shifted).view(np.int64) - np.float64(_TO_LOW_BITS).view(np.int64)
     first = power >> 1
     one = np.float64(1.0).view(np.int64)
@@ -123,9 +123,10 @@ def exponential(x):
 
 @simd
 def logarithm(x):
-    """Natural logarithm of a normal positive number with an error of at most 1 ulp; else NaN, of 0 minus infinity.
+    """Return the natural logarithm of a normal positive number, with an error of at most 1 ulp.
 
-    2 atanh(s), s = (m-1)/(m+1), of a mantissa m from sqrt(1/2) to sqrt(2).
+    The result is -inf for 0, inf for inf, and NaN for all other numbers. Uses 2 atanh(s), s = (m-1)/(m+1), of a
+    mantissa m from sqrt(1/2) to sqrt(2).
     """
     bits = np.float64(x).view(np.int64)
     power = (bits - np.float64(math.sqrt(0.5)).view(np.int64)) >> 52
@@ -134,7 +135,7 @@ def logarithm(x):
     f = m - 1.0
     s = f / (2.0 + f)
     z = s * s
-    # 2 atanh(s) - 2 s over s
+    # (2 atanh(s) - 2 s)/s
     rest = z * (
         2 / 3
         + z
@@ -151,7 +152,7 @@ def logarithm(x):
             )
         )
     )
-    # log(1 + f) = f - (f^2/2 - s (f^2/2 + rest)): without loss near 1
+    # log(1 + f) = f - (f^2/2 - s (f^2/2 + rest)), without cancellation near 1
     half = 0.5 * f * f
     found = k * _LN2_1 - ((half - (s * (half + rest) + k * _LN2_2)) - f)
     found = found if x >= 2.2250738585072014e-308 else (-math.inf if x == 0.0 else math.nan)
@@ -160,10 +161,10 @@ def logarithm(x):
 
 @simd
 def hyperbolic_tangent(x):
-    """tanh(x) with an error of at most 4 ulp."""
+    """Return tanh(x) with an error of at most 4 ulp."""
     size = abs(x)
     size = 22.0 if size > 22.0 else size
-    # expm1(2 size), whose small values need no 1 + ... - 1
+    # expm1(2 size), accurate for small arguments
     doubled = 2.0 * size
     shifted = doubled * (1.0 / math.log(2.0)) + _TO_LOW_BITS
     k = shifted - _TO_LOW_BITS
@@ -179,15 +180,15 @@ def hyperbolic_tangent(x):
 
 @simd
 def rough_log2(x):
-    """Binary logarithm of a positive normal number with an error of at most 0.09: its bits, read as a number."""
-    # 39 bits behind the point: what is left of 52 where the exponent has to fit into a mantissa
+    """Return the binary logarithm of a positive normal number with an error of at most 0.09, by reading its bits."""
+    # 39 bits after the point, because the exponent needs 13 of the 52 bits of a mantissa
     bits = (np.float64(x).view(np.int64) >> 13) + np.float64(_TO_LOW_BITS).view(np.int64)
     return (np.int64(bits).view(np.float64) - _TO_LOW_BITS) * 2.0**-39 - 1023.0
 
 
 @simd
 def rough_exp2(x):
-    """2^x for x within 1000, with a relative error of at most 0.07: the inverse of `rough_log2`."""
+    """Return 2^x for x within 1000, with a relative error of at most 0.07; the inverse of `rough_log2`."""
     bounded = -1000.0 if x < -1000.0 else (1000.0 if x > 1000.0 else x)
     shifted = (bounded + 1023.0) * 2.0**39 + _TO_LOW_BITS
     bits = np.float64(shifted).view(np.int64) - np.float64(_TO_LOW_BITS).view(np.int64)

@@ -1,4 +1,4 @@
-"""How kernels are compiled.
+"""Decorators that compile kernels.
 
 Numba compiles each function separately and links them. Functions called in a loop over lanes have to be inlined before
 LLVM vectorises the loop: one remaining call keeps the loop scalar. Inlining in LLVM (`forceinline`) takes less time
@@ -7,8 +7,8 @@ than inlining in Numba (`inline="always"`).
 
 from kernels.native.function import lazy
 
-#: Decorators of functions that kernels call, and Python; of the second kind are those called in loops over lanes.
+#: Decorators for functions called from kernels and from Python; `simd` is for functions called in loops over lanes.
 kernel, simd = lazy(), lazy(forceinline=True)
 
-#: Decorator of a short function that is called with constants: Numba would compile one specialisation per constant.
+#: Decorator for short functions called with constants: Numba would compile one specialisation per constant.
 inlined = lazy(inline="always")

@@ -1,7 +1,7 @@
 """Elementary functions of the disk, each for the range that it needs, without calls of the C library.
 
-A call would keep a loop over lanes scalar. Those of any argument are in `kernels.elementary`; these stay as they are,
-so that the bits of atlases of the disk do.
+A call would keep a loop over lanes scalar. `kernels.elementary` has functions for any argument; the functions here
+are kept unchanged, so that atlases of the disk keep their bits.
 """
 
 import math
@@ -16,10 +16,10 @@ _REST_OF_QUARTER = 6.123233995736766e-17
 
 @simd
 def sine_cosine_of_tilt(tilt):
-    """Sine and cosine of an angle (`tilt`, at most pi/2 in magnitude), each with a relative error of at most 3e-16.
+    """Return sine and cosine of an angle (`tilt`, at most pi/2 in magnitude), with relative errors of at most 3e-16.
 
-    Taylor's series in Horner form, of the angle or of pi/2 minus the angle; the first terms that are left out are below
-    3e-18 of the sum at pi/4.
+    Taylor series in Horner form, of the angle or of pi/2 minus the angle; the first omitted terms are below 3e-18 of
+    the sum at pi/4.
     """
     size = abs(tilt)
     steep = size > 0.25 * math.pi
@@ -35,10 +35,10 @@ def sine_cosine_of_tilt(tilt):
 
 @simd
 def angle_of(S, C):
-    """Angle of a sine and a cosine, or of a common multiple of both, with a relative error of at most 1e-15.
+    """Return the angle of a sine and a cosine, or of a common multiple of both, with a relative error of at most 1e-15.
 
-    For angles within pi/2 the tangent of an eighth of the angle is at most 1/5, where eleven terms of the arc tangent
-    are enough.
+    For angles within pi/2 the tangent of an eighth of the angle is at most 1/5; eleven terms of the arc tangent are
+    enough.
     """
     tangent = S / (math.sqrt(S * S + C * C) + C)
     for _ in range(2):
@@ -49,16 +49,16 @@ def angle_of(S, C):
     return 8.0 * tangent * total
 
 
-#: Added to a small integer as a float64, leaves it in the lowest bits: the C library's conversions are not vector code.
+#: Adding this to a small integer as a float64 puts it into the lowest bits; C library conversions are not vectorised.
 _TO_LOW_BITS = 1.5 * 2.0**52
 _LN2_HIGH, _LN2_LOW = 0.6931471803691238, 1.9082149292705877e-10
 
 
 @simd
 def exp_minus_one(x):
-    """exp(x) - 1 for x from -700 to 700, with an error of at most 3e-16 of it or, where exp(x) < 1/2, of one.
+    """Return exp(x) - 1 for x from -700 to 700, with a relative error of at most 3e-16 (absolute if exp(x) < 1/2).
 
-    Taylor's series of what is left of x without multiples of ln 2; the first term that is left out is below 1e-17.
+    Taylor series of the remainder of x after subtracting multiples of ln 2; the first omitted term is below 1e-17.
     """
     shifted = x * (1.0 / math.log(2.0)) + _TO_LOW_BITS
     power = shifted - _TO_LOW_BITS
@@ -74,9 +74,9 @@ def exp_minus_one(x):
 
 @simd
 def logarithm(x):
-    """Natural logarithm of a normal positive number, with an error of at most 3e-16 of it or of one.
+    """Return the natural logarithm of a normal positive number, with a relative or absolute error of at most 3e-16.
 
-    2 atanh((m-1)/(m+1)) of a mantissa m from 0.7 to 1.4: the first term that is left out is below 1e-17.
+    2 atanh((m-1)/(m+1)) of a mantissa m from 0.7 to 1.4; the first omitted term is below 1e-17.
     """
     bits = np.float64(x).view(np.int64) - np.float64(math.sqrt(0.5)).view(np.int64)
     power = bits >> 52

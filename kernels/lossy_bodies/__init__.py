@@ -1,1 +1,1 @@
-"""Bodies of revolution with losses: the laws of the thin disk, whose control of steps and dry friction they share."""
+"""Bodies of revolution with losses; they share laws, step control and dry friction with the thin disk."""

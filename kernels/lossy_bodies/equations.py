@@ -1,14 +1,14 @@
-"""Equations of motion of a body of revolution on which losses act, in the forms of `kernels.lossy_disk`.
+"""Equations of motion of a body of revolution with losses, in the forms of `kernels.lossy_disk`.
 
-Geometry and inertia are those of `kernels.bodies.equations`, with its letters: a, b, l, r, A, I, B, D. Losses are
-generalised forces F_f and F_v on the rates that they oppose, as of the disk: the roll rate f = s - o T, the turning
-rate about the vertical v = o C + s S, and the tilt rate w. About the contact point a force on f and v changes
+Geometry, inertia and letters are the same as in `kernels.bodies.equations`: a, b, l, r, A, I, B, D. Losses are
+generalised forces F_f and F_v on the rates that they oppose, as for the disk: the roll rate f = s - o T, the turning
+rate about the vertical v = o C + s S, and the tilt rate w. About the contact point, a force on f and v changes
 
     s' by [(A + b^2) M - a b M_d]/D,  o' by [(I + a^2) M_d - a b M]/D,  with M = F_f + S F_v, M_d = C F_v - T F_f,
 
-and a torque on the tilt w' by one over B of it. The normal force over m g is 1 + (r - h) w^2 - l w', with the height h
-of the centre of mass. Contour friction acts where the contact point runs along its circle on the body, whose radius is
-a: its lever arm is a times that of the disk, and the way of the contact along that circle is its path.
+and a torque on the tilt changes w' by the torque over B. The normal force over m g is 1 + (r - h) w^2 - l w', with
+the height h of the centre of mass. Contour friction acts along the circle of the contact point on the body, whose
+radius is a: its lever arm is a times the lever arm for the disk, and the distance along that circle is its path.
 """
 
 import math
@@ -36,13 +36,13 @@ class Rolling(NamedTuple):
     Attributes
     ----------
     core, shift, edge, square, axial, transverse, ratio : float
-        As of `kernels.bodies.shapes.Body`.
+        As in `kernels.bodies.shapes.Body`.
     inverse_spin : float
-        One over the transverse moment.
+        Reciprocal of the transverse moment.
     side : float
         Sign of the tilts on the edge that it rolls on; 0 if it has no other edge.
     i_tilt, i_roll, i_inverse : float
-        1: where the disk has a torque on the tilt and p = i_roll s, a body has the acceleration and s.
+        Equal to 1: for a body, the tilt acceleration replaces the torque on the tilt, and s replaces p = i_roll s.
     """
 
     core: float
@@ -60,7 +60,7 @@ class Rolling(NamedTuple):
 
 
 class Place(NamedTuple):
-    """What follows from the tilt alone.
+    """Quantities that depend only on the tilt.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class Place(NamedTuple):
     per : float
         1/B.
     s_roll, o_roll, s_turn, o_turn : float
-        What a force on f, and one on v, adds to s' and o'.
+        Change of s' and o' by a force on f, and by a force on v.
     per_determinant : float
         1/D.
     """
@@ -105,7 +105,7 @@ def place_at(S, C, T, body):
 
 @simd
 def losses_at(a, losses):
-    """Coefficients of the laws where the contact point is at the distance a from the axis of the body."""
+    """Return the coefficients of the laws if the contact point is at the distance a from the axis of the body."""
     return Losses(
         a * losses.contour, a * a * losses.damping, losses.rolling, losses.pivoting, losses.film, losses.layer
     )
@@ -153,7 +153,7 @@ def pull_at_rest(S, C, turning, body):
 
 @simd
 def _free_torque(state, here, body):
-    """What tilts a body without losses, over m g R: of a state (S, C, w, o, s) and o T."""
+    """Return the torque, over m g R, that tilts a body without losses, from S, C, w, o, s, o T, T."""
     S, C, w, o, s, oT, T = state
     speed = here.a * s + here.b * o
     gyroscopic = body.axial * s - body.transverse * oT + (here.a - here.b * T) * speed
@@ -162,7 +162,7 @@ def _free_torque(state, here, body):
 
 @simd
 def _twist(w, o, s, S, here, body):
-    """W P/D, with P = (a - r C) o - (r S + b I/A) s: what couples s and o to the tilt."""
+    """Return w P/D, with P = (a - r C) o - (r S + b I/A) s, which couples s and o to the tilt."""
     return w * (here.inner * o - (here.radius * S + body.ratio * here.b) * s) * here.per_determinant
 
 
@@ -191,7 +191,7 @@ def unforced(state, body):
 
 @simd
 def _free_rates(state, here, body):
-    """F' and v' of a body without losses."""
+    """Return f' and v' of a body without losses."""
     S, C, T, w, o, s, f = state
     A, I, twist = body.transverse, body.axial, _twist(w, o, s, S, here, body)
     oT = o * T
@@ -202,7 +202,7 @@ def _free_rates(state, here, body):
 
 @kernel
 def beginning_roll(state, body):
-    """See `kernels.lossy_disk.dry_friction.beginning_roll`: f' over w where f = 0."""
+    """See `kernels.lossy_disk.dry_friction.beginning_roll`; uses f' over w at f = 0."""
     S, C, w, _, v = state
     tilting, T = w if w != 0.0 else pull_at_rest(S, C, v, body), S / C
     roll, _ = _free_rates((S, C, T, tilting, C * v, S * v, 0.0), place_at(S, C, T, body), body)
@@ -219,7 +219,7 @@ def time_scale(state, body):
 
 @simd
 def own_rate_squared(S, C, s, body):
-    """Square of the rate of the linearised motion, but for that of the precession."""
+    """Return the square of the fastest rate of the linearised motion, except for the precession."""
     a, _, _ = levers(S, C, body)
     return per_inertia(S, C, body) * (1.0 + 2.0 * (body.axial + a * a) * s * s)
 
@@ -231,7 +231,7 @@ def contact_forces(state, senses, body, losses):
     Notes
     -----
     The centre of mass moves with the velocity (h w, a s + b o) across and along, in the frame that turns with the
-    heading: Newton's law for it holds with every law of friction.
+    heading. Newton's law for it holds for any law of friction.
     """
     S, C, w, f, v = state
     T, heading = S / C, v - f * S
@@ -247,7 +247,7 @@ def contact_forces(state, senses, body, losses):
 
 @simd
 def _pushes(state, changes, heading, here, body):
-    """Horizontal forces across and along the track, over m g."""
+    """Return the horizontal forces across and along the track, over m g."""
     S, C, w, o, s = state
     tilting, do, ds = changes
     across = height(S, C, body) * tilting - here.lever * (w * w) - heading * (here.a * s + here.b * o)
@@ -257,36 +257,36 @@ def _pushes(state, changes, heading, here, body):
 
 @kernel
 def energy_of(state, body):
-    """Energy (of m g R) of a state (S, C, w, f, v)."""
+    """Return the energy (of m g R) of a state (S, C, w, f, v)."""
     return whole_energy(spin_state(state, body), body, body.axial)
 
 
-# What the errors of a motion ask: see `kernels.lossy_disk.error_estimate` and `lag`.
+# The following functions are used by the error estimate: see `kernels.lossy_disk.error_estimate` and `lag`.
 
 
 @simd
 def constants_without_losses(body):
-    """The constants of the equations without losses: those of the body."""
+    """Return the constants of the equations without losses: those of the body."""
     return body
 
 
 @kernel
 def state_without_losses(state, body):
-    """Return S, C, T, w, o, s of a state with K."""
+    """Return S, C, T, w, o, s of a state that contains K."""
     S, C, _, w, o, s = state
     return S, C, S / C, w, o, s
 
 
 @kernel
 def length_of_step(state, body, relative_step):
-    """Length of a step of a body without losses, in scaled time."""
+    """Return the length of a step of a body without losses, in scaled time."""
     S, C, _, w, o, s = state
     return relative_step * C / math.sqrt(C * C * own_rate_squared(S, C, s, body) + o * o + w * w)
 
 
 @kernel
 def pull_and_stiffness(state, body):
-    """Acceleration of the tilt, and what the potential's second derivative is."""
+    """Return the tilt acceleration and the second derivative of the potential."""
     pull, stiffness = force(state, body)
     return per_inertia(state[0], state[1], body) * pull, stiffness
 

@@ -1,8 +1,8 @@
 """The compiled entry points of bodies with losses: many cells, each integrated with RK4 until its ending is known.
 
-As `kernels.lossy_disk.integrate`, whose names of variants are those here, with the rows of
-`kernels.lossy_bodies.arrays`. Legs, steps, events, dry friction, ledger and errors are those of the disk: copies of its
-functions in which the names of `DIFFERENT` mean the functions of a body.
+As in `kernels.lossy_disk.integrate`, with the same names of variants and the rows of `kernels.lossy_bodies.arrays`.
+Legs, steps, events, dry friction, ledger and errors are the same as for the disk: copies of its functions in which
+the names in `DIFFERENT` refer to the functions of a body.
 """
 
 from kernels.bodies.equations import inlined_step, per_inertia
@@ -10,7 +10,7 @@ from kernels.lanes.binding import bind
 from kernels.lossy_bodies import equations, lane_step, layout, stages
 from kernels.lossy_disk import integrate as disk
 
-#: Names of the modules of the disk -> what they mean here, where one motion in time is sampled too
+#: Names of the modules of the disk -> their replacements, also used by a single motion in time
 #: (`kernels.lossy_bodies.trajectory`).
 MECHANICS = {
     "EDGED": True,
@@ -46,7 +46,7 @@ DIFFERENT = MECHANICS | {
     **{name: getattr(lane_step, name) for name in ("changes", "changes_near", "fastest_rate", "grips")},
 }
 
-#: The functions of a body with all losses for the machinery of `kernels.lanes`.
+#: The functions of a body with all losses for `kernels.lanes`.
 LANE_MODEL = disk.LANE_MODEL._replace(
     name="lossy_bodies",
     layout=layout,
@@ -59,9 +59,9 @@ LANE_MODEL = disk.LANE_MODEL._replace(
 
 
 def __getattr__(name):
-    """Make a variant when it is first asked for."""
+    """Make a variant on first use."""
     if name not in disk.VARIANTS:
-        # an AttributeError, as for any module
+        # raises AttributeError, as in any module
         return getattr(None, name)
     flags = DIFFERENT | disk.VARIANTS[name]
     model = LANE_MODEL._replace(name=name.replace("integrate", "lossy_bodies"), flags=flags)

@@ -1,7 +1,8 @@
-"""How a sliding body changes and one step of it, for the loop over lanes; see `kernels.lossy_disk.rk4`.
+"""The derivatives of a sliding body and one step, for the loop over lanes; see `kernels.lossy_disk.rk4`.
 
-What a lane holds is S, C, T, w, o, s. Each stage of a step finds its forces anew: rolling friction has a root and a
-quotient in each, where the disk's stages take them from the one before (`kernels.lossy_disk.lane_step`).
+The state of a lane is S, C, T, w, o, s. Each stage of a step computes its forces from scratch, with a square root and
+a quotient for rolling friction, while a stage of the disk corrects those of the previous stage
+(`kernels.lossy_disk.lane_step`).
 """
 
 from typing import NamedTuple
@@ -31,7 +32,7 @@ from kernels.lossy_disk.simd_stages import SURE_GRIP
 
 
 class Forces(NamedTuple):
-    """As `kernels.lossy_disk.rk4.Forces`, without what only its step needs; `way` is along the circle on the body."""
+    """`kernels.lossy_disk.rk4.Forces` without fields that only its step needs; `way` is along the circle on the body."""
 
     f: float
     normal: float
@@ -50,7 +51,7 @@ class Forces(NamedTuple):
 
 @simd
 def changes(state, sense, body, losses):
-    """See `kernels.lossy_disk.rk4.changes`; of the tilt rate the derivative itself."""
+    """See `kernels.lossy_disk.rk4.changes`; here the derivative of the tilt rate itself is returned."""
     S, C, T, w, o, s = state
     here = place_at(S, C, T, body)
     laws, twist, oT = losses_at(here.a, losses), _twist(w, o, s, S, here, body), o * T
@@ -80,7 +81,7 @@ def changes(state, sense, body, losses):
 
 @simd
 def changes_near(state, sense, body, losses, last):
-    """See `kernels.lossy_disk.rk4.changes_near`: here the same as `changes`."""
+    """See `kernels.lossy_disk.rk4.changes_near`; here the same as `changes`."""
     return changes(state, sense, body, losses)
 
 
@@ -90,7 +91,7 @@ def lane_step(state, forces, sense, body, losses, half):
 
     Notes
     -----
-    The first stage is what the caller has computed at the same state: the compiler sees that.
+    The caller has already computed the first stage at the same state; the compiler eliminates the repetition.
     """
     total, _ = changes(state, sense, body, losses)
     change, _ = changes(_moved(state, half, total), sense, body, losses)

@@ -1,4 +1,4 @@
-"""The rows of a cell in the flat array of LANES cells; see `kernels.lossy_disk.layout`, whose names mean the same."""
+"""The rows of a cell in the flat array of LANES cells; names as in `kernels.lossy_disk.layout`."""
 
 from kernels.lanes.layout import place_rows
 from kernels.lossy_disk import layout as disk

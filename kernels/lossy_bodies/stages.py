@@ -54,7 +54,7 @@ def prepared_settings(settings):
 
 @simd
 def inertia_of(lane, lanes):
-    """The `Rolling` of a lane."""
+    """Return the `Rolling` of a lane."""
     return Rolling(
         lanes[at.CORE + lane], lanes[at.SHIFT + lane], lanes[at.EDGE + lane], 1.0, lanes[at.AXIAL + lane],
         lanes[at.TRANSVERSE + lane], lanes[at.RATIO + lane], lanes[at.INVERSE_SPIN + lane],
@@ -64,7 +64,7 @@ def inertia_of(lane, lanes):
 
 @kernel
 def losses_allowed(cell, starts, run):
-    """Whether the losses of a start are such that a body can have."""
+    """Return whether the losses of a start are possible for a body."""
     radius, mass = starts[body_row.RADIUS, cell], starts[row.MASS, cell]
     arms = (
         0.0 <= starts[row.ROLLING_FRICTION, cell] < radius
@@ -74,7 +74,7 @@ def losses_allowed(cell, starts, run):
     damping = starts[row.CONTOUR_DAMPING, cell]
     still = run.air_law == NO_AIR
     air = _not_negative(starts[row.AIR_VISCOSITY, cell]) and _not_negative(starts[row.AIR_DENSITY, cell])
-    # a law of forces that are not proportional to the weight needs the mass
+    # laws with forces that are not proportional to the weight need the mass
     heavy = (damping == 0.0 and still) or 0.0 < mass < math.inf
     allowed = _not_negative(damping) and starts[row.FRICTION, cell] >= 0.0 and (still or air)
     return arms and heavy and allowed
@@ -82,8 +82,8 @@ def losses_allowed(cell, starts, run):
 
 @kernel
 def _possible(cell, starts, run, body):
-    """Whether the numbers of a start are those of a body with losses."""
-    # no film is known under a ring
+    """Return whether the numbers of a start are possible for a body with losses."""
+    # no law for a film of air under a ring is known
     faced = run.air_law == NO_AIR or run.body != TORUS
     possible = is_possible(starts, cell, run.body, body) and losses_allowed(cell, starts, run)
     return possible and faced and body.core > 0.0
@@ -91,7 +91,7 @@ def _possible(cell, starts, run, body):
 
 @kernel
 def undisturbed(cell, starts, body):
-    """Whether a start stands upright and nothing tilts it: the gyroscopic torque vanishes with a rate."""
+    """Return whether a start is upright without any tilting torque: the gyroscopic torque vanishes with a rate."""
     still = starts[body_row.TILT, cell] == 0.0 and starts[body_row.TILT_RATE, cell] == 0.0
     return (
         still
@@ -102,7 +102,7 @@ def undisturbed(cell, starts, body):
 
 @kernel
 def losses_of(cell, starts, air_law, core):
-    """Return the `Losses` of a cell; under a face of the radius `core` the film and the layer are that large."""
+    """Return the `Losses` of a cell; film and boundary layer have the size of a face of radius `core`."""
     losses = scaled_losses(
         (
             starts[row.ROLLING_FRICTION, cell],
@@ -134,7 +134,7 @@ def _ending_at_once(cell, starts, run, body):
 
 @kernel
 def read_start(cell, lane, starts, run, lanes, measures, counts):
-    """Put a start into a lane, in SI units; an impossible one and one without a motion are written at once."""
+    """Put a start into a lane, in SI units; write impossible starts and starts without a motion at once."""
     tilt, body = starts[body_row.TILT, cell], body_of(starts, cell, run.body)
     ending = _ending_at_once(cell, starts, run, body)
     if ending != MOVING:

@@ -1,4 +1,4 @@
-"""One motion of a body with losses sampled in time; see `kernels.lossy_disk.trajectory`, whose names mean the same."""
+"""One motion of a body with losses sampled in time; names as in `kernels.lossy_disk.trajectory`."""
 
 import math
 
@@ -42,5 +42,5 @@ def contact_speed(state, body):
 
 _MOTION = {"beginning": beginning, "contact_speed": contact_speed, "height": height}
 
-#: Of bodies that lie flat where the axis is vertical.
+#: For bodies that lie flat if the axis is vertical.
 trajectory = variant(disk.trajectory, "lossy_bodies", MECHANICS | _MOTION)

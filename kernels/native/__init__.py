@@ -1,1 +1,1 @@
-"""How kernels are compiled, kept and called: plain Python around the compiled arithmetic, and none of it."""
+"""Compiling, caching and calling of kernels: plain Python, no arithmetic."""

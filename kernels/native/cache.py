@@ -1,7 +1,7 @@
-"""The files that keep compiled kernels and modules of pages: checked before they are loaded, made again if not whole.
+"""The cache files of compiled kernels and of WebAssembly modules: checked before use, made again if damaged.
 
-Who can write such a file decides what runs here, as what is loaded is machine code: a file that others can write is not
-used. Numba's own cache has neither check: a damaged file of it ends the process.
+These files contain machine code, so anyone who can write them can run code here. A file that others can write is not
+used. Numba's own cache has neither check: a damaged file in it crashes the process.
 """
 
 import fcntl
@@ -14,10 +14,10 @@ from contextlib import contextmanager, nullcontext, suppress
 
 from kernels.native.machine_code import MachineCode, vector_bits
 
-#: End of the name of a file, and how many bytes at its begin are the checksum of the rest.
+#: End of a file name, and length of the checksum at the beginning of a file.
 ENDING, _CHECKSUM_BYTES = ".nbc", 32
 
-#: Settings of Numba that change the code it makes.
+#: Settings of Numba that change its code.
 _SETTINGS = (
     "CPU_NAME",
     "CPU_FEATURES",
@@ -29,7 +29,7 @@ _SETTINGS = (
 )
 
 
-#: One entry while something is compiled: compilers never ask for signals.
+#: One entry during each compilation, because compilers never check for signals.
 compiling = []
 
 
@@ -39,7 +39,7 @@ class KernelCache:
     Parameters
     ----------
     folder : Path or None
-        Where the files are; None if nothing can be kept.
+        Folder of the files; None disables the cache.
     publish : callable
         Called with the path of a file and its content, to write it.
     announce : callable
@@ -50,7 +50,7 @@ class KernelCache:
         self._folder, self._publish, self._announce = folder, publish, announce
 
     def machine_code(self, entry):
-        """Return the `MachineCode` of a `kernels.native.entry.Entry`, kept or compiled."""
+        """Return the `MachineCode` of a `kernels.native.entry.Entry`, from the cache or compiled."""
         made = []
 
         def compiled():
@@ -63,18 +63,18 @@ class KernelCache:
         return made[0] if made else _machine_code(payload)
 
     def bytes_of(self, name, key, make, is_usable=bool):
-        """Return bytes, kept or made.
+        """Return bytes, from the cache or made.
 
         Parameters
         ----------
         name : str
-            That of the file begins with it.
+            Beginning of the file name.
         key : str
-            What the bytes depend on beside the folder.
+            Everything that the bytes depend on besides the folder.
         make : callable
-            Makes them; empty ones are not kept.
+            Makes the bytes; empty bytes are not stored.
         is_usable : callable, optional
-            Called with bytes that are kept: whether they can be used here.
+            Called with cached bytes; returns whether they can be used here.
         """
         path = None
         if self._folder is not None:
@@ -83,7 +83,7 @@ class KernelCache:
         found = _kept(path, key) if path else b""
         if not found or not is_usable(found):
             self._announce()
-            # processes that begin together, as tests and the jobs of an array, would each compile the same
+            # processes that start together, such as tests or jobs of an array, would otherwise each compile the same
             with _one_at_a_time(path) if path else nullcontext():
                 found = _kept(path, key) if path else b""
                 if not found or not is_usable(found):
@@ -99,7 +99,7 @@ class KernelCache:
 
 @contextmanager
 def _one_at_a_time(path):
-    """Wait until no other process makes this file; one that is ended lets go of it, and without locks nobody waits."""
+    """Wait while another process makes this file; a killed process releases its lock, without locks nobody waits."""
     lock = path.with_suffix(".lock")
     try:
         handle = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o644)
@@ -116,14 +116,14 @@ def _one_at_a_time(path):
 
 
 def _kept(path, key):
-    """Return the bytes that a file keeps; empty if it is not whole."""
+    """Return the bytes stored in a file; empty if it is damaged."""
     content = _read_own(path)
     payload = content[_CHECKSUM_BYTES:]
     return payload if content[:_CHECKSUM_BYTES] == _checksum(key, payload) else b""
 
 
 def _machine_code(payload):
-    """Return the `MachineCode` that `KernelCache.machine_code` has kept."""
+    """Return the `MachineCode` stored by `KernelCache.machine_code`."""
     head, _, code = payload.partition(b"\n")
     name, results, needed = json.loads(head)
     return MachineCode(name, tuple(results), tuple(needed), code)
@@ -134,13 +134,13 @@ def _is_lasting(payload):
 
 
 def _key(entry):
-    """What machine code depends on beside the folder: function, types, processor, settings, width of vectors."""
+    """Return everything that machine code depends on: function, types, processor, settings, width of vectors."""
     from llvmlite import binding
 
     types = " ".join(f"{each.name}:{each.element}{each.dimensions}" for each in entry.arguments)
     settings = (f"{name}={os.environ.get(f'NUMBA_{name}')}" for name in _SETTINGS)
     target, features = (binding.get_process_triple(), binding.get_host_cpu_name()), ""
-    # of a processor that LLVM does not know
+    # LLVM may not know the processor
     with suppress(RuntimeError):
         features = binding.get_host_cpu_features().flatten()
     return "\0".join(
@@ -149,9 +149,9 @@ def _key(entry):
 
 
 def problem_of(status, *, sticky_is_safe=False):
-    """Return who else could write a folder or file, as the end of a sentence; empty if only this user and root.
+    """Return who else could write a folder or file, as the end of a sentence; empty if only this user and root can.
 
-    In a folder with the sticky bit, as ``/tmp`` has it, others can make files and not replace those of this user.
+    In a folder with the sticky bit, such as ``/tmp``, others can create files but not replace the files of this user.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def problem_of(status, *, sticky_is_safe=False):
 
 
 def _read_own(path):
-    """Return the content of a file that no other user can write; empty if it is not there, or another thing."""
+    """Return the content of a file that no other user can write; empty if it is missing or not a regular file."""
 
     def opened(name, flags):
         return os.open(name, flags | os.O_NOFOLLOW | os.O_NONBLOCK)

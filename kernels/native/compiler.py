@@ -1,19 +1,20 @@
-"""Numba's compiler with three changes, for these kernels alone: full vectors, no machine code for parts, less to do.
+"""Numba's compiler with three changes, only for these kernels: full vectors, no machine code of parts, fewer passes.
 
 Vectors
-    For most Intel processors with AVX-512 LLVM prefers vectors of half their width, because the early ones ran slower
-    for a while after a wide instruction; on later ones loops over lanes lose a third of their speed by it. An attribute
-    of each function asks for the full width, or for that of EULERDISK_VECTOR_BITS. Numba's settings would change it
-    for all that a program compiles. The width changes no bit of a result: lanes never exchange a number.
+    For most Intel processors with AVX-512, LLVM prefers vectors of half their width, because early ones ran slower
+    for a while after a wide instruction. On later ones, loops over lanes lose a third of their speed by this. An
+    attribute of each function requests the full width, or EULERDISK_VECTOR_BITS. Numba's settings would change the
+    width for all code that a program compiles. The width changes no bit of a result, because lanes never exchange
+    numbers.
 
 Parts
-    Numba makes machine code of every function, also of those that only other kernels call and that are part of these
-    kernels' code too: that would double the time. Here only what Python calls becomes machine code.
+    Numba makes machine code of every function, even of those that only other kernels call and that are part of the
+    code of their callers too. This would double the time. Here only functions called from Python become machine code.
 
-Less to do
-    Passes that look for what kernels do not have are left out, and Python looks for no cycles of objects meanwhile:
-    each is a tenth of the time. What an operator does to numbers of some types is looked for once: that was a third of
-    the time of a user's system.
+Fewer passes
+    Passes for features that kernels do not use are omitted, and Python's garbage collector is disabled meanwhile:
+    each saves a tenth of the time. The operator for given types of numbers is looked up only once, which saves a
+    third of the time for a user's system.
 """
 
 import gc
@@ -33,21 +34,21 @@ from kernels.native.machine_code import MachineCode, vector_bits
 
 _RESULTS = {"int64", "float64"}
 
-#: Numba's passes for closures, arithmetic of whole arrays, and functions of libraries that ask to be inlined.
+#: Numba's passes for closures, for array expressions, and for library functions that ask to be inlined.
 _NEEDLESS = {"InlineClosureLikes", "NopythonRewrites", "InlineOverloads"}
 
-#: Operator and the types of numbers -> what Numba has found for them, which it would look for again each time.
+#: Operator and types of numbers -> Numba's result for them, which it would look up again each time.
 _operators = {}
 
 
 class _Lower(Lower):
     def setup_function(self, fndesc):
         super().setup_function(fndesc)
-        # llvmlite knows attributes without a value only, and its own `add` refuses others
+        # llvmlite only knows attributes without a value, and its own `add` rejects others
         set.add(self.function.attributes, f'"prefer-vector-width"="{vector_bits()}"')
 
     def alloca_lltype(self, name, lltype, datamodel=None):
-        # without what Numba tells a debugger of each variable
+        # without Numba's debug information for each variable
         return alloca_once(self.builder, lltype, name=name, zfill=False)
 
     def lower_binop(self, resty, expr, op):
@@ -69,11 +70,11 @@ class _Lower(Lower):
 
 
 class _PartLibrary(JITCodeLibrary):
-    """The code of a function that is linked into its callers, in the language of LLVM."""
+    """The code of a function that is linked into its callers, as LLVM IR."""
 
     def _optimize_final_module(self):
-        # What Numba does first, to have small functions inlined. All the rest can wait for the whole: it would be done
-        # again for every caller.
+        # Numba's first passes, which inline small functions. All others can wait for the whole, because they would be
+        # repeated for every caller.
         passes, builder = self._codegen._module_pass_manager(
             loop_vectorize=False, slp_vectorize=False, opt=0, cost="cheap"
         )
@@ -85,7 +86,7 @@ class _PartLibrary(JITCodeLibrary):
         self._finalized = True
 
     def object_code(self):
-        """Optimise all that is linked together; returns the module of LLVM and the object file made of it."""
+        """Optimise all linked code together; return the LLVM module and its object file."""
         self._ensure_finalized()
         passes, builder = self._codegen._module_pass_manager()
         passes.run(self._final_module, builder)
@@ -106,7 +107,7 @@ class _Lowering(NativeLowering):
         state.library = _PartLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         state.flags.no_compile = True
         super().run_pass(state)
-        # Numba knows a function by the object that Python would call; this one is never called
+        # Numba identifies a function by the object that Python would call; this one is never called
         stand_in = [].append
         state.targetctx.insert_user_function(stand_in, state.cr.fndesc, [state.library])
         state.cr = state.cr._replace(cfunc=stand_in)
@@ -114,10 +115,10 @@ class _Lowering(NativeLowering):
 
 
 class KernelCompiler(Compiler):
-    """Numba's own compiler without needless passes, and with another last one, which writes the language of LLVM."""
+    """Numba's compiler without needless passes, and with a different last pass, which writes LLVM IR."""
 
     def define_pipelines(self):
-        """Return Numba's passes for the function that is compiled."""
+        """Return Numba's passes for the compiled function."""
         pipelines = super().define_pipelines()
         for each in pipelines:
             each.passes = [
@@ -125,20 +126,20 @@ class KernelCompiler(Compiler):
                 for one, description in each.passes
                 if one.__name__ not in _NEEDLESS
             ]
-            # anew, with the passes as they are now
+            # finalize again, with the changed passes
             each._finalized = False
             each.finalize()
         return pipelines
 
 
 def compiled_function(function, options):
-    """Return Numba's function, to be compiled for the types that it is called with."""
+    """Return Numba's function, to be compiled for the types of its arguments."""
     return njit(pipeline_class=KernelCompiler, **options)(function)
 
 
 @contextmanager
 def without_collecting():
-    """Let Python look for no cycles of objects: a compilation makes many objects, and few that nothing needs."""
+    """Disable the garbage collector: a compilation makes many objects, but little garbage."""
     was = gc.isenabled()
     gc.disable()
     try:
@@ -149,7 +150,7 @@ def without_collecting():
 
 
 def machine_code(dispatcher, argument_types):
-    """Compile a function, as `compiled_function` returns it, for arguments of Numba's types.
+    """Compile a function returned by `compiled_function`, for arguments with these Numba types.
 
     Returns
     -------
@@ -158,7 +159,7 @@ def machine_code(dispatcher, argument_types):
     Raises
     ------
     TypeError
-        If the function returns anything but numbers of 64 bits.
+        If the function returns anything except numbers of 64 bits.
     """
     with global_compiler_lock, without_collecting():
         dispatcher.compile(argument_types)
@@ -176,6 +177,6 @@ def machine_code(dispatcher, argument_types):
 
 
 def results_of(signature):
-    """Return the types of the numbers that a function returns: a tuple of str."""
+    """Return the types of the numbers that a function returns, as a tuple of str."""
     returned = signature.return_type
     return () if returned == types.none else tuple(map(str, getattr(returned, "types", (returned,))))

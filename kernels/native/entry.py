@@ -1,7 +1,8 @@
 """Entry points: kernels that Python calls by their address, with arguments of declared types.
 
-Python code that calls them may run in several threads at once. Numba passes an array as single numbers: two references
-(zero, as nothing counts them), the number of elements, their size, the address of the first, the shape and the strides.
+Python code that calls them may run in several threads at once. Numba passes an array as separate numbers: two
+references (zero, because nothing counts them), the number of elements, their size, the address of the first one, the
+shape and the strides.
 """
 
 import ctypes
@@ -30,7 +31,7 @@ _ADDRESS, _WHOLE = ctypes.c_void_p, ctypes.c_int64
 
 
 class Argument(NamedTuple):
-    """An argument of an entry point: a number, or an array whose elements lie one after the other (C order).
+    """An argument of an entry point: a number, or a contiguous array (C order).
 
     Attributes
     ----------
@@ -38,7 +39,7 @@ class Argument(NamedTuple):
     dimensions : int
         0 for a number.
     written : bool
-        Whether the kernel writes into it.
+        Whether the kernel writes to it.
     """
 
     name: str
@@ -48,32 +49,32 @@ class Argument(NamedTuple):
 
     @classmethod
     def of(cls, name, text):
-        """Return the argument whose type is written as Numba writes it: ``float64[:, ::1]``, and ``, written``."""
+        """Return the argument of a type in Numba's notation: ``float64[:, ::1]``, optionally with ``, written``."""
         pattern = r"(\w+)(\[(?::, )*::1\])?(, written)?"
         element, dimensions, written = re.fullmatch(pattern, text).groups(default="")
         return cls(name, element, dimensions.count(",") + bool(dimensions), bool(written))
 
     def numba_type(self):
-        """Return the type of Numba."""
+        """Return Numba's type of the argument."""
         from numba import types
 
         element = getattr(types, self.element)
         return types.Array(element, self.dimensions, "C") if self.dimensions else element
 
     def c_types(self):
-        """Return the C types of the numbers that a value is passed as."""
+        """Return the C types of the numbers as which a value is passed."""
         if not self.dimensions:
             return [_C_TYPES[self.element]]
         return [_ADDRESS, _ADDRESS, _WHOLE, _WHOLE, _ADDRESS, *2 * self.dimensions * [_WHOLE]]
 
     def passed(self, value):
-        """Return the numbers that a value is passed as.
+        """Return the numbers as which a value is passed.
 
         Raises
         ------
         TypeError
-            If it is an array of another type than declared: compiled code would read other memory. If it must not be
-            written, and the kernel would: compiled code does not ask.
+            If the type of an array differs from its declaration, because compiled code would read other memory. If
+            the kernel writes to a read-only array, because compiled code does not check that.
         """
         if not self.dimensions:
             return [value]
@@ -96,16 +97,15 @@ class Entry:
     Parameters
     ----------
     py_func : function
-        What it does, in Python.
+        The kernel in Python.
     types : mapping of str to str
-        Argument -> its type, as Numba writes it, with ``, written`` behind that of an array which the caller gives to
-        be written.
+        Argument -> its type in Numba's notation, followed by ``, written`` for an array that the kernel writes to.
 
     Attributes
     ----------
     source : callable
-        Called with the entry point when its machine code is first needed; returns `MachineCode`. That of
-        `kernels.native.cache` keeps it on disk.
+        Called with the entry point when its machine code is first needed; returns `MachineCode`. The one in
+        `kernels.native.cache` caches it on disk.
     """
 
     def __init__(self, py_func, types):
@@ -119,22 +119,22 @@ class Entry:
         return tuple(Argument.of(name, self.types[name]) for name in signature(self.py_func).parameters)
 
     def compiled(self):
-        """Compile; returns `MachineCode`."""
+        """Compile the kernel; return `MachineCode`."""
         from kernels.native.compiler import machine_code
 
         return machine_code(lazy()(self._called()).compiled, self._numba_types())
 
     def copied(self, py_func):
-        """Return an entry point that does what `py_func` does, with the same arguments."""
+        """Return an entry point that does the same as `py_func`, with the same arguments."""
         return type(self)(py_func, self.types)
 
     def __call__(self, *values):
-        """Call with arrays and numbers; returns what the kernel returns, numbers or nothing.
+        """Call the kernel with arrays and numbers; return its results, numbers or nothing.
 
         Raises
         ------
         TypeError
-            If an array has another type than declared, is not aligned, or is to be written and must not be.
+            If the type of an array differs from its declaration, or it is not aligned, or read-only but written to.
         """
         if PLAIN:
             return self._called()(*values)
@@ -151,12 +151,12 @@ class Entry:
         return found if len(found) > 1 else (found[0] if found else None)
 
     def make_ready(self):
-        """Load the machine code now, and not at the first call."""
+        """Load the machine code now instead of at the first call."""
         if not PLAIN:
             self._loaded()
 
     def _loaded(self):
-        """Return the C function, and the types of its results: loaded by the first thread that calls."""
+        """Return the C function and the types of its results; the first thread that calls loads them."""
         if self._found is None:
             with self._lock:
                 if self._found is None:
@@ -178,10 +178,10 @@ class Entry:
 
 
 def coprime_stride(n):
-    """Stride g, coprime to n, such that (k g) mod n for k = 0 ... n-1 spreads evenly over 0 ... n-1.
+    """Return a stride g, coprime to n, such that (k g) mod n for k = 0 ... n-1 spreads evenly over 0 ... n-1.
 
-    Neighbouring chunks take similar time and distant ones do not. In this order the last chunks, for which some threads
-    wait, are a sample of all. A stride of about the golden section of n leaves no large gap.
+    Neighbouring chunks take similar times, distant ones do not. In this order the last chunks, for which some threads
+    wait, are a sample of all chunks. A stride near the golden section of n leaves no large gap.
     """
     step = max(1, int(0.6180339887498949 * n))
     while math.gcd(step, n) != 1:
@@ -211,15 +211,15 @@ def _take(counter):
     return taken
 
 
-#: Returns the number in int64[1] and adds one to it: no two threads get the same.
+#: Returns the number in int64[1] and adds one to it, atomically: no two threads get the same number.
 take = LazyFunction(_take, _atomic)
 
 
 def _in_turns(treat):
-    """Return a function that treats chunks of cells until none is left, for each thread to call.
+    """Return a function that processes chunks of cells until none is left, to be called by each thread.
 
-    Its arguments: the counter of `take`, how many cells there are, cells of a chunk, `coprime_stride` of the chunks,
-    and those of `treat` after the first and last cell.
+    Its arguments: the counter of `take`, number of cells, cells of a chunk, `coprime_stride` of the chunks, and the
+    arguments of `treat` after the first and last cell.
     """
 
     def work(counter, cells, chunk, stride, *arguments):
@@ -234,19 +234,19 @@ def _in_turns(treat):
 
 
 class ParallelEntry(Entry):
-    """A kernel that treats cells from `start` to `stop`; called for all cells, it runs in several threads.
+    """A kernel that processes cells from `start` to `stop`; called for all cells, it runs in several threads.
 
     Parameters
     ----------
     py_func : function
-        Its first two arguments are `start` and `stop`. The last dimension of the third are the cells; the last
-        arguments are the memory of a thread.
+        Its first two arguments are `start` and `stop`. The last dimension of the third one runs over the cells; the
+        last arguments are the memory of a thread.
     types : mapping of str to str
-        Argument -> its type, without those of `start` and `stop`.
+        Argument -> its type, except `start` and `stop`.
     chunk : int
-        Cells that a thread takes at a time.
+        Number of cells that a thread takes at a time.
     memory : callable, optional
-        Called with all arguments for each thread; returns a tuple of arrays, uninitialised.
+        Called with all arguments for each thread; returns a tuple of uninitialised arrays.
     """
 
     def __init__(self, py_func, types, chunk, memory):
@@ -255,7 +255,7 @@ class ParallelEntry(Entry):
 
     @cached_property
     def arguments(self):
-        """The arguments of the compiled function: what the loop of `_in_turns` needs comes first."""
+        """The arguments of the compiled function, beginning with those of the loop in `_in_turns`."""
         loop = (
             Argument("counter", "int64", 1),
             *(Argument(name, "int64", 0) for name in ("cells", "chunk", "stride")),
@@ -264,11 +264,11 @@ class ParallelEntry(Entry):
         return (*loop, *(Argument.of(name, self.types[name]) for name in names))
 
     def copied(self, py_func, memory=None):
-        """Return an entry point that does what `py_func` does; its threads have other memory, if that is given."""
+        """Return an entry point that does the same as `py_func`; `memory` replaces the memory of its threads."""
         return ParallelEntry(py_func, self.types, self.chunk, memory or self.memory)
 
     def __call__(self, *values):
-        """Treat all cells."""
+        """Process all cells."""
         cells = values[0].shape[-1]
         chunks = -(-cells // self.chunk)
         counter, stride = np.zeros(1, np.int64), coprime_stride(chunks)
@@ -276,7 +276,7 @@ class ParallelEntry(Entry):
         def work():
             Entry.__call__(self, counter, cells, self.chunk, stride, *values, *self.memory(*values))
 
-        # plain Python takes turns in several steps: two threads could get the same chunk, or none get it
+        # `take` is not atomic in plain Python: two threads could get the same chunk, or a chunk could be skipped
         workers.run(work, 1 if PLAIN else chunks)
 
     def _called(self):
@@ -290,10 +290,10 @@ class ParallelEntry(Entry):
 
 
 def entry(**types):
-    """Return a decorator of a kernel that Python calls: argument -> its type, as Numba writes it."""
+    """Return a decorator for a kernel that Python calls; `types` are argument -> its type in Numba's notation."""
     return lambda function: Entry(function, types)
 
 
 def parallel(chunk, memory=lambda *values: (), /, **types):
-    """Return a decorator of a kernel that treats some of all cells: see `ParallelEntry`."""
+    """Return a decorator for a kernel that processes a part of all cells: see `ParallelEntry`."""
     return lambda function: ParallelEntry(function, types, chunk, memory)

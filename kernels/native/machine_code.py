@@ -1,13 +1,13 @@
-"""Machine code of entry points: made by Numba (`kernels.native.compiler`), loaded without it.
+"""Machine code of entry points, made with Numba (`kernels.native.compiler`) and loaded without it.
 
-Loading takes 30 ms: most of it is the import of llvmlite, and 3 ms the linking of a kernel of 60 kB.
+Loading takes 30 ms, mostly to import llvmlite; linking a kernel of 60 kB takes 3 ms.
 """
 
 import ctypes
 import os
 from typing import NamedTuple
 
-#: What keeps loaded code in memory.
+#: Keeps loaded code in memory.
 _engines = []
 
 
@@ -17,15 +17,15 @@ class MachineCode(NamedTuple):
     Attributes
     ----------
     name : str
-        Of its function.
+        Name of its function.
     results : tuple of str
-        The types of the numbers that it returns: ``int64`` or ``float64``.
+        Types of the numbers that it returns: ``int64`` or ``float64``.
     needed : tuple of str
-        The functions outside of it that it calls by name, beside those that LLVM puts in.
+        External functions that it calls by name, except those that LLVM inserts.
     code : bytes
         An object file.
     has_addresses : bool
-        Whether addresses in the memory of this process are part of it: of an array that is global in its module, and
+        Whether it contains addresses in the memory of this process: of an array that is global in its module, and
         large (over 1 MB) or not contiguous.
     """
 
@@ -36,15 +36,15 @@ class MachineCode(NamedTuple):
     has_addresses: bool = False
 
     def is_lasting(self):
-        """Whether another process can load it: it calls the C library and nothing of Numba's, and has no address."""
+        """Return whether other processes can load it: it calls only the C library and contains no address."""
         library = ctypes.CDLL(None)
         return not self.has_addresses and all(hasattr(library, name) for name in self.needed)
 
 
 def vector_bits():
-    """Width of the vectors that compiled code prefers [bits]: EULERDISK_VECTOR_BITS, by default that of AVX-512.
+    """Return the preferred width of vectors in compiled code [bits]: EULERDISK_VECTOR_BITS, by default 512 (AVX-512).
 
-    A processor whose vectors are narrower has those.
+    A processor with narrower vectors uses those.
     """
     return int(os.environ.get("EULERDISK_VECTOR_BITS") or 512)
 
@@ -55,18 +55,18 @@ def load(machine_code):
     Raises
     ------
     RuntimeError
-        If a function that it needs is not there: see `MachineCode.is_lasting`.
+        If a function that it needs is missing: see `MachineCode.is_lasting`.
     """
     from llvmlite import binding
 
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
     target = binding.Target.from_default_triple().create_target_machine(jit=True)
-    # an engine for each, so that functions of the same name in two of them do not meet
+    # a separate engine for each, so that functions of the same name do not collide
     engine = binding.create_mcjit_compiler(binding.parse_assembly(""), target)
     missing = [name for name in machine_code.needed if not binding.address_of_symbol(name)]
     if missing:
-        # to link it would end the process
+        # linking it would end the process
         raise RuntimeError(
             f"{machine_code.name} needs {', '.join(missing)}, which this process does not have."
         )

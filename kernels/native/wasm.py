@@ -1,19 +1,19 @@
-"""WebAssembly of entry points, for a page: by LLVM alone, without a linker and without a C library.
+"""Compilation of entry points to WebAssembly, for a page: only with LLVM, without a linker and without a C library.
 
-Numba writes the language of LLVM for this processor. Here it is compiled for wasm32 instead, with vectors of 128 bits
-and no instruction whose result depends on the machine. What makes that possible:
+Numba writes LLVM IR for the processor of this machine. Here it is compiled for wasm32 instead, with vectors of 128
+bits and no instruction whose result depends on the machine. Three points need care:
 
 Layout
-    Pointers have half their width there. No pass of LLVM may see a function before it has the layout of wasm32: what
-    is optimised before has offsets in bytes of this processor, and computes something else without a word of it. A
-    process that makes WebAssembly makes nothing else (`begin`).
+    Pointers have half their width. No LLVM pass may run on a function before it has the layout of wasm32: otherwise
+    its offsets in bytes are those of this processor, and it silently computes wrong results. So a process that makes
+    WebAssembly makes nothing else (`begin`).
 
 Linking
-    A single object needs no linker: the provisional addresses in it hold if its data begin at address 0. It imports
-    its memory, its table of functions and its stack pointer. Only exports are missing, which `exporting` adds.
+    A single object needs no linker: its provisional addresses are valid if its data begin at address 0. It imports
+    its memory, its function table and its stack pointer. Only exports are missing; `exporting` adds them.
 
 The C library
-    Kernels take the place of its functions (`kernels.page.c_library`), by the names with which Numba calls them.
+    Kernels replace its functions (`kernels.page.c_library`), under the names that Numba calls.
 """
 
 import json
@@ -24,30 +24,30 @@ from llvmlite import binding
 from kernels.native import compiler
 from kernels.native.function import lazy
 
-#: The stack begins at this address and grows down to the data of the module; the page's own memory begins here.
+#: Address at which the stack begins; it grows down to the data of the module. The page's own memory begins here too.
 STACK = 1 << 18
 
 _LEAST_STACK = 1 << 17
 
-#: Name of the section that says how entry points are called.
+#: Name of the section that describes how to call the entry points.
 NOTE = "eulerdisk"
 
 _TRIPLE = "wasm32-unknown-unknown"
 
-#: Vectors, and copies of memory that need no function; no relaxed instruction, whose results differ by machine.
+#: Vectors, and copies of memory without function calls; no relaxed instructions, whose results depend on the machine.
 _FEATURES = "+simd128,+bulk-memory,+sign-ext,+mutable-globals,+nontrapping-fptoint"
 
-#: What is said of the processor for which something was written.
+#: Parts of LLVM IR that refer to the processor for which it was written.
 _HOST = re.compile(r"^target (?:triple|datalayout) = .*\n", re.MULTILINE)
 _PROCESSOR = re.compile(r'"(?:target-cpu|target-features|tune-cpu|prefer-vector-width)"="[^"]*"')
 
-#: Functions of the C library, also those that LLVM calls for its own ones: under their names it would make others of
-#: them, and compute some with the library of this machine.
+#: Functions of the C library, including those that LLVM calls for its intrinsics. Under these names LLVM would
+#: transform them, and evaluate some at compile time with the library of this machine.
 _C_FUNCTION = re.compile(
     r"@(?:llvm\.)?(a?(?:sin|cos|tan)h?|atan2|exp2?|expm1|log(?:2|10|1p)?|pow|hypot)(?:\.f64)?\("
 )
 
-#: What Numba would raise where an operation of its own refuses: no kernel does, and it holds paths of this machine.
+#: Exceptions that Numba would raise if one of its operations failed. No kernel raises, and they contain local paths.
 _RAISED = re.compile(r'^@"?\.const\.pickle.*\n', re.MULTILINE)
 _USE_OF_RAISED = re.compile(r'@"?\.const\.picklebuf\.[\w.]+"?')
 
@@ -55,13 +55,13 @@ _CUSTOM, _EXPORT, _ELEMENTS, _DATA = 0, 7, 9, 11
 
 
 def begin():
-    """Let no pass of LLVM see what Numba writes from now on; to be called before any kernel is compiled."""
+    """Disable all LLVM passes on IR that Numba writes from now on; to be called before any kernel is compiled."""
 
     def nothing(*_):
         """Optimise nothing."""
 
     def complete(library):
-        """Link nothing either: `module` links each function once, and not into every one that calls it."""
+        """Link nothing either: `module` links each function once, instead of into each of its callers."""
         library._finalized = True
 
     compiler._PartLibrary._optimize_functions = nothing
@@ -69,24 +69,24 @@ def begin():
 
 
 def module(entries, c_library, more):
-    """Return the bytes of a module of WebAssembly; `begin` has been called.
+    """Return the bytes of a WebAssembly module; `begin` must have been called.
 
-    Its section NOTE holds JSON: ``entries``, the arguments and the results of each as `kernels.native.entry.Argument`
-    has them, and `more`.
+    Its section NOTE contains JSON: ``entries``, the arguments (as in `kernels.native.entry.Argument`) and results of
+    each entry point, and `more`.
 
     Parameters
     ----------
     entries : mapping of str to kernels.native.entry.Entry
         Name of an exported function -> the entry point.
     c_library : mapping of str to kernels.native.function.LazyFunction
-        Name of a function of the C library -> what takes its place, of numbers.
+        Name of a function of the C library -> its replacement, a function of numbers.
     more : mapping
-        What JSON can hold.
+        Content that can be written as JSON.
 
     Raises
     ------
     ValueError
-        If something is called that is not there, or the data leave too little room for the stack.
+        If a called function is missing, or the data leave too little room for the stack.
     """
     binding.initialize_all_targets()
     binding.initialize_all_asmprinters()
@@ -116,15 +116,14 @@ def module(entries, c_library, more):
 
 
 def _outside(whole):
-    """Return the names of the functions that a module calls and does not have."""
+    """Return the names of the functions that a module calls but does not contain."""
     return [each.name for each in whole.functions if each.is_declaration]
 
 
 def _language(function, types, linked):
-    """Return the name of the function that Numba makes of a `LazyFunction`, the types of its results, and its parts.
+    """Return the name of the function that Numba makes from a `LazyFunction`, the types of its results, and its parts.
 
-    Each part is what Numba writes for the function, or for one that it calls and that is not `linked`, a set to which
-    it is added.
+    Each part is the IR of the function, or of a callee that is not in `linked`; its library is added to this set.
     """
     from numba.core.compiler_lock import global_compiler_lock
 
@@ -136,7 +135,7 @@ def _language(function, types, linked):
 
 
 def _libraries(library, linked):
-    """Yield what Numba has written and what that calls, each once; what is not of these kernels is linked already."""
+    """Yield a Numba library and the libraries that it calls, each once; libraries of other code are linked already."""
     if library not in linked:
         linked.add(library)
         library._ensure_finalized()
@@ -146,18 +145,18 @@ def _libraries(library, linked):
 
 
 def _as_text(module):
-    """Return a module in the language of LLVM: of no processor, with C functions by names that LLVM does not know."""
+    """Return a module as LLVM IR for no particular processor, with C functions renamed to names unknown to LLVM."""
     text = _HOST.sub("", _PROCESSOR.sub('"of-a-kernel"', str(module)))
     text = _USE_OF_RAISED.sub("null", _RAISED.sub("", text))
     text = _C_FUNCTION.sub(r"@c_\1(", text).replace("@sqrt(", "@llvm.sqrt.f64(")
-    # variables that Numba shares between modules are each module's own: others have the same names
+    # variables that Numba shares between modules become internal to each module, because names are not unique
     return re.sub(
         r"= (?:common|weak_odr|weak|linkonce_odr) ((?:\w+ )*(?:global|constant) )", r"= internal \1", text
     )
 
 
 def _c_function(name, function, linked):
-    """Return the parts of a function as C calls it, and as Numba does: writing its result, returning a status."""
+    """Return the parts of a function as called by C, and as called by Numba: storing its result, returning a status."""
     from numba import types
 
     numbers = function.py_func.__code__.co_argcount
@@ -173,7 +172,7 @@ def _c_function(name, function, linked):
 
 
 def _optimise(whole, machine, exported):
-    """Keep what is exported and what that needs, and let LLVM optimise it for the layout and the vectors of wasm32."""
+    """Keep the exported functions and their dependencies, and optimise them for layout and vectors of wasm32."""
     for each in (*whole.functions, *whole.global_variables):
         if not each.is_declaration and each.name not in exported:
             each.linkage = "internal"
@@ -185,7 +184,7 @@ def _optimise(whole, machine, exported):
 
 
 def exporting(content, names):
-    """Return an object of WebAssembly as a module that exports functions: without its symbols, which are not needed.
+    """Return a WebAssembly object as a module that exports functions, without its symbols, which are not needed.
 
     Parameters
     ----------
@@ -231,10 +230,10 @@ def _sections(content):
 
 
 def _functions_in(body):
-    """Return the number of each function by its name, from the table of symbols of the section ``linking``.
+    """Return the number of each function by its name, from the symbol table in the section ``linking``.
 
-    As the tool conventions of WebAssembly have it (Linking.md): kinds of symbols are function 0, data 1, global 2,
-    section 3, event 4, table 5; the flag 0x10 says that a symbol is not defined, 0x40 that it has a name nevertheless.
+    According to the WebAssembly tool conventions (Linking.md), the kinds of symbols are function 0, data 1, global 2,
+    section 3, event 4, table 5. The flag 0x10 marks a symbol as undefined, 0x40 as having a name nevertheless.
     """
     found, at = {}, 9
     while at < len(body):
@@ -262,7 +261,7 @@ def _functions_in(body):
 
 
 def _read(content, at):
-    """Return a number (unsigned LEB128) and the place behind it."""
+    """Return a number (unsigned LEB128) and the position after it."""
     found = shift = 0
     while True:
         byte = content[at]

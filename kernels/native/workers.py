@@ -1,4 +1,4 @@
-"""The threads that kernels run in."""
+"""The threads in which kernels run."""
 
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -8,25 +8,25 @@ _usual = 1
 
 
 def use(threads):
-    """Let kernels that this Python thread calls run in so many threads, itself among them."""
+    """Set the number of threads for kernels that this Python thread calls, including this thread."""
     _chosen.threads = threads
 
 
 def use_usually(threads):
-    """Let kernels run in so many threads where a Python thread has chosen none."""
+    """Set the default number of threads, for Python threads that have not set their own."""
     global _usual
     _usual = threads
 
 
 def used():
-    """Return how many threads the kernels use that this Python thread calls: chosen, or usual."""
+    """Return the number of threads for kernels that this Python thread calls."""
     return getattr(_chosen, "threads", 0) or _usual
 
 
 def run(work, most):
-    """Call `work` in as many threads as were chosen, `most` at most, at once; returns when all have returned.
+    """Call `work` in the chosen number of threads at once, at most `most`; return when all calls have returned.
 
-    The threads are made anew each time: those of a pool would be missing in a process that was forked.
+    New threads are started each time, because the threads of a pool would be missing in a forked process.
     """
     others = min(used(), most) - 1
     if others < 1:
@@ -38,7 +38,7 @@ def run(work, most):
             try:
                 started.append(pool.submit(work))
             except RuntimeError:
-                # the system has no more threads: those that there are do all the work
+                # the system has no more threads: the existing ones do all the work
                 break
         work()
         for each in started:

@@ -1,1 +1,1 @@
-"""What the module of a page holds besides the kernels that atlases are computed with."""
+"""The WebAssembly module of a page: entry points, and replacements of C functions."""

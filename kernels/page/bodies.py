@@ -1,4 +1,4 @@
-"""The entry points of the module of a page that computes a body of revolution."""
+"""The entry points of the page module for a body of revolution."""
 
 import math
 
@@ -24,7 +24,7 @@ _torus, _solid, _spheroid = (
 
 @kernel
 def _moments(kind, hollow, starts, i):
-    """Axial and transverse moment of a homogeneous body."""
+    """Return axial and transverse moment of a homogeneous body."""
     if kind == TORUS:
         return _torus(starts[row.TUBE, i], hollow != 0)
     if kind == BALL:
@@ -37,7 +37,7 @@ def _moments(kind, hollow, starts, i):
 
 @kernel
 def _spin(o, S, C, body):
-    """As `kernels.bodies.steady.steady_spin`."""
+    """Return the spin, as from `kernels.bodies.steady.steady_spin`."""
     a, b, _, lever = meridian(S, C, body)
     tall = (a * C - b * S) / C
     return -(lever + o * o * (tall * b - body.transverse * S / C)) / (o * (body.axial + a * tall))
@@ -45,14 +45,14 @@ def _spin(o, S, C, body):
 
 @kernel
 def _wobble(S, C, body):
-    """Root of `kernels.bodies.steady.wobble_square`."""
+    """Return the root of `kernels.bodies.steady.wobble_square`."""
     a, b, _, lever = meridian(S, C, body)
     return math.sqrt(lever / (C * C * (body.transverse * S / C + body.axial * b / a)))
 
 
 @kernel
 def _centred(o, S, C, body):
-    """As `kernels.bodies.steady.centred_spin`."""
+    """Return the spin, as from `kernels.bodies.steady.centred_spin`."""
     a, b, _, _ = meridian(S, C, body)
     return -b * o / a
 
@@ -67,16 +67,16 @@ def _centred(o, S, C, body):
     starts="float64[:, ::1], written",
 )
 def complete(kind, hollow, axial, transverse, precession, roll, starts):
-    """Fill what follows from the bodies of cells: moments, and rates that keep the tilts constant.
+    """Fill the moments of cells, and the rates that keep their tilts constant.
 
     Parameters
     ----------
     kind : float
         Number of the body (`kernels.bodies.shapes`).
     hollow : int
-        1 if all mass of a torus is in its surface, else 0.
+        1 if all mass of a torus is in its surface, otherwise 0.
     axial, transverse : int
-        Whether the moment is GIVEN; else it is that of a homogeneous body.
+        Whether the moment is GIVEN; otherwise it is computed for a homogeneous body.
     precession, roll : int
         GIVEN, STEADY (of the roll rate) or WOBBLE, as in `kernels.page.starts`.
     starts : float64[len(PARAMETERS), n], written
@@ -104,16 +104,16 @@ def complete(kind, hollow, axial, transverse, precession, roll, starts):
 
 
 def entries_and_sizes(body, contact, goes):
-    """Return what `kernels.native.wasm.module` makes a module of: entry points, and the sizes that a page has to know.
+    """Return the entry points for `kernels.native.wasm.module`, and the sizes that a page needs.
 
     Parameters
     ----------
     body : str
         One of `kernels.bodies.shapes.NAMES`.
     contact : bool
-        Whether contact forces are asked for.
+        Whether contact forces are needed.
     goes : bool
-        Whether it is asked for where the contact point goes.
+        Whether the path of the contact point is needed.
     """
     is_ellipse, has_poles = body == "spheroid", NAMES.index(body) >= FIRST_WITH_POLES
     entries = {

@@ -1,4 +1,4 @@
-"""The functions of the C library that kernels call, for a module that has none: of any finite argument, within 4 ulp.
+"""Functions of the C library that kernels call, for a module without one; finite arguments, errors within 4 ulp.
 
 Angles are within `kernels.elementary.LARGEST_ANGLE`.
 """
@@ -14,80 +14,80 @@ from kernels.simd_math import angle_of
 
 @simd
 def sin(x):
-    """Sine."""
+    """Return the sine."""
     return sine_cosine(x)[0]
 
 
 @simd
 def cos(x):
-    """Cosine."""
+    """Return the cosine."""
     return sine_cosine(x)[1]
 
 
 @simd
 def tan(x):
-    """Tangent."""
+    """Return the tangent."""
     s, c = sine_cosine(x)
     return s / c
 
 
 @simd
 def expm1(x):
-    """exp(x) - 1."""
+    """Return exp(x) - 1."""
     t = hyperbolic_tangent(0.5 * x)
-    # exp(x) - 1 = 2 t / (1 - t), t = tanh(x/2), which loses nothing where x is small
+    # exp(x) - 1 = 2 t / (1 - t), t = tanh(x/2), without cancellation for small x
     return 2.0 * t / (1.0 - t) if abs(x) < 1.0 else exponential(x) - 1.0
 
 
 @simd
 def log1p(x):
-    """log(1 + x)."""
+    """Return log(1 + x)."""
     u = 1.0 + x
-    # what rounding has taken from 1 + x is given back in first order
+    # corrects the rounding of 1 + x to first order
     return logarithm(u) - ((u - 1.0) - x) / u if u < math.inf else u
 
 
 @simd
 def sinh(x):
-    """Hyperbolic sine."""
+    """Return the hyperbolic sine."""
     e = expm1(abs(x))
     return math.copysign(0.5 * (e + e / (e + 1.0)) if e < math.inf else e, x)
 
 
 @simd
 def cosh(x):
-    """Hyperbolic cosine."""
+    """Return the hyperbolic cosine."""
     e = exponential(abs(x))
     return 0.5 * e + 0.5 / e
 
 
 @simd
 def tanh(x):
-    """Hyperbolic tangent."""
+    """Return the hyperbolic tangent."""
     return hyperbolic_tangent(x)
 
 
 @simd
 def log(x):
-    """Natural logarithm."""
+    """Return the natural logarithm."""
     return logarithm(x)
 
 
 @simd
 def exp(x):
-    """Exponential function."""
+    """Return the exponential function."""
     return exponential(x)
 
 
 @simd
 def log2(x):
-    """Binary logarithm."""
+    """Return the binary logarithm."""
     return logarithm(x) * (1.0 / math.log(2.0))
 
 
 @simd
 def pow(x, y):
-    """A positive number to a power; exact where both that number and the result are powers of two."""
+    """Return a power of a positive number; exact if the number and the result are both powers of two."""
     bits = np.float64(x).view(np.int64)
     exponent = (bits - np.float64(math.sqrt(0.5)).view(np.int64)) >> 52
     whole, rest = y * exponent, y * logarithm(np.int64(bits - (exponent << 52)).view(np.float64))
@@ -98,7 +98,7 @@ def pow(x, y):
 
 @simd
 def asinh(x):
-    """Inverse of the hyperbolic sine."""
+    """Return the inverse hyperbolic sine."""
     size = abs(x)
     root = math.sqrt(1.0 + size * size)
     far = logarithm(size) + math.log(2.0)
@@ -108,7 +108,7 @@ def asinh(x):
 
 @simd
 def atan2(y, x):
-    """Angle of the point (x, y)."""
+    """Return the angle of the point (x, y)."""
     size = max(abs(y), abs(x))
     angle = angle_of(abs(y) / size, abs(x) / size) if size > 0.0 else 0.0
     turned = math.pi - angle if math.copysign(1.0, x) < 0.0 else angle
@@ -117,32 +117,32 @@ def atan2(y, x):
 
 @simd
 def atan(x):
-    """Inverse of the tangent."""
+    """Return the inverse tangent."""
     return atan2(x, 1.0)
 
 
 @simd
 def asin(x):
-    """Inverse of the sine."""
+    """Return the inverse sine."""
     return atan2(x, math.sqrt((1.0 - x) * (1.0 + x)))
 
 
 @simd
 def acos(x):
-    """Inverse of the cosine."""
+    """Return the inverse cosine."""
     return atan2(math.sqrt((1.0 - x) * (1.0 + x)), x)
 
 
 @simd
 def hypot(x, y):
-    """Length of the vector (x, y)."""
+    """Return the length of the vector (x, y)."""
     size = max(abs(x), abs(y))
     known = 0.0 < size < math.inf
     a, b = x / size, y / size
     return size * math.sqrt(a * a + b * b) if known else size
 
 
-#: Name -> function, as C has them.
+#: Name in the C library -> function.
 C_LIBRARY = {
     each.__name__: each
     for each in (

@@ -10,7 +10,7 @@ from kernels.reduction.cells import reduce
 from kernels.reduction.path import paths
 from kernels.reduction.wells import wells
 
-#: All laws: those whose coefficients are zero take nothing.
+#: All laws; laws with zero coefficients have no effect.
 _EVERY_LAW = LANE_MODEL._replace(
     name="lossy_disk_of_page",
     flags=dict.fromkeys(("DRY", "VISCOUS", "ROLLING", "PIVOTING", "FILM", "LAYER", "SLIPPING"), True),

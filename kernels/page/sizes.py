@@ -1,11 +1,11 @@
-"""What a page has to know to call the entry points of its module."""
+"""Sizes that a page needs to call the entry points of its module."""
 
-#: Cells that are treated at a time: all that the page asks for.
+#: Number of cells that are processed at a time: all cells of a call.
 _CHUNK = 2**31 - 1
 
 
 def sizes_of(entries):
-    """Return the sizes that a page has to know: a dict that JSON can hold.
+    """Return the sizes that a page needs, as a dict that can be written as JSON.
 
     Parameters
     ----------
@@ -14,8 +14,8 @@ def sizes_of(entries):
     Returns
     -------
     dict
-        ``memory``, the shapes of the arrays that each parallel entry point is called with last; ``chunk``, cells that
-        it treats at a time.
+        ``memory``, the shapes of the last arrays in the call of each parallel entry point; ``chunk``, the number of
+        cells that it processes at a time.
     """
     parallel = {name: entry.memory() for name, entry in entries.items() if hasattr(entry, "memory")}
     shapes = {name: [each.shape for each in arrays] for name, arrays in parallel.items()}

@@ -1,4 +1,4 @@
-"""The rates that a cell computes for itself, as an entry point (`kernels.disk.steady`)."""
+"""An entry point that computes the dependent rates of cells (`kernels.disk.steady`)."""
 
 from kernels.disk.arrays import ALPHA, GRAVITY, PRECESSION_RATE, RADIUS, ROLL_RATE, TILT
 from kernels.disk.steady import (
@@ -10,7 +10,7 @@ from kernels.disk.steady import (
 from kernels.jit import kernel
 from kernels.native.entry import entry
 
-#: What a rate is: given, or one of those that keep the tilt constant.
+#: Kinds of rates: given, or a rate that keeps the tilt constant.
 GIVEN, SLOW, FAST, STEADY, WOBBLE = range(5)
 
 _both, _roll, _wobble, _centred = (
@@ -21,7 +21,7 @@ _both, _roll, _wobble, _centred = (
 
 @entry(precession="int64", roll="int64", starts="float64[:, ::1], written")
 def complete(precession, roll, starts):
-    """Fill the rates of cells that keep their tilts constant; not finite where there is none.
+    """Fill the rates of cells that keep their tilts constant; not finite if there is no such rate.
 
     Parameters
     ----------
