@@ -32,7 +32,7 @@ from kernels.lossy_disk.simd_stages import SURE_GRIP
 
 
 class Forces(NamedTuple):
-    """`kernels.lossy_disk.rk4.Forces` without fields that only its step needs; `way` is along the circle on the body."""
+    """`kernels.lossy_disk.rk4.Forces` without fields that only its step uses; `way` is along the circle on the body."""
 
     f: float
     normal: float

@@ -1,4 +1,4 @@
-"""The linear pair of a body, carried from one tilt to another: theory without time asks for it."""
+"""The linear pair of a body, carried from one tilt to another, for theory without time integration."""
 
 import math
 
@@ -30,20 +30,20 @@ from kernels.reduction.turning import stretch
 
 @kernel
 def _multiply(numbers, first, s, p):
-    """Product of (s, p) and the matrix whose numbers begin at `first`."""
+    """Return the product of (s, p) and the matrix whose numbers begin at `first`."""
     return numbers[first] * s + numbers[first + 1] * p, numbers[first + 2] * s + numbers[first + 3] * p
 
 
 @kernel
 def _place_on(table, side, k, y):
-    """X on a panel."""
+    """Return x on a panel."""
     half = table.panels[side, k, NUMBERS, HALF]
     return (y - table.edges[k]) / half - 1.0
 
 
 @kernel
 def carry_on_side(table, side, y, there, s, p):
-    """(s, p) at the stretched tilt `there` from those at y; both at least 0, on one side of a table."""
+    """Return (s, p) at the stretched tilt `there` from (s, p) at y; both at least 0, on one side of a table."""
     k, last = panel_at(table, y), panel_at(table, there)
     need_panel(table, side, k)
     s, p = pair_at_centre(table, side, k, _place_on(table, side, k, y), s, p)
@@ -58,7 +58,7 @@ def carry_on_side(table, side, y, there, s, p):
 
 @kernel
 def _carry(table, y, there, s, p):
-    """(s, p) at the stretched tilt `there` from those at y."""
+    """Return (s, p) at the stretched tilt `there` from (s, p) at y."""
     side, other = 0 if y >= 0.0 else 1, 0 if there >= 0.0 else 1
     # the side of negative tilts is the mirror image
     p = p if side == 0 else -p
@@ -72,9 +72,9 @@ def _carry(table, y, there, s, p):
 
 @kernel
 def _turning_square(tilt, there, w, before, after, body):
-    """Square of the factor of the rates (s, o), before and after, with which a motion turns at the tilt `there`.
+    """Return the squared factor of the rates (s, o), before and after, with which a motion turns at the tilt `there`.
 
-    Its energy is the part with these rates, times that square, and the rest.
+    Its energy is the part with these rates, times that square, plus the rest.
     """
     S, C, S_there, C_there = math.sin(tilt), math.cos(tilt), math.sin(there), math.cos(there)
     a, b, _, _ = meridian(S, C, body)
@@ -109,18 +109,18 @@ def _turning_square(tilt, there, w, before, after, body):
 def carry(start, stop, tilts, given, rates, squares, bodies, edges, made, panels, work):
     """Carry the rates s and o of motions from one tilt to another, and find the multiple with which they turn there.
 
-    Python calls it without `start`, `stop` and what follows `squares`.
+    Python calls it without `start`, `stop` and the arguments after `squares`.
 
     Parameters
     ----------
     start, stop : int
         The cells of one chunk.
     tilts : float64[3, n]
-        From where and to where [rad], inside 90 degrees, and the scaled rate of the tilt.
+        First and second tilt [rad], within 90 degrees, and the scaled tilt rate.
     given : float64[7, n]
-        Rows as `kernels.bodies.shapes.Body`.
+        Rows as in `kernels.bodies.shapes.Body`.
     rates : float64[2, n], written
-        s and o in any one unit: at the first tilts, then at the second ones.
+        s and o in any common unit: at the first tilts, then at the second ones.
     squares : float64[n], written
         Square of the factor of scaled rates with which the motion turns at the second tilt; infinite if none does.
     bodies ... work : arrays

@@ -17,7 +17,7 @@ from kernels.reduction.panels import TABLE_TYPES, Table, clear_table, table_memo
 from kernels.reduction.pieces import PIECE
 from kernels.reduction.turning import MOST_PIECES, NEAR, TOP, WAY, find_extremes, stretch
 
-#: Cells that a thread takes at a time: those with the same body share its panels.
+#: Number of cells that a thread takes at a time; cells with the same body share its panels.
 CHUNK = 512
 
 #: Types of the arrays with a motion: `find_extremes` writes them.
@@ -31,7 +31,7 @@ def motion_memory():
 
 @kernel
 def own_body(starts, cell, kind):
-    """The `Body` of a cell whose table serves both edges of a rim: that of the edge at positive tilts."""
+    """Return the `Body` whose table serves a cell; for a rim, the body at positive tilts."""
     body, sign = body_of(starts, cell, kind), side_of(kind, starts[row.TILT, cell])
     shift = -body.shift if sign < 0.0 else body.shift
     return Body(body.core, shift, body.edge, body.square, body.axial, body.transverse, body.ratio)
@@ -39,7 +39,7 @@ def own_body(starts, cell, kind):
 
 @kernel
 def scaled_start(starts, cell):
-    """(unit of time [s], tilt [rad], w, o, s) of a cell, the rates scaled."""
+    """Return (unit of time [s], tilt [rad], w, o, s) of a cell, with scaled rates."""
     unit, tilt = math.sqrt(starts[row.RADIUS, cell] / starts[row.GRAVITY, cell]), starts[row.TILT, cell]
     rates = starts[row.TILT_RATE, cell], starts[row.PRECESSION_RATE, cell], starts[row.ROLL_RATE, cell]
     _, _, _, w, o, s = scaled_state(tilt, rates[0], rates[1], rates[2], unit)
@@ -48,7 +48,7 @@ def scaled_start(starts, cell):
 
 @kernel
 def reduce_cell(starts, cell, kind, fall_tilt, y_fall, table, pieces, ways, near):
-    """(ending, least, greatest tilt [rad], error [rad]) of a cell; its motion is written, if it has one.
+    """Return (ending, least, greatest tilt [rad], error [rad]) of a cell; write its motion, if it has one.
 
     `y_fall` is the stretched `fall_tilt`.
     """
@@ -88,7 +88,7 @@ def reduce(
 ):  # fmt: skip
     """Find the extremes of every cell for all time, and its period.
 
-    Python calls it without `start`, `stop` and what follows `counts`.
+    Python calls it without `start`, `stop` and the arguments after `counts`.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def reduce(
     fall_tilt : float
         Magnitude of the tilt [rad] that counts as a fall; it is not read for bodies with poles.
     timed : int
-        0 to leave out the period.
+        0 to omit the period.
     measures : float64[len(REDUCED), n], written
     counts : int32[1, n], written
         Codes of `kernels.disk.endings`.

@@ -1,7 +1,7 @@
 """Extremes of the contact forces of bodies along their motions; see `kernels.disk.contact_extremes`.
 
-The reduction finds the pieces of a motion (`kernels.reduction`); on each the extremes are roots of series
-(`kernels.bodies.forces`). The judgement of errors is that of the disk.
+The reduction finds the pieces of a motion (`kernels.reduction`); on each piece the extremes are roots of series
+(`kernels.bodies.forces`). Errors are judged as for the disk.
 """
 
 import math
@@ -41,13 +41,13 @@ from kernels.reduction.turning import COUNT, END_SLOPE, ROUNDING, TURNS, stretch
 #: Bound of the rounding errors of a panel, in units of the size of the terms.
 _ROUNDING = 4.0 * 2.0**-52
 
-#: Most panels of the series of forces on one piece of a motion.
+#: Maximum number of panels of the series of forces on one piece of a motion.
 _MOST_PANELS = 64
 
 
 @kernel
 def rounding_errors(series, end, kept):
-    """Bound of the rounding errors of the forces on a panel up to `end`."""
+    """Return a bound of the rounding errors of the forces on a panel up to `end`."""
     o, s = largest_value(series, forces.ALONG, end), largest_value(series, forces.SPIN, end)
     sec, v = largest_value(series, forces.SEC, end), largest_value(series, forces.SPEED, end)
     square = largest_value(series, forces.RATE_SQUARED, end)
@@ -95,7 +95,7 @@ def _search_piece(table, piece, outward, apart_at_end, series, found, kept):
 
 @kernel
 def _search_way(table, pieces, way, sign, series, found, kept):
-    """Search a motion from its start in one sense; `sign` is that of the tilts on its side."""
+    """Search a motion from its start in one direction; `sign` is the sign of the tilts on its side."""
     count = int(way[COUNT])
     # whether the motion goes to greater |tilt| at first
     outward = count > 0 and pieces[0, HIGH] > 0.0
@@ -110,7 +110,7 @@ def _search_way(table, pieces, way, sign, series, found, kept):
 
 @kernel
 def _search(starts, cell, kind, table, pieces, ways, series, found, kept):
-    """Search a motion on both sides of its start; one that rests only has its start."""
+    """Search a motion on both sides of its start; a motion at rest only has its start."""
     _, tilt, _, o, s = scaled_start(starts, cell)
     if ways[0, COUNT] == 0.0 and ways[1, COUNT] == 0.0:
         body = body_of(starts, cell, kind)
@@ -146,7 +146,7 @@ def _contact(
 ):  # fmt: skip
     """Find the extremes of the contact forces that rolling without slip needs, along the motion of every cell.
 
-    Python calls it without `start`, `stop` and what follows `states`.
+    Python calls it without `start`, `stop` and the arguments after `states`.
 
     Parameters
     ----------
@@ -163,7 +163,8 @@ def _contact(
 
     Notes
     -----
-    Never raises. A motion that falls is searched from its start on, and back to where it turned before if it does.
+    Never raises. A motion that falls is searched from its start on, and back to its turning point before, if it has
+    one.
     """
     table = Table(bodies, edges, made, panels, work)
     clear_table(table)
@@ -187,6 +188,6 @@ def _contact(
 
 _FLAGS = {"at": forces, "_rounding_errors": rounding_errors}
 
-#: One for bodies whose meridian is an arc of a circle, and one for an arc of an ellipse.
+#: For bodies whose meridian is an arc of a circle, and for an arc of an ellipse.
 contact = variant(_contact, "bodies", _FLAGS)
 contact_ellipses = variant(_contact, "ellipses", _FLAGS | ellipse.FUNCTIONS)

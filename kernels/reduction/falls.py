@@ -1,4 +1,4 @@
-"""When bodies fall: the time from the start to fall_tilt, as a quadrature over the tilt."""
+"""The time from the start of a body to fall_tilt, as a quadrature over the tilt."""
 
 import math
 
@@ -22,7 +22,7 @@ from kernels.reduction.turning import COUNT, stretch
 
 @kernel
 def _fall_time(table, pieces, ways, near, waiting, cuts):
-    """Scaled time from the start of a motion to its fall; NaN on a separatrix to rounding."""
+    """Return the scaled time from the start of a motion to its fall; NaN on a separatrix to rounding."""
     if is_vague(near):
         return math.nan
     nutation = describe_nutation(table, pieces, ways, near)
@@ -66,9 +66,9 @@ def fall_times(
     waiting,
     cuts,
 ):
-    """Find when bodies fall.
+    """Compute the time at which bodies fall.
 
-    Python calls it without `start`, `stop` and what follows `times`.
+    Python calls it without `start`, `stop` and the arguments after `times`.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def fall_times(
     starts, kind, fall_tilt
         As for `kernels.reduction.cells.reduce`.
     times : float64[n], written
-        Time [s] at which the tilt reaches `fall_tilt`; 0 where a start lies beyond it, NaN where a body does not fall.
+        Time [s] at which the tilt reaches `fall_tilt`; 0 if a start is beyond it, NaN if a body does not fall.
     bodies ... cuts : arrays
         Memory of a thread.
 

@@ -1,8 +1,8 @@
-"""Quadratures over a nutation, the way between both turning points of a motion.
+"""Quadratures over a nutation: the motion from one turning point to the other.
 
 An angle goes from 0 at the smallest tilt to pi at the greatest one. With y = middle - half cos(angle) time and
-heading are smooth and even in the angle at both ends, so the midpoint rule converges geometrically; each tripling of
-its nodes keeps those before. Next to a maximum of the potential, where the motion is slow, y follows the angle
+heading are smooth and even in the angle at both ends, so the midpoint rule converges geometrically; tripling its
+nodes keeps the previous ones. Next to a maximum of the potential, where the motion is slow, y follows the angle
 through a hyperbolic function instead, and the angle is cut into pieces where the midpoint rule does not settle.
 """
 
@@ -30,7 +30,7 @@ from kernels.reduction.pieces import (
 )
 from kernels.reduction.turning import COUNT, PLACE, TOP, TOP_ROUNDING, WIDTH
 
-#: Nodes of the first sum and most nodes of the last one.
+#: Number of nodes of the first sum and maximum number of nodes of the last one.
 _FIRST, _LAST = 8, 648
 #: Relative difference of two sums that settles the quadrature at once, and after two tripled sums: the error of the
 #: finer sum is about the third power of the difference, but two sums may agree by accident.
@@ -43,7 +43,7 @@ _SINES = np.concatenate([np.sin(0.5 * np.pi * (np.arange(n) + 0.5) / n) for n in
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 #: A piece is short enough if halving changes it by less than this share, and if the heading turns by less [rad].
 _SETTLED, _LARGEST_TURN = 1e-10, 2.0
-#: Most pieces that wait, that are kept, and that are halved.
+#: Maximum numbers of pieces that wait, that are kept, and that are bisected.
 _MOST_WAITING, _MOST_KEPT, _MOST_HALVINGS = 64, 1024, 2000
 
 #: Numbers of a piece of the angle that is kept: both ends; heading and contact point at the first (`path`).
@@ -55,21 +55,21 @@ _VAGUE = 1e-7
 
 
 class Nutation(NamedTuple):
-    """A motion between its turning points. One that falls ends at fall_tilt, and may begin at its start.
+    """A motion between its turning points. A motion that falls ends at fall_tilt, and may begin at its start.
 
     Attributes
     ----------
     table : kernels.reduction.panels.Table
     pieces, ways : arrays
-        As of `kernels.reduction.turning.find_extremes`.
+        As in `kernels.reduction.turning.find_extremes`.
     kind : int
-        How y follows from u, which goes as (1 - cos(angle))/2 over its range: y = u (0); y = place + width sinh(u)
-        past a maximum (1); y = place + width (cosh(u) - 1) from the turning point next to a maximum (2), u as
+        Map from u to y, where u goes as (1 - cos(angle))/2 over its range: y = u (0); y = place + width sinh(u) past
+        a maximum (1); y = place + width (cosh(u) - 1) from the turning point next to a maximum (2), with u as
         sin(angle/2).
     low, high, place, width, begin, length : float
         Both turning points; the constants of the map; where u begins, and its range.
     backward : bool
-        Whether the tilt falls as u grows.
+        Whether the tilt decreases as u grows.
     """
 
     table: Any
@@ -86,7 +86,7 @@ class Nutation(NamedTuple):
 
 
 def cut_memory():
-    """Return the arrays with the pieces of the angle that wait, and that are kept."""
+    """Return the arrays for the pieces of the angle that wait, and that are kept."""
     return np.empty((_MOST_WAITING, 4)), np.empty((_MOST_KEPT, CUT_Y + 1))
 
 
@@ -118,7 +118,7 @@ def describe_nutation(table, pieces, ways, near):
 
 @kernel
 def _place_at(nutation, sine, cosine):
-    """(y, dy/dangle in magnitude) at an angle, from sine and cosine of half of it.
+    """Return (y, |dy/dangle|) at an angle, from sine and cosine of half of it.
 
     y is measured from the nearer end, without cancellation.
     """
@@ -142,7 +142,7 @@ def _place_at(nutation, sine, cosine):
     end = begin if sine < cosine else begin + length
     way = 2.0 * width * math.sinh(0.5 * from_end) * math.cosh(0.5 * (u + end))
     y = low + way if sine < cosine else high - way
-    # nearer to the maximum than to the end: a distance from the end would have no digits left there
+    # nearer to the maximum than to the end: a distance from the end would have no correct digits
     if abs(u) < max(1.0, 0.5 * abs(end)):
         y = place + width * math.sinh(u)
     return y, stretch * width * math.cosh(u)
@@ -150,7 +150,7 @@ def _place_at(nutation, sine, cosine):
 
 @kernel
 def angle_of_start(nutation):
-    """The angle at which y = 0, where the motion starts."""
+    """Return the angle at which y = 0, where the motion starts."""
     if nutation.kind == 2:
         sine = 2.0 * math.asinh(math.sqrt(max(0.0, -0.5 * nutation.place / nutation.width))) / nutation.length
     else:
@@ -162,7 +162,7 @@ def angle_of_start(nutation):
 
 @kernel
 def rates_at(nutation, angle, turns):
-    """Derivatives by the angle of time, heading, and the contact point across and along its track; scaled.
+    """Return the derivatives by the angle of time, heading, and the contact point across and along its track; scaled.
 
     Only the time is computed unless the heading `turns`.
     """
@@ -171,7 +171,7 @@ def rates_at(nutation, angle, turns):
 
 @kernel
 def _rates_at(nutation, sine, cosine, turns):
-    """`rates_at`, from sine and cosine of half the angle."""
+    """Return `rates_at`, from sine and cosine of half the angle."""
     y, stretch = _place_at(nutation, sine, cosine)
     pieces = nutation.pieces
     turn = number = 0
@@ -198,7 +198,7 @@ def _rates_at(nutation, sine, cosine, turns):
 
 @kernel
 def _sum_time(nutation):
-    """Time between the turning points by the midpoint rule; NaN if it does not settle."""
+    """Return the time between the turning points by the midpoint rule; NaN if it does not settle."""
     count, first, before, change, total = _FIRST, 0, math.inf, math.inf, 0.0
     while count <= _LAST:
         for j in range(count):
@@ -216,7 +216,7 @@ def _sum_time(nutation):
 
 @kernel
 def _gauss(nutation, low, high, turns):
-    """(time, heading) over a piece of the angle."""
+    """Return (time, heading) over a piece of the angle."""
     middle, half, time, heading = 0.5 * (low + high), 0.5 * (high - low), 0.0, 0.0
     for j in range(NODES.size):
         gained, turned, _, _ = rates_at(nutation, middle + half * NODES[j], turns)
@@ -238,7 +238,7 @@ def cut_nutation(nutation, low, high, turns, waiting, cuts):
     Returns
     -------
     (count, time)
-        How many pieces are written to `cuts`, 0 if it does not settle; the scaled time between the angles.
+        Number of pieces written to `cuts`, 0 if the rule does not settle; the scaled time between the angles.
     """
     time, heading = _gauss(nutation, low, high, turns)
     _wait(waiting, 0, low, high, time, heading)
@@ -272,13 +272,13 @@ def cut_nutation(nutation, low, high, turns, waiting, cuts):
 
 @kernel
 def is_vague(near):
-    """Whether rounding decides how long a motion lingers next to a maximum of the potential."""
+    """Return whether rounding decides how long a motion lingers next to a maximum of the potential."""
     return abs(near[TOP]) < math.inf and abs(near[TOP]) * _VAGUE < near[TOP_ROUNDING]
 
 
 @kernel
 def find_period(table, pieces, ways, near, waiting, cuts):
-    """Scaled period of a bounded motion; NaN on a separatrix to rounding, or if the quadrature does not settle."""
+    """Return the scaled period of a bounded motion; NaN on a separatrix to rounding, or if the sums do not settle."""
     if is_vague(near):
         return math.nan
     nutation = describe_nutation(table, pieces, ways, near)

@@ -10,9 +10,9 @@ and the potential V = A o^2/2 + I s^2/2 + v^2/2 + h of the motion has the slope
 
     dV/dy = -C l - (I + a^2 - a b T) s p + ((A + b^2) T - a b)/C p^2.
 
-Letters are those of `kernels.bodies.equations`. A panel is an interval of y. Its series follow from the body only, so
-all cells with the same body share them. A body only supplies its meridian (a, b, r, l), also next to the real axis.
-Panels lie at y > 0: those of negative tilts are the panels of the mirror image of the body.
+The letters are the same as in `kernels.bodies.equations`. A panel is an interval of y. Its series depend only on the
+body, so all cells with the same body share them. The shape enters only through the meridian (a, b, r, l), also near
+the real axis. Panels are at y > 0; panels at negative tilts are those of the mirror image of the body.
 """
 
 import math
@@ -23,7 +23,7 @@ import numpy as np
 from kernels.bodies.shapes import Body
 from kernels.jit import kernel
 
-#: Terms of a series; most panels on one side.
+#: Number of terms of a series; maximum number of panels on one side.
 TERMS, REACH = 16, 192
 
 #: Longest panel; longest panel over its distance from a singularity of the body.
@@ -104,14 +104,14 @@ def table_memory():
 
 @kernel
 def body_on(table, side):
-    """The `Body` of a side of a table."""
+    """Return the `Body` of a side of a table."""
     row = table.bodies[side]
     return Body(row[0], row[1], row[2], row[3], row[4], row[5], row[6])
 
 
 @kernel
 def _meridian_of(S, C, n, body):
-    """`meridian`, with n = 1/sqrt(C^2 + square S^2)."""
+    """Return `meridian`, from n = 1/sqrt(C^2 + square S^2)."""
     flat = body.edge * body.square * n
     lever = body.core * S - body.shift * C + body.edge * (1.0 - body.square) * n * S * C
     return body.core + body.edge * n * C, -body.shift - flat * S, flat * n * n, lever
@@ -119,35 +119,35 @@ def _meridian_of(S, C, n, body):
 
 @kernel
 def meridian(S, C, body):
-    """(a, b, r, l): levers along and across the axis, radius of curvature, lever of the weight."""
+    """Return (a, b, r, l): levers along and across the axis, radius of curvature, lever of the weight."""
     n = 1.0 / math.sqrt(1.0 - (1.0 - body.square) * S * S)
     return _meridian_of(S, C, n, body)
 
 
 @kernel
 def _slope_of(a, b, lever, S, C, sec, body):
-    """`slope_terms`, with sec = 1/C."""
+    """Return `slope_terms`, from sec = 1/C."""
     T = S * sec
     return -C * lever, -(body.axial + a * (a - b * T)), ((body.transverse + b * b) * T - a * b) * sec
 
 
 @kernel
 def slope_terms(S, C, body):
-    """Coefficients of 1, s p and p^2 in the slope dV/dy."""
+    """Return the coefficients of 1, s p and p^2 in the slope dV/dy."""
     a, b, _, lever = meridian(S, C, body)
     return _slope_of(a, b, lever, S, C, 1.0 / C, body)
 
 
 @kernel
 def _inverse(z):
-    """1/z: a division of complex numbers that need not be scaled."""
+    """Return 1/z, by a division of complex numbers without scaling."""
     per = 1.0 / (z.real * z.real + z.imag * z.imag)
     return complex(z.real * per, -z.imag * per)
 
 
 @kernel
 def _inverse_root(z):
-    """1/sqrt(z), for z whose real part is not much below 0."""
+    """Return 1/sqrt(z), for z whose real part is not much below 0."""
     size = math.sqrt(z.real * z.real + z.imag * z.imag)
     real = math.sqrt(0.5 * (size + z.real))
     return _inverse(complex(real, 0.5 * z.imag / real))
@@ -155,7 +155,7 @@ def _inverse_root(z):
 
 @kernel
 def _hyperbolic(z):
-    """(sinh(z), cosh(z))."""
+    """Return (sinh(z), cosh(z))."""
     sinh, cosh, sine, cosine = math.sinh(z.real), math.cosh(z.real), math.sin(z.imag), math.cos(z.imag)
     return complex(sinh * cosine, cosh * sine), complex(cosh * cosine, sinh * sine)
 
@@ -256,7 +256,7 @@ def _fill_bounds(panel):
     for i in range(4):
         climb = bend = 0.0
         for n in range(TERMS):
-            # term n of these rows belongs to the power n + 1
+            # the column n belongs to the power n + 1
             climb += 2.0 * panel[SS + i, n] if n % 2 == 0 else 0.0
             bend += n * (n + 1) * abs(panel[SS + i, n])
         numbers[CLIMB + i] = climb
@@ -291,7 +291,7 @@ def need_panel(table, side, k):
 
 @kernel
 def panel_at(table, y):
-    """Number of the panel at y >= 0; REACH beyond the last one."""
+    """Return the number of the panel at y >= 0, or REACH beyond the last one."""
     k = min(int(y * (1.0 / LONGEST)), REACH)
     while k < REACH and table.edges[k + 1] <= y:
         k += 1
@@ -300,15 +300,15 @@ def panel_at(table, y):
 
 @kernel
 def clear_table(table):
-    """Empty a table: it then belongs to no body."""
+    """Empty a table, so that it belongs to no body."""
     table.bodies[:] = math.nan
 
 
 @kernel
 def _place_edges(table, body):
-    """Place the edges of panels: shorter ones where the body has a singularity next to the real axis."""
+    """Place the edges of panels, closer to each other near singularities of the body close to the real axis."""
     A, I, square, away, beside = body.transverse, body.axial, body.square, 0.5 * math.pi, 0.0
-    # of a prolate body that is a zero of D, about upright
+    # for a prolate body, a zero of D near upright
     excess = I * (square * square + A * (square - 1.0)) - A
     if body.core == 0.0 and excess > 0.0:
         away = min(away, math.atan(math.sqrt(A * (1.0 + I) / excess)))
@@ -321,7 +321,7 @@ def _place_edges(table, body):
 
 @kernel
 def take_body(table, body):
-    """Give a table to a body; nothing happens if it is the body of the table already."""
+    """Give a table to a body, unless it already belongs to it."""
     same = True
     for i in range(_OF_A_BODY):
         same &= table.bodies[0, i] == body[i]
@@ -336,7 +336,7 @@ def take_body(table, body):
 
 @kernel
 def pair_at(table, side, k, x, s, p):
-    """(s, p) at x of a panel from those at its centre."""
+    """Return (s, p) at x of a panel, from (s, p) at its centre."""
     panel, s_there, p_there = table.panels[side, k], 0.0, 0.0
     for n in range(TERMS - 1, -1, -1):
         s_there = s_there * x + (s * panel[S_S, n] + p * panel[S_P, n])
@@ -346,7 +346,7 @@ def pair_at(table, side, k, x, s, p):
 
 @kernel
 def pair_at_centre(table, side, k, x, s, p):
-    """(s, p) at the centre of a panel from those at x."""
+    """Return (s, p) at the centre of a panel, from (s, p) at x."""
     panel = table.panels[side, k]
     ss = sp = ps = pp = 0.0
     for n in range(TERMS - 1, -1, -1):

@@ -1,9 +1,9 @@
-"""Where a body goes: what its heading and its contact point gain over a nutation, and the ring that the path fills.
+"""The path of a body: gains of heading and contact point over a nutation, and the ring that the path fills.
 
-Over a whole nutation the heading gains the same angle each time, and the contact point the same displacement in the
-turned frame: the path lies on a ring about a centre. A nutation is symmetric in time about its turning points, so one
-way between them is enough. It is cut into pieces of the angle (`kernels.reduction.nutation`), on each of which
-heading and path are integrals of polynomials through Gauss's nodes.
+Over each whole nutation the heading gains the same angle, and the contact point the same displacement in the turned
+frame, so the path is in a ring about a centre. A nutation is symmetric in time about its turning points, so half of
+it is enough. It is cut into pieces of the angle (`kernels.reduction.nutation`). On each piece, heading and path are
+integrals of polynomials through Gauss's nodes.
 """
 
 import math
@@ -39,9 +39,10 @@ _COUNT = NODES.size
 
 
 def _integral_matrix():
-    """Matrix of the integrals from -1 to each node of the polynomial through values at the nodes.
+    """Return the matrix of the integrals, from -1 to each node, of the polynomial through values at the nodes.
 
-    The polynomials that are 1 at one node and 0 at the others are sums of Legendre's, whose integrals are known.
+    The polynomials that are 1 at one node and 0 at the others are sums of Legendre polynomials, whose integrals are
+    known.
     """
     degrees = np.arange(_COUNT)
     shares = (degrees[:, None] + 0.5) * legendre.legvander(NODES, _COUNT - 1).T * WEIGHTS
@@ -54,17 +55,17 @@ _TO_NODE = _integral_matrix()
 #: Weights of barycentric interpolation at the nodes.
 _BARYCENTRIC = np.sqrt((1.0 - NODES**2) * WEIGHTS) * (-1.0) ** np.arange(_COUNT)
 
-#: Rows of the numbers at the nodes of a piece: slopes of the contact point; its place from the centre; half the slope
-#: of its squared distance from there.
+#: Rows of the numbers at the nodes of a piece: slopes of the contact point; its position relative to the centre; half
+#: the slope of its squared distance from the centre.
 _DX, _DY, _X, _Y, _SLOPE = range(5)
 
-#: If a nutation turns the path by whole turns to within this [rad], the path goes ever further.
+#: If a nutation turns the path by whole turns to within this [rad], the path is unbounded.
 _RESONANT = 1e-8
 
 
 @kernel
 def _pass_cut(cut, nutation, nodes):
-    """Follow heading and contact point over a piece; slopes at its nodes are written. Returns both at its end."""
+    """Follow heading and contact point over a piece and write the slopes at its nodes; return both at its end."""
     low, high = cut[CUT_LOW], cut[CUT_HIGH]
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     heading, x, y = cut[CUT_HEADING], cut[CUT_X], cut[CUT_Y]
@@ -90,7 +91,7 @@ def _pass_cut(cut, nutation, nodes):
 
 @kernel
 def _pass_all(nutation, count, cuts, nodes):
-    """(heading, x, y) at the greatest tilt; all are 0 at the smallest one. The beginnings of pieces are written."""
+    """Return (heading, x, y) at the greatest tilt; all are 0 at the smallest one. Writes the beginnings of pieces."""
     heading = x = y = 0.0
     for number in range(count):
         cut = cuts[number]
@@ -101,7 +102,7 @@ def _pass_all(nutation, count, cuts, nodes):
 
 @kernel
 def _interpolate(nodes, which, x):
-    """Value at x of the polynomial through a row of numbers at the nodes."""
+    """Return the value at x of the polynomial through a row of numbers at the nodes."""
     above, below = 0.0, 0.0
     for j in range(_COUNT):
         apart = x - NODES[j]
@@ -115,13 +116,13 @@ def _interpolate(nodes, which, x):
 
 @kernel
 def _distance_at(nodes, x):
-    """Distance from the centre at x of a piece."""
+    """Return the distance from the centre at x of a piece."""
     return math.hypot(_interpolate(nodes, _X, x), _interpolate(nodes, _Y, x))
 
 
 @kernel
 def _find_stationary(nodes, low, high, slope):
-    """Distance where its slope, which has the sign of `slope` at `low`, changes its sign."""
+    """Return the distance where its slope, which has the sign of `slope` at `low`, changes its sign."""
     for _ in range(50):
         middle = 0.5 * (low + high)
         if _interpolate(nodes, _SLOPE, middle) * slope > 0.0:
@@ -133,7 +134,7 @@ def _find_stationary(nodes, low, high, slope):
 
 @kernel
 def _find_ring(nutation, count, cuts, centre_x, centre_y, nodes):
-    """Least and greatest distance of the contact point from the centre."""
+    """Return the least and the greatest distance of the contact point from the centre."""
     least, greatest = math.inf, 0.0
     for number in range(count):
         cut = cuts[number]
@@ -161,9 +162,9 @@ def _find_ring(nutation, count, cuts, centre_x, centre_y, nodes):
 
 @kernel
 def _see_from_start(centre_x, centre_y, tilt_rate, nutation, count, cuts, nodes):
-    """Where a centre is from the contact point of the start, in the directions of its heading.
+    """Return the position of a centre relative to the contact point of the start, in the directions of its heading.
 
-    On the way back to the smallest tilt heading and contact point are the mirror images of those on the way from there.
+    On the way back to the smallest tilt, heading and contact point are mirror images of the way from there.
     """
     angle, number = angle_of_start(nutation), 0
     while number < count - 1 and angle > cuts[number, CUT_HIGH]:
@@ -180,13 +181,13 @@ def _see_from_start(centre_x, centre_y, tilt_rate, nutation, count, cuts, nodes)
 
 @kernel
 def _find_path(tilt_rate, nutation, waiting, cuts, nodes):
-    """(heading gained, drift, inner and outer radius, centre, class) over a nutation; lengths over R.
+    """Return (heading gained, drift, inner and outer radius, centre, class) over a nutation; lengths over R.
 
     Notes
     -----
     With h the heading and z the contact point (as a complex number) half a nutation after the smallest tilt, a whole
-    one gains 2h and Z = z - exp(2ih) conj(z), because the second half is the first one reversed. The centre is at
-    Z/(1 - exp(2ih)), and both halves have the same distances from it.
+    nutation gains 2h and Z = z - exp(2ih) conj(z), because the second half is the first one reversed. The centre is
+    at Z/(1 - exp(2ih)), and both halves have the same distances from it.
     """
     count, _ = cut_nutation(nutation, 0.0, math.pi, True, waiting, cuts)
     if count == 0:
@@ -225,9 +226,9 @@ def paths(
     start, stop, starts, kind, fall_tilt, measures, classes, bodies, edges, made, panels, work, pieces, ways, near,
     waiting, cuts, nodes,
 ):  # fmt: skip
-    """Find where bodies go whose nutation is periodic.
+    """Compute the paths of bodies whose nutation is periodic.
 
-    Python calls it without `start`, `stop` and what follows `classes`.
+    Python calls it without `start`, `stop` and the arguments after `classes`.
 
     Parameters
     ----------
@@ -236,7 +237,7 @@ def paths(
     starts, kind, fall_tilt
         As for `kernels.reduction.cells.reduce`.
     measures : float64[len(PATH), n], written
-        NaN where a cell has no period, an unknown one, or passes through a pole.
+        NaN if the period of a cell is unknown or does not exist, or if the motion passes through a pole.
     classes : int64[n], written
         `UNKNOWN_PATH`, `ANNULAR_PATH` or `UNBOUNDED_PATH` of `kernels.bodies.arrays`.
     bodies ... nodes : arrays
@@ -253,7 +254,7 @@ def paths(
         ending, least, greatest, _ = reduce_cell(
             starts, cell, kind, fall_tilt, y_fall, table, pieces, ways, near
         )
-        # through a pole the heading jumps by half a turn: a nutation does not go back on itself
+        # through a pole the heading jumps by half a turn: a nutation does not retrace itself
         passes = max(-least, greatest) >= 0.5 * math.pi
         turn, drift, inner, outer, shape = math.nan, math.nan, math.nan, math.nan, row.UNKNOWN_PATH
         x, y = math.nan, math.nan

@@ -1,9 +1,9 @@
-"""A piece of a motion: what is known of it on one panel, as power series of the distance from where the piece begins.
+"""A piece of a motion on one panel, as power series of the distance from the beginning of the piece.
 
-On each piece the kinetic energy of the tilt, E - V, is written about a place at which it is known: the start, or the
-end at which the motion enters the panel. There E - V = K - t (F + t q(t)), with the polynomial q from dividing the
-climb of the potential twice. So nothing of the size of V is subtracted, and a start 1e-9 rad from upright turns as
-exactly as one at 1 rad.
+On each piece the kinetic energy of the tilt, E - V, is expanded about a point at which it is known: the start, or the
+end at which the motion enters the panel. There E - V = K - t (F + t q(t)), where the polynomial q follows from
+dividing the climb of the potential twice. So no numbers of the size of V are subtracted, and a start 1e-9 rad from
+upright turns as accurately as one at 1 rad.
 """
 
 import math
@@ -44,7 +44,7 @@ def begin_piece(table, piece, side, k, sign, y):
 
 @kernel
 def form_quotient(table, piece):
-    """Divide the climb of the potential twice by the distance from where a piece begins, unless that has been done."""
+    """Divide the climb of the potential twice by the distance from the beginning of a piece, unless done before."""
     if piece[FORMED] != 0.0:
         return
     panel = table.panels[int(piece[SIDE]), int(piece[PANEL])]
@@ -62,10 +62,10 @@ def form_quotient(table, piece):
 
 @kernel
 def kinetic_at(piece, t):
-    """Kinetic energy of the tilt at the distance t outward, in half lengths."""
+    """Return the kinetic energy of the tilt at the distance t outward, in half lengths."""
     x = (piece[FROM] - piece[CENTRE]) / piece[LENGTH] + t
     square, even, odd = x * x, 0.0, 0.0
-    # even and odd powers apart: two short chains take less time than a long one
+    # even and odd powers separately: two short chains take less time than a long one
     for n in range(_LAST, -1, -2):
         even = even * square + piece[QUOTIENT + n]
     for n in range(_LAST - 1, -1, -2):
@@ -75,7 +75,7 @@ def kinetic_at(piece, t):
 
 @kernel
 def look_along(piece, t):
-    """Kinetic energy, and first and second derivative of the potential, at the distance t outward, in half lengths."""
+    """Return kinetic energy and first and second derivative of the potential at the distance t outward, in half lengths."""
     x = (piece[FROM] - piece[CENTRE]) / piece[LENGTH] + t
     square, even, odd = x * x, 0.0, 0.0
     even_slope = odd_slope = even_bend = odd_bend = 0.0
@@ -98,7 +98,7 @@ def look_along(piece, t):
 
 @kernel
 def find_change(piece, low, high, sign, order):
-    """Find between two distances where the slope (order 1) or its derivative (order 2) changes from `sign`."""
+    """Return where, between two distances, the slope (order 1) or its derivative (order 2) changes from `sign`."""
     t = 0.5 * (low + high)
     for _ in range(60):
         _, slope, bend = look_along(piece, t)
@@ -108,7 +108,7 @@ def find_change(piece, low, high, sign, order):
             high = t
         new = t - slope / bend if order == 1 else low
         new = new if (new - low) * (new - high) < 0.0 else 0.5 * (low + high)
-        # the value at this place is stationary: half of the digits suffice
+        # the value is stationary there, so half of the digits suffice
         if abs(new - t) <= (1e-8 if order == 1 else 1e-4):
             return new
         t = new

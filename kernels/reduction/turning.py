@@ -1,4 +1,4 @@
-"""Turning points: where the kinetic energy of the tilt vanishes first, on both sides of a start."""
+"""Turning points: the first zeros of the kinetic energy of the tilt on both sides of a start."""
 
 import math
 
@@ -49,11 +49,11 @@ from kernels.reduction.pieces import (
 
 _EPS = 2.0**-52
 
-#: Most pieces of a motion in one sense.
+#: Maximum number of pieces of a motion in one direction.
 MOST_PIECES = 2 * REACH + 4
 
-#: Numbers of a way, the motion from its start in one sense: how many pieces; bound of the rounding of E - V at its end;
-#: slope dV/dy there; 1 if it ends at a turning point, else 0.
+#: Numbers of a way, the motion from its start in one direction: number of pieces; bound of the rounding of E - V at
+#: its end; slope dV/dy there; 1 if it ends at a turning point, otherwise 0.
 COUNT, ROUNDING, END_SLOPE, TURNS = range(4)
 WAY = 4
 
@@ -66,7 +66,7 @@ NEAR = 4
 
 @kernel
 def stretch(tilt):
-    """Stretched tilt y of a tilt."""
+    """Return the stretched tilt y of a tilt."""
     S, C = math.sin(abs(tilt)), math.cos(tilt)
     return math.copysign(0.5 * math.log1p(2.0 * S * (1.0 + S) / (C * C)), tilt)
 
@@ -92,7 +92,7 @@ def _note_passed(piece, top, place, rounding, near):
         _note(near, 0.0, 0.0, 0.0, rounding)
     else:
         width = piece[LENGTH] * math.copysign(math.sqrt(abs(2.0 * height / curvature)), height)
-        # a maximum above the energy lies beyond the turning point, which notes it
+        # a maximum above the energy is beyond the turning point, where it is noted
         if height > 0.0:
             _note(near, -height, place, width, rounding)
 
@@ -111,7 +111,7 @@ def _first_turn(piece, sense, most):
     """
     bend = piece[BEND]
     end, end_slope, end_bend = look_along(piece, sense * most)
-    # from the very bottom of a well the potential rises all the same
+    # at the very bottom of a well, the potential still rises in both directions
     slope, last = sense * piece[SLOPE] if piece[SLOPE] != 0.0 else bend, sense * end_slope
     low, top, begin, stop, hides = 0.0, math.nan, 0.0, most, False
     if slope > 0.0 and last > 0.0 and bend < 0.0 < end_bend:
@@ -137,7 +137,7 @@ def _enter_next(table, piece, following, sense, kinetic, slope):
 
     Returns
     -------
-    (whether there is such a panel, sense of the motion on it)
+    (whether there is such a panel, direction of the motion on it)
     """
     side, k, sign = int(piece[SIDE]), int(piece[PANEL]), piece[SIGN]
     s, p, numbers = piece[S_CENTRE], piece[P_CENTRE], table.panels[side, k, NUMBERS]
@@ -167,7 +167,7 @@ def _cross(table, piece, sense):
 
     Returns
     -------
-    (whether it is, kinetic energy at the other end, slope there)
+    (whether that is so, kinetic energy at the other end, slope there)
     """
     numbers, s, p = (
         table.panels[int(piece[SIDE]), int(piece[PANEL]), NUMBERS],
@@ -187,7 +187,7 @@ def _cross(table, piece, sense):
 
 @kernel
 def _rounding(number, most, way, terms):
-    """Bound of the rounding of E - V at a distance from the start, on the piece with this number."""
+    """Return a bound of the rounding of E - V at a distance from the start, on the piece with this number."""
     # farther out the kinetic energy is larger than what the second derivative at the start adds
     grown = (terms[0] + (terms[1] * way if way < 2.0 * LONGEST else 0.0)) * way
     return 4.0 * _EPS * (4.0 + number) * (most + grown)
@@ -200,14 +200,14 @@ def _end_way(way, number, rounding, slope, turns):
 
 @kernel
 def _follow(table, pieces, way, sense, limit, ends_upright, terms, near):
-    """Follow a motion from the first piece in one sense until it turns; `pieces`, `way` and `near` are written.
+    """Follow a motion from the first piece in one direction until it turns; writes `pieces`, `way` and `near`.
 
     `terms` are sums of the magnitudes of the terms of the slope and of its derivative at the start.
 
     Returns
     -------
     (ending, |y| there)
-        BOUNDED at a turning point, or at a pole (|y| infinite); FELL at |y| = limit; EDGE_CHANGE at upright where the
+        BOUNDED at a turning point, or at a pole (|y| infinite); FELL at |y| = limit; EDGE_CHANGE at upright if the
         motion `ends_upright`; UNRESOLVED.
     """
     number, most, gone, slope, sign, origin = (
@@ -308,7 +308,7 @@ def find_extremes(table, kind, tilt, w, o, s, y_fall, pieces, ways, near):
     y_fall : float
         Stretched tilt at which motions of bodies without poles end.
     pieces : float64[2, MOST_PIECES, PIECE], written
-        The motion in the sense in which it sets out, and in the other one.
+        The motion in its initial direction, and in the opposite one.
     ways : float64[2, WAY], written
     near : float64[NEAR], written
 

@@ -1,6 +1,6 @@
-"""How many wells the potential of a motion of a body has.
+"""The number of wells of the potential of a motion of a body.
 
-A well is where the slope of the potential passes from below zero to above. The linear pair is carried from the start to
+In a well, the slope of the potential changes from negative to positive. The linear pair is carried from the start to
 upright, and from there outward on each side.
 """
 
@@ -34,7 +34,8 @@ from kernels.reduction.panels import (
 )
 from kernels.reduction.turning import stretch
 
-#: How far the slope is followed, in y: to 0.04 degrees from flat. Places on a panel where its sign is read.
+#: Largest y at which the slope is evaluated: 0.04 degrees from flat. Number of points on a panel where its sign is
+#: read.
 _FARTHEST, _PLACES = 8.0, 4
 #: Rounding of the slope, over the sum of its terms.
 _ROUNDING = 1e-14
@@ -42,7 +43,7 @@ _ROUNDING = 1e-14
 
 @kernel
 def _slope_on(table, side, k, x, s, p):
-    """Slope of the potential per x at x of a panel, 0 if it is rounding, and its derivative; (s, p) at the centre."""
+    """Return the slope of the potential per x, 0 if it is rounding, and its derivative, from (s, p) at the centre."""
     panel, slope, bend, size = table.panels[side, k], 0.0, 0.0, 0.0
     for n in range(TERMS - 1, -1, -1):
         climb = (n + 1) * (s * s * panel[SS, n] + s * p * panel[SP, n] + p * p * panel[PP, n] + panel[ONE, n])
@@ -54,7 +55,7 @@ def _slope_on(table, side, k, x, s, p):
 
 @kernel
 def _dips(table, side, k, low, high, s, p):
-    """Whether the slope, which has one sign at both ends, has the other one in between, next to its extremum."""
+    """Return whether the slope, with one sign at both ends, has the other sign near its extremum in between."""
     for _ in range(40):
         middle = 0.5 * (low[0] + high[0])
         slope, bend = _slope_on(table, side, k, middle, s, p)
@@ -69,7 +70,7 @@ def _dips(table, side, k, low, high, s, p):
 
 @kernel
 def _look_across(numbers, s, p):
-    """What the numbers of a panel say of the slope of the potential, from (s, p) at its inner end.
+    """Return quantities of the slope of the potential on a panel, from (s, p) at its inner end.
 
     Returns
     -------
@@ -94,7 +95,7 @@ def _look_across(numbers, s, p):
 
 @kernel
 def _count_on_side(table, side, s, p):
-    """(wells on a side of upright, slope next to upright), from (s, p) upright.
+    """Return (wells on a side of upright, slope next to upright), from (s, p) upright.
 
     Beyond the end the potential rises, so there is a well if it still falls at the end.
     """
@@ -103,7 +104,7 @@ def _count_on_side(table, side, s, p):
         need_panel(table, side, k)
         at_inner, at_outer, bend, centre, outer = _look_across(table.panels[side, k, NUMBERS], s, p)
         if min(abs(at_inner), abs(at_outer)) > bend and at_inner * at_outer > 0.0:
-            # its slope keeps its sign on the whole panel
+            # the slope keeps its sign on the whole panel
             wells += 1 if before < 0.0 < at_inner else 0
             nearest = at_inner if k == 0 else nearest
             before, k, (s, p) = at_outer, k + 1, outer
@@ -112,13 +113,13 @@ def _count_on_side(table, side, s, p):
         slope, bend = _slope_on(table, side, k, -1.0, s, p)
         low = -1.0, slope, bend
         if k == 0:
-            # of a potential that is even about upright the slope there is 0
+            # if the potential is even about upright, its slope there is 0
             before = nearest = slope if slope != 0.0 else bend
         for j in range(1, _PLACES + 1):
             x = 2.0 * j / _PLACES - 1.0
             slope, bend = _slope_on(table, side, k, x, s, p)
             high = x, slope, bend
-            # the bottom itself counts once
+            # the minimum itself counts once
             if before < 0.0 and slope >= 0.0:
                 wells += 1
             elif low[1] * slope > 0.0 > low[1] * low[2] and slope * bend > 0.0:
@@ -158,7 +159,7 @@ def _count(starts, cell, kind, table):
 def wells(start, stop, starts, kind, counts, bodies, edges, made, panels, work):
     """Count the wells of the potential of cells.
 
-    Python calls it without `start`, `stop` and what follows `counts`.
+    Python calls it without `start`, `stop` and the arguments after `counts`.
 
     Parameters
     ----------
@@ -168,7 +169,7 @@ def wells(start, stop, starts, kind, counts, bodies, edges, made, panels, work):
     kind : float
         Number of the body (`kernels.bodies.shapes`).
     counts : int64[n], written
-        0 where there is no such start.
+        0 if there is no such start.
     bodies ... work : arrays
         Memory of a thread.
 
