@@ -52,7 +52,7 @@ def _inertia(a, b, body):
 
 @simd
 def slopes(state, w, body):
-    """Return the derivatives of a motion by its tilt, and its tilt acceleration; see `kernels.disk.equations.slopes`.
+    """Return the derivatives d/dtilt of a motion, and its tilt acceleration; see `kernels.disk.equations.slopes`.
 
     Parameters
     ----------
@@ -238,7 +238,7 @@ def is_steady(state, body):
 
 @simd
 def force(state, body):
-    """Return the magnitude of the slope of the potential, over m g R, and its second derivative by the tilt.
+    """Return the magnitude of the slope of the potential, over m g R, and its second derivative in the tilt.
 
     V' = -(l + o M) with M = I s - A o T + (a - b T) v, differentiated along the linear system; (a - b T)' = -b/C^2.
     """

@@ -63,7 +63,7 @@ def centred_spin(tilt, o, body):
 
 
 class Nearby(NamedTuple):
-    """A motion to first order in the deviation of its tilt from one state; all scaled, with slopes by the tilt.
+    """A motion to first order in the deviation of its tilt from one state; all scaled, with slopes in the tilt.
 
     Attributes
     ----------
@@ -92,8 +92,7 @@ def nearby(tilt, o, s, body):
 
     Notes
     -----
-    k is the derivative of -(l + o M) by the tilt, which is the second derivative of the potential, along the linear
-    system of o and s, over the inertia B.
+    k is the second derivative of the potential, -(l + o M)', along the linear system of o and s, over the inertia B.
     """
     S, C = np.sin(tilt), np.cos(tilt)
     a, b, lever = _levers(S, C, body)

@@ -141,7 +141,7 @@ def fastest_square(state, constants):
 
 @simd
 def slopes_along(S, C, s, o, constants):
-    """Return the derivatives of (S, C, s, o) by y, where dtilt = C dy: Chaplygin's system without divisions."""
+    """Return the derivatives d/dy of (S, C, s, o), where dtilt = C dy: Chaplygin's system without divisions."""
     return C * C, -S * C, -constants[3] * o * C, o * S - 2.0 * s * C
 
 
@@ -161,7 +161,7 @@ def pull_and_terms(state, constants):
 
 @simd
 def force(state, constants):
-    """Return the magnitude of the slope of the potential, over m g R, and its second derivative by the tilt.
+    """Return the magnitude of the slope of the potential, over m g R, and its second derivative in the tilt.
 
     V' = -(S + o q) with q = (1+alpha) s - (alpha/2) o T, differentiated along s' = -o/(1+alpha), o' = oT - 2s.
     """

@@ -40,7 +40,7 @@ class Pull(NamedTuple):
     f : float
         The roll rate.
     slope : float
-        Change of o over that of the tilt, without forces.
+        do/dtilt without forces.
     torque : float
         Torque over m g R that accelerates the tilt.
     push, held : float
@@ -145,7 +145,7 @@ def _summed(first, second, third, start):
 
 @simd
 def tangent(S, C, T, half):
-    """Return the tangent of the tilt at the end of a step, from T, which has an error of the step.
+    """Return the tangent of the tilt at the end of a step, from T, which still has the error of the step.
 
     In variants that already compute many roots and quotients, one Newton correction is faster than a quotient. With a
     step of zero the lane keeps its bits.

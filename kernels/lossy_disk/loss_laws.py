@@ -26,7 +26,7 @@ EDGED = False
 #: A missing force. The compiler removes the addition of -0.0, but not x + 0.0, which changes x = -0.0.
 NOTHING = -0.0
 
-#: Added to the square of the horizontal turning rate in rolling friction, which holds the disk below it.
+#: Added to the square of the horizontal turning rate; below its root, rolling friction holds the disk.
 _LEAST_SQUARE = 1.0e-200
 
 #: Lower limit of the relative change of the squared horizontal turning rate between stages that the series allows for.
@@ -280,7 +280,7 @@ def drag_near(f, place, losses, before, blow):
 
 @simd
 def viscosity(f, place, losses):
-    """Return the derivative, by the roll rate f, of the force of viscous friction and drag; `place` as for `drag`."""
+    """Return d/df of the force of viscous friction and drag against the roll rate f; `place` as for `drag`."""
     S, C, T = place
     found = losses.damping
     if FILM:

@@ -60,7 +60,7 @@ class Forces(NamedTuple):
     held, pivoted : float
         Force of pivoting friction on the turning rate about the vertical, and its power.
     torque, slope : float
-        Torque that accelerates the tilt; derivative of o by the tilt without forces.
+        Torque that accelerates the tilt; do/dtilt without forces.
     drag : tuple of 2 floats
         As returned by `loss_laws.drag`.
     near : tuple of 4 floats
@@ -132,7 +132,7 @@ class Instant(NamedTuple):
     Attributes
     ----------
     f, slope, free : float
-        Roll rate; derivative of o by the tilt; torque that accelerates the tilt.
+        Roll rate; do/dtilt; torque that accelerates the tilt.
     load : kernels.lossy_disk.loss_laws.Load
     """
 

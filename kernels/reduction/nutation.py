@@ -162,7 +162,7 @@ def angle_of_start(nutation):
 
 @kernel
 def rates_at(nutation, angle, turns):
-    """Return the derivatives by the angle of time, heading, and the contact point across and along its track; scaled.
+    """Return d/dangle of time, heading, and the contact point across and along its track; scaled.
 
     Only the time is computed unless the heading `turns`.
     """

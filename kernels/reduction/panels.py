@@ -32,8 +32,8 @@ LONGEST, _SHARE = 0.25, 0.16
 #: The stretched tilt that counts as a pole: the cosine of the tilt is below 1e-17 there.
 POLE = 40.0
 
-#: Rows of a panel: coefficients of the powers of x, which is -1 and 1 at the ends. The pair at x from that at the
-#: centre: s = s_0 [S_S] + p_0 [S_P], p = s_0 [P_S] + p_0 [P_P]. The climb of the potential from the centre, without
+#: Rows of a panel: coefficients of the powers of x, which is -1 and 1 at the ends. The pair at x, from the pair at
+#: the centre: s = s_0 [S_S] + p_0 [S_P], p = s_0 [P_S] + p_0 [P_P]. The climb of the potential from the centre, without
 #: its constant term: V(x) - V(0) = s_0^2 [SS] + s_0 p_0 [SP] + p_0^2 [PP] + [ONE].
 S_S, S_P, P_S, P_P, SS, SP, PP, ONE = range(8)
 

@@ -75,7 +75,7 @@ def kinetic_at(piece, t):
 
 @kernel
 def look_along(piece, t):
-    """Return kinetic energy and first and second derivative of the potential at the distance t outward, in half lengths."""
+    """Return kinetic energy and both derivatives of the potential at the distance t outward, in half lengths."""
     x = (piece[FROM] - piece[CENTRE]) / piece[LENGTH] + t
     square, even, odd = x * x, 0.0, 0.0
     even_slope = odd_slope = even_bend = odd_bend = 0.0
