@@ -225,7 +225,7 @@ ENTRIES = (
         "The six figures of the report",
         "Tilts and paths of rolling, spinning and circling, each with linear theory, and the vertical angular momentum "
         "about the contact point, which is not conserved, with the integral of its balance law. What the report says "
-        "of them, and what holds: [report](report.md).",
+        "of them, and what holds: [report](checked.md#the-report-reproduced).",
     ),
     Entry(
         ("work-precision.png", "scaling.png"),

@@ -22,7 +22,7 @@ _DERIVED = Kernel(DISK_MOTION.kernels, "derived", seconds=1.0)
 #: All that `follow` calls.
 KERNELS = (_TRAJECTORY, _DERIVED)
 
-#: Step times the fastest frequency of the state: the motions of docs/report.md are then within 1e-9 of the exact ones.
+#: Step times the fastest frequency of the state: the motions of docs/checked.md are then within 1e-9 of the exact ones.
 _RELATIVE_STEP = 0.005
 
 #: Largest relative energy drift with an automatic step; beyond it, the motion is integrated again with half the step.

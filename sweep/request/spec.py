@@ -92,7 +92,7 @@ class SweepSpec:
         ``transverse_moment`` (docs/bodies.md).
     model : str
         The model that is integrated; if not given the one that a word chooses, the disk with losses by any
-        of its own (docs/lossy.md), another body by any of its own, a body with losses by words of both, else the disk.
+        of its own (docs/losses.md), another body by any of its own, a body with losses by words of both, else the disk.
     axes : sequence of str, optional
         The order of the axes, if it is not the order given.
 

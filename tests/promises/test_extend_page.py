@@ -20,6 +20,12 @@ def blocks(language):
     return re.findall(rf"^```{language}\n(.*?)^```$", PAGE, re.M | re.S)
 
 
+def changes():
+    """Return the changes in the order of the page: its blocks, and the files of changes that it links to."""
+    found = re.finditer(r"^```diff\n(.*?)^```$|\]\((extend/\w+\.diff)\)", PAGE, re.M | re.S)
+    return [each[1] or (CHECKOUT / "docs" / each[2]).read_text(encoding="utf-8") for each in found]
+
+
 def pieces(block):
     """Yield file, old lines and new lines of each piece of a block of changes."""
     for part in re.split(r"^\+\+\+ ", block, flags=re.M)[1:]:
@@ -39,7 +45,7 @@ def fork(tmp_path_factory):
     (copy.folder / "scripts").mkdir()
     for name in ("figure_cli.py", "make_gallery.py"):
         shutil.copy(CHECKOUT / "scripts" / name, copy.folder / "scripts")
-    for block in blocks("diff"):
+    for block in changes():
         for file, before, after in pieces(block):
             if before:
                 copy.edit(file, before, after)
@@ -51,7 +57,10 @@ def fork(tmp_path_factory):
 def test_every_block_is_known():
     """No block of the page escapes these tests."""
     assert set(re.findall(r"^```(\w*)$", PAGE, re.M)) == {"bash", "diff", "python", ""}
-    assert {each.splitlines()[0][:8] for each in blocks("diff")} == {"+++ kern", "+++ swee", "+++ scri"}
+    assert {each.splitlines()[0][:8] for each in changes()} == {"+++ kern", "+++ swee", "+++ scri"}
+    assert len(changes()) == len(blocks("diff")) + 1
+    stored = {path.name for path in (CHECKOUT / "docs" / "extend").iterdir()}
+    assert stored == set(re.findall(r"\(extend/([\w.]+)\)", PAGE))
 
 
 def test_the_files_that_it_names_exist():
@@ -63,7 +72,7 @@ def test_the_files_that_it_names_exist():
 
 def test_its_changes_fit(fork):
     """Each finds its place in the program, once, and leaves files of Python."""
-    changed = {file for block in blocks("diff") for file, *_ in pieces(block)}
+    changed = {file for block in changes() for file, *_ in pieces(block)}
     assert len(changed) > 20
     for file in changed:
         compile((fork.folder / file).read_text(encoding="utf-8"), file, "exec")

@@ -73,8 +73,8 @@ def test_words():
 
 @pytest.mark.compiled
 def test_the_report():
-    """Extreme tilts, the swing of H.e3 and the friction coefficients of docs/report.md; and its tests exist."""
-    named = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", page("report"))
+    """Extreme tilts, the swing of H.e3 and the friction coefficients of docs/checked.md; and its tests exist."""
+    named = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", page("checked"))
     assert len(named) >= 10
     for path, name in named:
         assert f"def {name}(" in (CHECKOUT / path).read_text(encoding="utf-8"), name
