@@ -58,7 +58,7 @@ def test_every_block_is_known():
     """No block of the page escapes these tests."""
     assert set(re.findall(r"^```(\w*)$", PAGE, re.M)) == {"bash", "diff", "python", ""}
     assert {each.splitlines()[0][:8] for each in changes()} == {"+++ kern", "+++ swee", "+++ scri"}
-    assert len(changes()) == len(blocks("diff")) + 1
+    assert len(changes()) == len(blocks("diff")) + 2
     stored = {path.name for path in (CHECKOUT / "docs" / "extend").iterdir()}
     assert stored == set(re.findall(r"\(extend/([\w.]+)\)", PAGE))
 
