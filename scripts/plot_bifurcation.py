@@ -181,7 +181,8 @@ def family(c1: float, c2: float, tilt: Any) -> tuple[Any, Drift]:
         "gravity": full,
     }
     found = DISK.exact.measures(sweep.SweepSpec(fall_tilt="89deg"), given)
-    return found["separatrix"] > 0.0, drift(tilt, s, o, _ALPHA, found["nutation_period"])
+    # a motion that passes a maximum has it among its numbers; one far below has none
+    return ~(found["separatrix"] < 0.0), drift(tilt, s, o, _ALPHA, found["nutation_period"])
 
 
 def figure() -> Figure:
