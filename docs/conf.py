@@ -1,8 +1,5 @@
 """How Sphinx builds the site; `scripts/build_site.py` runs it. Sources are the pages of docs/ and those beside it."""
 
-import re
-from pathlib import Path
-
 from numpydoc.xref import DEFAULT_LINKS
 from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
@@ -56,11 +53,6 @@ numpydoc_xref_aliases = {name: f"sweep.{name}" for name in sweep.__all__ if name
 DEFAULT_LINKS.clear()
 numpydoc_xref_ignore = "all"
 
-# A how-to page is one screen: a list of its sections beside it would only make it longer.
-howto = re.findall(
-    r"^\| .* \[.*\]\((\w.*)\.md\) \|$", Path(__file__).with_name("howto.md").read_text("utf-8"), re.M
-)
-
 html_theme = "pydata_sphinx_theme"
 html_title = "eulerdisk"
 # `formulas` writes the font of the formulas beside it.
@@ -76,7 +68,7 @@ html_theme_options = {
     "navbar_align": "left",
     "navbar_end": ["theme-switcher"],
     "header_links_before_dropdown": 8,
-    "secondary_sidebar_items": {"**": ["page-toc"]} | {f"docs/{page}": [] for page in howto},
+    "secondary_sidebar_items": {"**": ["page-toc"]},
     "show_prev_next": True,
     "footer_start": ["copyright"],
     "footer_end": [],

@@ -14,7 +14,8 @@ CHECKOUT = Path(__file__).resolve().parents[1]
 class Entry:
     """Figures that belong together: files in the folder, the commands that make them, title and caption.
 
-    The last command writes the files. `made_here` is false for what takes an extra and many minutes.
+    The last command writes the files. `made_here` is false for what takes an extra and many minutes. An entry without
+    a caption is not in the gallery: another page shows and describes its figures.
     """
 
     files: tuple[str, ...]
@@ -29,52 +30,48 @@ ENTRIES = (
         ("steady.png",),
         ("python scripts/plot_steady_map.py -o {folder}/steady.png",),
         "All steady motions of a rolling disk",
-        "Every steady motion of the uniform disk (R = 0.5 m) is a point of the plane of tilt and precession rate "
-        "(left) or of tilt and roll rate (middle). Each cell was kicked and integrated: purple, the frequency of "
-        "nutation; orange and hatched, unstable, the rate at which the kick grows. Points: the boundary that RK4 "
-        "finds, bisected to 1e-9; black: k = 0 of linear theory, whose ends at zero tilt are the lines of "
-        "spinning and rolling; dashed: where the criterion (ten times the kick) puts it. In the plane of the roll"
-        " rate a motion has two precession rates; the slower one is drawn, and with the faster one every motion "
-        "is stable. Right: measured rates against the root of |k|. The rise to the left is what a kick of "
-        "finite size does near k = 0. No cell beyond the predicted offset is against the sign of k, and none is "
-        "undecided.",
+        "Every steady motion of the uniform disk (R = 0.5 m), kicked and integrated, over tilt and precession rate "
+        "(left) or roll rate (middle, the slower of two precession rates; with the faster one all are stable). "
+        "Purple: stable, frequency of nutation. Orange and hatched: unstable, rate of growth. Points: the boundary "
+        "by RK4, bisected to 1e-9. Black: k = 0 of linear theory. Dashed: the prediction for the criterion, ten "
+        "times the kick. Right: measured rates against the root of |k|; the rise to the left comes from the finite "
+        "kick.",
     ),
     Entry(
         ("convergence.png",),
         ("python scripts/plot_convergence.py -o {folder}/convergence.png",),
         "The critical rates, by integration alone",
-        "Left: critical rates of rolling and spinning for seven mass distributions, extrapolated from "
-        "integrations to no kick and to the strictest criterion; lines: theory. Middle: how the uniform disk gets"
-        " there, from below when the criterion is an angle of departure, from above when it is an amplification. "
-        "Right: what is left of the difference, at least 1e-13. No analytic value enters the measurement.",
+        "Left: critical rates of rolling and spinning for seven mass distributions, extrapolated to no kick and to "
+        "the strictest criterion; lines: theory. Middle: the approach for the uniform disk, from below with a "
+        "departure, from above with an amplification. Right: the remaining difference, at least 1e-13. No analytic "
+        "value enters the measurement.",
     ),
     Entry(
         ("alphas.png",),
         ("python scripts/plot_alphas.py -o {folder}/alphas.png",),
         "From a point mass at the centre to the hoop",
-        "The boundary of stable circling for five mass distributions, out of one atlas of three axes: unstable "
-        "inside. A hoop is stable at lower rates than a disk, but it can be unstable up to a larger tilt.",
+        "The boundary of stable circling for five mass distributions, from one atlas of three axes: "
+        "unstable inside. A hoop is stable at lower rates than a disk, but can be unstable up to a larger "
+        "tilt.",
     ),
     Entry(
         ("regimes.png",),
         ("python scripts/plot_regimes.py -o {folder}/regimes.png",),
         "One well or two, one side of upright or both",
-        "Tilts and rates from which a disk that only rolls (left) or only spins (right) has a potential of one well "
-        "or of two, and whether it crosses upright, by the exact reduction. A disk released at rest (top) never does; "
-        "a pushed one (bottom) passes the saddle left of the dashed separatrix, or swings to the other side of the "
-        "only well. Black: the curve of folds from theory alone, the steady motions with k = 0 carried to the tilt "
-        "at which they only roll, or only spin. It starts at the critical rates.",
+        "Whether the potential of a disk that only rolls (left) or only spins (right) has one well or two, and "
+        "whether the disk crosses upright, by the exact reduction. A disk released at rest (top) never does. A "
+        "pushed one (bottom) passes the saddle left of the dashed separatrix, or crosses in the only well. Black: "
+        "the curve of folds from theory, which starts at the critical rates.",
     ),
     Entry(
         ("bifurcation.png",),
         ("python scripts/plot_bifurcation.py -o {folder}/bifurcation.png",),
         "Steady motions that share the two constants of a motion",
-        "Left: the plane of the two constants of Chaplygin's integrals. Hatched: two wells found by the exact "
-        "reduction, so three steady motions; the fold line around it is the image of k = 0, its cusps are "
-        "critical rolling and critical spinning. Middle: energies along the three dotted sections, less that of "
-        "the upright disk; stable and unstable motions meet at the folds. Right: a nutation period turns the path"
-        " of the contact point about a fixed centre, so that the drift stays in a ring, unless the heading comes "
-        "back to itself. Form of the diagrams: Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201.",
+        "Left: the plane of the two constants of Chaplygin's integrals. Hatched: two wells, so three steady motions. "
+        "The fold line is the image of k = 0; its cusps are critical rolling and critical spinning. Middle: energies "
+        "along the three dotted sections, less that of the upright disk. Right: each nutation period turns the path "
+        "of the contact point about a fixed centre, so the drift stays in a ring, unless the heading comes back to "
+        "itself. Form of the diagrams: Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201.",
     ),
     Entry(
         ("boundaries.png",),
@@ -84,8 +81,8 @@ ENTRIES = (
             "{folder}/atlases/circling.nc -o {folder}/boundaries.png",
         ),
         "Rolling, spinning and circling",
-        "The three presets: peak tilt, the boundary that RK4 finds, the line of theory, and the boundary that the"
-        " criterion predicts for the perturbation. Below, the boundary over the line.",
+        "The three presets: peak tilt, the measured boundary, the line of theory, and the prediction for the "
+        "criterion and the perturbation. Below: the boundary over the line.",
     ),
     Entry(
         ("random.png",),
@@ -97,8 +94,8 @@ ENTRIES = (
             "python -m sweep plot {folder}/random-rolling.nc {folder}/random-circling.nc -o {folder}/random.png",
         ),
         "Random starts of rolling and circling",
-        "A point for each of 20,000 random starts, by its verdict, with the lines of theory; the share of the "
-        "unstable ones with its 95 % interval stands below. See [starts from anywhere](starts.md).",
+        "20,000 random starts each, coloured by verdict, with the lines of theory and the share of unstable starts "
+        "with its 95 % interval. See [starts](starts.md).",
     ),
     Entry(
         ("maps.png", "family.png"),
@@ -109,8 +106,8 @@ ENTRIES = (
             "python -m sweep plot {folder}/alphas.nc --contours 2deg,20deg -o {folder}/maps.png",
         ),
         "An atlas of three axes",
-        "Rolling for five mass distributions: a map for each with lines of equal peak tilt, and all boundaries in one "
-        "panel, rates in units of sqrt(g/R). [More of what figures can show](figures.md).",
+        "Rolling for five mass distributions: a map for each with lines of equal peak tilt, and all boundaries in "
+        "one panel. See [figures](figures.md).",
     ),
     Entry(
         ("motion.png",),
@@ -119,8 +116,8 @@ ENTRIES = (
             "-o {folder}/motion.nc --plot {folder}/motion.png --overwrite",
         ),
         "One motion",
-        "Unstable rolling for ten seconds: the disk in perspective at moments of its way, and below the tilt and the "
-        "path with linear theory, which holds while the tilt is small, and what the contact has to bear.",
+        "Unstable rolling for ten seconds: the disk in perspective, tilt and path with linear theory, "
+        "which holds while the tilt is small, and the forces at the contact.",
     ),
     Entry(
         ("fall.gif",),
@@ -129,9 +126,9 @@ ENTRIES = (
             "--animate {folder}/fall.gif --size 480x360 --speed 0.05 --overwrite",
         ),
         "A film of one motion",
-        "A coin is let go at a tilt of 1 degree and falls in a fifth of a second; the film shows it twenty times "
-        "slower. Near flat, rolling would need more friction than there is: from there on the film is shaded, and it "
-        "ends where only a plane that pulls would keep the coin from lifting off. How to film: [films](films.md).",
+        "A coin is let go at a tilt of 1 degree and falls in a fifth of a second, here twenty times slower. The film "
+        "is shaded where rolling would need more friction than there is, and ends where the coin would lift off. See "
+        "[films](motions.md#films).",
     ),
     Entry(
         ("ring.gif",),
@@ -140,8 +137,8 @@ ENTRIES = (
             "-o {folder}/motion.nc --animate {folder}/ring.gif --size 340x240 --fps 15 --overwrite",
         ),
         "A film of another body",
-        "A ring leans, rolls and nutates; its sides have two colours, and one meridian is painted. The film plays in "
-        "real time. See [other bodies](bodies.md).",
+        "A ring leans, rolls and nutates, in real time; its sides have two colours, and one meridian is "
+        "painted. See [other bodies](bodies.md).",
     ),
     Entry(
         ("stopping.png",),
@@ -150,10 +147,9 @@ ENTRIES = (
             "--plot {folder}/stopping.png --overwrite",
         ),
         "How Euler's disk stops",
-        "The toy from an inclination of 10 degrees, with dry contour friction and Bildsten's drag of air. Its wobble "
-        "goes round ever faster while the disk itself hardly turns. The ledger says where the energy went: most to the "
-        "contact, and more and more to the air. Below, inclination and precession rate against the time that is left, "
-        "with the slopes that each law alone would give them: 2/3 and -1/3, 4/9 and -2/9.",
+        "The toy from an inclination of 10 degrees, with dry contour friction and Bildsten's drag of air: where the "
+        "energy went, and inclination and precession rate against the remaining time, with the slope of each law: "
+        "2/3 and -1/3, 4/9 and -2/9.",
     ),
     Entry(
         ("stop.gif",),
@@ -163,8 +159,8 @@ ENTRIES = (
             "--animate {folder}/stop.gif --size 400x280 --fps 20 --overwrite",
         ),
         "A film of a motion that stops",
-        "A coin with a worn edge wobbles about its centre, which stays over its place, and lies flat after a quarter "
-        "of a second: sixteen times slower than it is.",
+        "A coin with a worn edge wobbles about its resting centre and lies flat after a quarter of a "
+        "second; the film is sixteen times slower.",
     ),
     Entry(
         ("losses.png",),
@@ -174,10 +170,9 @@ ENTRIES = (
             "python -m sweep plot {folder}/losses.nc --losses -o {folder}/losses.png",
         ),
         "Which loss stops Euler's disk?",
-        "Wobbles of the toy from many tilts, with rolling friction of 15 micrometres, Bildsten's drag of air, and "
-        "more and more contour friction to the right. The hue is the law that took most of the energy, its strength "
-        "the time aloft. Rolling friction decides far from flat, air near it, and contour friction where its arm is "
-        "more than a few micrometres. What is measured: [why does it stop?](losses.md)",
+        "Wobbles of the toy, with rolling friction of 15 micrometres, Bildsten's drag of air, and more contour "
+        "friction to the right. The hue is the law that took most of the energy, its strength the time aloft. See "
+        "[why does it stop?](losses.md)",
     ),
     *(
         Entry(
@@ -187,31 +182,14 @@ ENTRIES = (
                 f"python -m sweep plot {{folder}}/{name}.nc {drawn}-o {{folder}}/{name}.png",
             ),
             title,
-            f"{caption} [Five systems](examples.md).",
+            "",  # docs/examples.md
         )
-        for name, words, drawn, title, caption in (
-            (
-                "kapitza", "angle=1deg:85deg:100 shake=80:200:200", "", "Kapitza's pendulum",
-                "The upper position of a pendulum on a shaken pivot holds above the points; for small angles that "
-                "is the line, sqrt(2 g l)/a.",
-            ),
-            (
-                "driven_pendulum", "torque=0:2:200 drive=0.2:1.6:200", "", "A driven pendulum",
-                "Torques that turn a pendulum over lie above the points, and all above Melnikov's line.",
-            ),
-            (
-                "henon_heiles", "u=-1:1:400 v=-1:1:400", "--quantity ending ", "The gaps of Henon and Heiles",
-                "Through which of three gaps a star leaves the middle, by its velocity; inside the circle of the "
-                "critical energy none does, and at the border of the gaps some cells are too sensitive to say.",
-            ),
-            (
-                "magnets", "x=-1.5:1.5:400 y=-1.5:1.5:400", "--quantity label ", "Three magnets",
-                "Over which magnet a pendulum of iron stops that is let go at rest.",
-            ),
-            (
-                "thomas", "x=-10:10:400 y=-10:10:400 b=0.1665", "--quantity label ", "Thomas' system",
-                "On which side of the origin motions of Thomas' cyclically symmetric system are at 200.",
-            ),
+        for name, words, drawn, title in (
+            ("kapitza", "angle=1deg:85deg:100 shake=80:200:200", "", "Kapitza's pendulum"),
+            ("driven_pendulum", "torque=0:2:200 drive=0.2:1.6:200", "", "A driven pendulum"),
+            ("henon_heiles", "u=-1:1:400 v=-1:1:400", "--quantity ending ", "The gaps of Henon and Heiles"),
+            ("magnets", "x=-1.5:1.5:400 y=-1.5:1.5:400", "--quantity label ", "Three magnets"),
+            ("thomas", "x=-10:10:400 y=-10:10:400 b=0.1665", "--quantity label ", "Thomas' system"),
         )
     ),
     Entry(
@@ -223,16 +201,16 @@ ENTRIES = (
         ),
         ("python scripts/plot_report.py -o {folder}/report",),
         "The six figures of the report",
-        "Tilts and paths of rolling, spinning and circling, each with linear theory, and the vertical angular momentum "
-        "about the contact point, which is not conserved, with the integral of its balance law. What the report says "
-        "of them, and what holds: [report](checked.md#the-report-reproduced).",
+        "Tilts and paths of rolling, spinning and circling, each with linear theory, and the vertical angular "
+        "momentum about the contact point with the integral of its balance law. "
+        "See [the report](checked.md#the-report-reproduced).",
     ),
     Entry(
         ("work-precision.png", "scaling.png"),
         ("python scripts/benchmark.py --figures {folder}",),
         "Beside other ways to compute it",
-        "Time per cell against the error of the peak tilt, and against the number of cells. This one takes the extra "
-        "`bench` and many minutes, so `scripts/gallery` leaves it out.",
+        "Time per cell against the error of the peak tilt, and against the number of cells. This needs "
+        "the extra `bench` and many minutes, so `scripts/gallery` skips it.",
         made_here=False,
     ),
 )  # fmt: skip
@@ -241,10 +219,10 @@ ENTRIES = (
 def page(entries: tuple[Entry, ...] = ENTRIES) -> str:
     """Return the page as Markdown."""
     parts = [
-        "# Gallery\n\nEvery figure of the project, with the command that makes it. "
-        "`scripts/gallery` makes them all, except for those of the benchmark at the end.\n"
+        "# Gallery\n\nThe figures of the project, with the commands that make them; [five systems](examples.md) have "
+        "their own page. `scripts/gallery` makes all figures, except those of the benchmark at the end.\n"
     ]
-    for each in entries:
+    for each in (entry for entry in entries if entry.caption):
         commands = "\n".join(command.format(folder="docs") for command in each.commands)
         figures = "\n".join(f"![{_alternative(each, file)}]({file})" for file in each.files)
         parts.append(f"## {each.title}\n\n{figures}\n\n{each.caption}\n\n```bash\n{commands}\n```\n")

@@ -1,7 +1,7 @@
 """Stability atlases of rolling disks and other bodies, and of systems of your own.
 
 ``sweep.run(spec)`` computes an atlas, ``sweep.SweepSpec`` says which; datasets have the accessor ``dataset.eulerdisk``.
-The names in ``__all__`` are public: docs/names.md lists them with their arguments, and promises how they may change.
+The names in ``__all__`` are public: docs/api.md lists them with their arguments, and promises how they may change.
 """
 
 from importlib import import_module
@@ -77,7 +77,7 @@ _HOME = {
     "verify": "sweep.checks.verify",
 }
 
-# Written out, because type checkers read it; docs/names.md says what each one is, and how they may change.
+# Written out, because type checkers read it; docs/api.md says what each one is, and how they may change.
 __all__ = [
     "Comparison",
     "Criterion",

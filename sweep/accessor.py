@@ -265,7 +265,7 @@ class Eulerdisk:
     ) -> "Figure":
         """Return the stability map, or the figure of a motion, as a matplotlib Figure.
 
-        The words are those of ``eulerdisk plot`` (docs/figure-options.md); the figure of a motion takes none of them.
+        The words are those of ``eulerdisk plot`` (docs/figures.md); the figure of a motion takes none of them.
 
         Parameters
         ----------

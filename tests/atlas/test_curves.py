@@ -146,7 +146,7 @@ def test_curves_in_a_file(tmp_path):
         assert one.curve_point_count.attrs["sample_dimension"] == "curve_point"
         assert int(one.curve_point_count.sum()) == one.sizes["curve_point"]
         assert one.curve_tilt.attrs["units"] == "rad"
-        # the dome closes over 18.62 deg (physics.md), a little later for ten times the kick: its curve leaves the grid
+        # the dome closes above 18.62 deg (theory.md), a little later for ten times the kick: its curve leaves the grid
         # only at the smallest tilt and rate
         (count,), closed = one.curve_point_count.values, bool(one.curve_closed[0])
         assert not closed

@@ -1,12 +1,10 @@
-"""docs/figures.md and figure-options.md name every option; tests/promises/test_pages.py runs their commands."""
+"""docs/figures.md names every option; tests/promises/test_pages.py runs their commands."""
 
 import re
 from pathlib import Path
 
 CHECKOUT = Path(__file__).resolve().parents[2]
-PAGE = "".join(
-    (CHECKOUT / "docs" / name).read_text(encoding="utf-8") for name in ("figures.md", "figure-options.md")
-)
+PAGE = (CHECKOUT / "docs" / "figures.md").read_text(encoding="utf-8")
 
 
 def test_it_names_every_option(command):

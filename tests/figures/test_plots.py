@@ -17,7 +17,7 @@ from sweep.figures.panels import panel
 from sweep.model.disk.tables import ENDINGS
 from sweep.model.quantity import UNSTABLE
 
-# physics.md, sections 4 and 6: uniform disk, R = 0.5 m, g = 9.81 m/s2
+# docs/theory.md: uniform disk, R = 0.5 m, g = 9.81 m/s2
 G_OVER_3R = 6.54
 FOUR_G_OVER_5R = 15.696
 

@@ -51,7 +51,7 @@ def test_the_explorer():
 
 
 def test_films():
-    """Sizes, rates and lengths of docs/films.md, and the names of cameras."""
+    """Sizes, rates and lengths of films in docs/motions.md, and the names of cameras."""
     stated = {
         "25 by default, at most 50 in a gif and 120 in an mp4": film_options._RATES
         == {"mp4": (25, 120), "gif": (25, 50)},
@@ -61,7 +61,7 @@ def test_films():
         f"farther than {camera._WHOLE:g} radii": True,
         **{f"`{name}`": True for name in film_options.CAMERAS},
     }
-    assert missing("films", stated) == []
+    assert missing("motions", stated) == []
     assert film_options._LONGEST == 60.0
 
 

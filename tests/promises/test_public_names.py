@@ -1,4 +1,4 @@
-"""docs/names.md lists what is public, with its arguments; checkers of types find its types and mistakes of users."""
+"""docs/api.md lists what is public, with its arguments; checkers of types find its types and mistakes of users."""
 
 import inspect
 import json
@@ -13,7 +13,7 @@ from processes import CHECKOUT, python
 
 import sweep
 
-LISTING = (CHECKOUT / "docs" / "names.md").read_text(encoding="utf-8")
+LISTING = (CHECKOUT / "docs" / "api.md").read_text(encoding="utf-8")
 PROJECT = Path(__file__).parent / "user_project"
 (LISTED,) = re.findall(r"^```text\n(.*?)^```$", LISTING, flags=re.MULTILINE | re.DOTALL)
 LINES = [line for line in LISTED.splitlines() if line]

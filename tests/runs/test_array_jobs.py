@@ -129,10 +129,10 @@ def test_the_command_of_a_run_that_python_began_exists():
 
 @pytest.mark.slow_lane
 def test_the_documented_array_job(command, tmp_path, monkeypatch):
-    """The SLURM script of docs/clusters.md, run once for each task as SLURM would, leaves a run to be assembled."""
+    """The SLURM script of docs/runs.md, run once for each task as SLURM would, leaves a run to be assembled."""
     checkout = Path(__file__).parents[2]
     script = re.search(
-        r"^```bash\n(#!/bin/bash.*?)^```$", (checkout / "docs" / "clusters.md").read_text(), re.M | re.S
+        r"^```bash\n(#!/bin/bash.*?)^```$", (checkout / "docs" / "runs.md").read_text(), re.M | re.S
     )[1]
     (tmp_path / "srun").write_text('#!/bin/sh\nexec "$@"\n')
     (tmp_path / "eulerdisk").write_text(f'#!/bin/sh\nexec {sys.executable} -m sweep "$@"\n')

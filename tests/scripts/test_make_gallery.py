@@ -67,15 +67,21 @@ def test_the_words_of_a_coarse_figure_have_their_places(command, tmp_path, entry
             assert status == 0, told
 
 
+def figures_of(text):
+    """Return the files of the figures that a page shows."""
+    return re.findall(r"!\[[^]]*\]\(([^)]+)\)", text)
+
+
 def test_the_page_is_what_the_script_writes(gallery):
-    """docs/gallery.md is the page of the script, to the letter, and shows every figure that lies in docs/.
+    """docs/gallery.md is the page of the script, to the letter; with examples.md it shows every figure in docs/.
 
     The pictures of the explorer are of a browser: scripts/record_explorer.py takes them.
     """
-    assert (CHECKOUT / "docs" / "gallery.md").read_text(encoding="utf-8") == gallery.page()
-    shown = set(re.findall(r"!\[[^]]*\]\(([^)]+)\)", gallery.page()))
     docs = CHECKOUT / "docs"
-    assert shown == {
+    assert (docs / "gallery.md").read_text(encoding="utf-8") == gallery.page()
+    examples = figures_of((docs / "examples.md").read_text(encoding="utf-8"))
+    assert examples == [each.files[0] for each in gallery.ENTRIES if not each.caption]
+    assert {*figures_of(gallery.page()), *examples} == {
         str(path.relative_to(docs))
         for ending in ("png", "gif")
         for path in docs.rglob(f"*.{ending}")
@@ -84,10 +90,12 @@ def test_the_page_is_what_the_script_writes(gallery):
 
 
 def test_every_figure_is_there_and_small(gallery):
-    """Every figure of the page lies beside it, and none is larger than 400 kB."""
-    shown = re.findall(r"!\[[^]]*\]\(([^)]+)\)", gallery.page())
-    assert shown == [file for each in gallery.ENTRIES for file in each.files]
-    assert all((CHECKOUT / "docs" / name).stat().st_size < 400_000 for name in shown)
+    """Every figure of the script lies in docs/, none is larger than 400 kB, and the page shows those with a caption."""
+    assert figures_of(gallery.page()) == [
+        file for each in gallery.ENTRIES if each.caption for file in each.files
+    ]
+    files = [file for each in gallery.ENTRIES for file in each.files]
+    assert all((CHECKOUT / "docs" / name).stat().st_size < 400_000 for name in files)
 
 
 def test_every_command_names_a_script(gallery):
@@ -127,7 +135,7 @@ def test_the_map_of_steady_motions(tmp_path):
 @pytest.mark.release
 @pytest.mark.compiled
 def test_the_family_of_disks(tmp_path, monkeypatch):
-    """A coarse atlas of three axes draws; the hoop is unstable up to 19.20 deg, the disk up to 18.62 (physics.md)."""
+    """A coarse atlas of three axes draws; the hoop is unstable up to 19.20 deg, the disk up to 18.62 (theory.md)."""
     alphas = script("plot_alphas")
     monkeypatch.setitem(alphas.SPEC, "precession_rate", "0.3:5:41")
     monkeypatch.setitem(alphas.SPEC, "tilt", "2deg:20deg:19")

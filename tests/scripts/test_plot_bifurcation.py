@@ -73,7 +73,7 @@ def test_branches_stand_still():
         force = np.sin(tilt) + o * (1.5 * s - 0.25 * o * np.tan(tilt))
         assert np.abs(force).max() < 1e-9 * (1.0 + np.abs(o * s).max())
         f, sine = s - p * np.sin(tilt), np.sin(tilt)
-        # physics.md, section 4, with alpha = 1/2 and R = g = 1
+        # docs/theory.md, with alpha = 1/2 and R = g = 1
         k = (-2.0 * np.cos(tilt) + 2.5 * p**2 + 7.0 * p * f * sine + 6.0 * f**2) / 2.5
         assert branch.stable[some].tolist() == (k > 0.0).tolist()
 

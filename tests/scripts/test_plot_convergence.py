@@ -16,7 +16,7 @@ def test_extrapolation_of_a_polynomial():
 @pytest.mark.release
 @pytest.mark.compiled
 def test_critical_rates_by_integration_alone():
-    """Disk and hoop: rate^2 R/g extrapolates to the analytic value within 1e-6, along the slope of physics.md."""
+    """Disk and hoop: rate^2 R/g extrapolates to the analytic value within 1e-6, along the slope of docs/theory.md."""
     for axis, limits, bends in [
         ("roll_rate", [1 / 3, 1 / 4], [31 / 36, 5 / 6]),
         ("precession_rate", [4 / 5, 2 / 3], [35 / 36, 11 / 12]),

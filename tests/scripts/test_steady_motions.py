@@ -14,7 +14,7 @@ from kernels.disk.steady import steady_precession_rates
 
 
 def wandering(n, seed):
-    """Random steady motions over all tilts, both signs of precession, and all disks; and k by physics.md, section 4."""
+    """Random steady motions over all tilts, both signs of precession, and all disks; and k by docs/theory.md."""
     rng = np.random.default_rng(seed)
     radius, gravity = 10.0 ** rng.uniform(-2.0, 1.0, n), 10.0 ** rng.uniform(-0.5, 1.5, n)
     tilt, alpha = np.radians(rng.uniform(-85.0, 85.0, n)), rng.uniform(0.02, 1.0, n)

@@ -263,7 +263,7 @@ REDUCTION: Mapping[str, Quantity] = table(
     Quantity("separatrix", "", "1", "maximum of the potential beside the motion minus its energy, over m g R",
              Tolerance(1e-12, 1e-9, "a difference of energies, each known to rounding"),
              "of the nearest maximum that the motion passes (negative) or turns below (positive), from the parabola "
-             "there: the nearer, the more exact; missing: it passes none, and none is near enough to bend the potential "
-             "down where it turns"),
+             "there: the nearer, the more exact; missing: it passes none, and none is near enough to bend the "
+             "potential down where it turns"),
 )
 # fmt: on
