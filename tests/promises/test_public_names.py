@@ -119,7 +119,7 @@ def checked(project, *command):
     return python("-m", *command, folder=folder, packages=installed)
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_mypy_sees_types_and_mistakes(project):
     """Strictly: nothing is wrong with the program, and each mistake is found, none besides."""
     strict = ["mypy", "--strict", "--config-file=", "--no-error-summary"]

@@ -55,6 +55,55 @@ def test_refusals(tmp_path, monkeypatch, capsys):
     assert not found, "\n".join(found)
 
 
+#: A word with a value, as a hint gives it.
+WORD = re.compile(r"\b([a-z]\w*)=[^\s;]*[^\s;,.?)]")
+
+
+def followed(words, message):
+    """Return the words of a command after the advice of its refusal; None if that gives no word with a value.
+
+    A slip is corrected where it stands; a word replaces the one of its name, or is added.
+    """
+    advice = re.split(r"(?<=[^.])\. (?=[A-Z])", message)[-1]
+    if meant := re.fullmatch(r"Did you mean (\S+)\?", advice):
+        slips = re.findall(r"(?:^|[:.] |: At character \d+: )(\S+?)(?:: | is no | names nothing)", message)
+        changed = [[re.sub(rf"\b{re.escape(slip)}\b", meant[1], word) for word in words] for slip in slips]
+        return next((each for each in reversed(changed) if each != words), None)
+    if word := WORD.search(advice):
+        gone = {word[1], message.split(": ")[1]} if "leave it out and" in advice else {word[1]}
+        others = [each for each in words[2:] if each.partition("=")[0] not in gone]
+        return [*words[:2], word[0], *others]
+    return None
+
+
+@pytest.mark.slow_lane
+def test_advice_leads_on(tmp_path, monkeypatch, capsys):
+    """Who follows the advice of a refusal, and that of the next one, never meets the same refusal again."""
+    monkeypatch.chdir(tmp_path)
+    for name, text in FILES.items():
+        Path(name).write_text(text, encoding="utf-8")
+    accepted = steps = 0
+    for line, _, mark, _ in listed():
+        if mark or not re.match(r"(plan|run) [^-]+( -o \S+)?$", line):
+            continue
+        words = ["plan", *shlex.split(line.partition(" -o ")[0])[1:]]
+        met = set()
+        while words:
+            monkeypatch.setattr("sys.argv", ["eulerdisk", *words, "--no-calibrate"])
+            with pytest.raises(SystemExit) as end:
+                cli.main()
+            message = capsys.readouterr().err.strip()
+            if not end.value.code:
+                accepted += 1
+                break
+            assert message not in met, (line, words)
+            met.add(message)
+            words = followed(words, message)
+            steps += words is not None
+    assert accepted > 20
+    assert steps > 30
+
+
 #: Files that the command lines name.
 FILES = {
     "two.toml": '[[sweep]]\nname = "a"\nspec = "rolling"\n[[sweep]]\nname = "b"\nspec = "spinning"\n',

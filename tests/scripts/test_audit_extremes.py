@@ -25,7 +25,7 @@ def test_the_stated_error_is_a_promise():
     assert audit_extremes.audit_errors(12_000, np.random.default_rng(14))
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_nothing_beside_a_separatrix_is_bounded_and_wrong(rng, count):
     """At random separatrices no bounded cell is wrong by more than twice its stated error; few are unresolved."""
     # few separatrices: one on which nothing can be resolved is a large share
@@ -99,7 +99,7 @@ def _factors(monkeypatch):
     return factors
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_an_audit_of_periods_can_fail(factors):
     """Wrong periods and missing ones break the promise."""
     assert factors("nutation_period", 1.0)
@@ -107,7 +107,7 @@ def test_an_audit_of_periods_can_fail(factors):
     assert not factors("nutation_period", np.nan)
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 @in_quadruple_precision
 def test_an_audit_of_stated_errors_can_fail(factors):
     """Stated errors of a thousandth break the promise; 50 digits alone do not look at them."""
@@ -115,7 +115,7 @@ def test_an_audit_of_stated_errors_can_fail(factors):
     assert not factors("tilt_error", 1e-3)
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 def test_an_audit_can_fail(monkeypatch):
     """Results that are wrong by ten times their stated error break every promise about them."""
     right = kernel_runner.run

@@ -288,7 +288,7 @@ def test_others_integrate_what_was_written(chosen, rng):
     np.testing.assert_allclose(precise.astype(float), scipy, atol=1e-9, rtol=1e-9)
 
 
-@pytest.mark.slow_lane
+@pytest.mark.release
 @pytest.mark.compiled
 def test_a_pass_and_a_compiled_loop():
     """The two that are compiled find the same as SciPy."""

@@ -103,7 +103,7 @@ def _check_rim(values: Mapping[str, Any]) -> None:
         _refuse(
             "The edges of a rim take half its thickness at most: 0 <= fillet <= thickness/2; got "
             f"{told(values, wrong, 'fillet', 'thickness')}.",
-            "Give a smaller fillet, or body=rounded, whose edge is a semicircle.",
+            "Give a smaller fillet, or leave it out and say body=rounded, whose edge is a semicircle.",
             "fillet",
         )
 

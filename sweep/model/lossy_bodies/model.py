@@ -34,14 +34,16 @@ def check_body(values: Mapping[str, Any]) -> None:
     ------
     RequestError
     """
-    body, law = str(values["body"]), str(values["air_law"])
-    if law != NO_AIR and body not in tables.FACED:
-        raise RequestError(
-            f"The laws of the air are those of a film and a layer under a flat face, and a {CALLED[body]} has none; "
-            f"got body={body} air_law={law}.",
-            hint=f"Say air_law={NO_AIR}, or body={' or body='.join(tables.FACED)}.",
-            where="air_law",
-        )
+    body = str(values["body"])
+    for name, nothing in (("air_law", NO_AIR), ("air_viscosity", "0"), ("air_density", "0")):
+        given = values[name] != NO_AIR if name == "air_law" else some(values[name])
+        if given and body not in tables.FACED:
+            raise RequestError(
+                f"The laws of the air are those of a film and a layer under a flat face, and a {CALLED[body]} has "
+                f"none; got body={body} {name}={values[name]}.",
+                hint=f"Say {name}={nothing}, or body={' or body='.join(tables.FACED)}.",
+                where=name,
+            )
     for faced, name, whole in (("rounded", "thickness", 2.0), ("rim", "fillet", 1.0), ("arc", "fillet", 1.0)):
         if body == faced and (wrong := worst_cases(values, {name: LARGEST})[name] >= whole).any():
             raise RequestError(
