@@ -81,6 +81,15 @@ def test_coordinates_are_finite_and_increasing(edited, value):
     assert_facts(edited(lambda file: file["gravity"].assignValue(np.nan)), "gravity", "finite")
 
 
+def test_a_coordinate_has_each_value_once(edited):
+    """Files that were put together with a row in common are refused."""
+
+    def edit(file):
+        file["roll_rate"][2] = file["roll_rate"][1]
+
+    assert_facts(edited(edit), "roll_rate", "increasing")
+
+
 def test_an_axis_that_runs_backwards(edited):
     """It is refused as what it is, with the way to turn it."""
 

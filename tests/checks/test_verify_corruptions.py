@@ -457,6 +457,16 @@ def test_what_other_code_left_out_is_named():
     assert wrong_values(stripped).keys() == gone | {"ending:flag_values", "ending:flag_meanings"}
 
 
+def test_what_other_code_says_of_values_is_compared():
+    """The unit, the flags and the type of a variable decide what it says, whoever wrote it; other words do not."""
+    dataset = atlas("rolling").assign_attrs(kernel_hash="0" * 64)
+    other = dataset.copy(deep=True)
+    other["tilt_max"].attrs.update(units="deg", long_name="another name")
+    other["ending"].attrs["flag_meanings"] += "x"
+    other["steps"] = other["steps"].astype("i8")
+    assert wrong_values(other).keys() == {"tilt_max:units", "ending:flag_meanings", "steps:dtype"}
+
+
 def test_nothing_is_free_without_a_reason():
     """What `verify` does not check is named with the reason, and nothing else is left out."""
     allowed = {**FREE_TEXT, "comment": "free text"}

@@ -244,3 +244,13 @@ def test_the_hash_follows_the_types_of_what_is_measured(monkeypatch):
         changed = {**variables, name: replace(variables[name], dtype="f8" if name == "steps" else "f4")}
         monkeypatch.setattr(type(DISK), "variables", changed)
         assert (compute.arithmetic_hash(spec) == before) is same
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("criterion", ["nutation_period > 3.2s", "wells == two_wells", "peak_tilt > 10deg"])
+def test_verdicts_alone_are_those_of_all_columns(criterion):
+    """Where a search asks for verdicts only, what its criterion reads is there."""
+    spec = GRID.replace(method="exact", criterion=criterion)
+    every, only = (compute.compute(spec, whole(spec), verdicts_only) for verdicts_only in (False, True))
+    assert {STABLE, UNSTABLE} <= set(every["stability"].tolist())
+    assert np.array_equal(only["stability"], every["stability"])

@@ -236,7 +236,8 @@ def test_cells_of_a_system(served_with, opened, rng, count, name, tmp_path, monk
 #: Bodies by their words, and disks whose paths are asked for: moments that follow and that are given, steady rates,
 #: contact forces, criteria of all kinds, upright, circling and on an end.
 BODIES = {
-    "disk": ["rolling", "path=yes", "precession_rate=2", "criterion=path_drift > 2 or path_class == closed"],
+    "disk": ["rolling", "path=yes", "contact=yes", "precession_rate=2",
+             "criterion=path_drift > 2 or path_class == closed"],
     "torus": ["body=torus", "tube=0.05:0.6:3", "precession_rate=2:4:3", "roll_rate=steady", "tilt=20deg",
               "tilt_rate=0.3", "criterion=departure:15deg", "filling=hollow", "contact=yes", "path=yes"],
     "rounded": ["body=rounded", "thickness=0.05:0.9:3", "tilt=5deg:40deg:3", "roll_rate=3", "path=yes",
