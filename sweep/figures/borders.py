@@ -1,4 +1,4 @@
-"""Borders between the stable and the unstable cells of a map, and where they would hide it."""
+"""Borders between the stable and the unstable cells of a map, and the places where they would hide it."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,24 +8,25 @@ import numpy.typing as npt
 
 from sweep.model.quantity import STABLE, UNSTABLE, Array, Truths
 
-#: Cells to each side of a cell among which borders are counted, and the borders for each of them from which on they are
-#: crowded. A straight border has 0.14, one along a diagonal 0.27, cells of random verdicts have 1.
+#: Half the side of the square in which borders are counted [cells], and the number of borders per cell from which on
+#: they are crowded. A straight border has 0.14, a diagonal one 0.27, cells of random verdicts have 1.
 _REACH, _CROWDED = 3, 0.4
 
-#: Cells for which borders are counted at least: of the sixteen in a corner a diagonal would crowd half.
+#: Least number of cells by which the count is divided: among only the sixteen cells in a corner, a diagonal would crowd
+#: half.
 _LEAST_COUNTED = 30
 
-#: Neighbours of a cell, eight at most, that share its verdict, where a line around it would not be one around a dot:
-#: a corner of a large region has three.
+#: Least number of a cell's eight neighbours that share its verdict, for a line around it that does not just enclose a
+#: dot: a corner of a large region has three.
 _LEAST_ALIKE = 3
 
 
 @dataclass(frozen=True)
 class Borders:
-    """Borders of cells that can be drawn as lines, and the cells among which they cannot.
+    """Borders that can be drawn as lines, and the cells where they cannot.
 
-    `upright` and `level` have the rows and the columns of the cells to the left of a border and below it. `mixed` are
-    the cells among which verdicts alternate.
+    `upright` and `level` contain the rows and the columns of the cells to the left of a border and below it. `mixed`
+    marks the cells whose verdicts alternate.
     """
 
     upright: tuple[npt.NDArray[np.intp], ...]
@@ -36,7 +37,8 @@ class Borders:
 def find_borders(stability: npt.NDArray[np.integer]) -> Borders:
     """Return the borders between stable and unstable cells of a map.
 
-    Where single cells alternate, lines around them would cover them: there are none, and none around a single cell.
+    Omits borders where the verdicts of single cells alternate, because the lines would cover the cells, and borders
+    around a single cell.
 
     Parameters
     ----------
@@ -58,12 +60,12 @@ def find_borders(stability: npt.NDArray[np.integer]) -> Borders:
 
 
 def _are_unlike(first: npt.NDArray[np.integer], second: npt.NDArray[np.integer]) -> Truths:
-    """Return where one of two cells is stable and the other one unstable."""
+    """Return where one of two cells is stable and the other unstable."""
     return np.asarray(((first == STABLE) & (second == UNSTABLE)) | ((first == UNSTABLE) & (second == STABLE)))
 
 
 def _alike(stability: npt.NDArray[np.integer]) -> npt.NDArray[np.intp]:
-    """Return how many of the eight neighbours of each cell share its verdict; beyond the map it goes on as it ends."""
+    """Return how many of each cell's eight neighbours share its verdict; the map is extended by its outermost cells."""
     rows, columns = stability.shape
     padded = np.pad(stability, 1, mode="edge")
     shifted = [padded[i : i + rows, j : j + columns] == stability for i in range(3) for j in range(3)]
@@ -71,7 +73,7 @@ def _alike(stability: npt.NDArray[np.integer]) -> npt.NDArray[np.intp]:
 
 
 def _mean_around(values: Array) -> Array:
-    """Return the mean of values over a square around each cell, at the rim of a map over what is left of it."""
+    """Return the mean of values over a square around each cell, cut off at the edge of the map."""
     count = _sums_around(np.ones(values.shape))
     return _sums_around(values) / np.maximum(count, _LEAST_COUNTED)
 

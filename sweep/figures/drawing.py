@@ -28,15 +28,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-#: Largest number of points of the measured boundary, and of cells of a profile, that are drawn: more would merge.
+#: Largest number of drawn points of a measured boundary, and of drawn cells of a profile: more would merge.
 MOST_POINTS, _MOST_CELLS = 24, 60
 
-#: Distance of boundary over analytic line from 1 up to which a strip shows both.
+#: Largest distance of boundary / analytic line from 1 at which a strip shows both.
 _NEAR_LINE = 0.5
 
 INK = "black"
 
-#: The legend adds this to a line of theory that is not on the map.
+#: Suffix in the legend for a line of theory that is not on the map.
 OUTSIDE = " (outside the map)"
 
 LINES: dict[str, dict[str, Any]] = {
@@ -50,31 +50,31 @@ _POINTS: dict[str, Any] = {
     "markerfacecolor": "white",
     "markeredgewidth": 0.8,
     "elinewidth": 0.9,
-    # without caps, which would fill a marker that is larger than its bracket
+    # caps would fill a marker that is larger than its bracket
     "capsize": 0.0,
     "zorder": 5,
 }
 _MARKERS = {"upper": "o", "lower": "s"}
 _VERDICTS = {"stable": ("o", "white"), "unstable": ("o", INK), "undecided": ("x", INK)}
 
-#: Hatching of cells: no result, no value of the quantity, no verdict, marked.
+#: Hatching of cells: no result, no value of the quantity, no verdict, marked, mixed verdicts.
 _LOST: dict[str, Any] = {"facecolor": "0.85", "hatch": "xxxx"}
 _ABSENT: dict[str, Any] = {"facecolor": "0.95", "hatch": "\\\\\\\\"}
 _UNDECIDED: dict[str, Any] = {"facecolor": (1.0, 1.0, 1.0, 0.7), "hatch": "////"}
 _MARKED: dict[str, Any] = {"facecolor": (1.0, 1.0, 1.0, 0.3), "hatch": "...."}
 _MIXED: dict[str, Any] = {"facecolor": (1.0, 1.0, 1.0, 0.3), "hatch": "ooo"}
 
-#: Contour lines: white between black edges, so that they show on every colour and are none of the other lines.
+#: Contour lines: white between black edges, so that they are visible on every colour and differ from all other lines.
 _CONTOUR: dict[str, Any] = {"colors": "white", "linewidths": 0.9, "linestyles": "solid", "zorder": 2.5}
 CONTOUR_EDGE: list[AbstractPathEffect] = [withStroke(linewidth=2.0, foreground="0.2")]
 
-#: Steps between the colours of flags and their hatching in a legend.
+#: Colour of hatching.
 _EDGE = "0.25"
 
 
 @dataclass(frozen=True)
 class Colouring:
-    """How the values of several panels become colours: the map, the norm, and levels of contour lines, if any."""
+    """The mapping from values to colours, shared by panels: colour map, norm, and levels of contour lines."""
 
     colours: Colormap
     norm: Normalize
@@ -82,7 +82,7 @@ class Colouring:
 
 
 def draw_map(axes: "Axes", panel: Panel, colouring: Colouring, second: bool = True) -> None:
-    """Draw a panel of two axes; `second` says whether rates have a second axis of pure numbers."""
+    """Draw a panel of two axes; `second` says whether rates get a second axis in pure numbers."""
     assert panel.y is not None
     values, norm = panel.shade.values, colouring.norm
     if panel.shade.quantity.flags is None:
@@ -94,10 +94,10 @@ def draw_map(axes: "Axes", panel: Panel, colouring: Colouring, second: bool = Tr
     if panel.shade.quantity.flags is None:
         hatch(axes, panel, panel.undecided & ~missing, "undecided", **_UNDECIDED)
     hatch(axes, panel, panel.marked, panel.marking, **_MARKED)
-    # endings show their borders by their colours
+    # a map of endings shows these borders by its colours
     has_outline = not panel.has_line and panel.shade.quantity.name != "ending"
     if has_outline and panel.shade.quantity.flags is None:
-        hatch(axes, panel, panel.mixed, f"{MIXED}: stable and unstable cells in turn", **_MIXED)
+        hatch(axes, panel, panel.mixed, f"{MIXED}: stable and unstable cells alternate", **_MIXED)
     if colouring.levels:
         _draw_contours(axes, panel, colouring.levels)
     _draw_flags(axes, panel, colouring)
@@ -118,14 +118,14 @@ def draw_cells(axes: "Axes", panel: Panel, colours: Any, second: bool = True, **
 
 
 def explain_colour(axes: "Axes", colour: Any, label: str) -> None:
-    """Give a colour its entry in the legend."""
+    """Add a colour to the legend."""
     axes.add_patch(
         Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=colour, edgecolor=INK, linewidth=0.4, label=label)
     )
 
 
 def draw_ratio(axes: "Axes", panel: Panel) -> None:
-    """Draw the ratio of the boundary to the analytic line, which a map is too coarse to show."""
+    """Draw the ratio of the boundary to the analytic line, which differ too little to be seen on a map."""
     axes.axhline(1.0, **LINES["analytic"])
     for edge in panel.edges:
         _draw_points(axes, edge.name, edge.x, edge.ratio, edge.ratio_error)
@@ -161,14 +161,14 @@ def draw_profile(axes: "Axes", panel: Panel) -> None:
             axes.axvline(place, label=f"analytic: {panel.line}", **LINES["analytic"])
         for place in edge.predicted[np.isfinite(edge.predicted)]:
             axes.axvline(place, label=panel.predicted, **LINES["predicted"])
-    # lines of theory outside of the atlas do not stretch its axis
+    # do not stretch the axis to lines of theory outside the atlas
     axes.set_xlim(*panel.x.ends)
     _set_height(axes, panel)
     add_second_axis(axes, "x", panel.x)
 
 
 def _thinned(cells: Truths) -> Any:
-    """Return the places of some of the cells, the first and the last of every run among them."""
+    """Return the indices of the cells to draw, including the first and the last of every run."""
     places = np.flatnonzero(cells)
     step = -(-len(cells) // _MOST_CELLS)
     _, first, last = _runs(cells[:, np.newaxis])
@@ -176,14 +176,14 @@ def _thinned(cells: Truths) -> Any:
 
 
 def _runs(cells: Truths) -> tuple[Any, Any, Any]:
-    """Return the runs of cells in the columns of a map: their columns, their first rows, and the rows after them."""
+    """Return the runs of cells in the columns of a map: columns, first rows, and the rows after their last."""
     ends = np.diff(np.pad(cells.astype(int), ((1, 1), (0, 0))), axis=0).T
     columns, first = np.nonzero(ends == 1)
     return columns, first, np.nonzero(ends == -1)[1]
 
 
 def _span(axes: "Axes", panel: Panel, cells: Truths, label: str, **look: Any) -> None:
-    """Hatch runs of cells of a profile from the bottom to the top."""
+    """Hatch runs of cells of a profile from bottom to top."""
     _, first, last = _runs(cells[:, np.newaxis])
     for low, high in zip(panel.x.borders[first], panel.x.borders[last], strict=True):
         axes.axvspan(low, high, label=label, edgecolor=_EDGE, linewidth=0.0, zorder=0, **look)
@@ -206,15 +206,16 @@ def _set_height(axes: "Axes", panel: Panel) -> None:
 
 
 def _ratio_ends(panel: Panel) -> tuple[float, float]:
-    """Return the ends of a strip: they show the part of the boundary that lies nearest to the line, about 60 %.
+    """Return the ends of a strip: they show about 60 % of the boundary, the part nearest to the line.
 
-    A boundary most of which is far from the line is shown alone, or with the line if some of it is near.
+    If most of the boundary is far from the line, the strip shows only the boundary, and the line too if some of it is
+    near.
     """
     low = np.concatenate([edge.ratio - edge.ratio_error[0] for edge in panel.edges])
     high = np.concatenate([edge.ratio + edge.ratio_error[1] for edge in panel.edges])
     distance = np.maximum(1.0 - low, high - 1.0)
     if np.nanquantile(distance, 0.6) > _NEAR_LINE:
-        # a few points where the analytic rate is almost zero would flatten the others
+        # a few points where the analytic rate is almost zero would flatten the rest
         ends = [np.nanmin(low), min(np.nanmax(high), 3.0 * np.nanquantile(high, 0.6))]
         ends += [1.0] if np.nanmin(distance) <= _NEAR_LINE else []
         margin = max(0.1 * (max(ends) - min(ends)), 0.02 * abs(max(ends)))
@@ -228,7 +229,7 @@ def _draw_edges(axes: "Axes", panel: Panel) -> None:
     several = sum(edge.measured.size > 0 for edge in panel.edges) > 1
     for edge in panel.edges:
         label = f"{panel.method} boundary with its bracket" + (f", {edge.name}" if several else "")
-        # a point in the first column is whole
+        # do not clip a point in the first column
         _draw_points(axes, edge.name, edge.x, edge.measured, edge.error, label, clip_on=False)
         _draw_line(axes, panel, "predicted", edge.fine_x, edge.predicted, panel.predicted)
     ends = f", from {panel.joined[0]} to {panel.joined[1]}" if panel.joined else ""
@@ -240,17 +241,17 @@ def _draw_edges(axes: "Axes", panel: Panel) -> None:
 
 
 def analytic_lines(panel: Panel) -> list[tuple[Array, Array]]:
-    """Return the analytic line of every edge; a single curve where both edges are one."""
+    """Return the analytic line of every edge, or a single curve where both edges are one."""
     lines = [(edge.fine_x, edge.critical) for edge in panel.edges]
     if panel.joined:
-        # out along one edge, back along the other
+        # along one edge to its end, then back along the other
         (x, fast), (back, slow) = ((x[np.isfinite(y)], y[np.isfinite(y)]) for x, y in lines)
         return [(np.concatenate((x, back[::-1])), np.concatenate((fast, slow[::-1])))]
     return lines
 
 
 def joined_heights(panel: Panel) -> list[float | None]:
-    """Return where the ends of the curve that both edges form meet zero of the coordinate; None outside the map."""
+    """Return the heights at which the joined curve meets zero of the coordinate; None for one outside the map."""
     assert panel.y is not None
     low, high = panel.y.ends
     ends = analytic_lines(panel)[0][1][[0, -1]]
@@ -279,17 +280,17 @@ def _draw_points(
         **_POINTS,
         **look,
     }
-    # a bracket that is shorter than its marker is seen on it
+    # draws brackets above markers, so that one shorter than its marker is visible
     axes.errorbar(x[some], y[some], yerr=error[:, some], barsabove=True, **words)
 
 
 def _step(count: int) -> int:
-    """Return how many steps from point to point lie between two that are drawn."""
+    """Return the distance, in points, between two points that are drawn."""
     return max(1, -(-(count - 1) // (MOST_POINTS - 1)))
 
 
 def evenly(count: int) -> Any:
-    """Return the places of points that are drawn: as far apart as `_step` says, the first and the last among them."""
+    """Return the indices of the points to draw: `_step` apart, including the first and the last."""
     step = _step(count)
     places = np.arange(0, count, step)
     rest = count - 1 - places[-1]
@@ -300,19 +301,19 @@ def evenly(count: int) -> Any:
     return places
 
 
-#: Addition of `_thinning` to a label.
+#: The suffix that `_thinning` adds to a label.
 _THINNED = re.compile(r", every \d+[a-z]+$")
 
 
 def _thinning(count: int) -> str:
-    """Return what the legend says of points that are not all drawn."""
+    """Return the suffix in the legend for points that are not all drawn."""
     step = _step(count)
     ending = "th" if step % 100 in range(11, 14) else {1: "st", 2: "nd", 3: "rd"}.get(step % 10, "th")
     return f", every {step}{ending}" if step > 1 else ""
 
 
 def joined(named: Mapping[str, Any]) -> dict[str, Any]:
-    """Return entries of a legend, those of points that are thinned differently as one."""
+    """Return the entries of a legend, with those that differ only in their thinning merged into one."""
     groups: dict[str, list[str]] = {}
     for label in named:
         groups.setdefault(_THINNED.sub("", label), []).append(label)
@@ -323,18 +324,18 @@ def joined(named: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def thinning(edges: Sequence[Edge]) -> str:
-    """Return what the legend says of edges whose points are not all drawn, where one entry stands for them."""
+    """Return the suffix in the legend for edges that share one entry and whose points are not all drawn."""
     found = {_thinning(edge.x.size) for edge in edges}
     return found.pop() if len(found) == 1 else ", not every one" if any(found) else ""
 
 
 def draw_points(axes: "Axes", edge: Edge, **look: Any) -> None:
-    """Draw the measured boundary of one edge with its bracket, in a look of its own."""
+    """Draw the measured boundary of one edge with its bracket, in the given look."""
     _draw_points(axes, edge.name, edge.x, edge.measured, edge.error, **look)
 
 
 def _draw_contours(axes: "Axes", panel: Panel, levels: Sequence[float]) -> None:
-    """Draw contour lines of the quantity through the middles of the cells."""
+    """Draw contour lines of the quantity through the centres of the cells."""
     assert panel.y is not None
     values = np.ma.masked_invalid(panel.shade.values)
     drawn = axes.contour(panel.x.values, panel.y.values, values, levels, **_CONTOUR)
@@ -346,14 +347,14 @@ def _draw_contours(axes: "Axes", panel: Panel, levels: Sequence[float]) -> None:
 
 
 def _draw_flags(axes: "Axes", panel: Panel, colouring: Colouring) -> None:
-    """Give every flag of a map its entry in the legend."""
+    """Add every flag of a map to the legend."""
     for code in panel.shade.codes:
         name = f"{panel.shade.quantity.name.replace('_', ' ')}: {panel.shade.quantity.flag(code)}"
         explain_colour(axes, colouring.colours(colouring.norm(code)), name)
 
 
 def _draw_outline(axes: "Axes", panel: Panel) -> None:
-    """Draw the borders of the unstable cells, for a map without a boundary along an axis and a line of theory."""
+    """Draw the borders of the unstable cells, for a map that lacks a measured boundary or a line of theory."""
     assert panel.y is not None
     x, y, found = panel.x.borders, panel.y.borders, panel.borders
     rows, columns = found.upright
@@ -370,7 +371,7 @@ def _draw_outline(axes: "Axes", panel: Panel) -> None:
 
 
 def hatch(axes: "Axes", panel: Panel, cells: Truths, label: str, **look: Any) -> None:
-    """Hatch cells, with one path: a rectangle for every run of cells in a column."""
+    """Hatch cells with a single path: a rectangle for every run of cells in a column."""
     if not cells.any():
         return
     assert panel.y is not None
@@ -384,12 +385,12 @@ def hatch(axes: "Axes", panel: Panel, cells: Truths, label: str, **look: Any) ->
 
 
 def check_same_quantity(panels: Sequence[Panel]) -> None:
-    """Refuse panels whose flags differ: one bar of colours stands for all of them."""
+    """Raise an error if the quantity is a flag in only some panels: all panels share one colour bar."""
     flags = {each.shade.quantity.flags is not None for each in panels}
     if len(flags) > 1:
         raise RequestError(
             f"{panels[0].shade.quantity.name} is a flag in one atlas and a number in another.",
-            "Draw them in two figures.",
+            "Draw the atlases in two figures.",
             "quantity",
         )
 
@@ -400,11 +401,9 @@ def colours_of(panels: Sequence[Panel], look: Look) -> Colouring:
     quantity = panels[0].shade.quantity
     if look.contours is not None and (len(maps) < len(panels) or quantity.flags is not None):
         raise RequestError(
-            "Contour lines need two axes and a quantity with numbers; "
+            "Contour lines need two axes and a numeric quantity; "
             + (
-                f"{quantity.name} is a flag."
-                if quantity.flags is not None
-                else "here is an atlas of one axis."
+                f"{quantity.name} is a flag." if quantity.flags is not None else "an atlas has only one axis."
             ),
             "Leave the contour lines out.",
             "contours",
@@ -419,15 +418,15 @@ def colours_of(panels: Sequence[Panel], look: Look) -> Colouring:
 
 
 def _levels(maps: Sequence[Shade], scale: Normalize, look: Look) -> tuple[float, ...]:
-    """Return the levels of contour lines, at least one of them among the values."""
+    """Return the levels of contour lines; at least one is within the range of the values."""
     quantity, low, high = maps[0].quantity, float(scale.vmin or 0.0), float(scale.vmax or 0.0)
     levels = look.levels(quantity) or _automatic(maps, low, high)
     if not any(low <= level <= high for level in levels):
         unit = f" {quantity.shown_units}".rstrip()
         raise RequestError(
-            f"No contour line lies on the map: {quantity.name} is {low:.4g} to {high:.4g}{unit} there; got "
+            f"No contour line lies on the map: {quantity.name} ranges from {low:.4g} to {high:.4g}{unit} there; got "
             f"{', '.join(f'{level:.4g}{unit}' for level in levels) or 'none'}.",
-            f"Give a level between them; a bare number is in {quantity.units}."
+            f"Give a level in this range; a bare number is in {quantity.units}."
             if quantity.units != "1"
             else "",
             "contours",
@@ -436,7 +435,7 @@ def _levels(maps: Sequence[Shade], scale: Normalize, look: Look) -> tuple[float,
 
 
 def _automatic(maps: Sequence[Shade], low: float, high: float) -> tuple[float, ...]:
-    """Return levels for contour lines: round numbers between the smallest and the largest value."""
+    """Return round levels for contour lines between the smallest and the largest value."""
     if all(is_wide(each.values) for each in maps):
         found = LogLocator(subs=(1.0,) if high > 1e3 * low else (1.0, 2.0, 5.0)).tick_values(low, high)
     else:
@@ -446,7 +445,7 @@ def _automatic(maps: Sequence[Shade], low: float, high: float) -> tuple[float, .
 
 @dataclass(frozen=True)
 class Bar:
-    """A bar of colours: what they mean, and the levels of contour lines; `whole` says that values are integers."""
+    """A colour bar: colours, label and levels of contour lines; `whole` says that the values are integers."""
 
     colours: ScalarMappable
     label: str
@@ -455,7 +454,17 @@ class Bar:
     levels: tuple[float, ...] = ()
 
     def draw(self, drawn: Figure, *, horizontal: bool = False, beside: "Axes | None" = None) -> "Axes":
-        """Draw it into axes of its own, numbers above if it is horizontal, or upright beside those of a caller."""
+        """Draw the bar, horizontal with numbers above, or vertical.
+
+        Parameters
+        ----------
+        drawn : Figure
+            Gets new axes for the bar, unless `beside` is given.
+        horizontal : bool
+            Whether the bar is horizontal.
+        beside : Axes, optional
+            Axes of a caller, next to which the bar is drawn.
+        """
         place: dict[str, Any] = (
             {"cax": drawn.add_axes((0.9, 0.2, 0.02, 0.6))} if beside is None else {"ax": beside}
         )
@@ -477,7 +486,7 @@ class Bar:
 
 
 def bar_of(panels: Sequence[Panel], colouring: Colouring) -> Bar | None:
-    """Return the bar of colours of maps; none of flags and profiles."""
+    """Return the colour bar of maps; None for flags and profiles."""
     quantity = panels[0].shade.quantity
     maps = [each.shade for each in panels if each.y is not None]
     if quantity.flags is not None or not any(np.isfinite(each.values).any() for each in maps):

@@ -1,7 +1,7 @@
-"""Lay out the panels of a figure: axes as large as labels and legends leave room for, and no word on another.
+"""Lay out the panels of a figure: axes as large as labels and legends allow, without overlapping text.
 
-The places of all axes are computed once, from the sizes of their words, and then fixed: matplotlib's own layouts let a
-legend that is wider than its panel take the width of the panel.
+The positions of all axes are computed once, from the sizes of the texts, and then fixed: matplotlib's own layouts let a
+legend that is wider than its panel take width from the panel.
 """
 
 import math
@@ -32,41 +32,42 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
 
-#: Gaps in sizes of a letter: around the figure, between columns, between map and strip, above and below a legend.
+#: Gaps: around the figure, between columns, between map and strip, above and below a legend. They and the lengths below
+#: are in multiples of the letter size, except where a unit is given.
 _MARGIN, _GAP, _CLOSE, _ABOVE, _BELOW = 0.52, 1.4, 1.2, 0.6, 0.8
 
-#: Width of the bar of colours, and its distance from the maps.
+#: Width of the colour bar, and its distance from the maps.
 _BAR, _TO_BAR = 1.0, 1.2
 
-#: Up to this width the bar of colours of a single column lies above the maps, which would be narrow beside it.
+#: Largest width of a figure of one column at which the colour bar is above the maps, which would be narrow next to it.
 _NARROW = 36.0
 
-#: Height [in] that a figure of several rows has at most, if its panels have room in it: that of a page.
+#: Height of a page [in]: a figure of several rows is at most this high if its panels have room in it.
 PAGE = 11.7
 
-#: Height of a map, or of a profile, over its width; and of a strip over that of its map, and at least in letters.
-#: Points have no cells, whose shape could be seen: they are in no higher panel than this.
+#: Height / width of a map, and of a profile; height of a strip / height of its map; least height of a strip. Panels of
+#: points are at most as high as the last number: they have no cells whose shape must be visible.
 _SHAPE, _PROFILE, _STRIP, _LEAST_STRIP, _POINTS = 0.95, 0.65, 0.3, 4.6, 29.0
 
-#: Height of the title of a figure, and of each further line of it.
+#: Height of the title of a figure, and of each further line of the title.
 _TITLE, _LINE = 2.2, 1.35
 
-#: Least width and height of a panel, and the width from which a legend below all panels has another column.
+#: Least width and height of a panel, and the width that a legend below all panels needs for each column.
 _LEAST, _COLUMN = 7.0, 32.0
 
-#: How much wider words can be in the dots of a file than in those in which they are measured.
+#: Factor by which text can be wider at the resolution of a file than at the resolution at which it is measured.
 _HINTED = 1.05
 
-#: How often sizes and ticks, which depend on each other, are computed.
+#: Number of times that sizes and ticks, which depend on each other, are computed.
 _ROUNDS = 2
 
 
 @dataclass
 class Block:
-    """A panel in a figure: its map or profile, the strip below it if there is one, and their words.
+    """A panel in a figure: its map or profile, the strip below it if there is one, and its texts.
 
-    `regions` are the names and cells that are written into a map where they have room. `signs` are labelled handles
-    that the legend has beside those of the axes. `letter` tells it from other panels: ``(a)``.
+    `regions` are the names and cells that are written into a map where there is room. `signs` are labelled handles for
+    the legend in addition to those of the axes. `letter`, as in ``(a)``, distinguishes the panel from others.
     """
 
     axes: "Axes"
@@ -81,18 +82,18 @@ class Block:
 
     @property
     def lowest(self) -> "Axes":
-        """The lower of both axes."""
+        """The lower of the two axes."""
         return self.strip or self.axes
 
     def legend(self) -> dict[str, Any]:
-        """Return the labels and handles of its legend, the measurement first."""
+        """Return the labels and handles of the legend, with the measurement first."""
         handles, labels = self.axes.get_legend_handles_labels()
         named = {each.get_label(): each for each in self.signs} | dict(zip(labels, handles, strict=True))
         order = sorted(named, key=lambda label: not isinstance(named[label], ErrorbarContainer))
         return {label: named[label] for label in order}
 
 
-#: Words of a legend -> what is left of them in a figure without a caption.
+#: Labels of a legend -> their short form in a figure without a caption.
 _SHORT = (
     (re.compile(r"^\w+ boundary with its bracket(, upper|, lower|).*"), r"measured\1"),
     (re.compile(rf"^(analytic|predicted)\b.*?({re.escape(OUTSIDE)}|)$"), r"\1\2"),
@@ -112,40 +113,40 @@ def figure_of(
     axes: "Axes | None" = None,
     files: Sequence[str] = (),
 ) -> "Figure":
-    """Draw a figure with a panel for each of some items.
+    """Draw a figure with one panel for each item.
 
     Parameters
     ----------
     items : sequence
-        Row by row.
+        The items, row by row.
     block : callable
-        Draws an item into axes, and returns them with their words.
+        Draws an item into axes, and returns them with their texts.
     look : Look
-        Its sizes. Without a height the maps have a good shape.
+        The sizes of the figure. Without a height, the maps get a good shape.
     widths : (float, float)
-        Width of a panel where the look has none, and the least one [in].
+        Default width and least width of a panel [in].
     columns : int, optional
-        Panels in a row; by default as many as have room.
+        Panels in a row; by default as many as fit.
     bar : Bar, optional
-        The bar of colours: to the right of all, or above them in a narrow figure.
+        The colour bar: to the right of all panels, or above them in a narrow figure.
     common : sequence of str, optional
-        Caption of one legend below all panels; without it each has its own.
+        Caption of a single legend below all panels; without it, each panel has its own legend.
     title : str
-        Of the whole figure.
+        Title of the whole figure.
     axes : Axes, optional
-        Draw the only item into these.
+        Axes into which the only item is drawn.
     files : sequence of str
-        Names of the files of items that are told apart by letters and by these; empty where one is not known.
+        Names of the items' files, to label the panels together with letters; empty where a name is unknown.
 
     Returns
     -------
     Figure
-        Its label is the text of a caption: all that title, caption, legend and bar of colours would say.
+        Its label contains the text for a caption: everything in title, caption, legend and colour bar.
 
     Raises
     ------
     RequestError
-        If there is no room, or there are several items for the axes of a caller.
+        If there is no room, or there are several items for a caller's axes.
     """
     if axes is not None:
         return _figure_in(axes, items, block, look, bar)
@@ -173,14 +174,14 @@ def figure_of(
 def _figure_in(
     axes: "Axes", items: Sequence[Any], block: "Callable[[Axes, Any], Block]", look: Look, bar: Bar | None
 ) -> "Figure":
-    """Draw a panel into the axes of a caller, which stay where they are: the legend is below their labels.
+    """Draw a panel into a caller's axes, which keep their position, with the legend below their labels.
 
-    It takes part in the layout of the figure.
+    The legend takes part in the layout of the figure.
     """
     if len(items) > 1:
         raise RequestError(
-            f"Axes hold one atlas; got {len(items)}.",
-            "Draw each into axes of its own, or leave ax out.",
+            f"ax can show only one atlas; got {len(items)}.",
+            "Draw each atlas into its own axes, or leave out ax.",
             "ax",
         )
     drawn, dots = axes.get_figure(root=True), axes.figure.dpi
@@ -202,7 +203,7 @@ def _figure_in(
         )
         legend.set_bbox_to_anchor((0.0, 0.0), transform=axes.transAxes + shift)
         legend.set_in_layout(True)
-        # the legend may have moved the axes, and names are placed in their size
+        # the legend may have moved the axes, and the space for names depends on their size
         drawn.draw_without_rendering()
         thin_ticks(axes)
         _write_names(made)
@@ -212,12 +213,12 @@ def _figure_in(
 
 
 def _letter() -> float:
-    """Return the size of a letter [in]."""
+    """Return the letter size [in]."""
     return float(rcParams["font.size"]) / 72.0
 
 
 class _Layout:
-    """Places [in] of all axes of a figure."""
+    """The positions of all axes of a figure [in]."""
 
     def __init__(
         self,
@@ -232,13 +233,13 @@ class _Layout:
         self.dpi = look.dpi or DPI
         self.height, self.letter, self.width = inches(look.height), _letter(), drawn.get_size_inches()[0]
         self.rows = -(-len(blocks) // columns)
-        # places at the end of the last row, where the legend of all panels has room
+        # free places at the end of the last row, where a common legend has room
         self.empty = 0 if self.height else self.rows * columns - len(blocks)
         if "bar" in self.without:
             bar = None
         self.bar_is_horizontal = bar is not None and columns == 1 and self.width <= _NARROW * self.letter
         if self.bar_is_horizontal and len(blocks) == 1:
-            # above the bar
+            # write the panel's title above the bar
             title, blocks[0].title = blocks[0].title, ""
         self.bar = None if bar is None else bar.draw(drawn, horizontal=self.bar_is_horizontal)
         self.has_strip = any(block.strip is not None for block in blocks)
@@ -255,7 +256,7 @@ class _Layout:
             for each in (axes, *axes.child_axes)
             for which, axis in ((0, each.xaxis), (1, each.yaxis))
         ]
-        # sizes near the final ones: the numbers on axes depend on them
+        # almost the final sizes, because the numbers on the axes depend on them
         for axes in self.axes:
             axes.set_position((0.2, 0.2, 0.7 / columns, 0.7 / columns))
         for block in blocks:
@@ -264,11 +265,11 @@ class _Layout:
             self._write_title(block)
 
     def _write_title(self, block: Block) -> None:
-        """Write the title of a panel, in lines as wide as its column."""
+        """Write the title of a panel, in lines as wide as the column."""
         title, size, column = block.title, float(block.axes.title.get_fontsize()), self._column()
         if block.is_mathematics:
             probe = self.drawn.text(0.0, 0.0, "", fontsize=size)
-            # beside the numbers of its axes
+            # leave room for the numbers of the axes
             title = "\n".join(broken(probe, title, (column - 5.0 * self.letter) * self.drawn.dpi))
             probe.remove()
         else:
@@ -278,20 +279,20 @@ class _Layout:
         block.axes.set_title(title, parse_math=block.is_mathematics, weight=weight)
 
     def write_legends(self, common: Sequence[str] | None) -> None:
-        """Write the legends, as wide as the columns are, or one with a caption that is common to all panels."""
+        """Write legends as wide as the columns, or one legend with a caption common to all panels."""
         if self.without >= {"caption", "legend"}:
             return
         found = [block.legend() for block in self.blocks]
         if common is None:
             for block, named in zip(self.blocks, found, strict=True):
-                # the words of signs are short
+                # the labels of signs are short
                 columns = 2 if len(named) == len(block.signs) else 1
                 room = self._column()
                 legend = _add_legend(block.lowest, named, block.caption, room, self.without, columns)
                 self.legends.append(legend)
             return
         named = _together(found)
-        # a panel has numbers on its left, which the legend has not
+        # a legend has no numbers on its left
         room = self.empty * self._column() - 2.5 * self.letter
         if self.empty:
             self.common = self._add_common(named, common, room)
@@ -304,20 +305,20 @@ class _Layout:
         return _add_legend(self.blocks[0].axes, named, caption, room, self.without, count)
 
     def break_labels(self) -> None:
-        """Break the labels that are longer than their axes."""
+        """Break labels that are longer than their axes."""
         probe = self.drawn.text(0.0, 0.0, "")
         for axis, which, text in self.labels:
             box = axis.axes.get_window_extent()
             probe.set_fontsize(axis.label.get_fontsize())
-            # a strip is too low for its label, but has room above
+            # a strip is too low for its label, but has room above it
             length = max((box.width, box.height)[which], 6.0 * self.letter * self.drawn.dpi)
             axis.set_label_text("\n".join(broken(probe, text, length)))
         probe.remove()
 
     def place(self) -> None:
-        """Measure the words around all axes, and give the axes what is left."""
+        """Measure the texts around all axes, and give the axes the remaining space."""
         letter, margin = self.letter, _MARGIN * self.letter
-        # left, below, right, above, and the height of the legend; those of an empty place are 0
+        # left, below, right, above, and the height of the legend; all 0 for a free place
         around = np.zeros((self.rows * self.columns, 5))
         for i, block in enumerate(self.blocks):
             around[i, :4] = self._around(block.axes)
@@ -337,7 +338,7 @@ class _Layout:
         fixed = tops.sum() + feet.sum() + head
         panel, strip, total = self._heights(across, fixed + (0.0 if self.empty else foot))
         if self.empty:
-            # height of the legend beyond the empty place
+            # height by which the legend exceeds the free place
             total += max(0.0, foot - panel - feet[-1])
         if self.height is None:
             self.drawn.set_size_inches(self.width, total)
@@ -351,7 +352,7 @@ class _Layout:
             if block.strip is not None:
                 self._set(block.strip, x, top - panel, across, strip)
             if self.legends:
-                # under the axes, or further left if it is wider than they
+                # below the axes, or further left if the legend is wider than they are
                 start = min(x, x + across + around[i, 2] - _HINTED * self._size(self.legends[i])[0])
                 foot_of_labels = top - panel - around[i, 1] - _ABOVE * letter
                 self._put_legend(self.legends[i], max(start, x - around[i, 0]), foot_of_labels)
@@ -368,7 +369,7 @@ class _Layout:
             self._set(self.bar, where, low, _BAR * letter, highs[0] - low)
 
     def _column(self) -> float:
-        """Return the width of a column with its labels."""
+        """Return the width of a column including its labels."""
         gaps = 2.0 * _MARGIN + (self.columns - 1) * _GAP
         return float(self.width - self._bar_width() - gaps * self.letter) / self.columns
 
@@ -378,7 +379,10 @@ class _Layout:
         return (_TO_BAR + _BAR) * self.letter + float(self._around(self.bar)[2])
 
     def _heights(self, across: float, fixed: float) -> tuple[float, float, float]:
-        """Return the heights of a panel with its strip, of a strip and of the figure; `fixed` is that of all words."""
+        """Return the heights of a panel with its strip, of a strip, and of the figure.
+
+        `fixed` is the height of all texts.
+        """
         letter = self.letter
         gap, least, share = (_CLOSE * letter, _LEAST_STRIP * letter, _STRIP) if self.has_strip else (0.0,) * 3
         total = self.height
@@ -390,7 +394,7 @@ class _Layout:
             strip = max(share * high, least)
             panel = high + gap + strip
             total = fixed + self.rows * panel
-            # panels of a page are lower, if that leaves them half their height
+            # make panels lower so that they fit on a page, if they keep half their height
             if total > PAGE and fixed + self.rows * (gap + strip + 0.5 * high) <= PAGE:
                 total = PAGE
         panel = (total - fixed) / self.rows
@@ -403,27 +407,27 @@ class _Layout:
         if min(across, up) >= least:
             return
         needed = []
-        # the height of panels follows their width where that of the figure is not given
+        # unless the figure's height is given, the height of panels follows from their width
         lacking = least - (across if self.height is not None else min(across, up))
         if lacking > 0.0:
             needed.append(f"width={_generous(self.width + lacking * self.columns)}")
         if up < least and self.height is not None:
             needed.append(f"height={_generous(total + (least - up) * self.rows)}")
         raise RequestError(
-            f"The figure has no room for its panels: beside labels, numbers and legends in letters of "
+            f"The figure has no room for its panels: after labels, numbers and legends in letters of "
             f"{72.0 * self.letter:g} points they would be {25.4 * max(across, 0.0):.0f} mm wide and "
             f"{25.4 * max(up, 0.0):.0f} mm high; they need {25.4 * least:.0f} mm.",
-            f"Give at least {' and '.join(needed)}, smaller letters, or fewer panels.",
+            f"Give at least {' and '.join(needed)}, a smaller font_size, or fewer panels.",
         )
 
     def _set(self, axes: "Axes", left: float, low: float, wide: float, high: float) -> None:
         width, height = self.drawn.get_size_inches()
-        # on whole dots of a png, so that cells of colours are sharp and the file is small
+        # whole dots of a png make sharp cells and a small file
         left, low, wide, high = np.round([self.dpi * each for each in (left, low, wide, high)]) / self.dpi
         axes.set_position((left / width, low / height, wide / width, high / height))
 
     def _put_legend(self, legend: "Legend", left: float, top: float) -> None:
-        # in the coordinates of the figure, so that it stays beside its axes if the figure is drawn larger
+        # in figure coordinates, so that the legend stays next to its axes if the figure is drawn larger
         width, height = self.drawn.get_size_inches()
         legend.set_bbox_to_anchor((left / width, top / height), transform=self.drawn.transFigure)
 
@@ -431,7 +435,7 @@ class _Layout:
         return np.array(legend.get_window_extent().size) / self.drawn.dpi
 
     def _around(self, axes: "Axes") -> Array:
-        """Return the room [in] of numbers and labels around axes: left, below, right, above."""
+        """Return the space [in] that numbers and labels need around axes: left, below, right, above."""
         tight, box = axes.get_tightbbox(for_layout_only=True), axes.get_window_extent()
         assert tight is not None
         found = np.array([box.x0 - tight.x0, box.y0 - tight.y0, tight.x1 - box.x1, tight.y1 - box.y1])
@@ -439,12 +443,12 @@ class _Layout:
 
 
 def _generous(inches: float) -> str:
-    """Return a length that is enough, though labels take other room there: a tenth more, in steps of 5 mm."""
+    """Return a length with a margin for labels that change with it: a tenth more, in steps of 5 mm."""
     return f"{5 * math.ceil(1.1 * 25.4 * inches / 5.0)}mm"
 
 
 def _write_names(block: Block) -> None:
-    """Write names into a map that has its final size; a name without room is left out."""
+    """Write names into a map in its final size, except those that have no room."""
     panel = block.panel
     if panel is None or panel.y is None:
         return
@@ -461,23 +465,23 @@ def _write_names(block: Block) -> None:
 
 
 def _together(found: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the entries of several legends as one."""
+    """Return the entries of several legends as those of a single one."""
     every = {label: handle for named in reversed(found) for label, handle in named.items()}
     order = dict.fromkeys(label for named in found for label in named)
-    # a line that lies outside of one map and inside of another has one entry
+    # a line that is outside one map and inside another gets one entry
     once = [each for each in order if each.removesuffix(OUTSIDE) not in order.keys() - {each}]
     return joined({label: every[label] for label in once})
 
 
 def _tell_apart(blocks: Sequence[Block], files: Sequence[str]) -> None:
-    """Give panels of several atlases their letters, and the names of their files."""
+    """Give panels of several atlases letters and the names of their files."""
     for i, (block, name) in enumerate(zip(blocks, files, strict=False)):
         block.letter = f"({ascii_lowercase[i] if i < len(ascii_lowercase) else i + 1})"
         block.caption = (name, *block.caption) if name else block.caption
 
 
 def _text(title: str, blocks: Sequence[Block], common: Sequence[str], bar: Bar | None) -> str:
-    """Return what a figure says in titles, captions, legends and its bar of colours, a line for each part.
+    """Return the texts in titles, captions, legends and the colour bar of a figure, one line for each part.
 
     Formulas are LaTeX.
     """
@@ -500,9 +504,9 @@ def _add_legend(
     without: frozenset[str],
     columns: int = 1,
 ) -> "Legend":
-    """Write a legend that is at most so wide [in], its lines broken where they have to be; it is not in any layout.
+    """Write a legend that is at most `width` wide [in], with broken lines if necessary; no layout includes it.
 
-    Without a caption its words are short, and as many of them as have room stand beside each other.
+    Without a caption, the labels are short, and as many entries as fit are side by side.
     """
     if "legend" in without:
         named = {}

@@ -1,4 +1,4 @@
-"""The look of a figure of atlases, read from words and numbers and checked before anything is drawn."""
+"""The look of a figure of atlases, read from text and numbers and checked before anything is drawn."""
 
 import dataclasses
 from collections.abc import Collection, Sequence
@@ -12,29 +12,29 @@ from sweep.model.quantity import DECISION, Quantity
 from sweep.request.suggestions import suggestion
 from sweep.request.values import read_number, read_value
 
-#: How the axis of a rate is drawn: the rate, its square, the rate in units of sqrt(g/R), or times the radius.
+#: What the axis of a rate shows: the rate, its square, the rate in units of sqrt(g/R), or the rate times the radius.
 RATES = LINEAR, SQUARED, SCALED, SPEED = ("linear", "squared", "scaled", "speed")
 
-#: Parts that a figure can leave out; a bare figure leaves out the first two.
+#: Parts that can be left out of a figure; ``bare`` leaves out the first two.
 PARTS = ("title", "caption", "legend", "strip", "bar")
 
-#: The word for levels that fit the values.
+#: The word for automatic levels of contour lines.
 AUTO = "auto"
 
-#: Dots per inch of a png by default.
+#: Default dots per inch of a png.
 DPI = 200
 
-#: Contour lines in a map: more would hide it.
+#: Largest number of contour lines in a map: more would hide it.
 _MOST_LEVELS = 12
 
-#: Ends [m] of what a figure can be wide and high, of its letters [points], and of its dots per inch.
+#: Least and largest width and height of a figure [m], font size [points], and dots per inch.
 _SIZES, _LETTERS, _DOTS = (0.02, 2.0), (4.0, 40.0), (10, 2400)
 
 _SHOWN = Quantity("shown", "", "1", "a number of an option", DECISION)
 
 _INCH = 0.0254
 
-#: Panels side by side; width [in] of a bar of colours with its numbers, in letters of 8 points.
+#: Largest number of panels in a row; width [in] of a colour bar with its numbers, in letters of 8 points.
 _MOST_IN_ROW, BAR = 3, 0.7
 
 
@@ -47,19 +47,19 @@ class Look:
     rate : {"linear", "squared", "scaled", "speed"}
         What the axis of a rate shows.
     quantity : str or None
-        The variable that gives maps their colour and profiles their height; None is the peak of the model.
-    contours : "auto", or what `sweep.request.values.read_value` reads, or None
-        Levels of contour lines of that quantity.
+        The variable that colours maps and gives profiles their height; None for the peak of the model.
+    contours : "auto", or anything that `sweep.request.values.read_value` reads, or None
+        Levels of the contour lines of that quantity.
     width, height : float or None
-        Of the figure [m]; None leaves it to the number of panels.
+        Width and height of the figure [m]; None lets them follow from the number of panels.
     font_size : float
-        Size of the words [points].
+        Font size [points].
     dpi : int or None
-        Dots per inch of a png, and of the colours in a pdf or svg; None is 200.
+        Dots per inch of a png, and of the coloured cells in a pdf or svg; None for 200.
     family : bool
-        Whether atlases of more than two axes are drawn as one family of boundary curves, not as a map each.
+        Whether atlases of more than two axes are drawn as one family of boundary curves instead of one map each.
     without : frozenset of str
-        Those of `PARTS` that are left out. Without the caption the words of a legend are short.
+        The `PARTS` that are left out. Without the caption, the labels of a legend are short.
     """
 
     rate: str = LINEAR
@@ -87,29 +87,29 @@ class Look:
         bare: bool = False,
         without: str | Sequence[str] | None = None,
     ) -> Self:
-        """Return the look that words or numbers ask for; what is None has its default.
+        """Return the look that text or numbers ask for; None stands for a default.
 
         Parameters
         ----------
         width, height : str or float
-            With a unit, as in ``86mm``; a bare number is in m.
+            A length with a unit, as in ``86mm``; a bare number is in m.
 
         Raises
         ------
         RequestError
-            If one of them is not possible.
+            If a value is invalid.
         """
         if rate is not None and rate not in RATES:
             raise RequestError(
-                f"The axis of a rate is {', '.join(RATES[:-1])} or {RATES[-1]}; got {shown(rate)}.",
-                suggestion(rate, RATES) or "Write scaled for the rate in units of sqrt(g/R), for instance.",
+                f"rate must be {', '.join(RATES[:-1])} or {RATES[-1]}; got {shown(rate)}.",
+                suggestion(rate, RATES) or "For instance, write scaled for the rate in units of sqrt(g/R).",
                 "rate",
             )
         if family and (quantity is not None or contours is not None):
             raise RequestError(
-                "A family of boundary curves has no colours of a quantity and no contour lines; got family with "
+                "A family of boundary curves shows neither a quantity nor contour lines; got family with "
                 f"{'quantity' if quantity is not None else 'contours'}.",
-                "Leave one of them out.",
+                "Leave out one of them.",
                 "family",
             )
         return cls(
@@ -125,12 +125,12 @@ class Look:
         )
 
     def levels(self, quantity: Quantity) -> tuple[float, ...]:
-        """Return the levels of the contour lines in the unit of the quantity's label, increasing; none for ``auto``.
+        """Return the levels of the contour lines in the unit of the quantity's label, increasing; empty for ``auto``.
 
         Raises
         ------
         RequestError
-            If they are no numbers with a unit that fits, or too many.
+            If they are not numbers with a fitting unit, or too many.
         """
         if self.contours is None or (isinstance(self.contours, str) and self.contours == AUTO):
             return ()
@@ -143,7 +143,7 @@ class Look:
         levels = sorted({each * quantity.plot_scale for each in numbers})
         if not 1 <= len(levels) <= _MOST_LEVELS:
             raise RequestError(
-                f"A map has 1 to {_MOST_LEVELS} contour lines; got {len(levels)}.",
+                f"A map can have 1 to {_MOST_LEVELS} contour lines; got {len(levels)}.",
                 f"Give fewer levels, or {AUTO}.",
                 "contours",
             )
@@ -151,7 +151,7 @@ class Look:
 
 
 def _parts(raw: object) -> frozenset[str]:
-    """Return the parts that a figure is drawn without, from a list or words with commas."""
+    """Return the parts to leave out, from a list or a text with commas."""
     if isinstance(raw, str):
         raw = raw.split(",")
     elif not isinstance(raw, Collection):
@@ -161,7 +161,7 @@ def _parts(raw: object) -> frozenset[str]:
         if each not in PARTS:
             raise RequestError(
                 f"A figure can be drawn without {', '.join(PARTS[:-1])} or {PARTS[-1]}; got {shown(each)}.",
-                suggestion(each, PARTS) or "Write strip,bar, for instance.",
+                suggestion(each, PARTS) or "For instance, write strip,bar.",
                 "without",
             )
     return frozenset(named)
@@ -174,7 +174,7 @@ def _length(name: str, raw: object) -> float | None:
     low, high = _SIZES
     if not low <= found <= high:
         raise RequestError(
-            f"The {name} of a figure is from {low * 1000:g} mm to {high:g} m; got {shown(raw)}.",
+            f"The {name} of a figure must be from {low * 1000:g} mm to {high:g} m; got {shown(raw)}.",
             "Write 86mm; a bare number is in m.",
             name,
         )
@@ -184,18 +184,18 @@ def _length(name: str, raw: object) -> float | None:
 def _within(name: str, raw: object, low: float, high: float, unit: str) -> float:
     found = read_number(raw, dataclasses.replace(_SHOWN, name=name)) if isinstance(raw, str) else raw
     real = isinstance(found, int | float | np.integer | np.floating) and not isinstance(found, bool)
-    # written so that NaN is refused
+    # refuses NaN too
     if not real or not low <= found <= high:  # type: ignore[operator]
         raise RequestError(
-            f"The {name.replace('_', ' ')} of a figure is a number from {low:g} to {high:g} {unit}; got {shown(raw)}.",
-            "Write 8 for the size of a caption." if unit == "points" else "Write 300 for a print.",
+            f"The {name.replace('_', ' ')} of a figure must be from {low:g} to {high:g} {unit}; got {shown(raw)}.",
+            "Write 8 for the size of a journal's captions." if unit == "points" else "Write 300 for a print.",
             name,
         )
     return float(found)  # type: ignore[arg-type]
 
 
 def check_friction(friction: object) -> None:
-    """Refuse what is no friction coefficient.
+    """Raise an error unless the value is a friction coefficient or None.
 
     Raises
     ------
@@ -213,7 +213,7 @@ def check_friction(friction: object) -> None:
 def _dots(raw: object) -> int:
     found = _within("dpi", raw, *_DOTS, "dots per inch")
     if found != int(found):
-        raise RequestError(f"The dots per inch are a whole number; got {shown(raw)}.", "Write 300.", "dpi")
+        raise RequestError(f"dpi must be a whole number; got {shown(raw)}.", "Write 300.", "dpi")
     return int(found)
 
 
@@ -223,7 +223,7 @@ def inches(length: float | None) -> float | None:
 
 
 def columns_of(count: int, look: Look, width: float, least: float) -> int:
-    """Return how many of `count` panels, of a width and at least so wide [in], stand side by side."""
+    """Return how many of `count` panels fit side by side, given their width and least width [in]."""
     most = min(count, _MOST_IN_ROW)
     if look.width is None:
         return most
@@ -232,7 +232,7 @@ def columns_of(count: int, look: Look, width: float, least: float) -> int:
 
 
 def size_of(columns: int, look: Look, width: float) -> tuple[float, float]:
-    """Return width and height [in] of a figure; its height changes when it is laid out, if it was not given."""
+    """Return width and height [in] of a figure. Unless the height is given, the layout changes it later."""
     scale = look.font_size / 8.0
     wide = inches(look.width) or (columns * width + BAR) * scale
     return wide, inches(look.height) or wide

@@ -1,4 +1,4 @@
-"""Figures of an atlas of more than two axes: a map for each value of the further ones, or a family of curves."""
+"""Figures of an atlas of more than two axes: one map for each value of the further axes, or a family of curves."""
 
 import itertools
 import math
@@ -41,20 +41,20 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: Maps of a figure, and curves of a family, that can be told apart.
+#: Largest number of maps in a figure, and of distinguishable curves in a family.
 _MOST_MAPS, _MOST_CURVES = 12, 8
 
-#: Width of one of several maps, and its least one; those of a family [in].
+#: Width and least width of a panel [in]: for small multiples, and for a family of curves.
 _WIDTHS, _FAMILY = (2.4, 1.2), (4.2, 4.2)
 
-#: Markers and part of viridis for the curves of a family: they differ in shape, hue and lightness.
+#: Markers, and the part of viridis, for the curves of a family: they differ in shape, hue and lightness.
 _MARKERS, _PART = "os^Dv<>p", 0.85
 
 
 def figure(
     datasets: Sequence["xr.Dataset"], friction: float | None, look: Look, axes: "Axes | None"
 ) -> Figure:
-    """Draw one atlas of more than two axes, or several with boundaries as families; see `sweep.figures.plots.figure`.
+    """Draw one atlas of more than two axes, or boundaries as families of curves; see `sweep.figures.plots.figure`.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def figure(
     if len(datasets) > 1:
         raise RequestError(
             f"An atlas of more than two axes, or a family of curves, fills a figure; got {len(datasets)} atlases.",
-            "Draw each into a figure of its own.",
+            "Draw each atlas in its own figure.",
         )
     dataset = datasets[0]
     if look.rate == SPEED:
@@ -73,21 +73,21 @@ def figure(
     if look.family:
         if friction is not None:
             raise RequestError(
-                "A family of boundary curves has no cells to hatch; got friction.", "Leave it out."
+                "A family of boundary curves has no cells to hatch; got friction.", "Leave out friction."
             )
         return _family(dataset, look, axes)
     further = _further(dataset)
     if axes is not None:
         raise RequestError(
-            f"Axes hold one map; this atlas has {len(drawn_dims(dataset))} axes: {', '.join(drawn_dims(dataset))}.",
+            f"ax can show one map; this atlas has {len(drawn_dims(dataset))} axes: {', '.join(drawn_dims(dataset))}.",
             f"{_selection(dataset, further)}, or draw the family of its boundaries (family=True).",
             "ax",
         )
     count = math.prod(dataset.sizes[name] for name in further)
     if count > _MOST_MAPS:
         raise RequestError(
-            f"An atlas of more than two axes is drawn as a map for each value of {' and '.join(further)}: these are "
-            f"{' x '.join(str(dataset.sizes[name]) for name in further)} = {count} maps, and a figure has at most "
+            f"An atlas of more than two axes is drawn as one map for each value of {' and '.join(further)}. That is "
+            f"{' x '.join(str(dataset.sizes[name]) for name in further)} = {count} maps, and a figure can have at most "
             f"{_MOST_MAPS}.",
             f"{_selection(dataset, further)}.",
         )
@@ -106,7 +106,7 @@ def _multiples(dataset: "xr.Dataset", further: Sequence[str], friction: float | 
     count = len(panels)
     columns = dataset.sizes[further[-1]] if len(further) > 1 else 2 if count == 4 else 3
     columns = min(columns, columns_of(count, look, *_WIDTHS)) if columns > 1 else 1
-    # panels that are too narrow for their words go into another row
+    # move panels that are too narrow for their labels to another row
     for fewer in range(columns, 1, -1):
         try:
             drawn = _maps(dataset, panels, titles, fewer, look)
@@ -122,15 +122,15 @@ def _multiples(dataset: "xr.Dataset", further: Sequence[str], friction: float | 
 def _maps(
     dataset: "xr.Dataset", panels: Sequence[Panel], titles: Sequence[str], columns: int, look: Look
 ) -> Figure:
-    """Draw maps, so many side by side; refused if they have no room."""
+    """Draw maps, `columns` in a row; raise an error if there is no room for them."""
     colouring = colours_of(panels, look)
-    # scaled rates of disks of unlike radius have unlike ends
+    # scaled rates of disks with different radii have different ranges
     same = len({each.y.ends for each in panels if each.y}) == 1
 
     def block(axes: "Axes", i: int) -> Block:
         each = panels[i]
         draw_map(axes, each, colouring, second=False)
-        # a row above an incomplete one has its numbers below all of its panels
+        # a row above an incomplete one has numbers below all of its panels
         _hide_inner(axes, i % columns == 0 or not same, (i // columns + 2) * columns > len(panels))
         return Block(axes, each, titles[i], regions=each.regions(), is_mathematics=True)
 
@@ -145,17 +145,17 @@ def _caption(dataset: "xr.Dataset", panels: Sequence[Panel]) -> tuple[str, ...]:
 
 
 def _values_text(part: "xr.Dataset", further: Sequence[str]) -> str:
-    """Return the values of the further axes in a part of an atlas."""
+    """Return the values of the further axes in a part of an atlas, as text."""
     return ", ".join(value_text(drawn_spec(part), name) for name in further)
 
 
 def _check_page(drawn: Figure, look: Look, count: int) -> None:
-    """Refuse a figure that is higher than a page because it was asked to be narrow."""
+    """Raise an error if a narrow width makes the figure higher than a page."""
     wide, high = (25.4 * side for side in drawn.get_size_inches())
     if look.width is None or look.height is not None or high <= 25.4 * PAGE:
         return
     raise RequestError(
-        f"{count} maps in a width of {wide:.0f} mm would be {high:.0f} mm high, and a page has {25.4 * PAGE:.0f} mm.",
+        f"{count} maps in a width of {wide:.0f} mm need a height of {high:.0f} mm; a page has {25.4 * PAGE:.0f} mm.",
         "Give a larger width, as in 180mm, a height, or draw fewer values of an axis.",
         "width",
     )
@@ -168,14 +168,14 @@ def _family(dataset: "xr.Dataset", look: Look, axes: "Axes | None") -> Figure:
             "A family of boundary curves needs an atlas with a boundary and at least three axes; this one has "
             f"{'the axes ' if drawn_dims(dataset) else 'no axes'}{', '.join(drawn_dims(dataset))}"
             f"{'' if control else ', and no boundary'}.",
-            "Leave the family out.",
+            "Leave out family.",
             "family",
         )
     count = math.prod(dataset.sizes[name] for name in further)
     if count > _MOST_CURVES:
         raise RequestError(
-            f"A family has a curve for each value of {' and '.join(further)}: these are {count} curves, and at most "
-            f"{_MOST_CURVES} can be told apart.",
+            f"A family has one curve for each value of {' and '.join(further)}. That is {count} curves; at most "
+            f"{_MOST_CURVES} are distinguishable.",
             f"{_selection(dataset, further)}.",
             "family",
         )
@@ -191,7 +191,7 @@ def _family(dataset: "xr.Dataset", look: Look, axes: "Axes | None") -> Figure:
 
 
 def _draw_family(axes: "Axes", panels: Sequence[Panel], names: Sequence[str]) -> None:
-    """Draw the boundaries of several maps into one, each in its colour and with its marker."""
+    """Draw the boundaries of several maps in one panel, each with its own colour and marker."""
     first = panels[0]
     assert first.y is not None
     colours = colormaps["viridis"](np.linspace(0.0, _PART, len(panels)))
@@ -221,7 +221,7 @@ def _draw_family(axes: "Axes", panels: Sequence[Panel], names: Sequence[str]) ->
 
 
 def _sides(panels: Sequence[Panel]) -> str:
-    """Return on which side of the curves the motion is stable."""
+    """Return on which side of the curves the motion is stable, as text."""
     found = {edge.name for each in panels for edge in each.edges if edge.measured.size}
     if found == {"upper", "lower"}:
         return "unstable between the upper and the lower edge of each curve, stable outside"
@@ -232,7 +232,7 @@ def _sides(panels: Sequence[Panel]) -> str:
 
 
 def _plain(each: Panel, dataset: "xr.Dataset") -> Panel:
-    """Return a panel as one of several: the formula of the line is that of all of them, and its ends have no names."""
+    """Return a panel for one of several: with the formula of the line that all share, and without names of its ends."""
     spec, control = spec_named(dataset), _control(dataset)
     line = "theory"
     if control is not None and each.y is not None:
@@ -247,7 +247,7 @@ def _control(dataset: "xr.Dataset") -> str | None:
 
 
 def _further(dataset: "xr.Dataset") -> list[str]:
-    """Return the axes of an atlas that are neither the y nor the x axis of its maps."""
+    """Return the axes of an atlas that are neither the x nor the y axis of its maps."""
     dims, control = drawn_dims(dataset), _control(dataset)
     y = control or next(iter(dims), "")
     rest = [name for name in dims if name != y]
@@ -257,9 +257,9 @@ def _further(dataset: "xr.Dataset") -> list[str]:
 
 
 def _selection(dataset: "xr.Dataset", further: Sequence[str]) -> str:
-    """Return how to draw fewer maps or curves."""
+    """Return a hint how to draw fewer maps or curves."""
     values = [f"{name}={dataset[name].values[0]:.6g}" for name in further]
-    return f"Take a part of the atlas, as in {' '.join(values)}, one value or several"
+    return f"Take a part of the atlas, with one value or several, as in {' '.join(values)}"
 
 
 def _hide_inner(axes: "Axes", is_first: bool, is_last: bool) -> None:
@@ -272,7 +272,7 @@ def _hide_inner(axes: "Axes", is_first: bool, is_last: bool) -> None:
 
 
 def _parts(dataset: "xr.Dataset", further: Sequence[str]) -> Iterator[tuple[dict[str, int], Any]]:
-    """Yield the places along the further axes, and the part of the atlas there."""
+    """Yield the indices along the further axes, and the part of the atlas there."""
     require(dataset, ("stability",))
     for places in itertools.product(*(range(dataset.sizes[name]) for name in further)):
         place = dict(zip(further, places, strict=True))

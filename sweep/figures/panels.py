@@ -1,4 +1,4 @@
-"""The contents of a panel: the arrays, labels and words that are drawn of an atlas."""
+"""The contents of a panel: the arrays and texts that are drawn of an atlas."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ from sweep.request.spec import SweepSpec
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Points on a line of theory: a curve looks smooth on any grid.
+#: Number of points on a line of theory, enough for a smooth curve on any grid.
 _FINE = 400
 
 #: First value of the coordinate on lines that end at zero, where their motions do not exist.
@@ -36,7 +36,7 @@ _NEAR_ZERO = 1e-6
 #: Name of a region in which the verdict changes from cell to cell.
 MIXED = "mixed"
 
-#: Columns with a boundary for which a strip of its own is worth its place.
+#: Least number of columns with a boundary for which a strip is worth its space.
 _LEAST_COMPARED = 3
 
 
@@ -44,9 +44,9 @@ _LEAST_COMPARED = 3
 class Edge:
     """One edge of the unstable band: measured, with its bracket, and both lines of theory.
 
-    `x`, `measured` and `error`, shape (2, n), have a value for every column that has an edge; `fine_x`, `critical` and
-    `predicted` one for every point of a smooth line, or a single one where the rate is the only axis. The ratios are
-    those of what the axis shows to its analytic critical value.
+    `x`, `measured` and `error`, shape (2, n), have one value for every column that has an edge. `fine_x`, `critical`
+    and `predicted` have one value for every point of a smooth line, or a single value where the rate is the only axis.
+    The ratios divide the values shown on the axis by the analytic critical value shown there.
     """
 
     name: str
@@ -63,14 +63,14 @@ class Edge:
 
 @dataclass(frozen=True)
 class Panel:
-    """All that is drawn of one atlas.
+    """Everything that is drawn of one atlas.
 
-    `shade` is what gives it colours; its values, `stability` and `no_result` have the shape (rows of y, columns of x),
-    or (columns of x) where `y` is None. `line` is the analytic line as a formula in mathtext, `line_name` what is
-    written beside it, `lost` names the endings behind `no_result`. `joined` names the two ends of the line where both
-    edges are one curve (`Model.joined_edges`). `method` is how the cells were computed. `marked` are the cells that
-    were asked to be hatched; `marking` says why. `predicted` is what the predicted line is called. `peak` is the
-    variable that the model colours maps by. `caption` has a text for each line.
+    `shade` gives the panel its colours; its values, `stability` and `no_result` have the shape (rows of y, columns of
+    x), or (columns of x) where `y` is None. `line` is the analytic line as a formula in mathtext, `line_name` the text
+    next to it, `lost` names the endings behind `no_result`. `joined` names the two ends of the line where both edges
+    are one curve (`Model.joined_edges`). `method` says how the cells were computed. `marked` are the cells to hatch,
+    and `marking` is their label. `predicted` is the label of the predicted line. `peak` is the variable by which the
+    model colours maps. `caption` has one text per line.
     """
 
     title: str
@@ -93,17 +93,17 @@ class Panel:
 
     @property
     def undecided(self) -> Truths:
-        """Cells that have a result but no verdict."""
+        """Cells with a result but without a verdict."""
         return np.asarray((self.stability == UNDECIDED) & ~self.no_result)
 
     @property
     def has_ratio(self) -> bool:
-        """Whether a map has a measured boundary, in several columns, and an analytic line to compare it with."""
+        """Whether the map has a boundary measured in several columns and an analytic line to compare it with."""
         compared = sum(int(np.isfinite(edge.ratio).sum()) for edge in self.edges)
         return self.y is not None and compared >= _LEAST_COMPARED
 
     def regions(self) -> list[tuple[str, Truths]]:
-        """Return names and cells of the regions of a map: of its verdicts, or of the flags that give it colours."""
+        """Return names and cells of the regions of a map: of its verdicts, or of the flags that colour it."""
         if named := self.shade.regions():
             return named
         verdicts = (*self.verdicts(), ("undecided", self.undecided))
@@ -113,17 +113,17 @@ class Panel:
 
     @property
     def has_line(self) -> bool:
-        """Whether a map has a measured boundary and an analytic line."""
+        """Whether the map has a measured boundary and an analytic line."""
         return any(edge.measured.size and np.isfinite(edge.critical).any() for edge in self.edges)
 
     @property
     def mixed(self) -> Truths:
-        """Cells of a map among which stable and unstable ones alternate."""
+        """Cells of the map where stable and unstable cells alternate."""
         return np.asarray(self.borders.mixed & ~self.no_result)
 
     @cached_property
     def borders(self) -> Borders:
-        """Borders between the stable and the unstable cells of a map."""
+        """Borders between the stable and the unstable cells of the map."""
         return find_borders(np.where(self.no_result, UNDECIDED, self.stability))
 
     def verdicts(self) -> tuple[tuple[str, Truths], ...]:
@@ -135,16 +135,16 @@ class Panel:
 
 
 def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Look | None = None) -> Panel:
-    """Return what is drawn of an atlas.
+    """Return the contents of the panel of an atlas.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        An atlas, or a selection from one; axes of a single value are left out.
+        An atlas, or a selection from one; axes with a single value are ignored.
     marked : xarray.DataArray of bool, optional
-        Cells to be hatched, on the dimensions of the atlas; its name says what they are.
+        Cells to hatch, on the dimensions of the atlas; its name is their label.
     look : Look, optional
-        Which quantity is drawn, and how rates are.
+        Which quantity is drawn, and how rates are drawn.
 
     Returns
     -------
@@ -153,7 +153,7 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Loo
     Raises
     ------
     RequestError
-        If the atlas has no axis or more than two, or what `look` asks for cannot be drawn of it.
+        If the atlas has no axis or more than two, or cannot be drawn as `look` asks.
     """
     look = look or Look()
     spec = drawn_spec(dataset)
@@ -184,7 +184,7 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Loo
     lost = [each for each in model.endings if each.role in (MISSING, FAILED) and np.any(ending == each.code)]
     up, across = (y, x) if y else (x, None)
     edges = tuple(_edges(dataset, spec, control, up, across)) if control else ()
-    # of one branch of steady motions there is one edge alone, or no line of theory
+    # a single branch of steady motions has only one edge, or no line of theory
     has_both = len(edges) > 1 and all(np.isfinite(each.critical).any() for each in edges)
     is_one_curve = has_both and over_coordinate and x.ends[0] == 0.0 and up.values[0] >= 0.0
     line, line_name = _line(spec, control, up, edges) if control else ("theory", "")
@@ -193,7 +193,7 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Loo
     return Panel(
         title=spec.headline.partition(":")[0],
         caption=(
-            # of a map of labels on which nothing is unstable it would say nothing
+            # on a map of flags without unstable cells, this line would say nothing
             ""
             if drawn.codes and not np.any(stability == UNSTABLE)
             else f"unstable: {spec.criterion.caption(model)}",
@@ -219,26 +219,26 @@ def panel(dataset: "xr.Dataset", marked: "xr.DataArray | None" = None, look: Loo
 
 
 def map_panel(dataset: "xr.Dataset", look: Look | None, option: str) -> Panel:
-    """Return the panel of a map that shows no verdicts, called like its option: without the lines of the verdict.
+    """Return the panel of a map that shows no verdicts and is named like its option, without the lines of the verdict.
 
     Raises
     ------
     RequestError
-        If the atlas has not two axes.
+        If the atlas does not have two axes.
     """
     drawn = panel(dataset, look=look)
     if drawn.y is None:
         raise RequestError(
-            f"A map of {option} has two axes; this atlas has one, {drawn.x.quantity.name}.",
+            f"A map of {option} needs two axes; this atlas has one, {drawn.x.quantity.name}.",
             hint=f"Give another axis, or draw it without --{option}.",
         )
     return replace(drawn, edges=(), joined=None)
 
 
 def _row_notes(dataset: "xr.Dataset", control: str, across: str) -> list[str]:
-    """Return where there is no boundary along a control, and why; once if both edges are missing for the same reasons.
+    """Return where the boundary along a control is missing, and why.
 
-    `across` is the parameter to whose values the rows belong.
+    `across` is the parameter whose values the rows belong to. If both edges have the same notes, they occur only once.
     """
     found = {
         edge: edge_status(dataset, control, edge) for edge in EDGES if edge_names(control, edge)[0] in dataset
@@ -250,9 +250,9 @@ def _row_notes(dataset: "xr.Dataset", control: str, across: str) -> list[str]:
 
 
 def formula(spec: SweepSpec, control: str, squared: bool) -> tuple[str, str]:
-    """Return both sides of the equation of the analytic line, in mathtext without dollars; empty if there is none.
+    """Return both sides of the equation of the analytic line, in mathtext without dollars; empty if there is no line.
 
-    It is that of the rate, or of its square, which holds for negative rates too.
+    The equation is for the rate, or for its square, which is valid for negative rates too.
     """
     label = spec.model.line_label(spec, control)
     if "=" in label:
@@ -267,7 +267,7 @@ def formula(spec: SweepSpec, control: str, squared: bool) -> tuple[str, str]:
 
 
 def shown_formula(spec: SweepSpec, control: str, up: Scale) -> tuple[str, str]:
-    """Return both sides of the equation of the analytic line, for what an axis shows of its rate."""
+    """Return both sides of the equation of the analytic line, for the form of the rate on an axis."""
     left, right = formula(spec, control, is_squared(up))
     if up.speed is None or is_squared(up) or "=" in spec.model.line_label(spec, control) or not left:
         return left, right
@@ -276,12 +276,12 @@ def shown_formula(spec: SweepSpec, control: str, up: Scale) -> tuple[str, str]:
 
 
 def speed_of(spec: SweepSpec, axis: str) -> Speed:
-    """Return what a rate is as a speed.
+    """Return the speed that belongs to a rate.
 
     Raises
     ------
     RequestError
-        If the model has no speed for this rate, or the cells differ in what it is multiplied by.
+        If the model has no speed for this rate, or its factor differs between the cells.
     """
     model = spec.model
     found = next(
@@ -290,15 +290,15 @@ def speed_of(spec: SweepSpec, axis: str) -> Speed:
     if found is None:
         known = [each.parameter for each in model.substitutes.values() if each.units == "m s-1"]
         raise RequestError(
-            f"Only {' and '.join(known) or 'a rate of another model'} can be drawn as a speed, that of the contact "
-            f"point; an axis here is {axis}.",
+            f"Only {' and '.join(known) or 'a rate of another model'} can be drawn as a speed (of the contact "
+            f"point); got the axis {axis}.",
             f"Draw the rate as it is ({LINEAR}), or {SCALED}.",
             f"rate={SPEED}",
         )
     values = {name: getattr(spec, name) for name in found.needs}
     if varying := [name for name, value in values.items() if not isinstance(value, float)]:
         raise RequestError(
-            f"A speed is drawn for cells of one {' and one '.join(found.needs)}; here {' and '.join(varying)} varies.",
+            f"A speed needs cells with one {' and one '.join(found.needs)}; here {' and '.join(varying)} varies.",
             f"Draw one value of {' and of '.join(varying)}, or the rate as it is ({LINEAR}), or {SCALED}.",
             f"rate={SPEED}",
         )
@@ -307,12 +307,12 @@ def speed_of(spec: SweepSpec, axis: str) -> Speed:
 
 
 def is_squared(up: Scale) -> bool:
-    """Return whether the line is that of a square: it lies at both roots where rates are negative."""
+    """Return whether the formula is for the square, so that the line is at both roots where rates are negative."""
     return up.rate == SQUARED or bool(up.values[0] < 0.0)
 
 
 def _line(spec: SweepSpec, control: str, up: Scale, edges: Sequence[Edge]) -> tuple[str, str]:
-    """Return the analytic line for the legend, and what is written beside it where it is level, in mathtext."""
+    """Return the analytic line for the legend, and the text next to it where it is level, in mathtext."""
     left, right = shown_formula(spec, control, up)
     if not left:
         return "theory", ""
@@ -322,19 +322,22 @@ def _line(spec: SweepSpec, control: str, up: Scale, edges: Sequence[Edge]) -> tu
         return equation, equation
     number, scaled = f"{known[0]:.4g}", up.rate == SCALED and up.unit is not None
     unit = rf"$\sqrt{{{up.unit[1]}}}$" if scaled and up.unit else up.units
-    # number and unit are not broken at the end of a line
+    # keep number and unit on one line
     valued = f"=\u00a0{number} {unit}".rstrip().replace(" ", "\u00a0")
     return f"{equation} {valued}", number if scaled else f"${right}$"
 
 
 def file_names(datasets: "Sequence[xr.Dataset]") -> list[str]:
-    """Return the names of the files that atlases were read from, empty where there is none, or where all are one."""
+    """Return the names of the files of atlases, empty for an atlas without a file.
+
+    All are empty if the names do not differ.
+    """
     names = [Path(str(each.encoding.get("source", ""))).name for each in datasets]
     return names if len(set(names)) > 1 else [""] * len(names)
 
 
 def drawn_dims(dataset: "xr.Dataset") -> list[str]:
-    """Return the dimensions of the cells along which there is more than one."""
+    """Return the dimensions of the cells that have more than one value."""
     ending = dataset["ending"]
     return [str(name) for name, count in zip(ending.dims, ending.shape, strict=True) if count > 1]
 
@@ -350,12 +353,12 @@ def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
     dims = drawn_dims(dataset)
     if len(dims) > 2:
         raise RequestError(
-            f"A figure shows an atlas of one axis or two; this one has {len(dims)}: {', '.join(dims)}.",
+            f"A figure needs an atlas of one or two axes; this one has {len(dims)}: {', '.join(dims)}.",
             hint=f"Take one value of {' and of '.join(dims[2:])}, as in {dims[-1]}={dataset[dims[-1]].values[0]:.6g}.",
         )
     if not dims:
         raise RequestError(
-            "A figure shows an atlas of one axis or two; this one is a single cell.",
+            "A figure needs an atlas of one or two axes; this one is a single cell.",
             hint="Give a parameter a range, start:stop:count.",
         )
     spec = spec_named(dataset)
@@ -365,7 +368,7 @@ def drawn_spec(dataset: "xr.Dataset") -> SweepSpec:
 def _edges(
     dataset: "xr.Dataset", spec: SweepSpec, control: str, up: Scale, across: Scale | None
 ) -> list[Edge]:
-    """Return the edges of the unstable band along a control, which is the scale `up`."""
+    """Return the edges of the unstable band along a control, whose scale is `up`."""
     fine = _fine(dataset, across) if across else np.zeros(1)
     smooth = spec.replace(**{across.quantity.name: Values(tuple(fine))}) if across else spec
     lines = theory_lines(smooth, control)
@@ -404,9 +407,9 @@ def _edges(
 
 
 def _spread(low: Array, middle: Array, high: Array) -> Array:
-    """Return error bars, shape (2, n): squaring swaps the ends of a bracket where rates are negative."""
+    """Return error bars, shape (2, n); for negative rates, squaring swaps the ends of a bracket."""
     ends = np.sort([low, high], axis=0)
-    # infinite ends of a damaged file have no middle
+    # infinite ends in a damaged file have no middle
     with np.errstate(invalid="ignore", over="ignore"):
         return np.maximum([middle - ends[0], ends[1] - middle], 0.0)
 
@@ -420,15 +423,15 @@ def _fine(dataset: "xr.Dataset", across: Scale) -> Array:
 
 def fixed_parameters(spec: SweepSpec) -> str:
     """Return the parameters that are the same in every cell and not zero, in mathtext."""
-    # the system before its start: parameters of the start are zero by default
+    # the system first, then its start: parameters of the start are zero by default
     names = sorted(spec.fixed, key=lambda name: spec.model.parameters[name].default == 0.0)
     return ", ".join(value_text(spec, name) for name in names if getattr(spec, name) != 0.0)
 
 
 def value_text(spec: SweepSpec, name: str) -> str:
-    """Return a parameter that is the same in every cell with its value, in mathtext."""
+    """Return a parameter that is the same in every cell, with its value, in mathtext."""
     quantity = readable(spec.model.parameters[name], abs(getattr(spec, name)))
-    # what belongs together is not broken at the end of a line
+    # keep symbol, number and unit on one line
     unit = unit_of_label(quantity).replace(" ", "\u00a0")
     number = _in_mathtext(getattr(spec, name) * quantity.plot_scale)
     symbol = quantity.symbol or quantity.name.replace("_", r"\_").join((r"\mathrm{", "}"))
@@ -436,6 +439,6 @@ def value_text(spec: SweepSpec, name: str) -> str:
 
 
 def _in_mathtext(value: float) -> str:
-    """Return a number in mathtext, as a power of ten where that is shorter."""
+    """Return a number in mathtext, as a power of ten if that is shorter."""
     digits, _, power = number(value).partition("e")
     return rf"{digits}\times 10^{{{int(power)}}}" if power else digits

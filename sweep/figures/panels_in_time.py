@@ -1,4 +1,4 @@
-"""Small panels of one motion over time: their head, their axes, their ticks and legends, for all models."""
+"""Small panels of one motion over time: heading, axes, ticks and legends, for all models."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 MOTION: dict[str, Any] = {"color": "black", "linewidth": 1.1}
 
-#: Height of the two lines over a figure, and of each further one [in].
+#: Height of the two lines above a figure, and of each further line [in].
 _HEAD, _LINE = 0.42, 0.17
 
-#: Largest number of ticks of an axis of a small panel, and their distance over a power of ten.
+#: Largest number of ticks on an axis of a small panel, and their spacings divided by a power of ten.
 _TICKS, _STEPS = 5, (1.0, 2.0, 5.0, 10.0)
 
-#: Behind a time of which the motion is not to be believed.
+#: Colour of times at which the motion is unreliable.
 SHADE = "#f3e3da"
 
 
@@ -42,7 +42,7 @@ def write_head(drawn: Figure, title: str, words: str) -> None:
 
 
 def thin_panels(panels: "Sequence[Axes]") -> None:
-    """Keep numbers that do not touch, in the sizes that the layout gives the panels."""
+    """Remove numbers on axes that touch, at the sizes that the layout gives the panels."""
     for axes in panels:
         figure = axes.get_figure(root=True)
         assert figure is not None
@@ -51,23 +51,23 @@ def thin_panels(panels: "Sequence[Axes]") -> None:
 
 
 def widened(times: Array) -> tuple[float, float]:
-    """Return the ends of an axis of these times, with a margin."""
+    """Return the ends of an axis for these times, with a margin."""
     margin = 0.03 * float(times[-1] - times[0])
     return float(times[0]) - margin, float(times[-1]) + margin
 
 
 def label_times(axes: "Axes", dataset: "xr.Dataset", ylabel: str) -> None:
-    """Name the axes of a panel over time: all of a motion have the same time axis."""
+    """Label the axes of a panel over time; all panels of a motion have the same time axis."""
     axes.set_xlim(*widened(dataset[TIME.name].values))
     label_axes(axes, TIME.plot_label, ylabel)
 
 
 def label_axes(axes: "Axes", xlabel: str, ylabel: str) -> None:
-    """Name linear axes, and put the legend above them, if there is one."""
+    """Label linear axes, and put the legend above them if there is one."""
     axes.set(xlabel=xlabel, ylabel=ylabel)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MaxNLocator(_TICKS, steps=_STEPS))
-    # small numbers with an exponent beside the axis: their digits have no room below it
+    # shows small numbers with an exponent at the end of the axis: there is no room for all their digits
     axes.ticklabel_format(axis="x", scilimits=(-3, 5))
     if axes.get_legend_handles_labels()[1]:
         legend_above(axes)

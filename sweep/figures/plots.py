@@ -1,6 +1,6 @@
 """Figures of atlases: stability maps with the measured boundary, the analytic line and the predicted one.
 
-The same atlases give the same bytes of the file: it holds neither a time nor a random name.
+The same atlases give the same bytes: the file contains neither a time nor a random name.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -28,14 +28,15 @@ from sweep.motion.sampling import check_motion, kind_of
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Width of a panel [in] in letters of 8 points, with labels; a journal's column is 3.4 wide. Below the least one,
-#: panels of a figure of given width go into another row; below `_SECOND` there is no room for a second axis.
+#: Width of a panel with its labels, and its least width [in], in letters of 8 points; a journal's column is 3.4 wide.
+#: In a figure of given width, panels that would be narrower move to another row. Below `_SECOND` there is no room for a
+#: second axis.
 _WIDTHS, _SECOND = (3.6, 2.2), 2.6
 
-#: Dots of a figure at most: a png of them takes 400 MB of memory.
+#: Largest number of dots of a figure, and of dots along a side: a png of this size takes 400 MB of memory.
 _MOST_DOTS, _MOST_SIDE = 10**8, 2**16 - 1
 
-#: Format -> the metadata that would record the date and the program, each set to None to leave it out.
+#: Format -> the metadata that would record the date and the program; None omits an entry.
 _METADATA: Mapping[str, Mapping[str, None]] = {
     "png": {"Software": None},
     "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
@@ -54,36 +55,37 @@ def figure(
     Parameters
     ----------
     datasets : sequence of Atlas
-        Atlases of one axis or two, or selections from atlases, one panel each; or one atlas of more axes, as small
-        multiples or as a family of boundary curves. Friction and `axes` need them as xarray.Dataset.
+        Atlases of one or two axes, or selections from atlases, one panel each; or one atlas of more axes, drawn as
+        small multiples or as a family of boundary curves. `friction` and `axes` need xarray.Dataset objects.
     friction : float, optional
-        Friction coefficient: cells where the disk would need more, or would lift off, are hatched.
+        Friction coefficient: cells where the disk would need more friction, or would lift off, are hatched.
     look : Look, optional
         What is drawn, and how large.
     axes : matplotlib.axes.Axes, optional
-        Draw the map or the profile of one atlas into these, in the style of their figure, and a bar of colours beside.
+        Axes into which the map or the profile of one atlas is drawn, in the style of their figure, with a colour bar
+        next to them.
 
     Returns
     -------
     matplotlib.figure.Figure
-        That of `axes`; without, a new one on an Agg canvas, not registered with pyplot.
+        The figure of `axes`; without them, a new one on an Agg canvas, not registered with pyplot.
 
     Raises
     ------
     RequestError
-        If there is no atlas, or one of them has no axis, or cannot be drawn as `look` says, or has no contact forces to
-        hold `friction` against (made without ``contact=yes``).
+        If there are no atlases, or one has no axis, or cannot be drawn as `look` asks, or has no contact forces to
+        compare with `friction` (made without ``contact=yes``).
 
     Notes
     -----
-    Under a map, a strip shows the boundary over the analytic line.
+    Under a map, a strip shows the boundary divided by the analytic line.
     """
     look = look or Look()
     check_friction(friction)
     if axes is not None and not isinstance(axes, Axes):
         raise RequestError(
-            f"ax is an Axes of matplotlib, as from plt.subplots(); got {shown(axes)}.",
-            hint="Leave it out for a figure of its own.",
+            f"ax must be a matplotlib Axes, as from plt.subplots(); got {shown(axes)}.",
+            hint="Leave it out for a new figure.",
             where="ax",
         )
     _check_any(datasets)
@@ -91,7 +93,7 @@ def figure(
         require(dataset, (spec_named(dataset).model.peak,))
     if any(spec_named(dataset).is_list for dataset in datasets):
         if friction is not None:
-            _refuse_lists("friction hatches cells of a map")
+            _refuse_lists("friction hatches the cells of a map")
         return scatter.figure(datasets, look, axes)
     if axes is not None:
         _check_own(look)
@@ -129,21 +131,23 @@ def figure(
 
 def _check_any(datasets: Sequence["xr.Dataset"]) -> None:
     if not datasets:
-        raise RequestError("There is nothing to draw: a figure has a panel or more.", hint="Give an atlas.")
+        raise RequestError(
+            "There is nothing to draw: a figure needs at least one atlas.", hint="Give an atlas."
+        )
 
 
 def _check_own(look: Look) -> None:
     given = {"width": look.width, "height": look.height, "dpi": look.dpi}
     if names := [name for name, value in given.items() if value is not None]:
         raise RequestError(
-            f"Axes belong to a figure that has a size and dots already; got ax with {' and '.join(names)}.",
-            f"Leave {' and '.join(names)} out, or ax.",
+            f"The figure of ax already has a size and a resolution; got ax with {' and '.join(names)}.",
+            f"Leave out {' and '.join(names)}, or leave out ax.",
             "ax",
         )
 
 
 def save(drawn: Figure, path: str | Path, dpi: int | None = None) -> None:
-    """Write a figure; the file appears only when it is complete, and replaces one of the same name.
+    """Write a figure. The file appears only when it is complete, and replaces one of the same name.
 
     Parameters
     ----------
@@ -155,7 +159,7 @@ def save(drawn: Figure, path: str | Path, dpi: int | None = None) -> None:
     Raises
     ------
     RequestError
-        If the name's ending is none of png, pdf, svg, or the folder does not exist or cannot be written, or the figure
+        If the name does not end in png, pdf or svg, or the folder does not exist or is not writable, or the figure
         would have too many dots.
     """
     path, dpi = as_path(path, "rolling.png"), dpi or DPI
@@ -164,8 +168,8 @@ def save(drawn: Figure, path: str | Path, dpi: int | None = None) -> None:
     dots = [int(side * dpi) for side in drawn.get_size_inches()]
     if max(dots) > _MOST_SIDE or dots[0] * dots[1] > _MOST_DOTS:
         raise RequestError(
-            f"A figure has at most {_MOST_DOTS:.0e} dots, {_MOST_SIDE} along a side; got {dots[0]} x {dots[1]} with "
-            f"{dpi} per inch.",
+            f"A figure can have at most {_MOST_DOTS:.0e} dots, {_MOST_SIDE} along a side; got {dots[0]} x {dots[1]} "
+            f"with {dpi} per inch.",
             "Give a smaller width, height or dpi.",
             "dpi",
         )
@@ -174,12 +178,12 @@ def save(drawn: Figure, path: str | Path, dpi: int | None = None) -> None:
 
 
 def motion_figure(dataset: "xr.Dataset") -> Figure:
-    """Draw one motion in time, as its model does.
+    """Draw one motion over time with its model's function.
 
     Raises
     ------
     RequestError
-        If the dataset is no motion.
+        If the dataset is not a motion.
     """
     check_motion(dataset)
     drawn: Figure = _imported(kind_of(dataset).figure)(dataset)
@@ -187,17 +191,17 @@ def motion_figure(dataset: "xr.Dataset") -> Figure:
 
 
 def regimes(datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
-    """Draw the kinds of motion of atlases, as the model of each does."""
+    """Draw the kinds of motion of atlases with their model's function."""
     return _as_models_do("regimes", datasets, look)
 
 
 def losses(datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
-    """Draw how long the motions of atlases last and which loss took most, as the model of each does."""
+    """Draw how long the motions of atlases last and which loss took most, with their model's function."""
     return _as_models_do("losses", datasets, look)
 
 
 def _as_models_do(what: str, datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
-    """Draw maps by the functions that the models name in an attribute, called like the option."""
+    """Draw maps with the function that the model names in the attribute `what`, which is also the option's name."""
     _check_any(datasets)
     if any(spec_named(each).is_list for each in datasets):
         _refuse_lists(f"--{what} draws maps")
@@ -214,14 +218,14 @@ def _refuse_lists(what: str) -> NoReturn:
 
 
 def of_the_model(model: Model, name: str, option: str) -> Callable[..., Figure]:
-    """Return the function of a model that draws its ``trajectory`` or ``regimes``, or refuse the option by name."""
+    """Return the drawing function that a model names in an attribute, or raise an error that names the option."""
     if not getattr(model, name):
         raise RequestError(f"The model {model.name} has no {name} to draw.", hint=f"Leave {option} out.")
     return _imported(getattr(model, name))
 
 
 def _imported(place: str) -> Callable[..., Figure]:
-    """Return the function that a ``module:function`` names."""
+    """Return the function that ``module:function`` names."""
     module, _, function = place.partition(":")
     found: Callable[..., Figure] = getattr(import_module(module), function)
     return found

@@ -1,4 +1,4 @@
-"""Where words have room in a panel: found in its present size, clear of lines, markers and other words."""
+"""Free places for text in a panel, at its present size, clear of lines, markers and other text."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
@@ -16,31 +16,31 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.transforms import Bbox
 
-#: Side of the raster of points on which a place for a word is sought.
+#: Side of the raster of points on which places for text are sought.
 _RASTER = 120
 
-#: Distance [points] of a word from what it must not touch, and of a word from the line that it names.
+#: Distance [points] of a text from anything that it must not touch, and from the line that it names.
 _CLEAR, _BESIDE = 2.0, 3.0
 
-#: Parts of a region, those with most room, that have its name.
+#: Largest number of parts of a region that show its name: those with most room.
 _MOST_NAMES = 4
 
-#: Distances [points] between the end of a line and the word for it.
+#: Least and largest distance [points] between the end of a line and its name.
 _NEAR, _FAR = 12.0, 60.0
 
 HALO = [withStroke(linewidth=2.4, foreground="white")]
 
-#: Behind formulas, of which a halo would hide dots and bars: each sign is drawn with its own.
+#: Background of formulas: a halo, drawn for each glyph separately, would hide dots and bars.
 _BOX: dict[str, Any] = {"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
 
 
 class Room:
-    """A raster over an axes that has been laid out: the points that are covered, and where a word fits.
+    """A raster over laid-out axes: which points are covered, and where a text fits.
 
     Parameters
     ----------
     axes : Axes
-        In its final size.
+        Axes in their final size.
     """
 
     def __init__(self, axes: "Axes") -> None:
@@ -58,18 +58,18 @@ class Room:
                             self._cover(corners, 1.0)
 
     def put(self, word: Text, allowed: Truths, preference: Array, region: Truths | None = None) -> bool:
-        """Put a word where it covers nothing, or remove it where there is no such place; return whether there is.
+        """Put a text where it covers nothing, or remove it if there is no such place; return whether it fits.
 
         Parameters
         ----------
         word : Text
-            Drawn anywhere; its position becomes a point in the coordinates of the axes.
+            Drawn anywhere; gets a position in the coordinates of the axes.
         allowed : array of bool
-            The points of the raster on which its middle may lie.
+            The points of the raster on which the centre of the text may be.
         preference : array
-            Of those on which it can lie the point with the largest one is taken.
+            Of the possible points, the one with the largest value is taken.
         region : array of bool, optional
-            The points on which all of the word has to lie.
+            The points within which the whole text has to be.
         """
         good = allowed & self._places(word, region)
         if not good.any():
@@ -83,7 +83,7 @@ class Room:
         return True
 
     def _places(self, word: Text, region: Truths | None) -> Truths:
-        """Return the points on which the middle of a word can lie."""
+        """Return the points on which the centre of a text can be."""
         free = ~self.covered if region is None else ~self.covered & region
         box = box_of(word)
         reach = np.array([box.height, box.width]) / 2.0 + _CLEAR * self.dots
@@ -96,7 +96,7 @@ class Room:
         return np.pad(inner == 0, ((up, up), (across, across)))
 
     def cells(self, panel: Panel, cells: Truths) -> Truths:
-        """Return the points of the raster that lie on cells of a map."""
+        """Return the points of the raster that are on selected cells of a map."""
         assert panel.y is not None
         middles = (np.arange(_RASTER) + 0.5) / _RASTER
         across, up = np.meshgrid(middles, middles)
@@ -108,7 +108,7 @@ class Room:
         return np.asarray((cells[row, column] & inside).reshape(_RASTER, _RASTER))
 
     def steps(self) -> Array:
-        """Return width and height [dots] of a point of the raster."""
+        """Return width and height [dots] of a raster cell."""
         return np.array([self._box.width, self._box.height]) / _RASTER
 
     def middles(self) -> tuple[Array, Array]:
@@ -118,7 +118,7 @@ class Room:
         return across + self._box.x0, up + self._box.y0
 
     def _cover(self, corners: Any, width: float) -> None:
-        """Cover a line through points [dots], NaN where it is interrupted, and `width` [points] to either side."""
+        """Cover a line through points [dots], interrupted by NaN, and `width` [points] on either side."""
         corners = np.asarray(corners, float)
         if not len(corners):
             return
@@ -136,14 +136,14 @@ class Room:
 
 
 def box_of(word: Text) -> "Bbox":
-    """Return the box [dots] of a word, without the arrow of an annotation."""
-    # an annotation moves to its place only when it is asked for its box with the arrow
+    """Return the box [dots] of a text, without the arrow of an annotation."""
+    # an annotation updates its position only in its own method, which includes the arrow in the box
     word.get_window_extent()
     return Text.get_window_extent(word)
 
 
 def _width(line: Any) -> float:
-    """Return how far [points] a line or its markers reach to either side."""
+    """Return how far [points] a line or its markers extend to either side."""
     marker = line.get_markersize() / 2.0 if line.get_marker() not in {None, "", "None", "none"} else 0.0
     return float(max(marker, line.get_linewidth() / 2.0))
 
@@ -151,13 +151,13 @@ def _width(line: Any) -> float:
 def name_regions(room: Room, panel: Panel, regions: Iterable[tuple[str, Truths]]) -> None:
     """Write the name of each region where it has most room, so that a map can be read without colours."""
     left = [(name, room.cells(panel, cells)) for name, cells in regions if cells.any()]
-    # each name has its first place before any has a second one
+    # place each name once before any name is repeated
     for _ in range(_MOST_NAMES):
         left = [(name, rest) for name, region in left if (rest := _name_region(room, name, region)).any()]
 
 
 def _name_region(room: Room, name: str, region: Truths) -> Truths:
-    """Write a name where a region has most room; return what is left of it without the part that has the name now."""
+    """Write a name where a region has most room; return the region without the connected part that now has the name."""
     word = room.axes.text(
         0.5, 0.5, name, transform=room.axes.transAxes, ha="center", va="center", weight="bold",
         path_effects=HALO, zorder=6,
@@ -172,7 +172,7 @@ def _name_region(room: Room, name: str, region: Truths) -> Truths:
 
 
 def _connected(region: Truths, row: int, column: int) -> Truths:
-    """Return the points of a region that hang together with one of them."""
+    """Return the points of a region that are connected to one of its points."""
     part, size = np.zeros(np.add(region.shape, 2), bool), 0
     part[row + 1, column + 1] = True
     while size < (size := int(part.sum())):
@@ -181,7 +181,7 @@ def _connected(region: Truths, row: int, column: int) -> Truths:
 
 
 def name_line(room: Room, text: str, height: float) -> None:
-    """Write the formula above or below a level line at a height of the axes, as far to the right as there is room."""
+    """Write a formula above or below a level line at a height of the axes, as far to the right as possible."""
     low, high = room.axes.get_ylim()
     if not text or not low < height < high:
         return
@@ -195,7 +195,7 @@ def name_line(room: Room, text: str, height: float) -> None:
 
 
 def name_end(room: Room, text: str, at: tuple[float, float]) -> None:
-    """Write what the end of a line, a point in the units of the axes, is called, a little away from it."""
+    """Write the name of the end of a line, a point in the units of the axes, at a small distance from it."""
     word = room.axes.annotate(
         text, at, (0.5, 0.5), textcoords="axes fraction", ha="center", va="center",
         fontsize=0.875 * rcParams["font.size"],
@@ -211,17 +211,17 @@ def name_end(room: Room, text: str, at: tuple[float, float]) -> None:
 
 
 def distance_to_outside(region: Truths, spacing: tuple[float, float]) -> Array:
-    """Return how far each point of a region is from the nearest point outside it.
+    """Return the distance of each point of a region from the nearest point outside.
 
-    `scipy.ndimage.distance_transform_edt` does the same for a raster of any size, but loading it takes as long as
+    `scipy.ndimage.distance_transform_edt` does the same for rasters of any size, but loading it takes as long as
     drawing a map.
 
     Parameters
     ----------
     region : array of bool, shape (n, m)
-        False along its whole border, so that every row and column leaves the region.
+        False along all four sides, so that every row and column has points outside.
     spacing : (float, float)
-        Distance between two rows and between two columns.
+        Distance between two rows, and between two columns.
 
     Returns
     -------
@@ -230,8 +230,8 @@ def distance_to_outside(region: Truths, spacing: tuple[float, float]) -> Array:
 
     Notes
     -----
-    The nearest point outside is sought along each column, then among the columns of each row, all against all: the
-    squares of the two distances add up. Memory: 8 n m^2 bytes.
+    The nearest point outside is found first along each column, then among all columns of each row: the squares of the
+    two distances add up. Memory: 8 n m^2 bytes.
     """
     rows, columns = (np.arange(count, dtype=float) for count in region.shape)
     places = rows[:, np.newaxis]

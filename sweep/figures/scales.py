@@ -1,4 +1,4 @@
-"""The axes of a panel: parameters in the units of their labels, rates squared, scaled or as speeds too; ticks."""
+"""The axes of a panel: parameters in the units of their labels, and rates also squared, scaled or as speeds; ticks."""
 
 import math
 import re
@@ -18,38 +18,40 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
 
-#: Ratio of the ends beyond which values that are evenly spaced in the logarithm are drawn on a logarithmic axis.
+#: Least ratio of the ends for a logarithmic axis, if the values are evenly spaced in the logarithm.
 _MANY = 3.0
 
-#: Largest over smallest value beyond which a linear axis would squeeze the small ones.
+#: Ratio of the largest to the smallest value beyond which a linear axis would squeeze the small ones.
 SQUEEZED = 20.0
 
-#: Ratio of the ends of a logarithmic axis below which its ticks are even, and above which they are powers of ten.
+#: Ratio of the ends of a logarithmic axis below which its ticks are evenly spaced, and above which they are powers of
+#: ten.
 _EVEN, _POWERS = 4.0, 300.0
 
-#: Cells, or share of an axis, that it may be continued to zero: beyond, the first cells would stand for others.
+#: Largest extension of an axis to zero, in cells and as a share of the axis: a longer one would misrepresent the first
+#: cells.
 _TO_ZERO_CELLS, _TO_ZERO = 1.0, 0.01
 
 
-#: Numbers on a linear axis at most, their distance over a power of ten, and the least distance of two [sizes of their
-#: letters].
+#: Largest number of numbers on a linear axis, their spacings divided by a power of ten, and the least gap between two
+#: numbers [letter sizes].
 _MOST_TICKS, _STEPS = 7, (1.0, 2.0, 2.5, 5.0, 10.0)
 _APART = {"x": 0.7, "y": 0.4}
 
-#: Numbers with which a bar of colours can be read.
+#: Least number of numbers that make a colour bar readable.
 _LEAST_NUMBERS = 3
 
 
-#: Lengths below these [m] -> their unit, and how many of it are a metre.
+#: Lengths below each value [m] -> their unit, and how many of it make a metre.
 _SHORT = ((2e-3, "\u00b5m", 1e6), (0.1, "mm", 1e3))
 
-#: Speeds from this one on [m/s] -> their unit, and how many of it are a metre per second.
+#: Speeds from each value on [m/s] -> their unit of length, and how many of it make a metre.
 _SPEEDS = ((1.0, "m", 1.0), (0.01, "cm", 1e2), (0.0, "mm", 1e3))
 
 
 @dataclass(frozen=True)
 class Speed:
-    """A rate as a speed: the word for it, its symbol in mathtext, and the factor from the rate to it, in SI."""
+    """A rate as a speed: its name, its symbol in mathtext, and the factor from the rate to the speed, in SI."""
 
     name: str
     symbol: str
@@ -60,11 +62,11 @@ class Speed:
 class Scale:
     """One axis of a panel: a parameter in the units of its label, or a rate squared, scaled or as a speed.
 
-    `values` are those of the cells, `borders` lie between and around them, `ends` are the ends of the axis, which is
-    full of cells. `rate` is one of `RATES`, `unit` that of `Model.unit_of_square` or None; `speed` belongs to a rate
-    drawn as one. `factor` leads from SI to what is drawn, of a square or of the value; `units` are those of the label,
-    in mathtext, nothing for a pure number. `second` are factor and label of a second axis, on which the same values are
-    pure numbers, or None.
+    `values` are the values of the cells, `borders` are between and around them, `ends` are the ends of the axis, which
+    the cells fill. `rate` is one of `RATES`, `unit` is the result of `Model.unit_of_square` or None, and `speed` is set
+    for a rate drawn as a speed. `factor` converts the value, or its square, from SI to what is drawn; `units` are the
+    units of the label, in mathtext, empty for a pure number. `second` contains factor and label of a second axis that
+    shows the same values as pure numbers, or is None.
     """
 
     quantity: Input
@@ -86,7 +88,7 @@ class Scale:
 
 
 def unit_of_label(quantity: Quantity) -> str:
-    """Return the unit in the label of a quantity, in mathtext; nothing for a pure number."""
+    """Return the unit in the label of a quantity, in mathtext; empty for a pure number."""
     return quantity.plot_label.rpartition(" (")[2].rstrip(")") if quantity.units != "1" else ""
 
 
@@ -96,7 +98,7 @@ def _words_of_axis(
     """Return label, units, factor and second axis of a scale whose largest value is `largest` [SI]."""
     name, symbol = quantity.name.replace("_", " "), quantity.symbol
     if rate == SQUARED:
-        # each unit of a CF units string with twice its power: rad s-1 becomes rad^2 s^-2
+        # double the power of each unit: rad s-1 becomes rad^2 s^-2
         units = re.sub(
             r"([A-Za-z]+)(-?\d*)", lambda each: f"{each[1]}$^{{{2 * int(each[2] or 1)}}}$", quantity.units
         )
@@ -121,7 +123,7 @@ def _words_of_axis(
 
 @dataclass(frozen=True, kw_only=True)
 class _Short(Input):
-    """A length that figures show in a smaller unit than the metre; its values are in m."""
+    """A length that figures show in a unit smaller than the metre; its values are in m."""
 
     unit: str
     times: float
@@ -133,17 +135,17 @@ class _Short(Input):
 
     @property
     def plot_label(self) -> str:
-        """Label of an axis."""
+        """The label of an axis."""
         return super().plot_label.replace("(m)", f"({self.unit})")
 
     @property
     def plot_scale(self) -> float:
-        """How many of the unit are a metre."""
+        """How many of the unit make a metre."""
         return self.times
 
 
 def readable(quantity: Input, largest: float) -> Input:
-    """Return a quantity as figures show it whose values have this size at most [SI]: short lengths in mm or less."""
+    """Return a quantity as figures show it if its largest value is `largest` [SI]: short lengths in mm or less."""
     if quantity.units != "m" or not largest > 0.0:
         return quantity
     found = next(((unit, times) for below, unit, times in _SHORT if largest < below), None)
@@ -162,27 +164,28 @@ def scale(
     speed: Speed | None = None,
     from_zero: bool = False,
 ) -> Scale:
-    """Return the axis of a parameter.
+    """Return the scale of a parameter.
 
     Parameters
     ----------
     quantity : Input
-        A parameter of the model; no cell reaches beyond what it allows.
+        A parameter of the model; cells do not extend beyond its allowed range.
     values : array, shape (n,)
         Values of the cells [SI], increasing, at least two.
     rate : {"linear", "squared", "scaled", "speed"}
-        What to show of a rate; linear for other parameters.
+        How to show a rate; linear for other parameters.
     unit : (float, str), optional
-        What a square is measured in to be a pure number, and its name in mathtext.
+        The unit that makes a square a pure number, and its name in mathtext.
     speed : Speed, optional
-        What a rate is as a speed.
+        The speed that belongs to a rate.
     from_zero : bool
-        Whether values that begin near zero, and not below it, are shown from zero on: the first cell is drawn larger.
+        Whether the axis starts at zero if the values start near zero and are not negative; this enlarges the first
+        cell.
 
     Raises
     ------
     RequestError
-        If the square of the values is asked for and some are negative, or the scaled rate and there is no unit.
+        If the squared rate is asked for and some values are negative, or the scaled rate and there is no unit.
     """
     _check_rate(quantity, values, rate, unit)
     gaps = np.diff(values)
@@ -207,32 +210,32 @@ def scale(
 def _check_rate(quantity: Input, values: Array, rate: str, unit: tuple[float, str] | None) -> None:
     if rate == SQUARED and values[0] < 0.0:
         raise RequestError(
-            f"Squares have no sign: {quantity.name} has values from {values[0]:g} {quantity.units}, and those below 0 "
-            "would lie on others.",
+            f"Squares have no sign: {quantity.name} starts at {values[0]:g} {quantity.units}, and values below 0 "
+            "would cover those above.",
             f"Draw the rate as it is ({LINEAR}), or {SCALED}.",
             f"rate={SQUARED}",
         )
     if rate == SCALED and unit is None:
         raise RequestError(
-            f"A scaled rate needs one unit for all cells; {quantity.name} has none here: the cells differ in it, "
-            "or the model has no such unit.",
+            f"A scaled rate needs the same unit in all cells; {quantity.name} has none here: the cells differ in it, "
+            "or the model does not define one.",
             f"Draw the rate as it is ({LINEAR}), or {SQUARED}.",
             f"rate={SCALED}",
         )
 
 
 def check_rate_is_drawn(rate: str, axes: Sequence[str], controls: Sequence[str]) -> None:
-    """Refuse a way to draw rates, one of `RATES`, where no axis is a rate."""
+    """Raise an error if `rate` is set but no axis is a rate."""
     if rate != LINEAR and not controls:
         raise RequestError(
-            f"There is no rate to draw {rate}: the axes are {' and '.join(axes)}.",
-            "Leave the rate out.",
+            f"No axis is a rate that can be drawn {rate}; the axes are {' and '.join(axes)}.",
+            "Leave out rate.",
             f"rate={rate}" if rate in RATES else "rate",
         )
 
 
 def _is_logarithmic(values: Array) -> bool:
-    """Return whether positive values are spaced evenly in the logarithm, or too far to be seen on a linear axis."""
+    """Return whether positive values are evenly spaced in the logarithm, or too squeezed on a linear axis."""
     ratios = np.diff(np.log(values))
     if values[-1] > SQUEEZED * values[0]:
         return True
@@ -245,9 +248,9 @@ def _borders(values: Array) -> Array:
 
 
 def _last_allowed(quantity: Input, value: float, border: float) -> float:
-    """Return a border, or the last number from a value of the cells to it that the parameter allows.
+    """Return a border, or the last number between a cell's value and the border that the parameter allows.
 
-    Every rule is an interval, so bisection finds its end.
+    Every rule allows an interval, so bisection finds its end.
     """
     if not quantity.allows(np.array([value]))[0] or quantity.allows(np.array([border]))[0]:
         return border
@@ -270,7 +273,7 @@ def set_scale(axes: "Axes", which: str, scale: Scale) -> None:
 
 
 def add_second_axis(axes: "Axes", which: str, scale: Scale) -> None:
-    """Add an axis on the other side, on which the same values are pure numbers, where the scale has one."""
+    """Add an axis on the opposite side that shows the same values as pure numbers, if the scale has one."""
     if scale.second is None:
         return
     factor, label = scale.second
@@ -284,7 +287,7 @@ def add_second_axis(axes: "Axes", which: str, scale: Scale) -> None:
 
 
 def set_log_ticks(axis: "Axis", ratio: float) -> None:
-    """Put plain numbers on a logarithmic axis whose ends have the ratio `ratio`."""
+    """Put plain numbers on a logarithmic axis; `ratio` is the ratio of its ends."""
     if ratio < _EVEN:
         axis.set_major_locator(MaxNLocator(5))
         axis.set_minor_locator(NullLocator())
@@ -295,9 +298,9 @@ def set_log_ticks(axis: "Axis", ratio: float) -> None:
 
 
 def thin_ticks(axes: "Axes", most: int = _MOST_TICKS, steps: Sequence[float] = _STEPS) -> None:
-    """Keep so many of the numbers on the axes of a panel that none touches its neighbour, in the present size.
+    """Reduce the numbers on the axes of a panel until none touches its neighbour at the present size.
 
-    Those of linear axes are at most so many, and their distance is one of `steps` times a power of ten.
+    Linear axes get at most `most` numbers, spaced by one of `steps` times a power of ten.
     """
     for each in (axes, *axes.child_axes):
         for which in ("x", "y"):
@@ -307,7 +310,7 @@ def thin_ticks(axes: "Axes", most: int = _MOST_TICKS, steps: Sequence[float] = _
 
 
 def name_ends(axes: "Axes") -> None:
-    """Put numbers at both ends of a bar of colours that has fewer than three, and leave out those that touch them."""
+    """Put numbers at both ends of a colour bar that has fewer than three, and remove those that touch them."""
     which = "x" if axes.bbox.width > axes.bbox.height else "y"
     axis, (low, high) = getattr(axes, f"{which}axis"), getattr(axes, f"get_{which}lim")()
     between = [place for place, _, _ in _numbers(axis, which)]
@@ -321,7 +324,7 @@ def name_ends(axes: "Axes") -> None:
 
 
 def _thin(axis: "Axis", which: str, most: int, steps: Sequence[float]) -> None:
-    """Take the most numbers that do not touch: round ones on a linear axis, powers of ten on a logarithmic one."""
+    """Set the most numbers that do not touch: round ones on a linear axis, powers of ten on a logarithmic one."""
     if axis.get_scale() == "linear" and isinstance(axis.get_major_locator(), MaxNLocator):
         whole = getattr(axis.get_major_locator(), "_integer", False)
         for count in range(most, 0, -1):
@@ -333,7 +336,7 @@ def _thin(axis: "Axis", which: str, most: int, steps: Sequence[float]) -> None:
     if axis.get_scale() == "log":
         choices.append([each for each in numbers if math.log10(each[0]).is_integer()])
     choices += [numbers[::step] for step in range(2, len(numbers))]
-    # a scale with one number says nothing: two are left, even if they touch
+    # an axis with one number has no scale: keep two, even if they touch
     choices = [choice for choice in choices if len(choice) > 1]
     kept = next(
         (choice for choice in choices if _are_apart(choice, which)), choices[-1] if choices else numbers
@@ -343,8 +346,8 @@ def _thin(axis: "Axis", which: str, most: int, steps: Sequence[float]) -> None:
 
 
 def _numbers(axis: "Axis", which: str) -> list[tuple[float, float, float]]:
-    """Return the place of each number on an axis, and both ends of the number along it [sizes of its letters]."""
-    # this brings all numbers to their places
+    """Return the position of each number on an axis, and both ends of its text along the axis [letter sizes]."""
+    # this call updates the positions of all numbers
     axis.get_majorticklabels()
     figure = axis.get_figure(root=True)
     assert figure is not None
@@ -365,7 +368,7 @@ def _are_apart(numbers: Sequence[tuple[float, float, float]], which: str) -> boo
 
 
 def _plain_number(value: float, _: object = None) -> str:
-    """Return a number as people write it: 0.001, 10; as a power of ten where that is shorter."""
+    """Return a number as people write it: 0.001, 10; or a power of ten where that is shorter."""
     if 1e-3 <= abs(value) < 1e6 or value == 0.0:
         return f"{value:.6g}"
     digits, _, power = f"{value:.3e}".partition("e")

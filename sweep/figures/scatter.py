@@ -1,4 +1,4 @@
-"""Figures of lists of starts: a point for every start in the plane of two parameters, coloured by its verdict."""
+"""Figures of lists of starts: one point for every start, in the plane of two parameters, coloured by its verdict."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,22 +28,23 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: Width of a panel with its labels [in], and the least one.
+#: Width of a panel with its labels, and its least width [in].
 _WIDTHS = 3.9, 2.6
 
-#: Points that are drawn at most: more cover each other.
+#: Largest number of points that are drawn: more cover each other.
 _MOST_POINTS = 20_000
 
-#: Area of a point [points squared], of few and of many.
+#: Area of a point [points squared], if there are few and if there are many.
 _LARGEST, _SMALLEST = 9.0, 1.2
 
-#: Area up to which points have no smooth edge: the edge is not seen, and it makes a picture four times as large.
+#: Largest area at which points are drawn without antialiasing: their edge is invisible, but would make a png four times
+#: as large.
 _SMOOTH = 4.0
 
-#: Points of a line of theory.
+#: Number of points on a line of theory.
 _FINE = 1000
 
-#: Each verdict with its name, colour and marker: the colours that maps give small and large peaks.
+#: Verdict -> name, colour and marker; the colours are those of small and large peaks on maps.
 _VERDICTS: dict[int, tuple[str, str, str]] = {
     STABLE: ("stable", "#6ccd5a", "o"),
     UNSTABLE: ("unstable", "#453781", "o"),
@@ -59,9 +60,9 @@ class Plane:
     Attributes
     ----------
     x, y : Quantity
-        Parameters that vary; `y` is the peak where only one varies.
+        Two parameters that vary; `y` is the peak if only one varies.
     hidden : tuple of str
-        Parameters that vary too, and are not seen.
+        Further parameters that vary and are not visible.
     """
 
     x: Quantity
@@ -70,9 +71,9 @@ class Plane:
 
 
 def plane_of(spec: SweepSpec) -> Plane:
-    """Return the plane of a list: the parameters that vary if they are two, else the first control and the coordinate.
+    """Return the plane of a list: its two varying parameters, or the first control and the coordinate if more vary.
 
-    The control is drawn upward. Where the coordinate does not vary, another parameter takes its place.
+    The control is on the y axis. Another parameter replaces a coordinate that does not vary.
     """
     model, listed = spec.model, spec.listed
     parameters = model.parameters
@@ -90,29 +91,29 @@ def figure(datasets: Sequence["xr.Dataset"], look: Look, axes: "Axes | None" = N
     Parameters
     ----------
     datasets : sequence of Atlas
-        Atlases of lists of starts, or selections from them.
+        Atlases of lists of starts, or selections from such atlases.
     look : Look
-        Its sizes; what belongs to maps is refused.
+        The sizes; options that belong to maps raise an error.
     axes : matplotlib.axes.Axes, optional
-        Draw the only atlas into these.
+        Axes into which the only atlas is drawn.
 
     Returns
     -------
     matplotlib.figure.Figure
-        That of `axes`; without, a new one on an Agg canvas, not registered with pyplot.
+        The figure of `axes`; without them, a new one on an Agg canvas, not registered with pyplot.
 
     Raises
     ------
     RequestError
-        If one of them is a grid, or the look is that of maps.
+        If an atlas is a grid, or the look is for maps.
     """
     _check_look(look)
     if grids := [
         plain_text(each.attrs.get("title", "")) for each in datasets if not spec_named(each).is_list
     ]:
         raise RequestError(
-            f"A figure shows grids or lists of starts, not both; {grids[0]!r} is a grid.",
-            hint="Draw them in two figures.",
+            f"A figure can show grids or lists of starts, but not both; {grids[0]!r} is a grid.",
+            hint="Draw the atlases in two figures.",
         )
     return figure_of(datasets, _block, look, _WIDTHS, axes=axes, files=file_names(datasets))
 
@@ -121,13 +122,13 @@ def _check_look(look: Look) -> None:
     of_maps = {"family": look.family, "contours": look.contours, "quantity": look.quantity}
     if given := [name for name, value in of_maps.items() if value]:
         raise RequestError(
-            f"{given[0]} belongs to maps, and a list of starts is drawn as points.",
+            f"{given[0]} is an option for maps; a list of starts is drawn as points.",
             hint="Leave it out, or give an atlas with axes.",
         )
     if look.rate != LINEAR:
         raise RequestError(
-            f"The rates of a list of starts are drawn as they are; got rate {look.rate}.",
-            hint="Leave rate out.",
+            f"A list of starts always has a linear rate axis; got rate={look.rate}.",
+            hint="Leave out rate.",
         )
 
 
@@ -151,7 +152,7 @@ def _block(axes: "Axes", dataset: "xr.Dataset") -> Block:
 def _draw_points(
     axes: "Axes", x: Array, y: Array, codes: npt.NDArray[np.integer], failed: npt.NDArray[np.bool_]
 ) -> list[Line2D]:
-    """Draw the points in the order of the starts, so that no verdict covers the others; return the legend's signs."""
+    """Draw the points in the order of the starts, so that no verdict covers the others; return the legend's handles."""
     area = float(np.clip(2e4 / max(x.size, 1), _SMALLEST, _LARGEST))
     kinds = [(*_VERDICTS[code], ~failed & (codes == code)) for code in _VERDICTS] + [(*_FAILED, failed)]
     round_ones = np.zeros(x.size, bool)
@@ -175,7 +176,7 @@ def _draw_points(
 
 
 def _set_scale(axes: "Axes", which: str, values: Array, quantity: Quantity, spec: SweepSpec) -> None:
-    """Label an axis; it is logarithmic where a linear one would squeeze small values that were meant."""
+    """Label an axis, and make it logarithmic if a linear one would squeeze intended small values."""
     axes.set(**{f"{which}label": quantity.plot_label})
     known = values[np.isfinite(values)]
     if not known.size or known.min() == known.max():
@@ -186,13 +187,13 @@ def _set_scale(axes: "Axes", which: str, values: Array, quantity: Quantity, spec
         getattr(axes, f"set_{which}scale")("log")
         set_log_ticks(getattr(axes, f"{which}axis"), known.max() / known.min())
         return
-    # a margin, so that no point is cut
+    # a margin, so that no point is clipped
     margin = 0.02 * (known.max() - known.min())
     getattr(axes, f"set_{which}lim")(known.min() - margin, known.max() + margin)
 
 
 def _draw_theory(axes: "Axes", spec: SweepSpec, plane: Plane, values_of_control: Array) -> None:
-    """Draw the lines of theory, which are seen if no third parameter varies."""
+    """Draw the lines of theory, which are meaningful only if no third parameter varies."""
     control = next(iter(spec.model.controls(spec.listed)), None)
     # not the ends of the axis: theory has other edges where rates of both signs are possible
     low, high = float(values_of_control.min()), float(values_of_control.max())
@@ -221,14 +222,14 @@ def _draw_theory(axes: "Axes", spec: SweepSpec, plane: Plane, values_of_control:
 
 
 def _across(axes: "Axes", quantity: Quantity) -> Array:
-    """Return values [SI] from one end of the x axis to the other, of which the parameter can have every one."""
+    """Return values [SI] along the whole x axis, as far as the parameter allows them."""
     spaced = np.geomspace if axes.get_xscale() == "log" else np.linspace
     values = spaced(*axes.get_xlim(), _FINE) / quantity.plot_scale
     return values[quantity.allows(values)] if isinstance(quantity, Input) else values
 
 
 def _grid(spec: SweepSpec, control: str, ends: tuple[float, float], name: str, across: Array) -> SweepSpec:
-    """Return a grid in the plane of a list, of which theory gives the lines along the control."""
+    """Return a grid in the plane of a list for which theory gives the lines along the control."""
     words = {word: value for word, value in spec.words().items() if word not in WORDS}
     scale = spec.model.parameters[control].plot_scale
     axes: dict[str, Any] = {control: Range(ends[0] / scale, ends[1] / scale, 2)}
@@ -246,5 +247,5 @@ def _caption(spec: SweepSpec, plane: Plane, share: Share, drawn: int, count: int
         lines.append(f"{counted(drawn, 'start', count)} {are(drawn)} drawn")
     if plane.hidden:
         verb = are(len(plane.hidden), "varies", "vary")
-        lines.append(f"not seen: {' and '.join(plane.hidden)} {verb} too")
+        lines.append(f"not visible: {' and '.join(plane.hidden)} {verb} too")
     return tuple(filter(None, lines))

@@ -1,4 +1,4 @@
-"""The variable that gives a map its colours and a profile its height, and the looks of its values."""
+"""The variable that colours a map and gives a profile its height, and the colours of its values."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,22 +18,23 @@ from sweep.request.suggestions import suggestion
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Values from here on are no rates and no angles.
+#: Values this large are neither rates nor angles.
 _LARGEST = 1e30
 
-#: Values up to here, if a file has them, are drawn in the first colour: a logarithmic scale from them would overflow.
+#: Positive values up to this one get the first colour: a logarithmic scale starting there would overflow.
 LEAST = 1e-30
 
-#: Part of viridis that is used, from the light end: perceptually uniform, colour-blind safe, and black lines stand out.
+#: Part of viridis that is used, from the light end: perceptually uniform, safe for the colour-blind, and black lines
+#: stay visible.
 _PART = 0.86
 
-#: Colour map of numbers, light for small ones.
+#: Colour map of numbers, light for small values.
 COLOURS = ListedColormap(colormaps["viridis_r"](np.linspace(0.0, _PART, 256)), name="peak_tilt")
 
-#: Flags that are told apart by their colours.
+#: Largest number of flags that have distinguishable colours.
 _MOST_FLAGS = 12
 
-#: Flags of cells of which nothing can be said, and their colour.
+#: Flags of cells without a definite answer, and their colour.
 _OPEN, _GREY = ("undecided", "sensitive"), "#d4d4d4"
 
 
@@ -41,8 +42,8 @@ _OPEN, _GREY = ("undecided", "sensitive"), "#d4d4d4"
 class Shade:
     """A variable of the cells of a panel.
 
-    `values` are in the units of the label of `quantity`, NaN where there is none: shape (rows of y, columns of x), or
-    (columns of x). `absent` are the cells without a value though they have a result; `absence` says what they lack.
+    `values` are in the units of the label of `quantity`, NaN where there is no value; shape (rows of y, columns of x),
+    or (columns of x). `absent` marks the cells that have a result but no value; `absence` is their label.
     """
 
     quantity: Quantity
@@ -65,24 +66,24 @@ class Shade:
 def shade(
     dataset: "xr.Dataset", spec: SweepSpec, order: tuple[str, ...], name: str | None, lost: Truths
 ) -> Shade:
-    """Return a variable as it is drawn.
+    """Return a variable in the form in which it is drawn.
 
     Parameters
     ----------
     dataset : xarray.Dataset
     spec : SweepSpec
-        That of the atlas, or of the selection.
+        The spec of the atlas or of the selection.
     order : tuple of str
         Dimensions of the panel.
     name : str or None
-        The variable; None is that of the model.
+        The variable; None for the model's default.
     lost : array of bool
-        Cells of which no number can be trusted, in the shape of the panel.
+        Cells without a reliable number, in the shape of the panel.
 
     Raises
     ------
     RequestError
-        If the atlas has no such variable of the cells.
+        If the atlas has no such variable of its cells.
     """
     quantity = _quantity(dataset, spec, name or spec.model.drawn_of(spec))
     values = in_order(dataset[quantity.name], order)
@@ -90,7 +91,7 @@ def shade(
         numbers = np.asarray(values, np.float64)
     else:
         numbers = drawable(values) * quantity.plot_scale
-        # what says how good a result is holds without one
+        # a variable that rates the result is valid even without a result
         if quantity.tolerance not in OF_THE_RUN:
             numbers = np.where(lost, np.nan, numbers)
     return Shade(quantity, numbers, np.isnan(numbers) & ~lost, f"no {quantity.name.replace('_', ' ')}")
@@ -110,7 +111,8 @@ def _quantity(dataset: "xr.Dataset", spec: SweepSpec, name: str) -> Quantity:
     known = variables_of_cells(dataset)
     if name not in known:
         raise RequestError(
-            f"The atlas has no {shown(printable(str(name)))} of its cells; it has {', '.join(map(printable, known))}.",
+            f"The atlas has no variable {shown(printable(str(name)))} of its cells; it has "
+            f"{', '.join(map(printable, known))}.",
             suggestion(name, known) or "Give one of these.",
             "quantity",
         )
@@ -119,7 +121,7 @@ def _quantity(dataset: "xr.Dataset", spec: SweepSpec, name: str) -> Quantity:
 
 
 def _as_declared(name: str, variable: "xr.DataArray | xr.Variable") -> Quantity:
-    """Return the quantity that the attributes of a variable declare, which is none of the model's."""
+    """Return the quantity that the attributes of a variable declare, for variables that the model does not define."""
     attrs = variable.attrs
     values, names = np.atleast_1d(attrs.get("flag_values", [])), str(attrs.get("flag_meanings", "")).split()
     flags = dict(zip((int(code) for code in values), names, strict=False)) if names else None
@@ -128,14 +130,14 @@ def _as_declared(name: str, variable: "xr.DataArray | xr.Variable") -> Quantity:
 
 
 def drawable(values: Array) -> Array:
-    """Return values that a damaged file has made too large to be drawn as NaN: their squares overflow."""
+    """Return values, with NaN for those that a damaged file has made too large to draw: their squares overflow."""
     return np.asarray(np.where(np.abs(values) < _LARGEST, values, np.nan))
 
 
 def common_norm(shades: Sequence[Shade], peak: str) -> Normalize:
-    """Return the colour scale of several panels: logarithmic for the peak, and where numbers span decades.
+    """Return the common colour scale of several panels: logarithmic for the peak, and where numbers span decades.
 
-    `peak` is the variable of the first panel that is the peak of its model.
+    `peak` is the first panel's variable if it is the peak of its model.
     """
     values = np.concatenate([each.values[np.isfinite(each.values)] for each in shades])
     positive = values[values > LEAST]
@@ -152,19 +154,19 @@ def common_norm(shades: Sequence[Shade], peak: str) -> Normalize:
 
 
 def is_wide(values: Array) -> bool:
-    """Return whether numbers, none of them negative, span too much for a linear scale to show the small ones."""
+    """Return whether nonnegative numbers span too much for a linear scale to show the small ones."""
     known = values[np.isfinite(values)]
     positive = known[known > LEAST]
     return bool(positive.size and known.min() >= 0.0 and positive.max() > SQUEEZED * positive.min())
 
 
 def flag_colours(shades: Sequence[Shade]) -> tuple[ListedColormap, BoundaryNorm, list[int]]:
-    """Return the colours of all codes that occur in several panels, from light to dark, their norm and the codes.
+    """Return the colours of all codes that occur in several panels, from light to dark, with their norm and the codes.
 
     Raises
     ------
     RequestError
-        If they are too many to be told apart.
+        If there are too many to be distinguishable.
     """
     codes = sorted({code for each in shades for code in each.codes})
     if len(codes) > _MOST_FLAGS:
@@ -178,7 +180,7 @@ def flag_colours(shades: Sequence[Shade]) -> tuple[ListedColormap, BoundaryNorm,
     known = len(codes) - sum(open_)
     parts = iter(np.linspace(0.0, _PART, known) if known > 1 else [0.3])
     looks = [_GREY if is_open else tuple(colormaps["viridis_r"](next(parts))) for is_open in open_]
-    # a norm needs two borders, even if nothing has a value
+    # a norm needs two borders, even if there are no values
     edges = [code - 0.5 for code in codes] + [(codes[-1] if codes else 0) + 0.5]
     colours = ListedColormap(looks or ["white"])
     return colours, BoundaryNorm(edges if codes else [-0.5, 0.5], max(len(codes), 1)), codes

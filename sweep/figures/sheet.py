@@ -1,4 +1,4 @@
-"""The empty figure that all others are drawn on, in the style of this package."""
+"""The empty figure on which all others are drawn, in the style of this package."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 
 def _style(font_size: float) -> dict[Any, Any]:
-    """Return the matplotlib settings of a figure whose words have a size [points]."""
+    """Return the matplotlib settings for a font size [points]."""
     return {
         "font.family": "DejaVu Sans",
         "font.size": font_size,
@@ -30,14 +30,14 @@ def _style(font_size: float) -> dict[Any, Any]:
     }
 
 
-#: matplotlib's own defaults where the style says nothing. The backend is the program's.
+#: matplotlib's own defaults for everything that the style does not set, except the backend, which the program chooses.
 _DEFAULTS: dict[Any, Any] = {
     name: value for name, value in matplotlib.rcParamsDefault.items() if not name.startswith("backend")
 }
 
 
 class ShownFigure(Figure):
-    """A figure that a notebook shows: IPython draws a plain one only in sessions in which pyplot was imported."""
+    """A figure that shows itself in a notebook: IPython shows a plain one only if pyplot was imported."""
 
     def _repr_png_(self) -> bytes:
         drawn = BytesIO()
@@ -47,7 +47,7 @@ class ShownFigure(Figure):
 
 @contextmanager
 def styled(font_size: float = 8.0) -> Iterator[None]:
-    """Draw in the style of this package alone; settings of matplotlib by files or programs have no effect."""
+    """Draw only in the style of this package; matplotlib settings from files or programs have no effect."""
     with matplotlib.rc_context(_DEFAULTS | _style(font_size)):
         yield
 
@@ -56,7 +56,7 @@ def styled(font_size: float = 8.0) -> Iterator[None]:
 def sheet(
     width: float, height: float, font_size: float = 8.0, layout: str = "constrained"
 ) -> Iterator[Figure]:
-    """Give an empty figure [in] in the style of this package: on an Agg canvas, not registered with pyplot."""
+    """Yield an empty figure [in] in the style of this package, on an Agg canvas, not registered with pyplot."""
     with styled(font_size):
         drawn = ShownFigure(figsize=(width, height), layout=layout)  # type: ignore[arg-type]
         FigureCanvasAgg(drawn)

@@ -1,4 +1,4 @@
-"""An atlas or a motion at a glance: a few lines on a terminal, a table and a small map in a notebook."""
+"""An atlas or a motion at a glance: a few lines on a terminal, or a table and a small map in a notebook."""
 
 import html
 from collections.abc import Iterator, Sequence
@@ -18,38 +18,38 @@ from sweep.request.start_list import START
 if TYPE_CHECKING:
     import xarray as xr
 
-#: A line of a summary: its label, empty where it goes on with the one before, and its text.
+#: A line of a summary: its label, empty if it continues the line before, and its text.
 Row = tuple[str, str]
 
-#: The lines over the small map: measured, and analytic.
+#: Styles of the lines on the small map: measured and analytic.
 _MEASURED = 'stroke="black" stroke-width="1.5"'
 _ANALYTIC = 'stroke="black" stroke-width="1.5" stroke-dasharray="5 3"'
 
 _STYLE = "text-align:left;vertical-align:top"
 
-#: Size of the map, and the space for words on its left and below it, in dots of the screen.
+#: Size of the map, and the space for text on its left and below it, in pixels.
 _WIDTH, _HEIGHT, _LEFT, _BELOW = 240, 150, 18, 18
 
-#: Cells of the picture along each axis at most; of more, some are left out.
+#: Largest number of cells shown along each axis; of more, only some are shown.
 _MOST_CELLS = 120
 
-#: Colours of verdicts, which everybody tells apart; the rest is undecided.
+#: Colours of verdicts that everybody can distinguish; other cells are undecided.
 COLOURS = {STABLE: "#9ecae1", UNSTABLE: "#e6844a"}
 UNDECIDED_COLOUR = "#bdbdbd"
 
 Array = npt.NDArray[np.float64]
 
-#: A line over the map: the axis of its values is the one upward. Values, in SI, one for each place across.
+#: A line on the map: its values along the upward axis [SI], one for each place across, and its style in SVG.
 Line = tuple[Array, str]
 
 
 def as_text(dataset: "xr.Dataset") -> str:
-    """Return the lines of a summary."""
+    """Return the lines of a summary as text."""
     return "\n".join(f"{label:<10} {text}" for label, text in _rows(dataset))
 
 
 def as_html(dataset: "xr.Dataset") -> str:
-    """Return the summary as a table, and beside it a map of an atlas that has a plane of cells."""
+    """Return the summary as a table, and next to it a map if the atlas has a plane of cells."""
     rows = "".join(
         f"<tr><th style='{_STYLE}'>{html.escape(label)}</th><td style='{_STYLE}'>{html.escape(text)}</td></tr>"
         for label, text in _rows(dataset)
@@ -75,7 +75,7 @@ def _rows(dataset: "xr.Dataset") -> Iterator[Row]:
 
 
 def _lacks(dataset: "xr.Dataset") -> str:
-    """Return why an atlas has no numbers to sum up; empty if it has."""
+    """Return why an atlas has no numbers to summarize; empty if it has."""
     if not dataset["ending"].size:
         return "no cells"
     try:
@@ -95,12 +95,12 @@ def _labelled(label: str, texts: Iterator[str]) -> Iterator[Row]:
 
 
 def _axes(dataset: "xr.Dataset") -> Iterator[str]:
-    """Yield an axis each with its values; the sizes multiplied if there are more of them."""
+    """Yield each axis with its values, then the product of the sizes if there is more than one axis."""
     sizes = {str(name): count for name, count in dataset["ending"].sizes.items()}
     if len(sizes) > 1:
         yield " x ".join(map(str, sizes.values())) + f" = {counted(dataset['ending'].size, 'cell')}"
     for name, count in sizes.items():
-        # the numbers of starts say nothing
+        # the numbers of the starts carry no information
         yield counted(count, "start") if name == START.name else f"{name} {count}{_extent(dataset, name)}"
     if not sizes:
         yield "one cell"
@@ -115,7 +115,7 @@ def _extent(dataset: "xr.Dataset", name: str) -> str:
 
 
 def _values(dataset: "xr.Dataset", name: str) -> tuple[Any, float, str]:
-    """Return the values of a coordinate, the factor for showing them, and their unit: angles are shown in degrees."""
+    """Return the values of a coordinate, the factor to show them, and their unit; angles are shown in degrees."""
     units = str(dataset[name].attrs.get("units", ""))
     scale, shown_units = (np.degrees(1.0), "deg") if units == "rad" else (1.0, units)
     values = np.asarray(dataset[name].values, np.float64)
@@ -132,7 +132,7 @@ def _is_logarithmic(values: Any) -> bool:
 
 
 def _fixed(dataset: "xr.Dataset") -> Iterator[str]:
-    """Yield the parameters that are the same in every cell, those that are zero aside."""
+    """Yield the parameters that are the same in every cell and not zero."""
     names = [str(name) for name, each in dataset.coords.items() if each.ndim == 0]
     given = [(name, *_values(dataset, name)) for name in names]
     texts = [f"{name} {value * scale:.6g} {units}".rstrip() for name, value, scale, units in given if value]
@@ -161,7 +161,7 @@ def _counts(dataset: "xr.Dataset") -> dict[str, int]:
 
 
 def _boundaries(dataset: "xr.Dataset") -> Iterator[Row]:
-    """Yield for each edge where it was measured, in how many rows, and how far that is from what theory says."""
+    """Yield where each edge was measured, in how many rows, and how far it is from theory."""
     for name in map(str, dataset.data_vars):
         if not name.startswith("boundary_") or name.endswith(("_halfwidth", "_status")):
             continue
@@ -177,7 +177,7 @@ def _boundaries(dataset: "xr.Dataset") -> Iterator[Row]:
             else ""
         )
         yield "boundary", f"{name}: {with_unit(_range(measured[there]), units)}{rows}"
-        # a boundary of another kind than departure has nothing to do with the limit of no perturbation
+        # only a boundary of departure can be compared with the limit of vanishing perturbation
         has_theory = False
         for kind in ("predicted", "critical"):
             other = name.replace("boundary", kind, 1)
@@ -201,7 +201,7 @@ def _range(values: Any) -> str:
 
 
 def _map(dataset: "xr.Dataset") -> str:
-    """Return the small map of an atlas and its key; empty if it has no plane, or a plane that is none any more."""
+    """Return the small map of an atlas and its key; empty if the atlas has no plane of cells, or a damaged one."""
     ending = dataset["ending"]
     dims = [str(name) for name, count in ending.sizes.items() if count > 1 and name in dataset.coords]
     if len(dims) < 2 or dataset["stability"].sizes != ending.sizes:
@@ -250,7 +250,7 @@ def _key(others: str) -> str:
 
 
 def _motion(dataset: "xr.Dataset") -> Iterator[Row]:
-    """Yield the lines of a motion: what it is, which disk and start, how long, and whether rolling is possible."""
+    """Yield the lines of a motion: what it is, which disk and start, its duration, and whether rolling is possible."""
     from sweep.figures.disk.captions import caption
     from sweep.motion.contact import rolling_limit
 
@@ -285,18 +285,18 @@ def thumbnail(
     lines: Sequence[Line],
     labels: tuple[str, str],
 ) -> str:
-    """Return an SVG of a plane of verdicts, each cell as large as any other, for any spacing of the axes.
+    """Return an SVG of a plane of verdicts, with all cells the same size for any spacing of the axes.
 
     Parameters
     ----------
     verdicts : array of int8, shape (len(up), n)
         STABLE, UNSTABLE or another code.
     up : array of float, shape (m,)
-        The values of the axis upward, increasing or decreasing [SI].
+        The values of the upward axis, increasing or decreasing [SI].
     lines : sequence of (array of float, shape (n,), str)
-        Values along the axis upward, NaN where there is none, and the style of the line in SVG.
+        Values along the upward axis, NaN where the line has none, and the style of the line in SVG.
     labels : (str, str)
-        What stands below, and beside the map.
+        Labels below and to the left of the map.
     """
     rows, columns = verdicts.shape
     cells = verdicts[np.ix_(_some(rows), _some(columns))][::-1]
@@ -318,19 +318,19 @@ def thumbnail(
 
 
 def _some(count: int) -> npt.NDArray[np.intp]:
-    """Return at most so many indices as a map shows, evenly spread."""
+    """Return at most as many evenly spread indices as a map shows."""
     return np.unique(np.linspace(0, count - 1, min(count, _MOST_CELLS)).round().astype(np.intp))
 
 
 def _runs(where: npt.NDArray[np.bool_]) -> str:
-    """Return the path of the cells of a kind: one rectangle for each run of them in a row, first row on top."""
+    """Return the path of the selected cells: one rectangle for each run of them in a row, first row on top."""
     rows, columns = where.shape
     high, wide = _HEIGHT / rows, _WIDTH / columns
     path = []
     for row, line in enumerate(where):
         ends = np.flatnonzero(np.diff(np.concatenate(([False], line, [False])).astype(np.int8)))
         for start, stop in ends.reshape(-1, 2):
-            # a little larger than it is: no gaps shine through between rows
+            # slightly higher than the row, so that no gaps show between rows
             path.append(
                 f"M{start * wide:.4g} {row * high:.4g}h{(stop - start) * wide:.4g}v{high + 0.3:.4g}H{start * wide:.4g}z"
             )
@@ -338,7 +338,7 @@ def _runs(where: npt.NDArray[np.bool_]) -> str:
 
 
 def _points(values: Array, up: Array) -> Iterator[str]:
-    """Yield the points of each piece of a line; it has gaps where a value is missing or outside the map."""
+    """Yield the points of each piece of a line, which is broken where a value is missing or outside the map."""
     count, order = len(values), np.argsort(up)
     place = np.interp(values, up[order], order.astype(float), left=np.nan, right=np.nan)
     x = (np.arange(count) + 0.5) * (_WIDTH / count)
@@ -347,7 +347,7 @@ def _points(values: Array, up: Array) -> Iterator[str]:
     edges = np.flatnonzero(np.diff(np.concatenate(([False], there, [False])).astype(np.int8)))
     for start, stop in edges.reshape(-1, 2):
         if stop - start == 1:
-            # a single point would not be seen
+            # a single point would be invisible
             half = 0.5 * _WIDTH / count
             yield f"{x[start] - half:.4g},{y[start]:.4g} {x[start] + half:.4g},{y[start]:.4g}"
         else:

@@ -1,4 +1,4 @@
-"""Figures of the motions of systems: every state in time, a phase portrait beside few, and how it ended."""
+"""Figures of motions of systems: every state over time, a phase portrait if there are few states, and how it ended."""
 
 import re
 from collections.abc import Iterator
@@ -32,19 +32,19 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: Width of a figure, height of its head, of the axis of times below its panels, and of each of these [in].
+#: Width of a figure, height of its heading, of the time axis below its panels, and of each panel [in].
 _WIDTH, _HEAD, _FOOT, _PANEL = 7.2, 0.9, 0.45, 1.25
 
-#: Least height of the panels together [in]: that of a portrait, or of the panel of one state.
+#: Least total height of the panels [in]: the height of a portrait, or of the panel of a single state.
 _LEAST = 2.6
 
-#: Largest number of states that have a portrait of the first two beside them.
+#: Largest number of states for which the first two get a phase portrait.
 _FEW = 4
 
-#: How far beyond the motion an event is shown, as a share of its height.
+#: How far beyond the motion an event is still shown, as a share of the height of the motion.
 _NEAR = 0.25
 
-#: A power in a unit of files, and its digits in print.
+#: A power in a unit as files write it, and superscript digits for print.
 _POWER = re.compile(r"(?<=[A-Za-z])-?\d")
 _RAISED = str.maketrans("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079")
 
@@ -54,22 +54,22 @@ _START: dict[str, Any] = {**_END, "color": "black", "markerfacecolor": "white"}
 
 
 def figure(dataset: "xr.Dataset") -> Figure:
-    """Draw the motion of a system: its states in time, and the first two against each other where there are few.
+    """Draw the motion of a system: its states over time, and a phase portrait of the first two if there are few.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        A motion of a system, as `sweep.simulate` returns it, or a stretch of it in time.
+        A motion of a system, as `sweep.simulate` returns it, or an interval of it.
 
     Returns
     -------
     matplotlib.figure.Figure
-        On an Agg canvas, not registered with pyplot.
+        A figure on an Agg canvas, not registered with pyplot.
 
     Raises
     ------
     RequestError
-        If the dataset is no motion.
+        If the dataset is not a motion.
     """
     motion = closely_sampled(dataset)
     kind = kind_of(motion)
@@ -113,7 +113,7 @@ def figure_of_cell(explanation: Explanation) -> Figure:
 
 
 def _draw_state(axes: "Axes", motion: "xr.Dataset", kind: MotionKind, name: str, lowest: bool) -> None:
-    """Draw a state in time, where events lie that it alone decides, and its end."""
+    """Draw a state over time, the levels of events that only this state decides, and the end."""
     first = next(iter(kind.model.parameters))
     quantity, times = kind.variables[name], motion[TIME.name].values
     values = motion[name].values * quantity.plot_scale
@@ -146,7 +146,7 @@ def _draw_state(axes: "Axes", motion: "xr.Dataset", kind: MotionKind, name: str,
 
 
 def _draw_portrait(axes: "Axes", motion: "xr.Dataset", kind: MotionKind, across: str, up: str) -> None:
-    """Draw one state against another one, with start and end."""
+    """Draw one state against another, with start and end."""
     one, other = kind.variables[across], kind.variables[up]
     x, y = motion[across].values * one.plot_scale, motion[up].values * other.plot_scale
     axes.plot(x, y, **{**MOTION, "linewidth": 0.8})
@@ -162,14 +162,14 @@ def _ended(motion: "xr.Dataset") -> bool:
 
 
 def _end(motion: "xr.Dataset", kind: MotionKind) -> str:
-    """Return what the last sample is: the end of the motion, or the moment up to which it is followed."""
+    """Return what the last sample is: the end of the motion, or the moment up to which it was followed."""
     if _ended(motion) and ending_of(motion) in kind.endings:
         return end_of(motion)
     return f"at {kind.time.spell(float(motion[TIME.name].values[-1]), 6)}"
 
 
 def _levels(motion: "xr.Dataset", model: Model, name: str) -> Iterator[tuple[str, float]]:
-    """Yield the events that one state alone decides, and its value there: of conditions that are linear in it."""
+    """Yield the events that only one state decides, linearly, and the value of the state at which they occur."""
     definition: Definition = model.definition  # type: ignore[attr-defined]  # of a SystemModel
     names = {each.name for each in definition.states}
     fixed = {each.name: float(motion[each.name]) for each in definition.parameters}
@@ -187,7 +187,7 @@ def _levels(motion: "xr.Dataset", model: Model, name: str) -> Iterator[tuple[str
 
 
 def _caption(motion: "xr.Dataset", kind: MotionKind, names: list[str]) -> str:
-    """Return the parameters, the start, what was reached and how it ended, in one line."""
+    """Return the parameters, the start, the extremes and the end of the motion, in one line."""
     times = motion[TIME.name].values
     fixed = [_told(name, kind.inputs[name].spell(float(motion[name]), 6)) for name in kind.fixed]
     start = [_told(name, kind.variables[name].spell(float(motion[name][0]), 6)) for name in names]
@@ -200,6 +200,6 @@ def _caption(motion: "xr.Dataset", kind: MotionKind, names: list[str]) -> str:
 
 
 def _told(name: str, value: str) -> str:
-    """Return a name with its value, powers of units as in print."""
+    """Return a name with its value, with powers in units as in print."""
     value = _POWER.sub(lambda power: power[0].translate(_RAISED), value)
     return f"{name.replace('_', ' ')} {value}"

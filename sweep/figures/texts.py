@@ -1,4 +1,4 @@
-"""Words of files and requests in figures: drawn as they stand, never as mathematics, in lines that fit."""
+"""Text of files and requests in figures: drawn literally, never as mathematics, and broken into lines that fit."""
 
 import re
 from functools import lru_cache
@@ -12,37 +12,37 @@ if TYPE_CHECKING:
     from matplotlib.ft2font import FT2Font
     from matplotlib.text import Text
 
-#: Characters that can be in a line of a figure at most, however narrow they are.
+#: Largest number of characters in a line of a figure, however narrow they are.
 _MOST = 400
 
-#: Text that no line break separates: a word, mathematics, a unit in brackets.
+#: Text that is not broken: a word, mathematics, a unit in brackets.
 _PIECES = re.compile(r"(?:\([^()]*\)|\$[^$]*\$|[^ $(]|\()+")
 
 
 def number(value: float) -> str:
-    """Return a number as it was given, if it has up to nine digits; one with more, as computed ones have, in four."""
+    """Return a number as it was given if it has up to nine digits; otherwise, as for computed ones, with four."""
     given = f"{value:.9g}"
     return given if float(f"{value:.12g}") == float(given) else f"{value:.4g}"
 
 
 def fitted(text: str, size: float, width: float, weight: str = "bold") -> str:
-    """Return a text as one line can show it.
+    """Return a text shortened to fit on one line.
 
     Parameters
     ----------
     text : str
-        What does not print, and what the font has no sign for, is spelled by its number, as Python does it.
+        Unprintable characters, and those that the font lacks, are replaced by their escapes, as Python writes them.
     size : float
-        Of the font [points].
+        Font size [points].
     width : float
-        The width [in] that the line may have; a longer one is cut, and ends in an ellipsis.
+        Largest width of the line [in]; a longer line is cut and ends in an ellipsis.
     weight : {"bold", "normal"}
-        Of the font.
+        Font weight.
 
     Returns
     -------
     str
-        To be drawn with ``parse_math=False``.
+        Text to draw with ``parse_math=False``.
     """
     spelled = _spelled(text[: _MOST + 1], weight)
     if len(spelled) <= _MOST and _points(spelled, size, weight) <= 72.0 * width:
@@ -56,19 +56,19 @@ def fitted(text: str, size: float, width: float, weight: str = "bold") -> str:
 
 
 def wrapped(text: str, size: float, width: float, weight: str = "bold", most: int = 5) -> str:
-    """Return a text as a few lines can show it: broken between words, and cut only where `most` lines are too few.
+    """Return a text broken between words into a few lines, cut only if it needs more than `most` lines.
 
     Parameters
     ----------
     text, size, width, weight
         As in `fitted`.
     most : int
-        How many lines there may be.
+        Largest number of lines.
 
     Returns
     -------
     str
-        The lines, to be drawn with ``parse_math=False``.
+        The lines, to draw with ``parse_math=False``.
     """
     words = _spelled(text[: _MOST + 1], weight).split(" ")
     lines = [words[0]]
@@ -85,7 +85,7 @@ def wrapped(text: str, size: float, width: float, weight: str = "bold", most: in
 
 
 def broken(probe: "Text", text: str, width: float) -> list[str]:
-    """Return a text in lines that are at most so wide [dots]; mathematics stays together."""
+    """Return a text in lines of at most `width` [dots]; mathematics is not broken."""
     lines: list[str] = []
     for piece in _PIECES.findall(text):
         longer = f"{lines[-1]} {piece}" if lines else piece
@@ -106,11 +106,11 @@ def _spelled(text: str, weight: str) -> str:
 
 
 def _points(text: str, size: float, weight: str) -> float:
-    """Return how wide a line is."""
+    """Return the width of a line [points]."""
     font = _font(weight)
     font.set_size(size, 72.0)
     font.set_text(text, 0.0)
-    # in 64ths of a dot, of which an inch has 72 here
+    # matplotlib measures in 64ths of a dot, here with 72 dots to an inch
     return float(font.get_width_height()[0]) / 64.0
 
 

@@ -46,76 +46,76 @@ from sweep.motion.tables import TIME
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Called with the number of frames that are drawn, and of all frames.
+#: Function that is called with the number of frames drawn so far, and of all frames.
 Progress = Callable[[int, int], None]
 
-#: The trail of the contact point fades in this time of the film [s].
+#: Film time [s] in which the trail of the contact point fades.
 _TRAIL = 4.0
 
-#: Side of the squares of the floor at most, and how far it is drawn, over the radius of the scene.
+#: Largest side of the squares of the floor, and radius of the floor, in radii of the scene.
 _SQUARE, _FLOOR = 0.25, 2.4
 
-#: How long the last frame of a gif is shown [s] before it begins again.
+#: Time [s] for which a gif shows its last frame before it starts again.
 _HELD = 1.5
 
-#: Colour of the words about what is impossible.
+#: Colour of the warning about impossible rolling.
 WARNING = "#a02c00"
 
-#: Colours of a gif over paper and shadow, and over a face of the disk -> in how many strengths: they smooth the edges
-#: of lines and words, and let a trail fade. A gif has 256 colours at most.
+#: Colours of a gif on paper and shadow, and on a face of the disk -> number of shades, which smooth the edges of lines
+#: and letters and let the trail fade. A gif has at most 256 colours.
 _OVER_PAPER = {"black": 6, INK: 1, FLOOR: 2, TRACE: 10, WARNING: 4}
 _OVER_FACE = {INK: 4, TRACE: 4, "white": 3}
 
-#: Sizes of the words [points] of a narrow picture and of one of `_WIDE` inches or more; a caption that is too long is
-#: written smaller, down to this share, and in several lines if that is not enough.
+#: Font sizes [points] of a narrow picture, and of one at least `_WIDE` inches wide. A caption that is too long is
+#: written smaller, down to the last factor, and then in several lines.
 _WORDS, _WIDE, _SMALLER = (9.0, 12.0), 6.4, 0.8
 
-#: The title in letters of the others.
+#: Font size of the title, divided by that of the other text.
 _TITLE = 1.1
 
-#: Where the words begin [in] from the left, and from above or below; where the caption begins below a title of one
-#: line, and the height of one line below.
+#: Position of the text [in] from the left, from the top and from the bottom; position of the caption below a one-line
+#: title, and the height of a line at the bottom.
 _LEFT, _FROM_ABOVE, _FROM_BELOW, _CAPTION, _LINE = 0.16, 0.12, 0.14, 0.36, 0.24
 
-#: Between lines of different letters, and around the words [in].
+#: Gap between lines of different font sizes, and margin around the text [in].
 _GAP = 0.06
 
-#: Height of the words of a picture [in] above and below, at least: most films have the same.
+#: Least height of the text of a picture [in] at the top and the bottom: most films have the same.
 _ROOM = 0.62, 0.55
 
-#: Lines of a title, a caption, or what is impossible, at most.
+#: Largest number of lines of a title, a caption or a warning.
 _MOST_LINES = 5
 
-#: As long as the side of the squares of a floor ever is in words.
+#: The longest text that gives the side of the squares of a floor.
 _LONGEST_SIDE = "squares of 500 mm"
 
 
 def save(
     dataset: "xr.Dataset", path: str | Path, options: FilmOptions, progress: Progress | None = None
 ) -> Timing:
-    """Draw the film of a motion, frames evenly spaced in time; the file appears only when it is complete.
+    """Draw the film of a motion, with frames evenly spaced in time. The file appears only when it is complete.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        A motion, as `sweep.simulate` returns it, or a stretch of it in time. One whose samples are too far apart to be
-        drawn through is computed again with closer ones.
+        A motion, as `sweep.simulate` returns it, or an interval of it. If its samples are too far apart to draw, the
+        motion is computed again with closer ones.
     path : str or Path
-        mp4 or gif; a file of the same name is replaced.
+        An mp4 or gif file; replaces a file of the same name.
     options : FilmOptions
-        Of this path.
+        The options that were read for this path.
     progress : callable, optional
-        Called with (frames done, frames in all) after every frame.
+        Called with (frames done, all frames) after every frame.
 
     Returns
     -------
     Timing
-        How fast it plays, and how much of the motion is in it.
+        The speed of the film, and how much of the motion it shows.
 
     Raises
     ------
     RequestError
-        If the dataset is no motion, or the file cannot be written.
+        If the dataset is not a motion, or the file cannot be written.
     """
     motion = closely_sampled(dataset)
     times = timing(motion, options)
@@ -132,7 +132,7 @@ def save(
 def _frames(
     dataset: "xr.Dataset", times: Timing, options: FilmOptions, progress: Progress | None = None
 ) -> Iterator[Array]:
-    """Yield the pictures of a film as arrays of dots, shape (height, width, 4), uint8."""
+    """Yield the pictures of a film as arrays of pixels, shape (height, width, 4), uint8."""
     poses = poses_at(dataset, times.moments)
     limit = rolling_limit(dataset)
     with styled():
@@ -160,9 +160,9 @@ def _frames(
 
 
 def _sheet(size: tuple[int, int]) -> Figure:
-    """Return an empty figure of so many dots: larger pictures show the same, with thicker lines and larger words."""
+    """Return an empty figure of a size [pixels]; larger pictures show the same with thicker lines and larger text."""
     dots = dots_per_inch(size)
-    # a hundredth of a dot more, because matplotlib cuts the product of inches and dots per inch off
+    # 0.01 of a pixel more, because matplotlib truncates the product of inches and dots per inch
     return Figure(figsize=((size[0] + 0.01) / dots, (size[1] + 0.01) / dots), dpi=dots)
 
 
@@ -182,7 +182,7 @@ def _draw_frame(
 def _trail(dataset: "xr.Dataset", moment: float, pose: Placed, age: float) -> tuple[Array, Array, Array]:
     """Return x, y [m] and strength, from 0 to 1, of the path of the contact point up to a moment [s].
 
-    Its last point is that of the disk at `pose`; it fades in a time `age` [s] of the motion.
+    The path ends at the disk at `pose`, and fades over a time `age` [s] of the motion.
     """
     times = dataset[TIME.name].values
     first, last = np.searchsorted(times, [moment - age, moment])
@@ -196,19 +196,19 @@ def _trail(dataset: "xr.Dataset", moment: float, pose: Placed, age: float) -> tu
 def write_gif(
     frames: Iterator[Array], count: int, fps: int, unfinished: Path, more: Array | None = None
 ) -> None:
-    """Write frames as a gif that begins again.
+    """Write frames as a gif that repeats.
 
     Parameters
     ----------
     frames : iterator of array, shape (height, width, 4), uint8
     count : int
-        How many there are.
+        Number of frames.
     fps : int
         Frames per second.
     unfinished : Path
-        An empty file.
+        An empty file, in which the gif is written.
     more : array, shape (n, 3), optional
-        Colours, red, green and blue from 0 to 1, that are drawn beside `colours`.
+        Colours, red, green and blue from 0 to 1, that are drawn in addition to `colours`.
     """
     from PIL import Image
 
@@ -217,16 +217,16 @@ def write_gif(
     if more is not None:
         found = np.unique(np.concatenate([found, np.round(255.0 * more).astype(np.uint8)]), axis=0)
     palette.putpalette(found.ravel().tolist())
-    # the same colours for all frames, and no dither: half the size, a twentieth of the time, and nothing flickers
+    # the same colours for all frames, without dithering: half the size, a twentieth of the time, and no flicker
     pictures = (
         Image.fromarray(frame[..., :3]).quantize(palette=palette, dither=Image.Dither.NONE)
         for frame in frames
     )
-    # in whole hundredths of a second, which are rounded so that the film keeps its time
+    # gifs count hundredths of a second; rounding the sums keeps the film's duration
     ends = np.round(100.0 * np.arange(count + 1) / fps) * 10.0
     durations = np.diff(ends).astype(int).tolist()
     durations[-1] += round(1000.0 * _HELD)
-    # opened here, because Pillow leaves its own file open when the frames end early
+    # opens the file here, because Pillow leaves its own file open when the frames end early
     with open(unfinished, "rb+") as file:
         next(pictures).save(
             file, format="GIF", save_all=True, append_images=pictures, duration=durations, loop=0
@@ -234,19 +234,20 @@ def write_gif(
 
 
 def write_mp4(frames: Iterator[Array], size: tuple[int, int], fps: int, path: Path) -> None:
-    """Write frames, arrays of shape (height, width, 4), uint8, as an mp4 of a size (width, height) [dots].
+    """Write frames, arrays of shape (height, width, 4), uint8, as an mp4 of a size (width, height) [pixels].
 
     Raises
     ------
     OSError
-        If ffmpeg fails, with its words.
+        If ffmpeg fails; contains its message.
     """
     shape = "x".join(map(str, size))
     raw = ["-f", "rawvideo", "-pixel_format", "rgba", "-video_size", shape, "-framerate", str(fps)]
-    # yuv420p, because many players support no other; the container is named because the temporary name has no extension
+    # yuv420p, because many players support nothing else; names the container, because the temporary file has no
+    # extension
     made = ["-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(path)]
     command = ["ffmpeg", "-loglevel", "error", "-y", *raw, "-i", "-", *made]
-    # not by matplotlib's FFMpegWriter: where Ctrl-C ends ffmpeg too, its error would replace the interruption
+    # not matplotlib's FFMpegWriter: if Ctrl-C also ends ffmpeg, its error would replace the interruption
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as encoder:
         assert encoder.stdin is not None
         try:
@@ -263,7 +264,7 @@ def write_mp4(frames: Iterator[Array], size: tuple[int, int], fps: int, path: Pa
 
 
 def colours() -> npt.NDArray[np.uint8]:
-    """Return the colours of a gif, red, green and blue, shape (n, 3): all that are drawn, and what is between them."""
+    """Return the colours of a gif and blends between them, red, green and blue, shape (n, 3)."""
     found = []
     for paper in ("white", SHADE):
         for base in (to_rgb(paper), _blend(paper, SHADOW, SHADOW_STRENGTH)):
@@ -285,7 +286,7 @@ def _blend(under: Any, over: Any, share: float) -> tuple[float, ...]:
 
 
 class FilmWords:
-    """The words of a film on its sheet.
+    """The texts of a film on its sheet.
 
     Parameters
     ----------
@@ -299,7 +300,7 @@ class FilmWords:
     Attributes
     ----------
     room : (float, float)
-        Height of the words above and below [in], with what is free around them.
+        Height of the texts at the top and the bottom [in], including margins.
     """
 
     def __init__(self, drawn: Figure, dataset: "xr.Dataset", times: Timing, limit: RollingLimit) -> None:
@@ -308,7 +309,7 @@ class FilmWords:
         self._width, self._height = drawn.get_size_inches()
         self._letter = min(max(_WORDS[0], _WORDS[1] * self._width / _WIDE), _WORDS[1])
         self._speed = "real time" if times.speed == 1.0 else f"{times.speed:g} \u00d7 real time"
-        # as many decimals as tell one frame from the next
+        # enough decimals to distinguish one frame from the next
         self._decimals = max(0, math.ceil(-math.log10(times.speed / times.fps) - 1e-9))
         above = self._write_above(plain_text(dataset.attrs.get("title", "")), caption(dataset))
         self.room = above, self._write_below(float(times.moments[-1]))
@@ -318,12 +319,12 @@ class FilmWords:
         self._squares.set_text(f"squares of {spell_length(spacing)}")
 
     def write(self, moment: float) -> None:
-        """Write what belongs to a moment [s]."""
+        """Write the texts that depend on the moment [s]."""
         self._time.set_text(self._time_text(moment))
         self._impossible.set_text(self._impossible_text(moment))
 
     def _text(self, x: float, y: float, text: str, size: float, **look: Any) -> Text:
-        """Write at a place [in] from the left and, if above 0, from below, else from above."""
+        """Write text [in] from the left, and from the bottom if `y` is above 0, otherwise from the top."""
         up = y if y > 0.0 else self._height + y
         return self._drawn.text(
             x / self._width, up / self._height, text, parse_math=False, fontsize=size, **look
@@ -343,7 +344,7 @@ class FilmWords:
         return max(_ROOM[0], begin + self._high(small) + _GAP)
 
     def _caption(self, words: str) -> tuple[float, str]:
-        """Return the size of the letters of a caption, and its lines."""
+        """Return the font size of a caption, and its lines."""
         sizes = (self._letter * share for share in (1.0, 0.9, _SMALLER))
         for size in sizes:
             if fitted(words, size, self._across(), "normal") == words:
@@ -351,7 +352,7 @@ class FilmWords:
         return size, wrapped(words, size, self._across(), "normal", _MOST_LINES)
 
     def _write_below(self, last: float) -> float:
-        """Write what no moment changes, and make room for the rest; return the height of all [in]."""
+        """Write the constant texts, and reserve space for the others; return the total height [in]."""
         size, up = self._letter, _FROM_BELOW
         beside = f"{self._time_text(last)}   {_LONGEST_SIDE}"
         self._time = self._text(_LEFT, up, "", size)

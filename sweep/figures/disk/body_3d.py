@@ -1,4 +1,4 @@
-"""Draw a body of revolution in three dimensions: its facets in the light of the eye, from far to near."""
+"""Draw a body of revolution in three dimensions: its facets, lit from near the eye, from far to near."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -21,34 +21,34 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: Colour of the edge of a coin, and of one that could not be where it is drawn.
+#: Colour of the edge of a coin, normally and where rolling is impossible.
 _EDGE, _GREY_EDGE = "#c9c3b8", "#c4c2bd"
 
-#: The darkest facet over the lightest one, and one of a darker sector over its neighbours.
+#: Brightness of the darkest facet relative to the lightest, and of a darker sector relative to its neighbours.
 _DARKEST, _BAND = 0.62, 0.9
 
-#: How far the light is from the eye, to the left of its picture and above, over the way ahead.
+#: Offset of the light from the eye, to the left and upward, relative to its distance ahead.
 _LIGHT = (-0.5, 0.9)
 
-#: How much nearer lines are than the facets beside them, over the radius: so all of a line is seen, and no hidden one.
+#: Depth offset of lines, in radii: keeps visible lines in front of their facets without showing hidden ones.
 _OUTLINE_NEARER, _CASING_NEARER, _PAINT_NEARER = 0.16, 0.17, 0.26
 
-#: Shades of each colour in a gif, which has 256 colours at most.
+#: Number of shades of each colour in a gif, which has at most 256 colours.
 _SHADES = 14
 
-#: A facet is drawn with a line of this width [points], so that no gap shines between two.
+#: Width [points] of the outline of each facet, which closes the gaps between facets.
 _SEAM = 0.35
 
 
 @dataclass(frozen=True)
 class BodyPose:
-    """One position of a body: its shape, and where it is.
+    """One position of a body: its shape and its placement.
 
     Attributes
     ----------
     solid : Solid
     frame : array, shape (3, 3)
-        Its painted direction, the one a quarter of a turn on, and its axis, as columns.
+        The painted direction, the direction a quarter of a turn further, and the axis, as columns.
     middle : array, shape (3,)
         Centre of mass [m].
     x, y : float
@@ -78,13 +78,13 @@ class BodyPose:
         return np.asarray(self.middle + self.scale * points @ self.frame.T)
 
     def rim(self) -> Array:
-        """Return points that show how far the body reaches, shape (n, 3)."""
+        """Return points that show the extent of the body, shape (n, 3)."""
         return self.placed(self.solid.extent())
 
     def draw(self, axes: "Axes", camera: Camera, strength: float = 1.0, *, believed: bool = True) -> None:
         """Draw the body with its shadow; see `sweep.figures.disk.disk_3d.draw_disk`."""
         _draw_shadow(axes, camera, self, strength)
-        # over the trace, and over bodies that are farther away
+        # above the trace, and above bodies that are farther away
         nearer = 2.5 + 0.5 / (1.0 + float(np.linalg.norm(camera.eye - self.middle)) / self.radius)
         facets, colours, edges, widths, away = _facets(self, camera, believed)
         pieces = [*camera.project(facets)]
@@ -97,7 +97,7 @@ class BodyPose:
             distance = np.linalg.norm(lines.mean(axis=1) - camera.eye, axis=-1)
             away = np.concatenate([away, distance - offset * self.scale])
         order = np.argsort(-away, kind="stable")
-        # dots that two facets share would be lighter than either
+        # with antialiasing, pixels shared by two facets would be lighter than both
         smooth = np.arange(len(pieces)) >= len(facets)
         pale = 0.75 * (1.0 - strength)
         colours[:, :3] += pale * (1.0 - colours[:, :3])
@@ -113,7 +113,7 @@ class BodyPose:
 
 
 def shades() -> Array:
-    """Return the colours of bodies and of lines over them in a gif, red, green, blue from 0 to 1, shape (n, 3)."""
+    """Return the colours of bodies and of lines on them in a gif, red, green and blue from 0 to 1, shape (n, 3)."""
     bases = np.array([to_rgb(each) for each in (*FACES, _EDGE)])
     shaded = np.linspace(_BAND * _DARKEST, 1.0, _SHADES)[:, None, None] * bases
     flat = shaded.reshape(-1, 3)
@@ -121,7 +121,7 @@ def shades() -> Array:
 
 
 def _facets(pose: BodyPose, camera: Camera, believed: bool) -> tuple[Array, Array, Array, Array, Array]:
-    """Return the facets that the eye sees, with their colours, those of their seams, widths and distances."""
+    """Return the visible facets, with their colours, outline colours and widths, and distances."""
     solid = pose.solid
     corners, normals = pose.placed(solid.corners), solid.normals @ pose.frame.T
     middles = corners.mean(axis=2)
@@ -140,9 +140,9 @@ def _facets(pose: BodyPose, camera: Camera, believed: bool) -> tuple[Array, Arra
 
 
 def _lines(pose: BodyPose, camera: Camera) -> list[tuple[Array, str, float, float]]:
-    """Return what is drawn as lines: pieces, shape (n, 2, 3), colour, width [points], how much nearer."""
+    """Return the lines to draw: pieces, shape (n, 2, 3), colour, width [points], depth offset."""
     solid = pose.solid
-    # nothing hides what an eye sees of a body without a hole
+    # the visible side of a body without a hole hides none of its lines
     above = 0.0 if solid.tube is not None else 2.0 * solid.reach
     vertices = pose.placed(solid.vertices)
     normals = solid.normals @ pose.frame.T
@@ -158,7 +158,7 @@ def _lines(pose: BodyPose, camera: Camera) -> list[tuple[Array, str, float, floa
     for line in solid.contours((camera.eye - pose.middle) @ pose.frame / pose.scale):
         contour = pose.placed(line)
         found.append((np.stack([contour[:-1], contour[1:]], axis=1), INK, 1.0, _OUTLINE_NEARER))
-    # the outer line of a ring is that of its convex hull too
+    # the outer outline of a ring is also that of its convex hull
     points = vertices.reshape(-1, 3)
     hull = _corners(camera.project(points))
     outline = points[np.append(hull, hull[0])]
@@ -167,7 +167,7 @@ def _lines(pose: BodyPose, camera: Camera) -> list[tuple[Array, str, float, floa
 
 
 def _draw_shadow(axes: "Axes", camera: Camera, pose: BodyPose, strength: float) -> None:
-    """Draw the shadow of a light straight above; that of a ring has a hole if one sees through it from there."""
+    """Draw the shadow of a light directly above; the shadow of a ring has a hole if the light can pass through it."""
     flat = pose.placed(pose.solid.vertices).reshape(-1, 3) * [1.0, 1.0, 0.0]
     pieces = [flat[_corners(flat[:, :2])]]
     if pose.solid.tube is not None:
@@ -182,7 +182,7 @@ def _draw_shadow(axes: "Axes", camera: Camera, pose: BodyPose, strength: float) 
 
 
 def _corners(places: Array) -> Array:
-    """Return the numbers of the corners of the convex hull of points in a plane, shape (n, 2); on a line its ends."""
+    """Return the indices of the corners of the convex hull of points in a plane, shape (n, 2); for a line, its ends."""
     try:
         return np.asarray(ConvexHull(places).vertices)
     except QhullError:
@@ -191,7 +191,7 @@ def _corners(places: Array) -> Array:
 
 
 def _hole(pose: BodyPose) -> list[Array]:
-    """Return the hole in the shadow of a ring: all that is farther from the middle of its tube than its radius."""
+    """Return the hole in the shadow of a ring: points farther from its tube's centre than the tube's radius."""
     assert pose.solid.tube is not None
     core, height, radius = pose.solid.tube
     angle = np.linspace(0.0, 2.0 * np.pi, 145)[:-1]
@@ -208,7 +208,7 @@ def _hole(pose: BodyPose) -> list[Array]:
     inner = inner[apart >= (1.0 - 1e-3) * radius * pose.scale]
     if len(inner) < 3:
         return []
-    # the other way round than the outline, so that it is no part of what is filled
+    # in the opposite direction to the outline, so that the hole is not filled
     x, y = inner.T
     area = float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
     points = np.column_stack([inner, np.zeros(len(inner))])
@@ -218,7 +218,7 @@ def _hole(pose: BodyPose) -> list[Array]:
 def poses_of_body(dataset: "xr.Dataset", moments: Array) -> list[BodyPose]:
     """Return the positions of a body of revolution at given times [s], shape (n,).
 
-    Between two samples it is turned evenly about one axis: beside a pole its heading and its roll angle are not even.
+    Interpolates by an even rotation about one axis between two samples: near a pole, heading and roll angle are uneven.
     """
     times, radius = dataset[TIME.name].values, float(dataset["radius"])
     turned = Slerp(times, Rotation.from_matrix(_frames(dataset)))(moments).as_matrix()
@@ -240,7 +240,7 @@ def solid_of(dataset: "xr.Dataset") -> Solid:
 
 
 def _frames(dataset: "xr.Dataset") -> Array:
-    """Return painted direction, the one a quarter of a turn on, and axis, as columns, shape (n, 3, 3)."""
+    """Return the painted direction, the one a quarter of a turn further, and the axis, as columns, shape (n, 3, 3)."""
     tilt, heading, angle = (dataset[name].values for name in ("tilt", "heading", "roll_angle"))
     sin, cos, none = np.sin(tilt), np.cos(tilt), 0.0 * tilt
     aside = np.stack([np.cos(heading), np.sin(heading), none], axis=-1)
@@ -248,6 +248,6 @@ def _frames(dataset: "xr.Dataset") -> Array:
     up = np.array([0.0, 0.0, 1.0])
     axis = sin[:, None] * up - cos[:, None] * aside
     down = -(sin[:, None] * aside + cos[:, None] * up)
-    # at roll angle 0 it points to the plane; a body that rolls forwards moves its lowest point backwards
+    # at roll angle 0 it points to the plane; the lowest point of a body that rolls forward moves backward
     painted = np.cos(angle)[:, None] * down - np.sin(angle)[:, None] * ahead
     return np.stack([painted, np.cross(axis, painted), axis], axis=-1)

@@ -1,4 +1,4 @@
-"""Words on figures and films of motions: what is shown, in one line, and lengths in a unit that suits them."""
+"""Text on figures and films of motions: what is shown, in one line, and lengths in suitable units."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -13,7 +13,7 @@ from sweep.motion.tables import TIME
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Lengths below [m] -> unit and how many of it are a metre.
+#: Lengths below each value [m] -> unit, and how many of it make a metre.
 _UNITS = ((1e-4, "\u00b5m", 1e6), (0.1, "mm", 1e3), (1e4, "m", 1.0), (math.inf, "km", 1e-3))
 
 _RATES = ("tilt_rate", "precession_rate", "roll_rate")
@@ -22,29 +22,29 @@ _ROUNDING = 1e-12
 
 
 def length_unit(extent: float) -> tuple[str, float]:
-    """Return the unit in which lengths of this size [m] are read, and the factor from metres to it."""
+    """Return the unit in which lengths of this size [m] are shown, and the factor from metres to the unit."""
     return next((unit, factor) for below, unit, factor in _UNITS if abs(extent) < below)
 
 
 def spell_length(value: float) -> str:
-    """Return a length [m] with the unit that suits it."""
+    """Return a length [m] as text in a suitable unit."""
     unit, factor = length_unit(value)
     return f"{number(value * factor)} {unit}"
 
 
 def nice_length(most: float) -> float:
-    """Return the largest length of one digit, 1, 2 or 5, that is not above the one given [m]."""
+    """Return the largest length of the form 1, 2 or 5 times a power of ten that is at most `most` [m]."""
     decade = 10.0 ** math.floor(math.log10(most))
     return decade * max(each for each in (1.0, 2.0, 5.0) if each * decade <= most * (1.0 + 1e-9))
 
 
 def caption(dataset: "xr.Dataset") -> str:
-    """Return which disk a motion is of, and how it starts: in one line, plain text.
+    """Return the disk of a motion and how it starts, in one line of plain text.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        A motion, or a stretch of it in time; that one starts with its first sample.
+        A motion, or an interval of it, whose start is its first sample.
     """
     kind = kind_of(dataset)
     start = {name: float(dataset[name].values.flat[0]) for name in kind.model.parameters}
@@ -53,7 +53,7 @@ def caption(dataset: "xr.Dataset") -> str:
 
 
 def caption_of_start(start: Mapping[str, float], body: str = "") -> str:
-    """Return the caption of a motion from its start, a value for every parameter in SI; `body` is no thin disk."""
+    """Return the caption of a motion from its start: every parameter in SI; `body` names any body but a thin disk."""
     return _line(start, 0.0, body)
 
 
@@ -67,7 +67,7 @@ def _line(start: Mapping[str, float], time: float, body: str) -> str:
         disk.append(f"g = {number(start['gravity'])} m/s\u00b2")
     tilt = PARAMETERS["tilt"]
     state = [f"tilt {number(start['tilt'] * tilt.plot_scale)} {tilt.shown_units}"]
-    # a rate that is zero comes back from the coordinates of the kernels with rounding
+    # a zero rate has rounding error after the conversion from the coordinates of the kernels
     least = _ROUNDING * (
         math.sqrt(start["gravity"] / start["radius"]) + max(abs(start[name]) for name in _RATES)
     )

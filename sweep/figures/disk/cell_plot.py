@@ -29,23 +29,23 @@ _PERIODS = 3.0
 
 _SAMPLES = 2000
 
-#: Characters of a line of the title of the tilt: more would run into the other title.
+#: Largest number of characters in a line of the title of the tilt: more would run into the other title.
 _TITLE = 48
 
-#: Width and height [in]: a journal's page is 7 wide.
+#: Width and height [in]; the text of a journal's page is 7 wide.
 _SIZE = (7.0, 3.3)
 
-#: Okabe and Ito's blue and vermilion: the colour-blind can tell them apart, and so can readers of a grey print.
+#: Okabe and Ito's blue and vermilion, which remain distinguishable for the colour-blind and in greyscale print.
 _MOTION, _LIMIT = "#0072B2", "#D55E00"
 
 
 def figure(explanation: Explanation) -> Figure:
-    """Draw the motion of an explained cell by `sweep.simulate`, with the extremes that the atlas holds.
+    """Draw the motion of an explained cell by `sweep.simulate`, with the extremes stored in the atlas.
 
     Raises
     ------
     RequestError
-        If the cell has no motion, or one that cannot be integrated.
+        If the cell has no motion, or a motion that cannot be integrated.
     """
     motion = _motion(explanation)
     with sheet(*_SIZE) as drawn:
@@ -54,11 +54,12 @@ def figure(explanation: Explanation) -> Figure:
         _draw_path(right, motion)
         verdict = DISK.variables["stability"].flag(explanation.stored["stability"])
         left.set_title(textwrap.fill(f"{verdict} by {explanation.spec.criterion}", _TITLE))
-        right.set_title("path of the point of contact")
+        right.set_title("path of the contact point")
         spec = explanation.spec
         caption = caption_of_start(explanation.start, spec.body if "body" in spec.model.options else "")
         write_head(drawn, spec.title or "The motion of one cell", caption)
-        # the layout needs the ticks that follow from it: without this, wide ones push the labels off the sheet
+        # the layout depends on the ticks, and the ticks on the layout: without this, wide ones push the labels off the
+        # sheet
         drawn.draw_without_rendering()
     return drawn
 
@@ -68,8 +69,8 @@ def _motion(explanation: Explanation) -> "xr.Dataset":
     if not all(map(math.isfinite, start.values())):
         given = ", ".join(f"{name}={value:g}" for name, value in start.items() if not math.isfinite(value))
         raise RequestError(
-            f"This cell has no motion to draw: a motion begins with finite rates; got {given}.",
-            hint="Leave --plot out, or name another cell.",
+            f"This cell has no motion to draw: a motion needs finite initial rates; got {given}.",
+            hint="Leave out --plot, or name another cell.",
         )
     time = _shown_time(explanation)
     words = {"duration": time, "interval": time / _SAMPLES, "fall_tilt": spec.fall_tilt}
@@ -77,12 +78,12 @@ def _motion(explanation: Explanation) -> "xr.Dataset":
 
 
 def _shown_time(explanation: Explanation) -> float:
-    """Return the time [s] that is drawn of a motion: some periods, or until it falls."""
+    """Return the duration [s] that is drawn of a motion: some periods, or until it falls."""
     stored, exact, duration = explanation.stored, explanation.exact, explanation.spec.duration
     if math.isfinite(stored.get("fall_time", math.nan)):
-        # a little longer, because the fall itself ends the curve
+        # slightly longer than the fall time, because the fall itself ends the curve
         return 1.01 * stored["fall_time"]
-    # a cell that time ended, or that was not computed, has a period all the same
+    # the exact reduction gives a period even for a cell that reached its time limit or was not computed
     known = (each["nutation_period"] for each in (stored, exact) if math.isfinite(each["nutation_period"]))
     return float(min(_PERIODS * next(known, math.inf), duration))
 
@@ -121,7 +122,7 @@ def _draw_path(axes: Axes, motion: "xr.Dataset") -> None:
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), frameon=False)
     stays = max(np.ptp(x), np.ptp(y)) <= STAYS * radius
     if stays:
-        # a point that stays in its place is shown on the scale of the disk
+        # show a point that stays in place on the scale of the disk
         ends = (-factor * radius, factor * radius)
         axes.set(xlim=ends, ylim=ends)
     axes.set_aspect("equal", adjustable="box" if stays else "datalim")

@@ -1,7 +1,7 @@
 """Draw the disk in three dimensions: the positions of its points, and their projection by a camera.
 
-A pinhole camera instead of a 3-D toolkit: true perspective with equal axes. Camera and disk are above the plane, so
-nothing on the floor hides the disk: the floor is drawn first.
+Uses a pinhole camera instead of a 3-D toolkit: true perspective with equal axes. Camera and disk are above the plane,
+so nothing on the floor hides the disk: the floor is drawn first.
 """
 
 import math
@@ -22,42 +22,43 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: Colours of the two faces of the disk: the colour-blind can tell them apart, and one is light and one dark in grey.
+#: Colours of the two faces of the disk: safe for the colour-blind, and one light and one dark in greyscale.
 FACES = ("#f4c95d", "#5a86b8")
 
-#: The faces where the disk could not be where it is drawn.
+#: Colours of the faces where rolling is impossible.
 GREY = ("#d9d5cd", "#a5a9ae")
 
-#: Edge of the disk, its painted radius and the path of the contact point, squares of the floor, and shadow.
+#: Colours of the edge of the disk, of its painted radius and the path of the contact point, of the squares of the
+#: floor, and of the shadow.
 INK, TRACE, FLOOR, SHADOW = "#222222", "#c8380a", "0.86", "0.3"
 
-#: How strong shadow and face are drawn: the floor is seen a little through both.
+#: Opacity of shadow and face: both let the floor show through a little.
 SHADOW_STRENGTH, FACE_STRENGTH = 0.18, 0.92
 
 _CORNERS = 96
 
-#: Distance of the camera over the radius of the scene: near enough for a visible perspective.
+#: Distance of the camera, in radii of the scene: near enough for a visible perspective.
 _DISTANCE = 3.4
 
-#: Extent of a path, in radii, up to which the default camera stands still.
+#: Longest path, in radii, for which the default camera does not move.
 _WHOLE = 20.0
 
-#: Azimuth of a camera from the direction in which the disk starts [deg]: behind it, to the right, so that a path runs
-#: across the picture and a little into it.
+#: Azimuth of the camera, relative to the direction in which the disk starts [deg]: behind it and to the right, so that
+#: a path runs across the picture and a little into it.
 _BEHIND = -118.0
 
-#: A roll rate below this one, in units of sqrt(g/R), is rounding, and no direction.
+#: A roll rate below this, in units of sqrt(g/R), is rounding error and gives no direction.
 _ROUNDING = 1e-9
 
-#: A camera that goes along sees this many radii to each side at least.
+#: A following camera sees at least this many radii to each side.
 _AROUND = 2.6
 
-#: Height of the words of a picture [in], above and below, if nothing else is said; and the least share of the height
-#: that is left for the disk, however many there are.
+#: Default height of the text of a picture [in], at the top and the bottom; and the least share of the height that
+#: remains for the disk, however much text there is.
 _ROOM, _LEAST_SHARE = (0.62, 0.55), 0.3
 
-#: A picture of this size has so many dots per inch; the lines and words of a larger one are larger likewise. With fewer
-#: dots than the last number, words could not be read.
+#: Size of the reference picture and its dots per inch; larger pictures have larger lines and text in proportion. With
+#: fewer dots per inch than the last number, text would be illegible.
 _WIDTH, _HEIGHT, _DOTS_PER_INCH, _LEAST_DOTS = 640, 480, 100.0, 60.0
 
 #: Free margin around the disk, as a share of the picture.
@@ -76,7 +77,7 @@ class Pose:
     radius: float
 
     def _frame(self) -> tuple[Array, Array, Array]:
-        """Return the centre, and unit vectors from it to the contact point and along the track."""
+        """Return the centre, and the unit vectors from it to the contact point and along the track."""
         across = np.array([np.cos(self.heading), np.sin(self.heading), 0.0])
         along = np.array([-np.sin(self.heading), np.cos(self.heading), 0.0])
         down = -(np.sin(self.tilt) * across + np.cos(self.tilt) * np.array([0.0, 0.0, 1.0]))
@@ -93,9 +94,9 @@ class Pose:
         return np.asarray(centre + self.radius * (np.cos(angle) * down + np.sin(angle) * along))
 
     def painted(self) -> Array:
-        """Centre and rim end of the painted radius, shape (2, 3); it points to the plane at roll angle 0."""
+        """Centre and rim end of the painted radius, shape (2, 3); at roll angle 0, it points to the plane."""
         centre, down, along = self._frame()
-        # relative to the centre, the lowest point of a disk that rolls forwards moves backwards
+        # relative to the centre, the lowest point of a disk that rolls forward moves backward
         direction = np.cos(self.roll_angle) * down - np.sin(self.roll_angle) * along
         return np.array([centre, centre + self.radius * direction])
 
@@ -111,7 +112,7 @@ class Pose:
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera: its position, the point that it is directed at, the right of its picture; shape (3,) each."""
+    """A pinhole camera: its position, its target, and the right of its picture, each of shape (3,)."""
 
     eye: Array
     target: Array
@@ -119,7 +120,7 @@ class Camera:
 
     @classmethod
     def on(cls, centre: Array, size: float, azimuth: float, elevation: float = 24.0) -> "Camera":
-        """Return a camera that looks at a scene of a given radius, from an azimuth and an elevation in degrees."""
+        """Return a camera that looks at a scene of radius `size`, from an azimuth and an elevation [deg]."""
         a, e = np.radians([azimuth, elevation])
         ray = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
         return cls(centre + _DISTANCE * size * ray, centre, np.array([-np.sin(a), np.cos(a), 0.0]))
@@ -142,11 +143,11 @@ class Camera:
 
 
 def draw_floor(axes: "Axes", camera: Camera, centre: Array, reach: float, spacing: float) -> None:
-    """Draw a grid of squares on the plane, about a centre, as far as `reach` [m]."""
+    """Draw a grid of squares on the plane, around a centre, out to the distance `reach` [m]."""
     count = int(np.floor(reach / spacing))
     x0, y0 = np.round(centre[:2] / spacing) * spacing
     ticks = np.arange(-count, count + 1) * spacing
-    # a round patch: the corners of a square one could lie behind the camera
+    # a round patch: the corners of a square one could be behind the camera
     ends = np.sqrt(np.maximum(reach**2 - ticks**2, 0.0))
     level = [[[x0 - end, y0 + t, 0.0], [x0 + end, y0 + t, 0.0]] for t, end in zip(ticks, ends, strict=True)]
     upright = [[[x0 + t, y0 - end, 0.0], [x0 + t, y0 + end, 0.0]] for t, end in zip(ticks, ends, strict=True)]
@@ -162,7 +163,7 @@ def draw_trace(axes: "Axes", camera: Camera, x: Array, y: Array, **look: Any) ->
 
 
 def draw_trail(axes: "Axes", camera: Camera, x: Array, y: Array, strength: Array) -> None:
-    """Draw the path of the contact point, each point as strong as `strength` says, from 0 to 1, shape (n,)."""
+    """Draw the path of the contact point, with a strength from 0 to 1 for each point, shape (n,)."""
     seen = camera.project(np.stack([x, y, np.zeros_like(x)], axis=-1))
     colours = np.zeros((max(x.size - 1, 0), 4))
     colours[:, :3] = to_rgb(TRACE)
@@ -176,7 +177,10 @@ def draw_trail(axes: "Axes", camera: Camera, x: Array, y: Array, strength: Array
 def draw_disk(
     axes: "Axes", camera: Camera, pose: Pose, strength: float = 1.0, *, believed: bool = True
 ) -> None:
-    """Draw the disk with its shadow and its painted radius; `strength` below 1 is fainter, grey is not `believed`."""
+    """Draw the disk with its shadow and its painted radius.
+
+    It is fainter if `strength` is below 1, and grey unless it is `believed`.
+    """
     rim = pose.rim()
     axes.fill(
         *camera.project(rim * [1.0, 1.0, 0.0]).T,
@@ -185,7 +189,7 @@ def draw_disk(
         linewidth=0,
         zorder=1,
     )
-    # over the trace, and over disks that are farther away
+    # above the trace, and above disks that are farther away
     nearer = 2.5 + 0.5 / (1.0 + float(np.linalg.norm(camera.eye - rim.mean(axis=0))) / pose.radius)
     outline = camera.project(rim)
     faces = FACES if believed else GREY
@@ -210,11 +214,11 @@ class Placed(Protocol):
 
     @property
     def x(self) -> float:
-        """Of the contact point [m]."""
+        """The x coordinate of the contact point [m]."""
 
     @property
     def y(self) -> float:
-        """Of the contact point [m]."""
+        """The y coordinate of the contact point [m]."""
 
     @property
     def radius(self) -> float:
@@ -224,14 +228,14 @@ class Placed(Protocol):
         """Return the centre of mass [m], shape (3,)."""
 
     def rim(self) -> Array:
-        """Return points that show how far it reaches [m], shape (n, 3)."""
+        """Return points that show the extent of the body [m], shape (n, 3)."""
 
     def draw(self, axes: "Axes", camera: Camera, strength: float = 1.0, *, believed: bool = True) -> None:
-        """Draw it; see `draw_disk`."""
+        """Draw the body; see `draw_disk`."""
 
 
 def frame_picture(axes: "Axes", low: Array, high: Array) -> None:
-    """Show a rectangle of the picture plane, equal scales, without axes."""
+    """Show a rectangle of the picture plane with equal scales, without axes."""
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_aspect("equal")
@@ -242,7 +246,7 @@ def frame_picture(axes: "Axes", low: Array, high: Array) -> None:
 class View:
     """The view of a film: a camera for every frame, and the rectangle of their picture planes [m], shape (2,) each.
 
-    `reach` is the radius of the scene about the target of a camera [m].
+    `reach` is the radius of the scene around a camera's target [m].
     """
 
     cameras: Sequence[Camera]
@@ -254,7 +258,7 @@ class View:
 def azimuth_at_start(dataset: "xr.Dataset") -> float:
     """Return the azimuth [deg] from which a motion is seen: behind its first direction, to the right.
 
-    It follows from the start, not from the path, so that motions from like starts are seen from the same side.
+    It follows from the start instead of the path, so that motions from similar starts are seen from the same side.
     """
     unit = math.sqrt(float(dataset["gravity"]) / float(dataset["radius"]))
     backwards = float(dataset["roll_rate"][0]) < -_ROUNDING * unit
@@ -264,15 +268,15 @@ def azimuth_at_start(dataset: "xr.Dataset") -> float:
 
 
 def goes_far(dataset: "xr.Dataset") -> bool:
-    """Return whether a motion would go far if it went on as it starts: along a circle, or a line.
+    """Return whether a motion would travel far if it continued as it starts, along a circle or a line.
 
-    Like starts have like circles; the paths of unstable motions differ.
+    Similar starts have similar circles, but the paths of unstable motions differ.
     """
     radius = float(dataset["radius"])
     times = dataset[TIME.name].values
     roll_rate, precession_rate = (abs(float(dataset[name][0])) for name in ("roll_rate", "precession_rate"))
     if kind_of(dataset).rolls_on(request_of(dataset)):
-        # end over end a ball rolls too
+        # a ball also rolls end over end
         roll_rate = math.hypot(roll_rate, float(dataset["tilt_rate"][0]))
     way = radius * roll_rate * float(times[-1] - times[0])
     # the circle has the radius R |roll rate / precession rate|
@@ -291,15 +295,15 @@ def view(
     Parameters
     ----------
     dataset : xarray.Dataset
-        The motion, whose start says from which side it is seen.
+        The motion; its start determines from which side it is seen.
     poses : sequence of Placed
         The disk in every frame.
     size : (int, int)
-        Width and height of the picture [dots].
+        Width and height of the picture [pixels].
     camera : str or None
         One of `sweep.figures.disk.film_options.CAMERAS`; None follows a disk that `goes_far`.
     room : (float, float)
-        Height of the words above and below [in].
+        Height of the text at the top and the bottom [in].
     """
     radius = poses[0].radius
     rims = np.stack([pose.rim() for pose in poses])
@@ -314,19 +318,19 @@ def view(
     seen = [each.project(rim) for each, rim in zip(cameras, rims, strict=True)]
     seen += [each.project(rim * [1.0, 1.0, 0.0]) for each, rim in zip(cameras, rims, strict=True)]
     if camera == "follow":
-        # the floor around the disk, so that the trail is seen too
+        # include the floor around the disk, so that the trail is visible
         seen.append(cameras[0].project(cameras[0].target * [1.0, 1.0, 0.0] + 0.7 * corners))
     points = np.concatenate(seen)
     return View(cameras, *_framed(points.min(axis=0), points.max(axis=0), size, room), reach)
 
 
 def dots_per_inch(size: tuple[int, int]) -> float:
-    """Return how many dots of a picture of this size are an inch, which says how large its words are."""
+    """Return the dots per inch of a picture of this size, which determine the size of its text."""
     return max(_LEAST_DOTS, _DOTS_PER_INCH * min(size[0] / _WIDTH, size[1] / _HEIGHT))
 
 
 def _following(poses: Sequence[Placed], azimuth: float) -> tuple[list[Camera], float]:
-    """Return cameras that go along with the centre of the disk, at one height, and the radius of what they look at."""
+    """Return cameras that follow the centre of the disk at constant height, and the radius of the scene."""
     radius = poses[0].radius
     reach = _AROUND * radius
     height = 0.5 * max(pose.centre()[2] for pose in poses)
@@ -336,15 +340,15 @@ def _following(poses: Sequence[Placed], azimuth: float) -> tuple[list[Camera], f
 
 
 def _standing(rims: Array, azimuth: float | None) -> tuple[list[Camera], float]:
-    """Return the one camera that sees all rims, shape (frames, n, 3), once for each frame, and the radius of it all.
+    """Return a camera that sees all rims, shape (frames, n, 3), repeated for each frame, and the radius of the scene.
 
-    Without an azimuth it looks down from above.
+    Without an azimuth, it looks down from above.
     """
     low, high = rims.min(axis=(0, 1)), rims.max(axis=(0, 1))
     centre = 0.5 * (low + high)
     reach = float(np.linalg.norm(rims - centre, axis=-1).max())
     if azimuth is None:
-        # x to the right and y upwards, as on a map
+        # x to the right and y upward, as on a map
         camera = Camera.on(centre, reach, azimuth=-90.0, elevation=90.0)
     else:
         camera = Camera.on(centre, reach, azimuth)
@@ -352,11 +356,11 @@ def _standing(rims: Array, azimuth: float | None) -> tuple[list[Camera], float]:
 
 
 def _framed(low: Array, high: Array, size: tuple[int, int], room: tuple[float, float]) -> tuple[Array, Array]:
-    """Return the rectangle of the shape of the picture that holds another one between the words."""
+    """Return the rectangle with the picture's shape that contains another one between the texts."""
     above, below = (each * dots_per_inch(size) / size[1] for each in room)
     free = np.array([1.0 - 2.0 * _MARGIN, max(_LEAST_SHARE, 1.0 - above - below)])
     scale = float(((high - low) / (free * size)).max())
     whole = scale * np.array(size, dtype=np.float64)
-    # the middle of what is seen is that of the room between the words
+    # the centre of the scene is the centre of the space between the texts
     bottom = 0.5 * (low + high) - 0.5 * whole - np.array([0.0, 0.5 * (below - above) * whole[1]])
     return bottom, bottom + whole

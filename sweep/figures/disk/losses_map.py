@@ -1,4 +1,4 @@
-"""The map of losses: how long each start keeps the disk aloft, and which law took most of its energy."""
+"""The map of losses: how long the disk stays aloft from each start, and which law took most of its energy."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-#: Measure of a loss -> colour, of Okabe and Ito's palette: the colour-blind can tell them apart.
+#: Measure of a loss -> colour, from Okabe and Ito's palette, which is safe for the colour-blind.
 COLOURS: Mapping[str, str] = {
     "rolling_loss": "#E69F00",
     "pivoting_loss": "#CC79A7",
@@ -35,13 +35,14 @@ COLOURS: Mapping[str, str] = {
 }
 
 
-#: Width of a panel [in], and the least one; panels in a row.
+#: Width and least width of a panel [in]; panels in a row.
 _WIDTHS, _IN_ROW = (3.6, 2.2), 2
 
-#: Variables that the figure is made of.
+#: Variables that the figure needs.
 _NEEDED = ("end_time", "largest_loss", "ending")
 
-#: Strength of a hue at the shortest and at the longest time, the colour of the bar that explains it, and of no loss.
+#: Strength of a hue at the shortest and at the longest time, the colour of the bar that explains it, and the colour of
+#: cells without losses.
 _STRENGTH, _GREY, _NONE = (0.18, 0.95), "0.25", "0.6"
 
 #: Background of the numbers of contour lines.
@@ -52,10 +53,11 @@ _BESIDE: dict[str, Any] = {
     "linewidth": 0.0,
 }
 
-#: Contour lines at most, and the distance of their numbers from the border, over the width or the height of a map.
+#: Largest number of contour lines, and distance of their numbers from the border, divided by the width or height of a
+#: map.
 _MOST_LINES, _FROM_BORDER = 6, 0.04
 
-#: Ending -> what is written of its cells, and their hatching over the hue of the loss.
+#: Ending -> label of its cells, and their hatching over the hue of the loss.
 _ENDS: Mapping[str, tuple[str, dict[str, Any]]] = {
     "horizon": ("aloft at the end of the duration", {"facecolor": "none", "hatch": "...."}),
     "rest": ("held at rest", {"facecolor": "none", "hatch": "\\\\\\\\"}),
@@ -66,10 +68,10 @@ _ENDS: Mapping[str, tuple[str, dict[str, Any]]] = {
 
 @dataclass(frozen=True)
 class LossesMap:
-    """All that is drawn of one atlas; arrays of the shape (rows of y, columns of x).
+    """Everything that is drawn of one atlas; arrays have the shape (rows of y, columns of x).
 
-    `times` are in s, NaN where the time aloft is not known; `loss` is a code of the variable largest_loss; `ended` are
-    the cells of each ending of `_ENDS`.
+    `times` are in s, NaN where the time aloft is unknown; `loss` is a code of the variable largest_loss; `ended` maps
+    each ending of `_ENDS` to its cells.
     """
 
     panel: Panel
@@ -89,7 +91,7 @@ class LossesMap:
 
 
 def in_words(name: str) -> str:
-    """Return what is written of a loss of the table `sweep.model.lossy_disk.tables.LOSSES`."""
+    """Return the label of a loss in the table `sweep.model.lossy_disk.tables.LOSSES`."""
     return name.replace("_", " ")
 
 
@@ -101,7 +103,7 @@ def losses_map(dataset: "xr.Dataset", look: Look | None = None) -> LossesMap:
     order = (drawn.y.quantity.name, drawn.x.quantity.name)
     times, loss, ending = (in_order(dataset[name], order) for name in _NEEDED)
     ended = {name: np.asarray(ending == ENDINGS.code(name)) for name in _ENDS}
-    # where the model ends nothing is known of how long the disk stays aloft
+    # if the model ends before the motion does, the time aloft is unknown
     unknown = drawn.no_result | ended["lift_off"] | ended["slip"]
     spec = drawn_spec(dataset)
     return LossesMap(
@@ -118,14 +120,14 @@ def _air(law: str) -> tuple[str, ...]:
 
 
 def figure(datasets: "Sequence[xr.Dataset]", look: Look | None = None) -> Figure:
-    """Draw the time aloft of atlases of two axes, or of selections from atlases, a panel each.
+    """Draw the time aloft of atlases of two axes, or of selections from atlases, one panel each.
 
-    The hue of a cell is the law that took most of its energy, its strength the time; lines have equal times.
+    The hue of a cell shows which law took most of the energy, its strength shows the time; lines connect equal times.
 
     Raises
     ------
     RequestError
-        If one of them has not two axes or no losses.
+        If an atlas does not have two axes, or has no losses.
     """
     look = look or Look()
     maps = [losses_map(dataset, look) for dataset in datasets]
@@ -156,7 +158,7 @@ def _block(axes: "Axes", each: LossesMap, norm: Normalize) -> Block:
 
 
 def _colours(each: LossesMap, norm: Normalize) -> Array:
-    """Return the colour of every cell, shape (rows, columns, 4): the hue of its loss, the stronger the longer."""
+    """Return the colour of every cell, shape (rows, columns, 4): the hue of its loss, stronger for longer times."""
     part = np.asarray(norm(np.where(np.isfinite(each.times), each.times, norm.vmin or 0.0)), np.float64).clip(
         0.0, 1.0
     )
@@ -169,20 +171,20 @@ def _colours(each: LossesMap, norm: Normalize) -> Array:
 
 
 def _mixed(colour: str, part: Array) -> Array:
-    """Return a colour between white and itself, shape (n, 3)."""
+    """Return mixtures of white and a colour, shape (n, 3)."""
     strength = np.interp(part, (0.0, 1.0), _STRENGTH)[:, np.newaxis]
     return np.asarray(1.0 - strength * (1.0 - np.array(to_rgb(colour))))
 
 
 def _bar(norm: Normalize) -> Bar:
-    """Return the bar that says how long a time a strength of a hue is, in grey, which stands for every hue."""
+    """Return the bar that shows the time for each strength of a hue, in grey on behalf of all hues."""
     greys = _mixed(_GREY, np.linspace(0.0, 1.0, 256))
     colours = LinearSegmentedColormap.from_list("time", list(map(tuple, greys)))
     return Bar(ScalarMappable(norm, colours), "time aloft (s)")
 
 
 def _draw_lines(axes: "Axes", each: LossesMap) -> None:
-    """Draw lines of equal times with their numbers, where motions came to their end."""
+    """Draw lines of equal times with their numbers, among the motions that ended."""
     panel = each.panel
     assert panel.y is not None
     times = np.where(each.ended["horizon"], np.nan, each.times)
@@ -202,7 +204,7 @@ def _draw_lines(axes: "Axes", each: LossesMap) -> None:
     for text in axes.clabel(lines, fmt=lambda level: f"{level:g} s", fontsize="smaller", inline=False):
         text.set_bbox(_BESIDE)
         place = axes.transAxes.inverted().transform(axes.transData.transform(text.get_position()))
-        # a number that the border would cut off
+        # remove numbers that the border would clip
         if min(*place, *(1.0 - place)) < _FROM_BORDER:
             text.remove()
 

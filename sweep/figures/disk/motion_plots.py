@@ -1,6 +1,6 @@
-"""Figures of single motions: tilt, path, momentum and forces with linear theory, and a picture of the disk.
+"""Figures of single motions: tilt, path, momentum and forces, with linear theory, and a picture of the disk.
 
-Where rolling without slipping is impossible (`sweep.motion.contact`) the figures are shaded.
+Times at which rolling without slipping is impossible (`sweep.motion.contact`) are shaded.
 """
 
 import math
@@ -50,51 +50,50 @@ _OTHER: dict[str, Any] = {"color": "#2b6ca3", "linewidth": 1.1, "linestyle": (0,
 #: Linear theory is drawn until its tilt is this many times the largest tilt of the motion.
 _SEEN = 1.15
 
-#: A path that is this many times longer than wide is drawn with different scales on its axes.
+#: Ratio of length to width beyond which a path is drawn with different scales on its axes.
 _THIN = 8.0
 
-#: Positions of the disk in a picture: their largest number, the least distance of their centres in radii, that of a
-#: disk that falls in its place, and the number of moments from which they are chosen.
+#: Positions of the disk in a picture: their largest number, the least distance of their centres in radii, the same for
+#: a disk that falls in place, and the number of moments from which positions are chosen.
 _SNAPSHOTS, _APART, _FALLING, _MOMENTS = 7, 1.7, 0.3, 240
 
-#: A contact point whose path spans no more than this many radii stays in its place; a disk whose path spans no more
-#: than the second number falls in its place.
+#: Largest span of the path of a contact point that is said to stay in place, and of a disk that falls in place [radii].
 STAYS, _NEAR = 0.02, 1.0
 
-#: A path that is no wider than this many radii is straight, and is shown on the scale of the disk across.
+#: Largest width [radii] of a path that counts as straight; such a path is shown on the scale of the disk across.
 _STRAIGHT = 1e-6
 
-#: Side of the squares of the floor over half the width of what is seen, at most.
+#: Largest side of the squares of the floor, divided by half the width of the view.
 _SQUARE = 0.2
 
-#: The friction coefficient that is needed stays in view up to this many times the other numbers of its panel; the
-#: second number is for one that grows without bound, where the disk lifts off.
+#: Largest needed friction coefficient that stays in view, relative to the other numbers of its panel; the second number
+#: is for one that grows without bound, where the disk lifts off.
 _IN_VIEW, _UNBOUNDED = 3.0, 1.5
 
-#: Shade where rolling is impossible.
+#: Shading of times at which rolling is impossible.
 _BEYOND: dict[str, Any] = {"color": "0.55", "linewidth": 1.0, "linestyle": (0, (1, 1))}
 
 _FINE = 4000
 
 
 def figure(dataset: "xr.Dataset") -> Figure:
-    """Draw one motion: the disk in perspective, tilt, path and contact in time.
+    """Draw one motion: the disk in perspective, and tilt, path and contact over time.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        A motion, as `sweep.simulate` returns it, or a stretch of it in time. One whose samples are too far apart to
-        be drawn through is computed again with closer ones.
+        A motion, as `sweep.simulate` returns it, or an interval of it. If its samples are too far apart to draw, the
+        motion is computed again with closer ones.
 
     Returns
     -------
     matplotlib.figure.Figure
-        On an Agg canvas, not registered with pyplot.
+        A figure on an Agg canvas, not registered with pyplot.
 
     Raises
     ------
     RequestError
-        If the dataset is no motion.
+        If the dataset is not a motion.
     """
     motion = closely_sampled(dataset)
     with sheet(7.2, 5.6) as drawn:
@@ -110,7 +109,7 @@ def draw_panels(
     draws: "Iterable[Callable[[Axes, xr.Dataset], None]]",
     motion: "xr.Dataset",
 ) -> None:
-    """Draw the panels of a motion, each into its place of a grid, with its title and caption above all."""
+    """Draw the panels of a motion, each in its place of a grid, below a title and a caption."""
     panels = []
     for place, draw in zip(places, draws, strict=True):
         panels.append(drawn.add_subplot(place))
@@ -120,7 +119,7 @@ def draw_panels(
 
 
 def draw_tilt(axes: "Axes", dataset: "xr.Dataset") -> None:
-    """Draw the tilt in time, and the oscillation or growth of linear theory."""
+    """Draw the tilt over time, and the oscillation or growth according to linear theory."""
     scale = TRAJECTORY["tilt"].plot_scale
     linear, times = _linear(dataset)
     axes.plot(dataset[TIME.name].values, dataset["tilt"].values * scale, label="motion", **MOTION)
@@ -131,10 +130,10 @@ def draw_tilt(axes: "Axes", dataset: "xr.Dataset") -> None:
 
 
 def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
-    """Draw the path of the contact point from above, equal scales, and that of linear theory."""
+    """Draw the path of the contact point from above, with equal scales, and the path of linear theory."""
     x, y = dataset["contact_x"].values, dataset["contact_y"].values
     radius = float(dataset["radius"])
-    # like disks have like units, however far they go
+    # the unit follows from the disk, so that the same disk always has the same unit
     unit, factor = length_unit(radius)
     linear, known = _linear(dataset)
     rolls = dataset[TIME.name].values <= rolling_limit(dataset).time
@@ -148,7 +147,7 @@ def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
     spread = np.array([np.ptp(x), np.ptp(y)])
     stays = spread.max() <= STAYS * radius
     if stays or spread.max() < _THIN * spread.min():
-        # a point that stays in its place is shown on the scale of the disk
+        # show a point that stays in place on the scale of the disk
         reach = max(reach, radius if stays else 0.0)
         axes.set_xlim(factor * (cx - reach), factor * (cx + reach))
         axes.set_ylim(factor * (cy - reach), factor * (cy + reach))
@@ -156,7 +155,7 @@ def draw_path(axes: "Axes", dataset: "xr.Dataset") -> None:
     elif spread.min() <= _STRAIGHT * radius:
         narrow, middle = (axes.set_xlim, cx) if spread[0] < spread[1] else (axes.set_ylim, cy)
         narrow(factor * (middle - radius), factor * (middle + radius))
-    note = "stays in its place" if stays else "" if axes.get_aspect() == 1.0 else "scales differ"
+    note = "stays in place" if stays else "" if axes.get_aspect() == 1.0 else "scales differ"
     axes.text(0.97, 0.03, note, transform=axes.transAxes, ha="right", fontsize=7.0, style="italic")
     label_axes(axes, f"contact x ({unit})", f"contact y ({unit})")
 
@@ -179,7 +178,7 @@ def draw_momentum(axes: "Axes", dataset: "xr.Dataset") -> None:
 
 
 def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
-    """Draw the normal force over the weight, the friction coefficient that is needed, and that of the contact."""
+    """Draw the normal force / weight, the needed friction coefficient, and the friction coefficient of the contact."""
     times, weight = dataset[TIME.name].values, float(dataset["mass"] * dataset["gravity"])
     needed, friction = dataset["friction_needed"].values, float(dataset["friction"])
     normal = dataset["normal_force"].values / weight
@@ -200,7 +199,7 @@ def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
 
 
 def _highest(normal: Array, needed: Array, friction: float, times: float) -> float:
-    """Return the largest number in view: what is needed, up to so many times the other numbers or its own median."""
+    """Return the largest number in view: the need, up to a multiple of the other numbers or of its own median."""
     others = max(1.0, min(float(normal.max()), _IN_VIEW), friction)
     known = needed[np.isfinite(needed)]
     if not known.size:
@@ -211,7 +210,8 @@ def _highest(normal: Array, needed: Array, friction: float, times: float) -> flo
 def draw_picture(axes: "Axes", dataset: "xr.Dataset", moments: Array | None = None) -> None:
     """Draw the disk in perspective, with the trace of the contact point.
 
-    At given moments [s], increasing; by default at some that are evenly spaced in time and do not cover each other.
+    Draws it at the given moments [s], in increasing order; by default at moments evenly spaced in time whose disks do
+    not cover each other.
     """
     x, y, times = (dataset[name].values for name in ("contact_x", "contact_y", TIME.name))
     limit = rolling_limit(dataset).time
@@ -252,15 +252,15 @@ def poses_at(dataset: "xr.Dataset", moments: Array) -> Sequence[Placed]:
 
 
 def _middle(x: Array, y: Array) -> tuple[tuple[float, float], float]:
-    """Return the middle of a path, and half the side of the square around it with a margin."""
+    """Return the centre of a path, and half the side of the square around it including a margin."""
     reach = 0.55 * max(np.ptp(x), np.ptp(y), 1e-9)
     return (0.5 * float(x.min() + x.max()), 0.5 * float(y.min() + y.max())), float(reach)
 
 
 def _linear(dataset: "xr.Dataset") -> tuple[LinearMotion, Array]:
-    """Return the motion of linear theory while its tilt is near that of the motion (`_SEEN`), and its times.
+    """Return the motion of linear theory while its tilt is near the tilt of the motion (`_SEEN`), and its times.
 
-    None of a body that spins on its end: there its tilt is no small angle.
+    Empty for a body that spins on its end: its tilt is not a small angle there.
     """
     times = np.linspace(0.0, float(dataset[TIME.name][-1]), _FINE)
     start = {name: dataset[name].values.flat[0] for name in kind_of(dataset).model.parameters}
@@ -277,7 +277,7 @@ def _linear(dataset: "xr.Dataset") -> tuple[LinearMotion, Array]:
 
 
 def _circle(dataset: "xr.Dataset") -> str:
-    """Return the radius of the circle of a steady motion, as part of a label; empty for any other motion."""
+    """Return the radius of the circle of a steady motion, as part of a label; empty for other motions."""
     precession_rate, roll_rate = (float(dataset[name][0]) for name in ("precession_rate", "roll_rate"))
     if precession_rate * roll_rate == 0.0 or np.ptp(dataset["tilt"].values) > 1e-6:
         return ""
@@ -292,13 +292,13 @@ def _circle(dataset: "xr.Dataset") -> str:
 
 
 def _snapshots(dataset: "xr.Dataset") -> list[tuple[float, Placed]]:
-    """Return moments [s] and positions of the disk that do not cover each other, in their order, with the last."""
+    """Return times [s] and positions of the disk that do not cover each other, in order, including the last."""
     times = dataset[TIME.name].values
     moments = np.linspace(times[0], times[-1], _MOMENTS)
     every = list(zip(moments.tolist(), poses_at(dataset, moments), strict=True))
     path = np.array([(pose.x, pose.y) for _, pose in every])
     radius = every[0][1].radius
-    # the centre of a disk that falls in its place moves by less than the disk covers
+    # if a disk falls in place, its centre moves by less than the disk covers
     apart = (_FALLING if np.ptp(path, axis=0).max() <= _NEAR * radius else _APART) * radius
     kept: list[tuple[float, Placed]] = []
     for moment, pose in reversed(every):
@@ -309,7 +309,7 @@ def _snapshots(dataset: "xr.Dataset") -> list[tuple[float, Placed]]:
 
 
 def _shade(axes: "Axes", dataset: "xr.Dataset", limit: RollingLimit | None = None) -> None:
-    """Shade the time in which rolling is impossible."""
+    """Shade the times at which rolling is impossible."""
     start = (limit or rolling_limit(dataset)).time
     times = dataset[TIME.name].values
     if start <= times[-1]:

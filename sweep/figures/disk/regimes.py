@@ -1,6 +1,6 @@
 """The map of regimes: how many wells the potential of each start has, and whether its motion crosses upright.
 
-Both follow from the exact reduction: of an atlas only its starts are used.
+Both follow from the exact reduction; only the starts of an atlas are used.
 """
 
 from collections.abc import Sequence
@@ -30,34 +30,35 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: Names of the regimes: one or two wells, on one side of upright or across it.
+#: Names of the regimes: one or two wells, on one side of upright or crossing it.
 NAMES = ("one well\none side", "one well\ncrosses", "two wells\none side", "two wells\ncrosses")
 
-#: Width of a panel [in], and the least one; panels in a row.
+#: Width and least width of a panel [in]; panels in a row.
 _WIDTHS, _IN_ROW = (3.6, 2.2), 2
 
-#: Okabe and Ito's blue and orange in two strengths: the hue shows the wells, the strength the crossing, also in grey.
+#: Okabe and Ito's blue and orange, each in two strengths: the hue shows the wells, the strength shows the crossing,
+#: also in greyscale.
 _COLOURS = ("#dcecf6", "#7fb9dc", "#fbe3bd", "#e69f00")
 _FALLS: dict[str, Any] = {"facecolor": "0.92", "hatch": "...."}
 _SEPARATRIX = "#b3261e"
 
-#: Endings of cells without a regime, beside falls.
+#: Endings of cells without a regime, in addition to falls.
 _LOST = ("edge_change", "unresolved", "invalid")
 
-#: Wells of which there is a name.
+#: Largest number of wells that has a name.
 _MOST_WELLS = 2
 
-#: Points on a curve of theory.
+#: Number of points on a curve of theory.
 _FINE = 400
 
 
 @dataclass(frozen=True)
 class Regimes:
-    """All that is drawn of one atlas; arrays of the shape (rows of y, columns of x).
+    """Everything that is drawn of one atlas; arrays have the shape (rows of y, columns of x).
 
-    `regime` is an index of `NAMES`, -1 where the disk falls (`fell`) or the reduction has no result (`unknown`); `lost`
-    names the endings of the latter. `separatrix` is the nearest maximum of the potential minus the energy, NaN where
-    there is none. `folds` are curves in the units of the scales.
+    `regime` is an index into `NAMES`, -1 where the disk falls (`fell`) or the reduction has no result (`unknown`);
+    `lost` names the endings of the unknown cells. `separatrix` is the nearest maximum of the potential minus the
+    energy, NaN where there is no maximum. `folds` are curves in the units of the scales.
     """
 
     panel: Panel
@@ -94,7 +95,7 @@ def regimes(dataset: "xr.Dataset", look: Look | None = None) -> Regimes:
     known = (ending["bounded"] | ending["steady"]) & (exact["wells"] > 0) & (exact["wells"] <= _MOST_WELLS)
     return Regimes(
         panel=drawn,
-        caption=(fixed_parameters(spec), "one side of upright, or crosses it"),
+        caption=(fixed_parameters(spec), "stays on one side of upright, or crosses it"),
         regime=np.where(known, 2 * (exact["wells"] - 1) + across, -1).astype(np.int8),
         fell=ending["fell"],
         unknown=~known & ~ending["fell"],
@@ -105,7 +106,7 @@ def regimes(dataset: "xr.Dataset", look: Look | None = None) -> Regimes:
 
 
 def _folds(spec: SweepSpec, drawn: Panel) -> list[tuple[Array, Array]]:
-    """Return the curve of folds, where the axes are the tilt and the only rate that is not zero."""
+    """Return the curve of folds, if the axes are the tilt and the only nonzero rate."""
     assert drawn.y is not None
     axis, tilts = drawn.y.quantity.name, spec.tilt
     still = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}.get(axis)
@@ -127,15 +128,15 @@ def _folds(spec: SweepSpec, drawn: Panel) -> list[tuple[Array, Array]]:
 
 
 def figure(datasets: "Sequence[xr.Dataset]", look: Look | None = None) -> Figure:
-    """Draw the regimes of atlases of two axes, or of selections from atlases, a panel each.
+    """Draw the regimes of atlases of two axes, or of selections from atlases, one panel each.
 
-    The curve of folds is drawn over the tilt and the only rate that is not zero, from theory; the colours and the
-    separatrix are from the reduction.
+    The curve of folds is drawn over the tilt and the only nonzero rate, from theory; the colours and the separatrix are
+    from the reduction.
 
     Raises
     ------
     RequestError
-        If one of them has not two axes.
+        If an atlas does not have two axes.
     """
     look = look or Look()
     panels = [regimes(dataset, look) for dataset in datasets]
@@ -160,17 +161,17 @@ def _block(axes: "Axes", each: Regimes) -> Block:
 
 
 def _draw_separatrix(axes: "Axes", each: Regimes) -> None:
-    """Draw the separatrix: where a motion just reaches the saddle of its potential."""
+    """Draw the separatrix, where a motion just reaches the saddle of its potential."""
     panel = each.panel
     assert panel.y is not None
     known = each.separatrix[np.isfinite(each.separatrix)]
     if not known.size or known.min() >= 0.0 or known.max() <= 0.0:
         return
     contour = axes.contour(panel.x.values, panel.y.values, np.ma.masked_invalid(each.separatrix), [0.0])
-    # where cells are masked matplotlib leaves segments without points
+    # matplotlib leaves segments without points where cells are masked
     segments = [segment for segment in contour.allsegs[0] if len(segment) > 1]
     contour.remove()
-    # as lines, which the legend shows and the names of the regions make room for
+    # draws lines instead, because the legend shows them and region names keep clear of them
     for i, segment in enumerate(segments):
         label = "separatrix: just reaches the saddle" if i == 0 else None
         axes.plot(*segment.T, color=_SEPARATRIX, linewidth=1.2, linestyle="--", zorder=3, label=label)

@@ -10,27 +10,27 @@ import numpy as np
 
 from sweep.model.quantity import Array
 
-#: Facets about the axis, and along half a circle of a meridian.
+#: Number of facets around the axis, and along half a circle of a meridian.
 _AROUND, _ALONG = 72, 18
 
-#: Kinds of facets: the side of the body behind its axis, the side in front, or the edge.
+#: Kinds of facets: on the side at the negative end of the axis, at its positive end, or on the edge.
 FRONT, BACK, EDGE = range(3)
 
 
 @dataclass(frozen=True)
 class Solid:
-    """A surface of revolution about the axis of a body, over its outer radius, with the centre of mass at 0.
+    """A surface of revolution about the axis of a body, in units of its outer radius, with the centre of mass at 0.
 
     Attributes
     ----------
     meridian : array, shape (k, 2)
         Distance from the axis, and height along it, of points from one end to the other; the outside is on the left.
     shown : array of int, shape (k - 1,)
-        FRONT, BACK or EDGE for each stretch of the meridian.
+        FRONT, BACK or EDGE for each segment of the meridian.
     creases : tuple of int
-        Points where it has an edge.
+        Indices of points where the meridian has a corner.
     tube : (float, float, float) or None
-        Of a ring: distance of the middle of its tube from the axis, its height, and the radius of the tube.
+        For a ring: distance of the centre of its tube from the axis, its height, and the radius of the tube.
     """
 
     meridian: Array
@@ -40,7 +40,7 @@ class Solid:
 
     @classmethod
     def of(cls, body: str, core: float, shift: float, edge: float, square: float) -> Self:
-        """Return the shape of a body, by its word, with the arc of its meridian (`kernels.bodies.shapes`)."""
+        """Return the shape of the body that a word names, with the arc of its meridian (`kernels.bodies.shapes`)."""
         if body == "torus":
             around = np.linspace(math.pi, -math.pi, 2 * _ALONG + 1)
             points = _circle(core, 0.0, edge, around)
@@ -48,11 +48,11 @@ class Solid:
         if body in ("ball", "spheroid"):
             points = _circle(0.0, 0.0, 1.0, np.linspace(0.5, -0.5, 2 * _ALONG + 1) * math.pi)
             points[:, 1] = math.sqrt(square) * points[:, 1] - shift
-            # a pole is on the axis, not beside it by rounding
+            # puts poles on the axis in spite of rounding
             points[[0, -1], 0] = 0.0
             return cls(points, _sides(points, -shift))
         quarter = np.linspace(0.5, 0.0, _ALONG // 2 + 1) * math.pi
-        # of a rim, on either edge; an arc goes on to the other side
+        # the arc of a rim, on either edge; a single arc continues to the other side
         upper = _circle(
             core, 0.0 if body == "arc" else abs(shift), edge, quarter if edge > 0.0 else quarter[:1]
         )
@@ -65,7 +65,7 @@ class Solid:
 
     @cached_property
     def vertices(self) -> Array:
-        """Points of the surface, shape (k, n, 3): across the axis, the painted direction first, and along it."""
+        """Points of the surface, shape (k, n, 3): along the meridian, and around from the painted direction."""
         angle = np.linspace(0.0, 2.0 * math.pi, _AROUND + 1)
         distance, height = self.meridian.T
         return np.stack(
@@ -85,7 +85,7 @@ class Solid:
 
     @cached_property
     def normals(self) -> Array:
-        """Directions outwards of the facets, shape (k - 1, n - 1, 3)."""
+        """Outward directions of the facets, shape (k - 1, n - 1, 3)."""
         angle = (np.arange(_AROUND) + 0.5) * 2.0 * math.pi / _AROUND
         across, along = np.diff(self.meridian, axis=0).T
         length = np.maximum(np.hypot(across, along), 1e-300)
@@ -101,7 +101,7 @@ class Solid:
 
     @cached_property
     def bands(self) -> Array:
-        """Which facets are drawn a little darker, shape (k - 1, n - 1): sectors, so that one sees the body turn."""
+        """Which facets are drawn slightly darker, shape (k - 1, n - 1): sectors that make the rotation visible."""
         odd = np.arange(_AROUND) // (_AROUND // 12) % 2 == 1
         banded = self.shown == EDGE if EDGE in self.shown else np.ones_like(self.shown, bool)
         return np.asarray(np.logical_and.outer(banded, odd))
@@ -112,13 +112,14 @@ class Solid:
         return float(np.hypot(*self.meridian.T).max())
 
     def extent(self) -> Array:
-        """Some points of the surface that show how far it reaches, shape (m, 3)."""
+        """Some points of the surface that show its extent, shape (m, 3)."""
         return np.asarray(self.vertices[:, ::6].reshape(-1, 3))
 
     def contours(self, eye: Array) -> Iterator[Array]:
-        """Yield the lines of a ring that an eye sees as its outline, shape (n, 3); parts of them may be hidden.
+        """Yield the outlines of a ring for an eye, shape (n, 3); parts of them may be hidden.
 
-        A ray from the eye touches the tube where its radius is the projection of the eye's distance from its middle.
+        A ray from the eye touches the tube where the tube's radius is the projection of the eye's distance from its
+        centre.
         """
         if self.tube is None:
             return

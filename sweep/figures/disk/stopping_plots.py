@@ -1,4 +1,4 @@
-"""Figures of a motion that loses energy: how it comes to its end, and which law of loss takes the energy when."""
+"""Figures of a motion that loses energy: how it ends, and which loss takes the energy when."""
 
 import math
 from fractions import Fraction
@@ -30,54 +30,54 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: Energy that is left.
+#: Colour of the remaining energy.
 _LEFT = "0.9"
 
 _MOTION: dict[str, Any] = {"color": "black", "linewidth": 1.0}
 _OTHER: dict[str, Any] = {"color": "#c8380a", "linewidth": 1.0}
 
-#: A law that took less than this share of the energy is not in the figure.
+#: Least share of the lost energy that a law must have taken to appear in the figure.
 _LEAST_SHARE = 1e-3
 
-#: A disk whose centre stays within so many radii is shown at its start and at its end.
+#: Largest path of the centre, in radii, for which the picture shows only the start and the end.
 _NEAR = 1.0
 
-#: Powers of ten of the time that is left on an axis at most.
+#: Largest number of decades of the remaining time on an axis.
 _DECADES = 6.0
 
-#: Length of a guide on either side of the place where its law takes most [decades], its distance from the curve as a
-#: factor, and the place of its words.
+#: Length of a guide on either side of the place where its law takes most [decades], and the distance of its text from
+#: the curve, as a factor.
 _REACH, _BESIDE = 0.55, 1.25
 
-#: A law has a guide if it takes this part of the power somewhere; the room around the curve, as a factor.
+#: Least part of the power that a law must take somewhere to get a guide; the margin around the curve, as a factor.
 _LEAST_PART, _ROOM = 0.1, 2.0
 
-#: Inclination [rad] above which a disk does not wobble: what it did before is not in the panels of its end.
+#: Inclination [rad] above which a disk does not wobble; the panels of the end start after it.
 _UPRIGHT = 1.0
 
 
 def figure(dataset: "xr.Dataset") -> Figure:
-    """Draw one motion with losses: the disk, tilt and rates in time, where its energy went, and how it came to its end.
+    """Draw one motion with losses: the disk, tilt and rates over time, where its energy went, and how it ended.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        A motion with losses, as `sweep.simulate` returns it, or a stretch of it in time.
+        A motion with losses, as `sweep.simulate` returns it, or an interval of it.
 
     Returns
     -------
     matplotlib.figure.Figure
-        On an Agg canvas, not registered with pyplot. What does not become flat in a wobble, and
-        what is no thin disk, has no panels of its end.
+        A figure on an Agg canvas, not registered with pyplot. It has no panels of the end for motions that do not
+        become flat in a wobble, and for bodies other than a thin disk.
 
     Raises
     ------
     RequestError
-        If the dataset is no motion.
+        If the dataset is not a motion.
     """
     motion = closely_sampled(dataset)
     draws = [draw_inclination, draw_rates, draw_ledger]
-    # the end of a thick body has no power law, and its time no closed form
+    # for thick bodies, the end has no power law, and the remaining time no closed form
     if wobbles(motion) and not is_of_body(motion):
         draws += [
             partial(_draw_end, name="inclination", share=Fraction(1)),
@@ -92,32 +92,32 @@ def figure(dataset: "xr.Dataset") -> Figure:
 
 
 def _moments(dataset: "xr.Dataset") -> Array | None:
-    """Return the start and the end of a motion that stays in its place; None where the disk goes about."""
+    """Return the start and the end time of a motion that stays in its place; None if the disk travels."""
     radius, times = float(dataset["radius"]), dataset[TIME.name].values
     spread = max(float(np.ptp(dataset[name].values)) for name in ("centre_x", "centre_y"))
     return times[[0, -1]] if spread < _NEAR * radius else None
 
 
 def laws_of(dataset: "xr.Dataset") -> list[str]:
-    """Return the losses of a motion that took energy, in the order of the ledger."""
+    """Return the losses that took energy in a motion, in the order of the ledger."""
     lost = {name: float(dataset[name][-1] - dataset[name][0]) for name in LAWS}
     return [name for name, energy in lost.items() if energy > _LEAST_SHARE * max(sum(lost.values()), 0.0)]
 
 
 def draw_inclination(axes: "Axes", dataset: "xr.Dataset") -> None:
-    """Draw the inclination in time; the tilt, which has a sign, of a disk that does not become flat."""
+    """Draw the inclination over time; for a disk that does not become flat, the tilt, which has a sign."""
     quantity = LOSSY_TRAJECTORY["inclination" if ending_of(dataset) == "flat" else "tilt"]
     values = dataset[quantity.name].values * quantity.plot_scale
-    axes.plot(dataset[TIME.name].values, values, label=end_of(dataset) or "not yet at its end", **_MOTION)
+    axes.plot(dataset[TIME.name].values, values, label=end_of(dataset) or "not at its end yet", **_MOTION)
     if quantity.name == "inclination":
         axes.set_ylim(bottom=0.0)
     label_times(axes, dataset, quantity.plot_label)
 
 
 def draw_rates(axes: "Axes", dataset: "xr.Dataset") -> None:
-    """Draw the rates in time: of a disk that becomes flat how fast its wobble goes round and how fast it turns itself.
+    """Draw the rates over time; if the disk becomes flat, the rate of the wobble and the disk's own turning rate.
 
-    Near flat the roll rate is the precession rate, with the other sign, and what both leave is the turn of the disk.
+    Near flat, the roll rate is minus the precession rate, and their small sum is the turning of the disk.
     """
     times = dataset[TIME.name].values
     tilt, precession, roll = (dataset[name].values for name in ("tilt", "precession_rate", "roll_rate"))
@@ -125,7 +125,7 @@ def draw_rates(axes: "Axes", dataset: "xr.Dataset") -> None:
         times, precession, label=rf"precession ${LOSSY_TRAJECTORY['precession_rate'].symbol}$", **_MOTION
     )
     if ending_of(dataset) == "flat":
-        label = f"turn of the {kind_of(dataset).called} itself about the vertical"
+        label = f"turning of the {kind_of(dataset).called} itself about the vertical"
         axes.plot(times, precession + roll * np.sin(tilt), label=label, **_OTHER)
     else:
         axes.plot(times, roll, label=rf"roll ${LOSSY_TRAJECTORY['roll_rate'].symbol}$", **_OTHER)
@@ -133,7 +133,7 @@ def draw_rates(axes: "Axes", dataset: "xr.Dataset") -> None:
 
 
 def draw_ledger(axes: "Axes", dataset: "xr.Dataset") -> None:
-    """Draw what each law has taken in time, one upon the other, and the energy that is left: their sum is constant."""
+    """Draw the energy that each law has taken over time, stacked on the remaining energy: the sum is constant."""
     times, laws = dataset[TIME.name].values, laws_of(dataset)
     lost = [dataset[name].values - dataset[name].values[0] for name in laws]
     energy = dataset["energy"].values
@@ -153,9 +153,9 @@ def draw_ledger(axes: "Axes", dataset: "xr.Dataset") -> None:
 
 
 def _draw_end(axes: "Axes", dataset: "xr.Dataset", name: str, share: Fraction) -> None:
-    """Draw a variable of the wobble against the time that is left, with the slope of each law.
+    """Draw a variable of the wobble against the remaining time, with the slope of each law.
 
-    `share` is its exponent over that of the inclination.
+    `share` is the variable's exponent divided by the exponent of the inclination.
     """
     quantity = LOSSY_TRAJECTORY[name]
     end = _end_of_wobble(dataset)
@@ -164,10 +164,8 @@ def _draw_end(axes: "Axes", dataset: "xr.Dataset", name: str, share: Fraction) -
     shown = (left > left[0] * 10.0**-_DECADES) & (values > 0.0)
     left, values = left[shown], values[shown]
     axes.plot(left, values, label="motion", **_MOTION)
-    axes.set(
-        xscale="log", yscale="log", xlabel=r"time that is left $t_f - t$ (s)", ylabel=quantity.plot_label
-    )
-    # the guides need not be seen whole
+    axes.set(xscale="log", yscale="log", xlabel=r"remaining time $t_f - t$ (s)", ylabel=quantity.plot_label)
+    # the axis need not show the guides completely
     axes.set_ylim(values.min() / _ROOM, values.max() * _ROOM)
     for loss, parts in _parts_of_power(end, shown):
         if parts.max() >= _LEAST_PART:
@@ -178,14 +176,14 @@ def _draw_end(axes: "Axes", dataset: "xr.Dataset", name: str, share: Fraction) -
 
 
 def _end_of_wobble(dataset: "xr.Dataset") -> "xr.Dataset":
-    """Return the stretch of a motion in which its disk is no more upright."""
+    """Return the part of a motion in which its disk is no longer upright."""
     upright = np.flatnonzero(dataset["inclination"].values > _UPRIGHT)
     first = int(upright[-1]) + 1 if upright.size else 0
     return dataset.isel({TIME.name: slice(min(first, dataset.sizes[TIME.name] - 2), None)})
 
 
 def _parts_of_power(dataset: "xr.Dataset", shown: Truths) -> list[tuple[WobbleLoss, Array]]:
-    """Return each law with its part of the power of all at the samples that are shown, by the closed forms."""
+    """Return each law with its part of the total power at the samples that are shown, by the closed forms."""
     inclination = dataset["inclination"].values[shown]
     losses = [each for each in wobble_losses(dataset) if each.name in laws_of(dataset)]
     powers = [each.coefficient * inclination ** -float(each.power) for each in losses]
@@ -195,14 +193,14 @@ def _parts_of_power(dataset: "xr.Dataset", shown: Truths) -> list[tuple[WobbleLo
 def _draw_guide(
     axes: "Axes", loss: WobbleLoss, parts: Array, left: Array, values: Array, share: Fraction
 ) -> None:
-    """Draw the slope of a law beside the curve, where it takes its largest part of the power."""
+    """Draw the slope of a law next to the curve, where the law takes its largest part of the power."""
     strong = np.flatnonzero(parts >= 0.999 * parts.max())
-    # the middle, on the axis, of where it is about as strong
+    # the middle, on the axis, of the interval in which the law is about equally strong
     at = math.sqrt(left[strong[0]] * left[strong[-1]])
     slope = loss.exponent * share
     ends = (at * 10.0 ** np.array([-_REACH, _REACH])).clip(left.min(), left.max())
     near = (left >= ends[0]) & (left <= ends[1])
-    # above all swings of the curve
+    # above all oscillations of the curve
     level = float((values[near] / (left[near] / at) ** float(slope)).max())
     words = f"slope {slope} of {LAWS[loss.name]}".replace("-", "\u2212")
     beside = _BESIDE * level * (ends / at) ** float(slope)
@@ -210,12 +208,12 @@ def _draw_guide(
 
 
 def _energy_unit(energy: float) -> tuple[str, float]:
-    """Return the unit in which energies of this size [J] are read, and the factor to it."""
+    """Return the unit in which energies of this size [J] are shown, and the factor from joules to the unit."""
     return ("J", 1.0) if energy >= 1.0 else ("mJ", 1e3) if energy >= 1e-3 else ("\u00b5J", 1e6)
 
 
 def _law(dataset: "xr.Dataset", name: str) -> str:
-    """Return a law of loss with its coefficient, in words."""
+    """Return a loss law with its coefficient, as text."""
     if name == "air_loss":
         return f"{LAWS[name]} ({request_of(dataset).air_law.capitalize()})"
     parameter, unit = COEFFICIENTS[name]
@@ -229,7 +227,7 @@ def figure_of_cell(explanation: Explanation) -> Figure:
     Raises
     ------
     RequestError
-        If the cell has no motion, or one that cannot be integrated.
+        If the cell has no motion, or a motion that cannot be integrated.
     """
     return figure(motion_of(explanation))
 
@@ -243,7 +241,7 @@ def motion_of(explanation: Explanation) -> "xr.Dataset":
     if impossible:
         raise RequestError(
             f"This cell has no motion to draw: no {' and no '.join(impossible)} keeps its tilt constant.",
-            hint="Leave --plot out, or name another cell.",
+            hint="Leave out --plot, or name another cell.",
         )
     settings = {name: getattr(spec, name) for name in ("duration", "step", "flat_tilt")}
     title = f"{spec.title or 'The motion of one cell'}: {verdict} by {spec.criterion}"
