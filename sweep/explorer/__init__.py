@@ -1,1 +1,1 @@
-"""The explorer: a map of two parameters on a page of this machine, computed anew as one looks around in it."""
+"""The explorer: a map of two parameters on a page of this machine, recomputed as you move around in it."""

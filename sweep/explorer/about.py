@@ -1,4 +1,4 @@
-"""Data that the page needs first: parameters, quantities, criteria and its first view."""
+"""The data that the page needs first: parameters, quantities, criteria and its initial view."""
 
 import contextlib
 import math
@@ -21,7 +21,7 @@ from sweep.model.quantity import Array, Input
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 
-#: Parameter or setting -> the ends of its slider in SI, and how it is spread.
+#: Parameter or setting -> the ends of its slider in SI, and its scale.
 _SLIDERS: Mapping[str, tuple[float, float, str]] = {
     "tilt": (math.radians(-60.0), math.radians(60.0), "linear"),
     "tilt_rate": (-2.0, 2.0, "linear"),
@@ -34,41 +34,41 @@ _SLIDERS: Mapping[str, tuple[float, float, str]] = {
     **SLIDERS,
 }
 
-#: A parameter that may have this value may have any: in SI, far outside every slider.
+#: A parameter that allows this value counts as unlimited: in SI, far outside every slider.
 _FAR = 1e6
 
-#: Halvings that lead from there to neighbouring doubles, or to an end at zero as near as matters.
+#: Number of halvings that lead from there to neighbouring doubles, or close enough to an end at zero.
 _HALVINGS = 200
 
-#: Milliseconds that a cell of a system is taken to need until one has been computed: some need 0.1, some 30, and of
-#: these the first picture has few, so that it comes within 2 s.
+#: Assumed milliseconds per cell of a system until a cell has been computed. Some need 0.1, some 30; for the latter, the
+#: first picture has few cells, so that it appears within 2 s.
 _SYSTEM_COST = 5.0
 
 #: Criterion -> what it limits, its unit, and the ends of its slider in that unit.
 _CRITERIA: Mapping[str, tuple[str, str, float, float]] = {
     "departure": ("how far the tilt leaves its steady value", "deg", 0.1, 80.0),
-    "amplification": ("that distance over the size of the perturbation", "", 1.1, 1000.0),
+    "amplification": ("that distance divided by the size of the perturbation", "", 1.1, 1000.0),
 }
 
 
 def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, Any]:
-    """Return what the page asks for first; all values are in SI, and ``factor`` leads to the unit that people read.
+    """Return the data that the page asks for first; values are in SI, and ``factor`` converts to the displayed unit.
 
     Parameters
     ----------
     given : SweepSpec or None
-        What the explorer was given; it is the base with the empty name, and the first.
+        The explorer's own subject, the first base, with the empty name.
     stored : Stored, optional
-        The atlas whose spec that is.
+        The atlas whose spec `given` is.
 
     Returns
     -------
     dict
-        ``bases``, of which the first is shown; ``others``, the presets that have no map; ``parameters``,
-        ``quantities``, ``criteria``, ``losses``, ``atlas``. The page's types.js says what each of them holds.
+        ``bases``, the first of which is shown; ``others``, the presets that have no map; ``parameters``,
+        ``quantities``, ``criteria``, ``losses``, ``atlas``. The page's types.js describes their contents.
     """
     bases, of_system = {} if given is None else {"": given}, is_system(given)
-    # one module of kernels is that of the disk, or of a body, or of a system
+    # a page has one module of kernels, either of the disk, or of a body, or of a system
     if not has_own_module(given):
         bases |= {name: preset(name) for name in base_names()}
     by_base = {name: _shown(spec, stored if name == "" else None) for name, spec in bases.items()}
@@ -102,19 +102,19 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
 
 
 def _live(spec: SweepSpec) -> SweepSpec:
-    """Return the spec whose cells can be computed, or if there is none the spec itself."""
+    """Return a spec whose cells can be computed, or the spec itself if there is none."""
     with contextlib.suppress(RequestError):
         return exact(spec) if spec.model.exact is not None else spec
     return spec
 
 
 def _is_live(live: SweepSpec) -> bool:
-    """Return whether the cells of a spec of `_live` are computed while one looks."""
+    """Return whether the cells of a spec from `_live` are computed on demand."""
     return live.method == "exact" or is_system(live)
 
 
 def _shown(spec: SweepSpec, stored: Stored | None) -> dict[str, Shown]:
-    """Return what the map can show of a base: of cells that can be computed, and of those that are stored."""
+    """Return the quantities of a base that the map can show, from computed and from stored cells."""
     live = _live(spec)
     computed = shown_of(live) if stored is None or _is_live(live) else {}
     return computed | (stored.quantities() if stored is not None else {})
@@ -125,9 +125,7 @@ def _atlas(stored: Stored) -> dict[str, Any]:
     view = sides(spec)
     shape = [len(getattr(spec, side["name"])) for side in view.values()]
     is_live = _is_live(live)
-    beyond = (
-        "computed beyond the grid and between its cells" if is_live else "nothing is known beyond the grid"
-    )
+    beyond = "computed beyond the grid and between its cells" if is_live else "no cells beyond the grid"
     return {
         "label": stored.label,
         "base": "",
@@ -164,9 +162,9 @@ def base_of(name: str, spec: SweepSpec) -> dict[str, Any]:
 
 
 def sides(spec: SweepSpec) -> dict[str, dict[str, Any]]:
-    """Return the window that shows all of the first two axes of a spec, turned as a figure of them.
+    """Return the window that shows the first two axes of a spec completely, oriented as in a figure.
 
-    A spec with fewer axes has parameters of the model for the others.
+    If the spec has fewer axes, parameters of the model replace them.
     """
     model = spec.model
     names = list(dict.fromkeys((*spec.axes, *model.controls(model.parameters), *model.parameters)))[:2]
@@ -188,14 +186,14 @@ def _side(spec: SweepSpec, name: str) -> dict[str, Any]:
 
 
 def is_logarithmic(values: Array) -> bool:
-    """Return whether the values of an axis lie evenly in their logarithm."""
+    """Return whether the values of an axis are evenly spaced in their logarithm."""
     if values[0] <= 0.0 or values.size < 3:
         return False
     return bool(abs(values[1] / values[0] - values[-1] / values[-2]) < 1e-6 * values[1] / values[0])
 
 
 def _slider_of(row: Input) -> tuple[float, float, str]:
-    """Return the slider of a state or a parameter of a system: from 0 to twice its default, or about 0."""
+    """Return the slider of a state or a parameter of a system: from 0 to twice its default, or around 0."""
     default = float(row.default)
     low, high = sorted((0.0, 2.0 * default)) if default else (-1.0, 1.0)
     return low, high, "linear"
@@ -212,15 +210,15 @@ def _input(row: Input, slider: tuple[float, float, str] | None) -> dict[str, Any
         "most": most,
         "scale": scale,
         "control": row.control,
-        # a body has the lengths that are on its page
+        # a body's page shows only the lengths that the body has
         "words": [word for word in row.words if word != NO_LENGTH],
     }
 
 
 def _end(row: Input, allowed: float, far: float) -> float | None:
-    """Return the last value that is allowed on the way to one far out; None if that is allowed too.
+    """Return the last allowed value on the way to a far one; None if the far one is also allowed.
 
-    Every rule of a parameter is an interval, so that halving finds its end.
+    The rule of every parameter is an interval, so bisection finds its end.
     """
     if row.allows(np.array([far]))[0]:
         return None

@@ -21,14 +21,14 @@ from sweep.request.spec import SweepSpec
 
 JSON, BINARY = "application/json", "application/octet-stream"
 
-#: A function that answers: called with the view and the fields of a request, and with a function that raises where its
+#: A function that answers a request: called with its view, its fields, and a function that raises an error if the
 #: client has gone.
 _Answering = Callable[[View, Mapping[str, Any], Callable[[], None]], "Answer"]
 
 
 @dataclass(frozen=True)
 class Answer:
-    """An answer: its type, and an object for JSON, parts of bytes, or an open file, which the server closes."""
+    """An answer: its content type, and an object for JSON, parts of bytes, or an open file, which the server closes."""
 
     kind: str
     content: Any
@@ -37,14 +37,14 @@ class Answer:
 
 
 class Answers:
-    """All that the page can ask, for what the explorer was given.
+    """All answers to the page, for the subject of the explorer.
 
     Parameters
     ----------
     given : SweepSpec or None
         The base with the empty name.
     stored : Stored or None
-        The atlas whose spec that is.
+        The atlas whose spec `given` is.
     """
 
     def __init__(self, given: SweepSpec | None, stored: Stored | None = None) -> None:
@@ -67,19 +67,19 @@ class Answers:
 
     @property
     def has_own_kernels(self) -> bool:
-        """Whether the page computes with another module than that of the disk."""
+        """Whether the page computes with a module other than the disk's."""
         return has_own_module(self.given)
 
     @property
     def kernels(self) -> Answer:
-        """Its module, made when it is first asked for."""
+        """The page's own module, made when it is first requested."""
         return Answer("application/wasm", [kernels_of(self.given)])
 
     def __contains__(self, path: object) -> bool:
         return path in self._answering
 
     def answer(self, path: str, fields: Mapping[str, Any], check: Callable[[], None]) -> Answer:
-        """Answer a question of the page; `check` raises where its client has gone.
+        """Answer a request of the page; `check` raises an error if its client has gone.
 
         Raises
         ------
@@ -97,7 +97,7 @@ def _window(found: tuple[Mapping[str, Any], Mapping[str, npt.NDArray[Any]]] | No
     return _json({"head": None}) if found is None else Answer(BINARY, packed(*found))
 
 
-# these load more than a map needs
+# imported here, because a map does not need them
 
 
 def _command(view: View, fields: Mapping[str, Any], check: Callable[[], None]) -> Answer:
@@ -119,21 +119,21 @@ def packed(head: Mapping[str, Any], arrays: Mapping[str, npt.NDArray[Any]]) -> l
     Parameters
     ----------
     head : mapping
-        What JSON can hold; ``arrays`` is added to it.
+        Anything that JSON can represent; ``arrays`` is added to it.
     arrays : mapping of str to array
-        float64, float32, int32 or uint8, any shape; sent in this order, in C order. The widest types come first, so
-        that every array begins at a multiple of its own width.
+        float64, float32, int32 or uint8, of any shape, in C order. They must be ordered from the widest type to the
+        narrowest, so that every array begins at a multiple of its own width.
 
     Returns
     -------
     list of bytes or memoryview
-        Four bytes with the length of the head (little-endian), the head with spaces after it such that the arrays begin
-        at a multiple of 8 bytes, and the arrays.
+        Four bytes with the length of the head (little-endian), the head, padded with spaces so that the arrays begin at
+        a multiple of 8 bytes, and the arrays.
     """
     kinds = {name: f"{array.dtype.kind}{array.dtype.itemsize}" for name, array in arrays.items()}
     named = [{"name": name, "type": kind, "count": arrays[name].size} for name, kind in kinds.items()]
     text = json.dumps({**head, "arrays": named}, allow_nan=False, separators=(",", ":")).encode()
     text += b" " * (-(4 + len(text)) % 8)
-    # bytes of arrays in C order, which are not copied
+    # bytes of arrays in C order, without copies
     held = (np.ascontiguousarray(each, each.dtype.newbyteorder("<")) for each in arrays.values())
     return [len(text).to_bytes(4, "little"), text, *(each.reshape(-1).view(np.uint8).data for each in held)]

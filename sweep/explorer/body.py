@@ -9,7 +9,7 @@ from sweep.model.lossy_bodies.model import LOSSY_BODIES
 from sweep.model.lossy_bodies.tables import FACED
 from sweep.request.spec import SweepSpec
 
-#: Parameter -> the ends of its slider in SI, and how it is spread.
+#: Parameter -> the ends of its slider in SI, and its scale.
 SLIDERS = {
     "tube": (0.0, 0.9, "linear"),
     "thickness": (0.0, 2.0, "linear"),
@@ -20,30 +20,30 @@ SLIDERS = {
     "transverse_moment": (0.05, 1.0, "linear"),
 }
 
-#: Milliseconds that a cell is taken to need until one has been computed.
+#: Assumed milliseconds per cell until a cell has been computed.
 COST = 0.02
 
 
 def is_body(spec: SweepSpec | None) -> bool:
-    """Return whether there is a spec, and it asks for another body than the thin disk."""
+    """Return whether a spec is given and asks for a body other than the thin disk."""
     return spec is not None and spec.model in (BODIES, LOSSY_BODIES)
 
 
 def is_of_body(spec: SweepSpec, name: str) -> bool:
-    """Return whether a parameter or a setting is one of the body of a spec: others have no place on its page."""
+    """Return whether a parameter or a setting belongs to the body of a spec; others are not on its page."""
     if name == "fall_tilt":
         return not has_poles(spec.body)
     return not any(name in lengths for lengths in LENGTHS.values()) or name in LENGTHS[spec.body]
 
 
 def body_cells(spec: SweepSpec) -> dict[str, Any]:
-    """Return what the kernels of a body are called with (`kernels.page.bodies`), which JSON can hold.
+    """Return the arguments of the kernels of a body (`kernels.page.bodies`), suitable for JSON.
 
     Returns
     -------
     dict
-        ``number`` of the body; ``shape``, the parameters that make it; ``hollow`` and ``follows``, whether a torus is
-        hollow, and the axial and the transverse moment follow from the shape: 0 or 1.
+        ``number`` of the body; ``shape``, the parameters that define it; ``hollow`` and ``follows``, 0 or 1: whether a
+        torus is hollow, and whether the axial and transverse moments of inertia follow from the shape.
     """
     moments = (spec.axial_moment, spec.transverse_moment)
     return {
@@ -55,13 +55,13 @@ def body_cells(spec: SweepSpec) -> dict[str, Any]:
 
 
 def body_motion(spec: SweepSpec) -> dict[str, Any]:
-    """Return what the page has to know of a body to follow its motions, and to draw it, which JSON can hold.
+    """Return the data of a body that the page needs to follow and draw its motions, suitable for JSON.
 
     Returns
     -------
     dict
-        ``name`` of the body; ``number`` of it; ``called``, in words; ``poles``, whether it rolls on through them;
-        ``faced``, whether it has a face, under which air is.
+        ``name`` and ``number`` of the body; ``called``, its name in words; ``poles``, whether it rolls on through its
+        poles; ``faced``, whether it has a face, which can trap air beneath it.
     """
     return {
         "name": spec.body,

@@ -20,17 +20,18 @@ from sweep.explorer.stored import Stored
 from sweep.explorer.system import is_system
 from sweep.request.spec import SweepSpec
 
-#: Where a system has browsers that cannot read files of others: they have a folder of temporary files of their own.
+#: Programs here are confined (snap): their browsers have their own folder of temporary files and cannot read those of
+#: others.
 _CONFINED = Path("/snap")
 
-#: Endings of files that are no spec files.
+#: File extensions of atlases.
 _ATLASES = (".nc", ".nc4", ".cdf")
 
 
 class Subject:
-    """A spec, and the atlas that it is the request of, if there is one; the presets alone without a spec.
+    """A spec, and the atlas that was made from it, if any; without a spec, only the presets.
 
-    `close` closes its file.
+    `close` closes the atlas's file.
     """
 
     def __init__(self, spec: SweepSpec | None = None, stored: Stored | None = None) -> None:
@@ -57,7 +58,7 @@ class Subject:
 
     @classmethod
     def of_dataset(cls, dataset: Any) -> "Subject":
-        """Return an atlas in memory, or a selection from one.
+        """Return an atlas in memory, or a selection from one, as a subject.
 
         Raises
         ------
@@ -73,19 +74,19 @@ class Subject:
         return cls(spec, Stored(atlas, spec, Path(source).name if source else "atlas"))
 
     def close(self) -> None:
-        """Close the file once requests that are reading it have ended."""
+        """Close the file after the requests that are reading it have ended."""
         if self.stored is not None:
             self.stored.close()
         self._open.close()
 
 
 def subject_of(given: Any, changes: Mapping[str, Any]) -> Subject:
-    """Return what is explored; see `sweep.explorer.explorer.explore`."""
+    """Return the subject of an explorer; see `sweep.explorer.explorer.explore`."""
     is_file = _is_atlas(given)
     if is_file or hasattr(given, "data_vars"):
         if changes:
             raise RequestError(
-                f"The cells of an atlas are what they are; got {', '.join(changes)} besides.",
+                f"The cells of an atlas cannot be changed; got {', '.join(changes)}.",
                 hint="Change words on the page, or give a preset or a .toml file.",
                 where=next(iter(changes)),
             )
@@ -96,23 +97,23 @@ def subject_of(given: Any, changes: Mapping[str, Any]) -> Subject:
 
 
 def _subject_of_spec(spec: SweepSpec) -> Subject:
-    """Return a spec as what is explored; refuse one of which no map can be computed while one looks."""
+    """Return a spec as a subject; raise an error if its map cannot be computed interactively."""
     if spec.model.exact is None and not is_system(spec):
         raise RequestError(
             f"The model {spec.model.name} has no exact reduction: its cells are integrated in time, which takes too "
-            "long for a map that is computed while one looks.",
+            "long for an interactive map.",
             hint="Compute an atlas with eulerdisk run first, as in eulerdisk run toy -o toy.nc, and explore its file.",
             where="model",
         )
     if len(spec.model.parameters) == 1:
         raise RequestError(
-            f"The system {spec.model.name} has one state and no parameter, and a map shows a plane of two.",
+            f"The system {spec.model.name} has one state and no parameter; a map needs two of them.",
             hint="Give the system a parameter, or draw an atlas with eulerdisk plot.",
             where="model",
         )
     if spec.is_list:
         raise RequestError(
-            "A list of starts is no plane, and a map shows a plane of two parameters.",
+            "A list of starts does not span a plane; a map needs two parameters with ranges.",
             hint="Give ranges instead, or a preset: eulerdisk explore rolling.",
             where="starts",
         )
@@ -120,10 +121,11 @@ def _subject_of_spec(spec: SweepSpec) -> Subject:
 
 
 def subject_of_words(what: str | None, words: Sequence[str]) -> Subject:
-    """Return what the words of a command line name; raises as `subject_of`."""
+    """Return the subject that the words of a command line name; raises as `subject_of`."""
     from sweep.request.words import changes_in
 
-    # the name of a file may have such a sign, too: hoop_alpha=1.nc; Path.is_file raises for a name that is too long
+    # the name of a file may also contain this sign: hoop_alpha=1.nc; Path.is_file raises an error for a name that is
+    # too long
     if what is not None and "=" in what and not isfile(what):
         words, what = [what, *words], None
     if words and not _is_atlas(what):
@@ -132,21 +134,21 @@ def subject_of_words(what: str | None, words: Sequence[str]) -> Subject:
 
 
 def _is_atlas(given: Any) -> bool:
-    """Return whether this is the name of the file of an atlas."""
+    """Return whether this is the file name of an atlas."""
     return isinstance(given, str | Path) and Path(given).suffix in _ATLASES
 
 
 class Explorer:
-    """The page of an explorer, answered by threads of this process until `close`; `sweep.explore` makes one.
+    """The page of an explorer, served by threads of this process until `close`; `sweep.explore` creates it.
 
-    In a notebook it shows itself. It is a context manager too.
+    It shows itself in a notebook, and is also a context manager.
 
     Parameters
     ----------
     subject : Subject
-        What is explored; it is closed with the server.
+        What is explored; closed together with the server.
     port : int
-        0 for any that is free.
+        Port of the server; 0 for any free one.
     """
 
     def __init__(self, subject: Subject, port: int = 0) -> None:
@@ -162,14 +164,14 @@ class Explorer:
 
     @property
     def url(self) -> str:
-        """The address of the page, with the token that lets its reader in."""
+        """The address of the page, including the token that grants access."""
         return self._server.url
 
     def open_browser(self) -> None:
-        """Open the page in the browser of this system, without waiting for it.
+        """Open the page in the default browser, without waiting for it.
 
-        All users of a system see the arguments of its programs: the browser is given a file that leads to the page,
-        which this user alone can read. On a system with confined browsers (snap) it is given the address itself.
+        All users of a machine can see the arguments of its programs, so the browser gets a file that redirects to the
+        page and that only this user can read. A confined browser (snap) gets the address itself.
         """
         if self._door is None and not _CONFINED.is_dir():
             self._door = _door_to(self.url)
@@ -178,7 +180,7 @@ class Explorer:
         threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
     def close(self) -> None:
-        """End the server; the page of it answers no more. Once is enough, and more does no harm."""
+        """End the server, so that the page is no longer answered. Repeated calls have no effect."""
         if self._door is not None:
             self._door.unlink(missing_ok=True)
         self._server.shutdown()
@@ -188,7 +190,7 @@ class Explorer:
 
     def wait(self) -> None:
         """Wait until the server ends."""
-        # without a time limit no signal would be heard on some systems
+        # without a time limit, signals are not delivered on some systems
         while self._thread.is_alive():
             self._thread.join(1.0)
 
@@ -204,7 +206,7 @@ class Explorer:
         return f"<explorer at {self.url}>"
 
     def _repr_html_(self) -> str:
-        """Return a frame with the page, for a notebook that runs on this machine."""
+        """Return a frame with the page, for a notebook on this machine."""
         return (
             f'<iframe src="{html.escape(self.url)}" width="100%" height="720" style="border: 0" '
             'title="eulerdisk explorer"></iframe>'
@@ -212,7 +214,7 @@ class Explorer:
 
 
 def _door_to(url: str) -> Path:
-    """Write a file that leads a browser to an address, and that nobody else can read."""
+    """Write a file that redirects a browser to an address, and that only this user can read."""
     path = Path(tempfile.gettempdir(), f"eulerdisk-{secrets.token_hex(8)}.html").absolute()
     text = f'<!DOCTYPE html><meta http-equiv="refresh" content="0; url={html.escape(url)}">\n'
     publish_bytes(path, text.encode(), mode=0o600)
@@ -220,29 +222,29 @@ def _door_to(url: str) -> Path:
 
 
 def explore(given: Any = None, *, port: int = 0, open_browser: bool = False, **changes: Any) -> Explorer:
-    """Open the explorer of presets, of a spec or of an atlas.
+    """Open the explorer for presets, a spec or an atlas.
 
     Parameters
     ----------
     given : SweepSpec, xarray.Dataset, str or Path, optional
-        A spec, the name of a preset, a file of a spec (TOML) or of a system (``.py``); an atlas or its file; the
-        presets of the thin disk without losses if not given.
+        A spec, the name of a preset, a file of a spec (TOML) or of a system (``.py``), an atlas or its file. By
+        default, the presets of the thin disk without losses.
     port : int
-        Where the server listens, on this machine alone; any that is free if not given.
+        Port of the server, which only this machine can reach; by default any free one.
     open_browser : bool
-        Whether to open the page in the browser too; a notebook shows it by itself.
+        Whether to also open the page in the browser; a notebook shows it anyway.
     **changes
-        Words that change the spec; an atlas takes none.
+        Words that change the spec; not allowed with an atlas.
 
     Returns
     -------
     Explorer
-        ``explorer.url`` is the address of the page; it is answered until ``explorer.close()``.
+        ``explorer.url`` is the address of the page, which is served until ``explorer.close()``.
 
     Raises
     ------
     RequestError
-        If there is no such spec or file, its cells are no plane, or the port cannot be used.
+        If there is no such spec or file, its cells do not span a plane, or the port cannot be used.
     """
     explorer = Explorer(subject_of(given, changes), port)
     if open_browser:

@@ -1,20 +1,20 @@
 """The page as one HTML file that needs no server: its modules, its style, the kernels, and the cells of an atlas.
 
-The file holds the kernels as WebAssembly, deflated, in ``<script type="text/plain" id="kernels">``, and JSON in
-``<script type="application/json" id="stored">``, the StoredPage of the page's types.js:
+The file contains the kernels as deflated WebAssembly in ``<script type="text/plain" id="kernels">``, and JSON in
+``<script type="application/json" id="stored">``, whose type is StoredPage in the page's types.js:
 
 ``about``
-    As `sweep.explorer.about.about`, with one base.
+    The result of `sweep.explorer.about.about`, with one base.
 ``plans``
-    As `sweep.explorer.plan.plan`: how the page computes cells and motions.
+    The result of `sweep.explorer.plan.plan`: how the page computes cells and motions.
 ``lines``
-    As `sweep.explorer.lines.lines`.
+    The result of `sweep.explorer.lines.lines`.
 ``stored``
-    Of an atlas ``x``, ``y``, the values of the cells along both sides, f8; ``cells``, of every cell, rows of y from the
-    first value on, x fastest: each quantity that ``about`` lists (f4, or the codes as u1), ``verdict`` (u1), and every
-    parameter that cells compute for themselves (f8), as a steady rate; ``starts``, the other parameters.
+    For an atlas: ``x``, ``y``, the values of the cells along both sides, f8; ``cells``, for every cell, with x fastest
+    and y increasing: each quantity that ``about`` lists (f4, or codes as u1), ``verdict`` (u1), and every parameter
+    that cells compute themselves (f8), such as a steady rate; ``starts``, the other parameters.
 
-An array is ``{"type": ..., "data": ...}``: its little-endian bytes, deflated as zlib does, in base64.
+An array is ``{"type": ..., "data": ...}``: its little-endian bytes, deflated by zlib, in base64.
 """
 
 import base64
@@ -43,10 +43,10 @@ from sweep.request.sources import Range
 from sweep.request.spec import SweepSpec
 from sweep.request.values import as_written
 
-#: Cells of a page at most: some 30 MB of text, with paths twice that.
+#: Largest number of cells in a page: some 30 MB of text, or twice that with paths.
 MOST_CELLS = 1_000_000
 
-#: Nothing is loaded from anywhere: modules stand in the file, as addresses that hold their content.
+#: The page loads nothing: its modules are in the file, as data addresses.
 _POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval' data:; worker-src blob:; "
     "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'"
@@ -57,37 +57,37 @@ _MAIN = re.compile(r'<script type="module" src="\./page/([^"]+)"></script>')
 
 
 def _go_on() -> None:
-    """Go on."""
+    """Continue."""
 
 
 def export(
     subject: Subject, path: Path, *, overwrite: bool = False, check: Callable[[], None] = _go_on
 ) -> None:
-    """Write the page, with the cells of an atlas if there is one; the file appears when it is complete.
+    """Write the page, with the cells of an atlas if there is one. The file appears only when it is complete.
 
     Parameters
     ----------
     subject : Subject
-        An atlas; or a spec, whose cells the page computes.
+        An atlas, or a spec whose cells the page computes.
     path : Path
-        Ends in .html.
+        File name, which ends in .html.
     overwrite : bool
-        Replace a file of that name.
+        Whether to replace a file of that name.
     check : callable
-        Is called from time to time before the file appears; what it raises ends the work.
+        Called from time to time before the file appears; an exception that it raises ends the work.
 
     Raises
     ------
     RequestError
-        If there can be no such file, or the atlas has too many cells.
+        If the file name is invalid, or the atlas has too many cells.
     StorageError
-        If the file system refuses.
+        If the file system refuses to write.
     """
     from sweep.files.publish import refusals
 
     if path.suffix.lower() not in (".html", ".htm"):
         raise RequestError(
-            f"An exported page is one HTML file; got {path}.",
+            f"An exported page must be an .html file; got {path}.",
             hint=f"Write {path.stem}.html.",
             where="--export",
         )
@@ -100,27 +100,30 @@ def export(
 
 
 def _check_plane(spec: SweepSpec) -> View:
-    """Return the view of all of a spec; refuse one without two axes, or whose cells the page could not compute."""
+    """Return the view of the whole plane of a spec.
+
+    Raise an error unless it has two axes and the page can compute its cells.
+    """
     view = View.read(base_of("", spec)["view"], spec)
     if not {view.x.name, view.y.name} <= set(spec.axes):
         free = next(side for side in (view.y, view.x) if side.name not in spec.axes)
         window = Range(*free.ends(), 100)
         raise RequestError(
-            f"An exported page shows the plane of two axes; this request has {', '.join(spec.axes) or 'none'}.",
+            f"An exported page needs two axes; this request has {', '.join(spec.axes) or 'none'}.",
             hint=f"Add a range, as in {free.name}={as_written(window, spec.model.parameters[free.name])}.",
             where="--export",
         )
-    view.live  # noqa: B018 - says why cells cannot be computed
+    view.live  # noqa: B018 - raises an error if cells cannot be computed
     return view
 
 
 def held_page(subject: Subject, check: Callable[[], None] = _go_on) -> dict[str, Any]:
-    """Return what the page holds; see the module, and `export` for the check.
+    """Return the contents of the page; see the module, and `export` for `check`.
 
     Raises
     ------
     RequestError
-        If the plane of an atlas has too many cells, or cells of a spec cannot be computed.
+        If the plane of an atlas has too many cells, or the cells of a spec cannot be computed.
     """
     spec, stored = subject.spec or SweepSpec.preset("rolling"), subject.stored
     view = _check_plane(spec) if stored is None else View.read(base_of("", spec)["view"], spec)
@@ -133,7 +136,7 @@ def held_page(subject: Subject, check: Callable[[], None] = _go_on) -> dict[str,
             "bases": bases,
             "others": [],
             "quantities": [each for each in known["quantities"] if each["name"] in bases[0]["quantities"]],
-            # words are read where the program is
+            # only the program can interpret words
             "parameters": [
                 {**each, "words": [word for word in each["words"] if word in words]}
                 for each in known["parameters"]
@@ -152,8 +155,8 @@ def _stored_cells(view: View, stored: Stored, check: Callable[[], None]) -> dict
     x, y = (getattr(spec, side.name).array() for side in (view.x, view.y))
     if x.size * y.size > MOST_CELLS:
         raise RequestError(
-            f"An exported page holds at most {MOST_CELLS} cells; this atlas has {x.size} x {y.size} in the plane.",
-            hint="Make an atlas with fewer.",
+            f"An exported page can have at most {MOST_CELLS} cells; this atlas has {x.size} x {y.size} in its plane.",
+            hint="Make an atlas with fewer cells.",
             where=stored.label,
         )
     cells = {
@@ -163,11 +166,11 @@ def _stored_cells(view: View, stored: Stored, check: Callable[[], None]) -> dict
     cells["verdict"] = stored.plane("stability", view).astype(np.uint8)
     cells |= {name: stored.plane(name, view).astype(np.float64) for name in spec.computed}
     fixed = (*spec.model.parameters, *(["fall_tilt"] if "fall_tilt" in spec.model.settings else []))
-    # a word, as a moment that follows from the shape, is no number of the cell
+    # some parameters are words instead of numbers, such as a moment of inertia that follows from the shape
     starts = {name: getattr(view.spec, name) for name in fixed}
     packed = {}
     for name, values in cells.items():
-        # a large one takes a second
+        # compressing a large variable takes a second
         check()
         packed[name] = _packed(values)
     return {
@@ -195,12 +198,12 @@ def _deflated(content: bytes) -> str:
 
 
 def page_of(held: Mapping[str, Any], pages: Mapping[str, PageFile]) -> str:
-    """Return the text of the page with all that it needs.
+    """Return the text of the page with everything that it needs.
 
     Parameters
     ----------
     held : mapping
-        What it holds; see the module.
+        The contents; see the module.
     pages : mapping of str to PageFile
         The files of the page.
     """
@@ -219,7 +222,7 @@ def page_of(held: Mapping[str, Any], pages: Mapping[str, PageFile]) -> str:
             f'    <script type="module">import "{name}";</script>'
         )
 
-    # modules import one another by their names, never by a path
+    # modules import one another by name, never by path
     index = with_imports(pages[INDEX], {name: _address(pages[path]) for name, path in modules(pages).items()})
     page = index.content.decode().replace(
         "<head>", f'<head>\n    <meta http-equiv="Content-Security-Policy" content="{_POLICY}" />', 1

@@ -1,4 +1,4 @@
-"""Lines on the map: the boundary of theory, the one predicted for the criterion, and the measured one."""
+"""Lines on the map: the boundary from theory, the boundary predicted for the criterion, and the measured one."""
 
 import math
 from collections.abc import Iterator
@@ -16,34 +16,34 @@ from sweep.explorer.waiting import KERNELS
 from sweep.model.quantity import Array
 from sweep.request.sources import Values
 
-#: Cells along both sides among which the measured boundary is looked for.
+#: Cells along both sides of the grid on which the measured boundary is sought.
 COARSE = 96, 72
 
-#: Pixels of the largest screen: the measured boundary is bisected to one of them.
+#: Pixels of the largest screen: the measured boundary is bisected to one of these.
 _FINE = 4096
 
-#: No bracket is narrower, over the largest value of its side: there rounding decides.
+#: Least width of a bracket, relative to the largest value of its side: below, rounding decides.
 _LEAST = 1e-14
 
-#: Places of the raster on which lines of theory are sought, -1 and 1 at the borders of the window: centres of rows, and
-#: columns from beyond one border to beyond the other.
+#: Raster on which lines of theory are sought, in window coordinates from -1 to 1: centres of rows, and columns from
+#: beyond one border to beyond the other.
 _ROWS, _COLUMNS = (2.0 * np.arange(256) + 1.0) / 256 - 1.0, np.linspace(-1.25, 1.25, 161)
 
 
 def lines(view: View, stored: Stored | None) -> list[dict[str, Any]]:
-    """Return the lines in a window; the measured one is that of the file where cells cannot be computed.
+    """Return the lines in a window; the measured line is the file's boundary if cells cannot be computed.
 
     Returns
     -------
     list of dict
         ``name`` (``analytic``, ``predicted`` or ``measured``), ``label``, and ``points``: polylines of pairs of the
-        values of both parameters in SI. A line that the window does not meet is left out, and where a parameter cannot
-        have its values there is none.
+        values of both parameters in SI. A line outside the window is omitted, and a line does not extend to values that
+        a parameter cannot have.
 
     Raises
     ------
     RequestError
-        If the words of the view are not possible.
+        If the words of the view are invalid.
     """
     x, y = (side.within(view.spec.model.parameters[side.name].allows) for side in (view.x, view.y))
     if x is None or y is None:
@@ -62,7 +62,7 @@ def lines(view: View, stored: Stored | None) -> list[dict[str, Any]]:
 def measured(view: View) -> list[list[list[float]]]:
     """Return the curves between stable and unstable cells, each point bisected to a pixel of a large screen.
 
-    Each point lies between two neighbours of a coarse grid of exact cells; what is smaller than the grid is not found.
+    Each point is between two neighbours on a coarse grid of exact cells; features smaller than the grid are not found.
     """
     names = view.y.name, view.x.name
     axes = {side.name: _coarse(side, count) for side, count in ((view.x, COARSE[0]), (view.y, COARSE[1]))}
@@ -86,7 +86,7 @@ def measured(view: View) -> list[list[list[float]]]:
 
 
 def _coarse(side: Side, count: int) -> Values | None:
-    """Return the values of a side of the coarse grid, border to border; None where they cannot be told apart."""
+    """Return the values of a side of the coarse grid, from border to border; None if they cannot be distinguished."""
     values = side.at(np.linspace(-1.0, 1.0, count))
     return Values(tuple(values.tolist())) if (np.diff(values) > 0.0).all() else None
 
@@ -103,25 +103,25 @@ def bracket_width(view: View) -> float:
 
 
 def theory(view: View) -> list[dict[str, Any]]:
-    """Return the lines of theory in a window, as `lines` does; none without a control.
+    """Return the lines of theory in a window, as `lines` does; empty if neither axis is a control.
 
-    Theory gives the edges of the unstable band as rates for each row. A line is the contour at zero of a function of
-    both parameters that changes its sign there: the distance from the edge, or where the band has two edges the product
-    of both distances, which goes on smoothly past the row where they meet.
+    Theory gives the edges of the unstable band as rates for each row. A line is the zero contour of a function of both
+    parameters that changes sign there: the distance from the edge, or, if the band has two edges, the product of both
+    distances, which continues smoothly past the row where they meet.
     """
     model = view.spec.model
     controls = model.controls([view.x.name, view.y.name])
     if not controls:
         return []
     labels = {
-        "analytic": "analytic, no perturbation",
+        "analytic": "analytic, vanishing perturbation",
         "predicted": model.line_words.label.format(view.spec.criterion.label(model)),
     }
     names = labels if view.spec.criterion.predictable else ("analytic",)
     for control in controls:
         along = view.x if view.x.name == control else view.y
         parts = [(part, _edges(view, part, along)) for part in _of_one_sign(along)]
-        # the theory of a system may know one of its parameters alone
+        # the theory of a system may cover only one of its parameters
         if any(edges for _, edges in parts):
             break
     return [
@@ -139,7 +139,7 @@ def theory(view: View) -> list[dict[str, Any]]:
 
 
 def _of_one_sign(side: Side) -> list[Side]:
-    """Return a side, or its two parts: theory has other edges for rates below zero."""
+    """Return a side, or its negative and positive parts: theory has different edges for negative rates."""
     low, high = side.ends()
     if not low < 0.0 < high:
         return [side]
@@ -147,7 +147,7 @@ def _of_one_sign(side: Side) -> list[Side]:
 
 
 def _edges(view: View, part: Side, along: Side) -> list[tuple[Array, Array]]:
-    """Return the edges in all rows, (analytic, predicted) each, as places on a side whose window is from -1 to 1."""
+    """Return the edges (analytic, predicted) in all rows, as window coordinates on a side."""
     across = view.y if along is view.x else view.x
     rows = across.at(_ROWS)
     starts = view.starts(*(rows if side is across else np.ones_like(rows) for side in (view.x, view.y)))
@@ -160,7 +160,7 @@ def _contours(view: View, part: Side, along: Side, edges: list[Array]) -> Iterat
     """Yield the polylines of pairs of values on which a row meets one of its edges."""
     from contourpy import contour_generator
 
-    # the theory of a system does not say which of both edges its line is
+    # the theory of a system does not say to which of the two edges its line belongs
     if len(edges) == 2 and not np.array_equal(edges[0], edges[1], equal_nan=True):
         middle, squared = 0.5 * (edges[0] + edges[1]), 0.25 * (edges[1] - edges[0]) ** 2
         middle, squared = _continued(middle), _continued(squared)
@@ -177,7 +177,7 @@ def _contours(view: View, part: Side, along: Side, edges: list[Array]) -> Iterat
 
 
 def _continued(values: Array) -> Array:
-    """Return the values of the rows, continued in a straight line by two rows where some have none."""
+    """Return the values of the rows, extrapolated linearly by two rows where they are missing."""
     found = values.copy()
     for rows, known in ((found, values), (found[::-1], values[::-1])):
         for i in range(2, known.size):

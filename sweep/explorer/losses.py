@@ -1,4 +1,4 @@
-"""Losses beside a motion: the sliders of the page, from where to where, and the words that they ask for."""
+"""Losses of a motion: the sliders of the page with their ranges, and the words that they ask for."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -22,19 +22,19 @@ from sweep.request.spec import SweepSpec
 #: Air at room temperature: viscosity [Pa s], density [kg/m3].
 AIR = {"air_viscosity": 1.8e-5, "air_density": 1.2}
 
-#: The mass [kg] where none is given and a law needs one.
+#: Mass [kg] that is used if a law needs one and none is given.
 MASS = 1.0
 
-#: Names of the words.
+#: Names of the words for losses.
 LOSS_WORDS = (*LOSS_PARAMETERS, "mass", "friction", "air_law")
 
-#: Lever arms over the radius between which a slider moves: a toy on its mirror has 4e-4.
+#: Range of a slider for lever arms, in radii: a toy on its mirror has 4e-4.
 _ARMS = (1e-6, 0.1)
 
-#: Viscous contour friction over m R^2 sqrt(g/R), likewise.
+#: Range of a slider for viscous contour friction, in units of m R^2 sqrt(g/R).
 _DAMPING = (1e-6, 0.1)
 
-#: Masses [kg] and friction coefficients between which a slider moves.
+#: Ranges of the sliders for the mass [kg] and for the friction coefficient.
 _MASSES, _FRICTION = (1e-3, 100.0), (0.02, 2.0)
 
 
@@ -44,15 +44,15 @@ def has_losses(spec: SweepSpec) -> bool:
 
 
 def slider_rows() -> list[dict[str, Any]]:
-    """Return the controls of the losses of a motion, as the page draws them.
+    """Return the controls for the losses of a motion, as the page draws them.
 
     Returns
     -------
     list of dict
-        Of a slider ``name``, ``label``, ``description``, ``unit``, ``factor``, ``low``, ``high`` (the slider is
-        logarithmic) as multiples of what it is ``scaled`` by (radius, m R^2 sqrt(g/R), or 1), what it means to leave
-        the word out (``none``), and at which ``end`` of the slider that is. Of a choice ``name``, ``label``,
-        ``description`` and ``choices``.
+        For a slider: ``name``, ``label``, ``description``, ``unit``, ``factor``, ``low`` and ``high`` (on a logarithmic
+        scale) as multiples of what it is ``scaled`` by (radius, m R^2 sqrt(g/R), or 1), what omitting the word means
+        (``none``), and at which ``end`` of the slider that is. For a choice: ``name``, ``label``, ``description`` and
+        ``choices``.
     """
     law = OPTIONS["air_law"]
     return [
@@ -81,18 +81,18 @@ def loss_words(given: Mapping[str, Any]) -> dict[str, Any]:
     Parameters
     ----------
     given : mapping of str to number or text
-        What the controls ask for, in SI. Air at room temperature and a mass of 1 kg are added where a law needs them;
-        a mass alone is no loss.
+        What the controls ask for, in SI. Air at room temperature and a mass of 1 kg are added where a law needs them; a
+        mass without any law is not a loss.
 
     Raises
     ------
     RequestError
-        If a name is none of a loss.
+        If a name is not that of a loss.
     """
     for name in given:
         if name not in LOSS_WORDS:
             raise RequestError(
-                f"{shown(name)} is no loss; losses are {', '.join(LOSS_WORDS)}.",
+                f"{shown(name)} is not a loss; losses are {', '.join(LOSS_WORDS)}.",
                 hint="Leave it out.",
                 where="losses",
             )
@@ -104,7 +104,7 @@ def loss_words(given: Mapping[str, Any]) -> dict[str, Any]:
             )
     if {*given} <= {"mass"}:
         return {}
-    # the word that says that the disk is one with losses, if only the friction coefficient is given
+    # selects the model with losses even if only the friction coefficient is given
     words = {"air_law": NO_AIR} | dict(given)
     law = words["air_law"]
     if law != NO_AIR:
@@ -117,5 +117,5 @@ def loss_words(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def needs_mass(words: Mapping[str, Any]) -> bool:
-    """Return whether a law of some words depends on the mass of the disk."""
+    """Return whether a law in the words depends on the mass of the disk."""
     return words.get("air_law", NO_AIR) != NO_AIR or bool(words.get("contour_damping"))

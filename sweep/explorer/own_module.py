@@ -1,4 +1,4 @@
-"""The module of WebAssembly of a page that shows something else than the disk: made on the user's machine."""
+"""The WebAssembly module of a page that does not show the thin disk, made on the user's machine."""
 
 import json
 import subprocess
@@ -15,7 +15,8 @@ from sweep.model.kernel import kept_bytes
 from sweep.notices import notice
 from sweep.request.spec import SweepSpec
 
-#: Makes the module in a process of its own: there no kernel may have been compiled before (`kernels.native.wasm`).
+#: Program that makes the module, for a separate process in which no kernel has been compiled yet
+#: (`kernels.native.wasm`).
 _BUILD = """
 import json
 import sys
@@ -27,22 +28,22 @@ entries, sizes = entries_and_sizes(*json.load(sys.stdin))
 sys.stdout.buffer.write(wasm.module(entries, C_LIBRARY, sizes))
 """
 
-#: Body -> the one whose kernels compute it, with other numbers: their pages have the same module.
+#: Body -> the body whose kernels compute it with other numbers; their pages have the same module.
 _KERNELS_OF = dict.fromkeys(("rounded", "rim", "arc"), "torus")
 
-#: A page asks for its module from several threads at once: the first makes it.
+#: A page asks for its module from several threads at once; only the first makes it.
 _making = Lock()
 
 
 def has_own_module(spec: SweepSpec | None) -> bool:
-    """Return whether there is a spec, and its cells are not those of the module that is there, of the disk."""
+    """Return whether a spec is given and its cells need a module other than the built-in one of the disk."""
     return is_system(spec) or is_body(spec)
 
 
 def kernels_of(spec: SweepSpec | None) -> bytes | None:
-    """Return the module that computes the cells of a spec in a page; None for that of the disk, which is there.
+    """Return the module that computes the cells of a spec in a page; None if it is the built-in one of the disk.
 
-    It takes ten to thirty seconds to make, and is kept on disk.
+    Making it takes ten to thirty seconds; it is cached on disk.
 
     Raises
     ------
@@ -66,9 +67,9 @@ def kernels_of(spec: SweepSpec | None) -> bytes | None:
 
 @lru_cache(maxsize=8)
 def _made(told: str, program: str, given: str) -> bytes:
-    """Return what a program writes that makes a module; raises as `kernels_of`."""
+    """Return the output of a program that makes a module; raises as `kernels_of`."""
     notice(f"Compiling {told} for the page (ten to thirty seconds) ...")
-    # Python looks for modules in its folder first: there are the packages, and no files of the user
+    # Python looks for modules in this folder first: it contains the packages, and no files of the user
     packages = Path(__file__).parents[2]
     done = subprocess.run(
         [sys.executable, "-c", program], input=given.encode(), cwd=packages, capture_output=True, check=False
@@ -76,7 +77,7 @@ def _made(told: str, program: str, given: str) -> bytes:
     if done.returncode:
         *_, said = ["no reason was given", *done.stderr.decode(errors="replace").strip().splitlines()]
         raise RequestError(
-            f"{told[0].upper()}{told[1:]} could not be compiled for a page: {said}.",
-            hint="Draw an atlas of it with eulerdisk plot instead.",
+            f"{told[0].upper()}{told[1:]} could not be compiled for the page: {said}.",
+            hint="Draw an atlas with eulerdisk plot instead.",
         )
     return done.stdout

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 
-#: Ending of a file -> its type; others are not sent.
+#: File extension -> content type; other files are not served.
 _TYPES = {
     ".html": "text/html; charset=utf-8",
     ".css": "text/css; charset=utf-8",
@@ -22,25 +22,25 @@ _TYPES = {
 
 _IMPORT_MAP = re.compile(rb'<script type="importmap">(.*?)</script>', re.DOTALL)
 
-#: The page that is shown, and the kernels that it computes with.
+#: The page itself, and the kernels with which it computes.
 INDEX, KERNELS = "index.html", "kernels.wasm"
 
 
 @dataclass(frozen=True)
 class PageFile:
-    """A file of the page: its type and its bytes."""
+    """A file of the page: its content type and its bytes."""
 
     kind: str
     content: bytes
 
 
 def page_files(kernels: bytes | None = None) -> dict[str, PageFile]:
-    """Return the files of the page by their paths in its folder, with ``/`` between parts.
+    """Return the files of the page by their paths in its folder, with ``/`` as separator.
 
     Parameters
     ----------
     kernels : bytes, optional
-        Its module of WebAssembly, if it is another one than that of the disk.
+        The page's WebAssembly module, if it is not the disk's.
     """
     found = dict(_found(files("sweep.explorer") / "page", ""))
     if kernels is not None:
@@ -51,9 +51,10 @@ def page_files(kernels: bytes | None = None) -> dict[str, PageFile]:
 
 
 def modules(pages: Iterable[str]) -> dict[str, str]:
-    """Return the paths of the modules by the names with which they import each other.
+    """Return a mapping from the names by which the modules import each other to their paths.
 
-    ``motion/clock.js`` is ``eulerdisk/motion/clock``, and ``vendor/three.core.js`` is ``three/core``.
+    The name of ``motion/clock.js`` is ``eulerdisk/motion/clock``, the name of ``vendor/three.core.js`` is
+    ``three/core``.
     """
     return {
         path.removeprefix("vendor/").removesuffix(".js").replace(".", "/")
@@ -65,7 +66,7 @@ def modules(pages: Iterable[str]) -> dict[str, str]:
 
 
 def with_imports(index: PageFile, addresses: Mapping[str, str]) -> PageFile:
-    """Return the page with the addresses of its modules by their names."""
+    """Return the page with the addresses of its modules, by name, in its import map."""
     text = json.dumps({"imports": dict(addresses)}, separators=(",", ":"))
     written = f'<script type="importmap">{text}</script>'.encode()
     return PageFile(index.kind, _IMPORT_MAP.sub(lambda _: written, index.content))
@@ -83,14 +84,16 @@ def _found(folder: Traversable, path: str) -> list[tuple[str, PageFile]]:
 
 
 def content_policy(index: bytes, *, framed: bool) -> str:
-    """Return the Content-Security-Policy of the page: nothing from elsewhere, no script within it but its import map.
+    """Return the Content-Security-Policy of the page.
+
+    It forbids other origins, and all inline scripts except the import map.
 
     Parameters
     ----------
     index : bytes
-        The page, with its import map.
+        The page, including its import map.
     framed : bool
-        Whether a notebook of this machine may show it in a frame.
+        Whether a notebook on this machine may show the page in a frame.
     """
     maps = (base64.b64encode(hashlib.sha256(each).digest()).decode() for each in _IMPORT_MAP.findall(index))
     scripts = " ".join(["'self'", "'wasm-unsafe-eval'", *(f"'sha256-{each}'" for each in maps)])

@@ -36,15 +36,15 @@ from sweep.request.criterion_kinds import LOST_TIME, REACH
 from sweep.request.expression import Comparison, Expression, Not, Number, Term, variables
 from sweep.request.spec import SweepSpec
 
-#: Words of rates -> their numbers in `kernels.page.starts`; 0 for a rate that is given.
+#: Words for rates -> their numbers in `kernels.page.starts`; 0 for a rate given as a number.
 _RATES = {**dict(zip(STEADY_PRECESSION, (1, 2), strict=True)), STEADY_ROLL: 3, WOBBLE: 4}
 
-#: Columns that say how a cell was computed, or that the exact reduction does not know.
+#: Columns that describe how a cell was computed, or that the exact reduction does not provide.
 LEFT_OUT = ("steps", "refinements", "energy_drift", "fall_time", "stability")
 
 _WEIGHT_TIMES_RADIUS = "weight \u00d7 radius"
 
-#: Arrays of a motion whose unit is not that of their variable in a file -> label and unit.
+#: Arrays of a motion whose unit differs from that of the variable in a file -> label and unit.
 _SCALED: Mapping[str, tuple[str, str]] = {
     "time": ("time", "s"),
     "friction_needed": ("friction needed", ""),
@@ -64,7 +64,7 @@ _SAMPLES = (
 
 
 def plan(view: View) -> dict[str, Any]:
-    """Return what the page computes the cells and motions of a view by.
+    """Return the plan by which the page computes the cells and motions of a view.
 
     Parameters
     ----------
@@ -73,14 +73,15 @@ def plan(view: View) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``cells``, how those of the map are computed, None if they cannot be, and ``refused``, why; ``lossy``, how one
-        with losses is; ``disk``, how the starts of motions are completed; ``motion``, how they are followed, None if
-        there are none. The type Plans of the page's types.js says what they hold.
+        ``cells``, how the cells of the map are computed, None if they cannot be, and ``refused``, the reason;
+        ``lossy``, how a cell with losses is computed; ``disk``, how the starts of motions are completed; ``motion``,
+        how motions are followed, None if there are none. The type Plans in the page's types.js describes their
+        contents.
 
     Raises
     ------
     RequestError
-        If the words of the view are not possible.
+        If the words of the view are invalid.
     """
     spec, cells, refused = view.spec, None, None
     try:
@@ -119,7 +120,7 @@ def _unjudged(spec: SweepSpec) -> dict[str, Any]:
 
 
 def cells_of(spec: SweepSpec) -> dict[str, Any]:
-    """Return how the cells of a spec are computed: by the exact reduction, with losses, or of a system."""
+    """Return how the cells of a spec are computed: by the exact reduction, with losses, or as a system."""
     system = {"system": system_cells(spec.model)} if isinstance(spec.model, SystemModel) else {}
     return {**_cells(spec, spec.model), "criterion": _criterion(spec), **system, **_body_of(spec)}
 
@@ -160,13 +161,13 @@ def _cells(spec: SweepSpec, model: Model) -> dict[str, Any]:
 
 
 def _held(spec: SweepSpec, name: str) -> float | None:
-    """Return the number of a parameter that is no axis; None for no number, or one beyond all."""
+    """Return the value of a parameter that is no axis; None if it is not a number, or infinite."""
     value = spec.constants.get(name, getattr(spec, name))
     return value if isinstance(value, float) and math.isfinite(value) else None
 
 
 def _criterion(spec: SweepSpec) -> dict[str, Any]:
-    """Return the verdicts of cells by their endings, and the condition that decides between them."""
+    """Return the verdicts of cells by their endings, and the condition that decides the others."""
     criterion, endings = spec.criterion, spec.model.endings
     outcomes = [[UNDECIDED] * 3 for _ in range(max(each.code for each in endings) + 1)]
     for each in endings:
@@ -190,7 +191,7 @@ def _criterion(spec: SweepSpec) -> dict[str, Any]:
 
 
 def _error_rule(spec: SweepSpec, name: str) -> dict[str, Any] | None:
-    """Return how far the values of a criterion's variable may be off, the type ErrorRule of types.js; None if not."""
+    """Return how the errors of a criterion's variable are bounded (ErrorRule in types.js); None if it has no bound."""
     model, quantities = spec.model, spec.model.cell_variables(spec)
     extremes = {"stated": model.error_name, "times": PROMISED, "rounding": ROUNDING}
     if name == REACH:
@@ -221,7 +222,7 @@ def _term(term: Term, names: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _motion_of(spec: SweepSpec) -> dict[str, Any]:
-    """Return how motions are followed: the words of the cells, in SI."""
+    """Return how motions are followed: the settings of the cells, in SI."""
     lossy = has_losses(spec)
     tilts = {
         kind.largest_tilt: getattr(spec, kind.largest_tilt, kind.inputs[kind.largest_tilt].default)
@@ -242,7 +243,7 @@ def _plain(value: Any) -> float | str | None:
 
 
 def motion_tables() -> dict[str, Any]:
-    """Return what holds for all motions: labels, words, sliders of losses; the type MotionTables of types.js."""
+    """Return what all motions share: labels, words, sliders of losses (MotionTables in types.js)."""
     samples = {name: TRAJECTORY[name] for name in _SAMPLES}
     return {
         "quantities": {
@@ -276,7 +277,7 @@ def _described(quantity: Quantity) -> dict[str, Any]:
 
 
 def _endings(kind: MotionKind) -> dict[str, str]:
-    """Return the words of the endings of a motion by their codes; of one that time ended there are none."""
+    """Return the description of each ending of a motion by its code, except for motions that reached the time limit."""
     flags = kind.variables["ending"].flags or {}
     named = {str(code): kind.variables["ending"].flag(code) for code in flags}
     return {code: kind.endings[name] for code, name in named.items() if name in kind.endings}

@@ -1,4 +1,4 @@
-"""One point of the map: the numbers of the nearest stored cell, and the words of `eulerdisk explain`."""
+"""One point of the map: the numbers of the nearest stored cell, and the text of `eulerdisk explain`."""
 
 import re
 from collections.abc import Mapping
@@ -23,15 +23,15 @@ from sweep.motion.tables import LOSSY_MOTION
 from sweep.request.sources import Values
 from sweep.request.spec import SweepSpec
 
-#: Said of a place where nothing is stored and nothing can be computed.
+#: Text for a place where no cell is stored and none can be computed.
 NO_CELL = "No cell here."
 
-#: Cells of the row in which the boundary beside a point is looked for.
+#: Cells in the row in which the boundary near a point is sought.
 _ROW = 96
 
 
 def stored_point(view: View, stored: Stored | None, fields: Mapping[str, Any]) -> dict[str, Any] | None:
-    """Return the nearest stored cell of a point; None where there is none.
+    """Return the stored cell nearest to a point; None if there is none.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def place(fields: Mapping[str, Any]) -> tuple[Array, Array]:
 
 
 def numbers_of(spec: SweepSpec, cell: Columns) -> dict[str, Any]:
-    """Return the numbers of one cell, and its verdict in words, from columns of one value each."""
+    """Return the numbers of one cell, and its verdict in words, from columns with a single value."""
     variables = spec.model.cell_variables(spec)
     numbers = [
         {
@@ -91,7 +91,10 @@ def _told(quantity: Quantity, value: float) -> dict[str, Any]:
 
 
 def _spec_of_motion(view: View, fields: Mapping[str, Any]) -> SweepSpec | None:
-    """Return the spec of the one cell of a motion that has to be integrated, None for another one or without one."""
+    """Return the spec of the single cell of a motion that has to be integrated.
+
+    None for other motions or without one.
+    """
     from sweep.explorer.motion import check_start, is_lossy, words_of
 
     losses = read_object(fields.get("losses") or {}, "losses")
@@ -103,12 +106,12 @@ def _spec_of_motion(view: View, fields: Mapping[str, Any]) -> SweepSpec | None:
     if not lossy:
         return view.spec.replace(**{side.name: start[side.name] for side in (view.x, view.y)})
     words = words_of(view.spec, start, losses)
-    # a rate that keeps the tilt constant stays one: it says what the start disturbs
+    # a rate that keeps the tilt constant stays a word: it determines what the start perturbs
     words |= {name: getattr(view.spec, name) for name in view.spec.computed}
     model = (LOSSY_BODY_MOTION if is_body(view.spec) else LOSSY_MOTION).model
     if view.spec.model is model:
         words |= {name: getattr(view.spec, name) for name in ("step", "tolerance")}
-    # to its end, as the motion that is drawn
+    # follow it to its end, like the motion that is drawn
     words["duration"] = max(view.spec.duration, float(model.settings["duration"].default))
     return SweepSpec(model=model.name, criterion=view.spec.criterion, **words)
 
@@ -116,24 +119,24 @@ def _spec_of_motion(view: View, fields: Mapping[str, Any]) -> SweepSpec | None:
 def _computed(spec: SweepSpec) -> Columns:
     """Return the columns of all cells of a small spec."""
     for kernel in spec.model.kernels(spec):
-        # compiling takes seconds, in which maps go on
+        # compiling takes seconds, in which maps continue
         kernel.make_ready()
     with KERNELS:
         return compute(spec, whole(spec))
 
 
 def explanation(view: View, stored: Stored | None, fields: Mapping[str, Any]) -> str:
-    """Explain the cell at a point, in the row of the window along the control parameter; or the nearest stored cell.
+    """Explain the cell at a point, in the row of the window along the control parameter, or the nearest stored cell.
 
-    With losses the cell is that of the motion alone.
+    With losses, only the cell of the motion is explained.
 
     Parameters
     ----------
     view : View
     stored : Stored or None
-        Its cells are explained where none can be computed.
+        The atlas whose cells are explained if none can be computed.
     fields : mapping
-        As for `stored_point`; beside a motion its ``losses``.
+        As for `stored_point`, and ``losses`` if a motion is shown.
 
     Raises
     ------
@@ -157,12 +160,12 @@ def explanation(view: View, stored: Stored | None, fields: Mapping[str, Any]) ->
         axes[side.name] = Values(tuple(np.unique(row).tolist()))
         refined = {"boundary": f"refined:{bracket_width(view)!r}"}
     spec = view.live.replace(**axes, **refined)
-    # what follows computes single cells, with one thread, as motions do beside the maps
+    # computes single cells on one thread, like motions, in parallel with maps
     return _explained(explain(assemble(spec, _computed(spec), "explorer"), at).text, spec, at)
 
 
 def _explained(text: str, spec: SweepSpec, at: Mapping[str, float]) -> str:
-    """Return the words of a cell that was computed for them: without the count of cells, and without a file."""
+    """Return the text for a cell that was computed for it, without the count of cells and without the file."""
     parameters = spec.model.parameters
     where = ", ".join(f"{name} {parameters[name].spell(value)}" for name, value in at.items())
     kept = re.sub("^repeated .*\n", "", text[text.index("start  ") :], flags=re.MULTILINE)

@@ -13,10 +13,10 @@ from sweep.model.disk.path import PATH_VARIABLES
 from sweep.model.quantity import DECISION, FAILED, LOST, Quantity
 from sweep.request.spec import SweepSpec
 
-#: Kinds of motion: wells of the potential, and whether the motion crosses upright; or why it has neither.
+#: Kinds of motion: wells of the potential, and whether the motion crosses upright; or why neither is known.
 REGIME = Quantity(
     "regime", "", "1", "kind of motion", DECISION,
-    "wells of the potential that belongs to the constants of the motion, and whether the disk passes upright", "u1",
+    "wells of the potential for the constants of the motion, and whether the disk passes upright", "u1",
     MappingProxyType({
         0: "one_well,_one_side", 1: "one_well,_crosses", 2: "two_wells,_one_side", 3: "two_wells,_crosses",
         4: "falls", 5: "no_result",
@@ -32,11 +32,11 @@ class Shown:
     ----------
     quantity : Quantity
     needs : tuple of str
-        Columns of a cell that `values` reads.
+        Columns of a cell that `values` needs.
     values : callable
         (spec, columns) -> array, shape (n,): float64, or the codes of `quantity`.
     timed : bool
-        Whether it needs the period or more, and so several times as long.
+        Whether it needs the period or more, which takes several times as long.
     """
 
     quantity: Quantity
@@ -46,7 +46,7 @@ class Shown:
 
 
 def shown_of(spec: SweepSpec) -> dict[str, Shown]:
-    """Return what the map can show of the cells of a spec, the usual one first."""
+    """Return the quantities of a spec's cells that the map can show, the default one first."""
     model = spec.model
     variables = model.cell_variables(spec)
     names = (
@@ -65,7 +65,7 @@ def shown_of(spec: SweepSpec) -> dict[str, Shown]:
     return found
 
 
-#: Columns that a computation without periods has.
+#: Columns that are available without computing periods.
 _EXTREMES = ("peak_tilt", "stability", "amplification", "separatrix")
 
 
@@ -87,7 +87,7 @@ def _regime(spec: SweepSpec, columns: Columns) -> npt.NDArray[np.uint8]:
 
 
 def described(quantity: Quantity) -> dict[str, Any]:
-    """Return what the page says of a number: its names, unit, factor, flags, and whether a file holds it in 4 bytes."""
+    """Return the page's description of a number: names, unit, factor, flags, and whether files store it in 4 bytes."""
     flags = quantity.flags
     return {
         "name": quantity.name,

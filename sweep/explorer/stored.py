@@ -1,4 +1,4 @@
-"""The cells of an atlas that was given, where a view shows them."""
+"""The cells of the explorer's atlas, for the views that show them."""
 
 import math
 import threading
@@ -25,74 +25,74 @@ from sweep.request.spec import SweepSpec
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Cells that are read of a plane at most; of a larger one every second cell, or fewer.
+#: Largest number of cells that are read of a plane; of a larger plane only every second cell, or fewer.
 _MOST_CELLS = 2**22
 
-#: Planes that are kept, 8 bytes for each cell.
+#: Number of planes in the cache, 8 bytes for each cell.
 _KEPT = 6
 
-#: A side, and the start, end and step of what is read along it.
+#: A side, and the start, end and step of the part that is read along it.
 _Part = tuple[str, int, int | None, int]
 
-#: Settings that decide no number of a cell beyond its errors.
+#: Settings that change the numbers of a cell only within their errors.
 _OF_NO_MATTER = ("duration", "step", "tolerance")
 
 
 class Stored:
-    """An atlas whose cells the map shows; safe to use from several threads.
+    """An atlas whose cells the map shows; thread-safe.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        Open as long as it is used.
+        Must stay open as long as it is used.
     spec : SweepSpec
-        The request that it was made from.
+        The request from which the atlas was made.
     label : str
-        What people call it.
+        Its name for messages.
 
     Raises
     ------
     RequestError
-        If its cells are no plane.
+        If its cells do not span a plane.
     """
 
     def __init__(self, dataset: "xr.Dataset", spec: SweepSpec, label: str) -> None:
         self.spec, self.label = spec, label
         self._dataset = dataset
         self._kept = lru_cache(_KEPT)(self._read_part)
-        # netCDF reads in one thread at a time
+        # netCDF can read in only one thread at a time
         self._lock = threading.Lock()
         self._is_closed = False
         if spec.is_list or sum(len(getattr(spec, name)) > 1 for name in spec.axes) < 2:
             raise RequestError(
                 f"A map needs cells along two parameters; this atlas has {' x '.join(map(str, spec.shape)) or 'one'} "
                 f"cells{f' along {spec.axes[0]}' if len(spec.axes) == 1 else ''}.",
-                hint="Give an atlas of two axes, or a preset: then cells are computed as you look.",
+                hint="Give an atlas of two axes, or a preset, whose cells are computed on demand.",
                 where=label,
             )
 
     def close(self) -> None:
-        """Read no more: the file is about to be closed."""
+        """Stop reading: the file is about to be closed."""
         with self._lock:
             self._is_closed = True
 
     @contextmanager
     def _reading(self) -> Iterator[None]:
-        """Hold the file alone; end the request if the file is closed."""
+        """Lock the file; end the request if the file is closed."""
         with self._lock:
             if self._is_closed:
                 raise ClientGoneError
             yield
 
     def quantities(self) -> dict[str, Shown]:
-        """Return what the map can show of it."""
+        """Return the quantities of the atlas that the map can show."""
         known = shown_of(self.spec)
         return {
             name: each for name, each in known.items() if all(need in self._dataset for need in each.needs)
         }
 
     def place(self, view: View) -> dict[str, int] | None:
-        """Return where a view cuts the other axes of the atlas; None if it shows other cells than those stored."""
+        """Return where a view cuts the other axes of the atlas; None if it shows cells other than the stored ones."""
         if view.given is not self.spec:
             return None
         sides, found = (view.x.name, view.y.name), dict[str, int]()
@@ -113,9 +113,9 @@ class Stored:
     def pixels(
         self, view: View, shown: Shown, size: tuple[int, int]
     ) -> tuple[npt.NDArray[Any], npt.NDArray[np.uint8], Truths] | None:
-        """Return the values of a quantity and the verdicts of the nearest cells of all pixels, and which have one.
+        """Return the quantity and the verdicts of the nearest cells of all pixels, and which pixels have a cell.
 
-        Arrays of shape (height, width); None if the view shows other cells than those stored.
+        The arrays have the shape (height, width). Returns None if the view shows cells other than the stored ones.
         """
         place = self.place(view)
         if place is None:
@@ -129,7 +129,7 @@ class Stored:
         return value, needed["stability"].astype(np.uint8), inside_y[:, None] & inside_x
 
     def cell(self, view: View, x: float, y: float) -> tuple[dict[str, float], Columns] | None:
-        """Return the start and the columns, shape (1,), of the nearest cell; None if the point lies outside."""
+        """Return the start and the columns, shape (1,), of the nearest cell; None if the point is outside."""
         place = self.place(view)
         if place is None:
             return None
@@ -149,18 +149,18 @@ class Stored:
         return {name: float(values[0]) for name, values in starts.items()}, held
 
     def explained(self, view: View, at: Mapping[str, float]) -> str:
-        """Return the words of `eulerdisk explain` for the nearest cell; raises as it does."""
+        """Return the text of `eulerdisk explain` for the nearest cell; raises as `explain` does."""
         from sweep.checks.explain import explain
 
         place = self.place(view)
         if place is None:
-            view.live  # noqa: B018 - says what is missing
+            view.live  # noqa: B018 - raises an error that says what is missing
         others = {name: float(getattr(self.spec, name).at([i])[0]) for name, i in (place or {}).items()}
-        # it computes single cells, with one thread, as motions do beside the maps
+        # computes single cells on one thread, like motions, in parallel with maps
         return explain(self._dataset, {**others, **at}).text
 
     def boundary(self, view: View) -> list[list[list[float]]]:
-        """Return the boundary of the file as polylines of pairs (x, y) in SI."""
+        """Return the boundary in the file as polylines of pairs (x, y) in SI."""
         place, found = self.place(view), []
         for along, across in ((view.x, view.y), (view.y, view.x)):
             for edge in EDGES:
@@ -177,21 +177,21 @@ class Stored:
         return [points for points in found if points]
 
     def plane(self, name: str, view: View) -> npt.NDArray[Any]:
-        """Return all cells of the plane of a view, shape (cells along y, cells along x); raises as `place` is None."""
+        """Return all cells of the plane of a view, shape (cells along y, cells along x); `place` must not be None."""
         place = self.place(view)
         assert place is not None
         rows, columns = (np.arange(len(getattr(self.spec, side.name))) for side in (view.y, view.x))
         return self._plane(name, place, view, rows, columns)
 
     def _cells(self, name: str, values: Array) -> tuple[npt.NDArray[np.intp], Truths]:
-        """Return the nearest cell of each value along an axis, and whether the value lies in it; shape (n,).
+        """Return the nearest cell of each value along an axis, and whether the value is inside the cell; shape (n,).
 
-        Between two cells the border is where the axis has its middle, however the map shows it.
+        The border between two cells is in the middle on the axis's own scale, independent of the scale of the map.
         """
         axis = getattr(self.spec, name)
         held = axis.array()
         if isinstance(axis, Range) and axis.spacing == "log":
-            # what is not positive lies below all of its cells
+            # values that are not positive are below all cells
             held, values = np.log(held), np.log(np.maximum(values, np.finfo(float).tiny))
         borders = borders_of(held)
         places = np.searchsorted(borders, values, side="right") - 1
@@ -221,7 +221,7 @@ class Stored:
         return found
 
     def _read_part(self, name: str, place: tuple[tuple[str, int], ...], *parts: _Part) -> npt.NDArray[Any]:
-        """Read a part of a plane, its rows along the side that is named first."""
+        """Read a part of a plane, with rows along the first of the two sides."""
         with self._reading():
             found = self._read(name, {**dict(place), **{side: slice(*span) for side, *span in parts}})
         (rows, *_), (columns, *_) = parts
@@ -229,19 +229,19 @@ class Stored:
         return np.ascontiguousarray(found.T) if is_transposed else found
 
     def _read(self, name: str, place: Mapping[str, int | slice]) -> npt.NDArray[Any]:
-        """Read a variable at a place: an index or a slice for each of its dimensions, all of the others."""
+        """Read a variable at an index or slice for each dimension in `place`, and everything along the others."""
         variable = self._dataset.variables[name]
         return np.asarray(variable[tuple(place.get(str(dim), slice(None)) for dim in variable.dims)])
 
 
 def borders_of(values: Array) -> Array:
-    """Return the borders of cells at increasing values, shape (n + 1,): between two they lie in the middle."""
+    """Return the borders of cells at increasing values, shape (n + 1,), in the middle between neighbours."""
     middles = 0.5 * (values[1:] + values[:-1])
     first, last = values[0] - (middles[0] - values[0]), values[-1] + (values[-1] - middles[-1])
     return np.concatenate(([first], middles, [last]))
 
 
 def _thinned(places: npt.NDArray[np.intp]) -> tuple[int, int, int]:
-    """Return the start, end and step of the cells from the first to the last place, or every k-th of them."""
+    """Return the start, end and step of a slice that covers the places, with only every k-th if they are many."""
     first, last = int(places[0]), int(places[-1])
     return first, last + 1, max(1, (last - first + 1) // int(np.sqrt(_MOST_CELLS)))

@@ -9,12 +9,12 @@ from sweep.request.spec import SweepSpec
 
 
 def is_system(spec: SweepSpec | None) -> bool:
-    """Return whether there is a spec, and it asks for a user's system."""
+    """Return whether a spec is given and asks for a user's system."""
     return spec is not None and isinstance(spec.model, SystemModel)
 
 
 def system_cells(model: SystemModel) -> dict[str, Any]:
-    """Return what makes the columns of cells of their passes (`sweep.model.system.passes`), which JSON can hold."""
+    """Return the data from which the page makes columns of cells (`sweep.model.system.passes`), suitable for JSON."""
     definition = model.definition
     quantities = model.variables
     names = [name for name in quantities if name not in ("stability", "steps", "unproved")]
@@ -46,7 +46,7 @@ def _named(name: str) -> dict[str, str]:
 
 
 def _plain(node: Node) -> Any:
-    """Return an expression as JSON: a number, a name, or an operation with its parts behind it."""
+    """Return an expression as JSON: a number, a name, or an operation followed by its operands."""
     if isinstance(node, Constant):
         return node.value
     if isinstance(node, Symbol):

@@ -1,4 +1,4 @@
-"""Commands, Python and files for users: to compute a window or a motion again, and the cells of a window."""
+"""Commands, Python code and files for users: to recompute a window or a motion, and the cells of a window."""
 
 import contextlib
 import shlex
@@ -24,18 +24,18 @@ from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_file import presets
 
-#: Cells of a file at most: a table of them has 200 MB.
+#: Largest number of cells in a file: as a table, they take 200 MB.
 MOST_CELLS = 1_000_000
 
-#: Format -> name of the file.
+#: Format -> file name.
 FORMATS = {"csv": "window.csv", "netcdf": "window.nc"}
 
-#: Cells that are computed before it is asked whether anybody still waits.
+#: Number of cells that are computed before checking whether the client still waits.
 _PIECE = 16384
 
 
 def window_commands(view: View, fields: Mapping[str, Any]) -> dict[str, str]:
-    """Return what computes the cells of a window.
+    """Return a command and Python code that compute the cells of a window.
 
     Parameters
     ----------
@@ -61,13 +61,13 @@ def window_commands(view: View, fields: Mapping[str, Any]) -> dict[str, str]:
 
 
 def motion_commands(view: View, fields: Mapping[str, Any]) -> dict[str, str]:
-    """Return what follows the motion of a point.
+    """Return a command and Python code that follow the motion of a point.
 
     Parameters
     ----------
     view : View
     fields : mapping
-        ``x`` and ``y``, the values of the two parameters in SI, and if they are given ``duration`` and ``losses``.
+        ``x`` and ``y``, the values of the two parameters in SI, and optionally ``duration`` and ``losses``.
 
     Returns
     -------
@@ -88,7 +88,7 @@ def motion_commands(view: View, fields: Mapping[str, Any]) -> dict[str, str]:
 
 
 def window_spec(view: View, fields: Mapping[str, Any], most: int = MOST_PIXELS) -> SweepSpec:
-    """Return the spec whose cells are the pixels of a window: exact ones, or of a model without them integrated ones.
+    """Return the spec whose cells are the pixels of a window: exact cells, or integrated ones without a reduction.
 
     Raises
     ------
@@ -98,8 +98,8 @@ def window_spec(view: View, fields: Mapping[str, Any], most: int = MOST_PIXELS) 
     width, height = (read_count(fields, name, most) for name in ("width", "height"))
     if width * height > most:
         raise RequestError(
-            f"These are too many cells: width * height is at most {most} here; got {width} x {height}.",
-            hint="Ask for fewer, or copy the window as a command.",
+            f"These are too many cells: width * height can be at most {most} here; got {width} x {height}.",
+            hint="Ask for fewer cells, or copy the window as a command.",
             where="width",
         )
     spec = view.live if view.is_live else view.spec
@@ -108,7 +108,7 @@ def window_spec(view: View, fields: Mapping[str, Any], most: int = MOST_PIXELS) 
 
 
 def _axis(side: Side, count: int) -> Range | Values:
-    """Return the values at the pixels of a side; one by one where a range is too fine for them."""
+    """Return the values at the pixels of a side, as single values where a range cannot represent so fine a window."""
     values = side.values(count)
     try:
         return Range(float(values[0]), float(values[-1]), count, side.scale)
@@ -117,13 +117,13 @@ def _axis(side: Side, count: int) -> Range | Values:
 
 
 def _changes(base: SweepSpec, spec: SweepSpec) -> dict[str, Any]:
-    """Return the words that make a spec of another one."""
+    """Return the words that change one spec into another."""
     held = base.words()
     return {name: _plain(value) for name, value in spec.words().items() if held.get(name) != value}
 
 
 def _base_of(view: View) -> tuple[str, SweepSpec]:
-    """Return what a command begins with, and the spec of that: a preset, or the file of a system, named after it."""
+    """Return the first word of a command, and the spec that it names: a preset, or a system's file."""
     model = view.spec.model
     if not model.text:
         base = view.base or _preset_of(view.spec)
@@ -135,8 +135,8 @@ def _base_of(view: View) -> tuple[str, SweepSpec]:
 
 
 def _preset_of(spec: SweepSpec) -> str:
-    """Return the preset of the model that needs the fewest changes; of the disk that which people know."""
-    # bodies with losses have those of bodies: the words of the losses choose their model
+    """Return the model's preset that needs the fewest changes; for the disk, the best-known preset."""
+    # lossy bodies have no presets; use those of bodies, because the words of the losses select the model
     known = presets(spec.model) or presets(BODIES)
     return (
         "rolling"
@@ -180,7 +180,7 @@ def _arguments(words: Mapping[str, float | str]) -> str:
 
 
 def window_file(view: View, fields: Mapping[str, Any], check: Callable[[], None]) -> tuple[str, BinaryIO]:
-    """Compute the cells of a window, and return a name and an open file with them, which has none on the disk.
+    """Compute the cells of a window, and return a file name and an open, already deleted file that contains them.
 
     Parameters
     ----------
@@ -188,15 +188,15 @@ def window_file(view: View, fields: Mapping[str, Any], check: Callable[[], None]
     fields : mapping
         ``width`` and ``height`` in pixels, and the ``format``, ``csv`` or ``netcdf``.
     check : callable
-        Called between pieces of work: raises where the file is no longer wanted.
+        Called between pieces of work; raises an error if the file is no longer wanted.
 
     Raises
     ------
     RequestError
-        If there are too many pixels, or cells of the view cannot be computed.
+        If there are too many pixels, or the cells of the view cannot be computed.
     """
     kind = read_choice(fields, "format", tuple(FORMATS))
-    view.live  # noqa: B018 - without an exact reduction cells would be integrated in time
+    view.live  # noqa: B018 - without an exact reduction, cells would be integrated in time
     spec = window_spec(view, fields, MOST_CELLS)
     command = window_commands(view, fields)["command"]
     return FORMATS[kind], _file(spec, kind, command, check)
@@ -222,5 +222,5 @@ def _file(spec: SweepSpec, kind: str, command: str, check: Callable[[], None]) -
             save(atlas, path)
         else:
             export(atlas, path, kind)
-        # the folder and its names go, the file is there as long as it is open
+        # the folder and the name are deleted, but the file exists as long as it is open
         return path.open("rb")

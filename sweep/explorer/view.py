@@ -19,25 +19,25 @@ from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.spec_file import presets
 
-#: A pixel is at least so many units in the last place wide.
+#: Least width of a pixel, in units in the last place.
 ULPS = 8
 
-#: Places at which it is looked up which values of a side are allowed: the pixels of a large screen.
+#: Number of places at which the values of a side are checked: the pixels of a large screen.
 _PLACES = 4097
 
-#: Characters of a word of the page; no value that a person writes is as long.
+#: Largest number of characters of a word from the page, more than any value that a person writes.
 _MOST_TEXT = 1000
 
 
 @dataclass(frozen=True)
 class Side:
-    """One side of the window: a parameter, and the values that are seen of it.
+    """One side of the window: a parameter, and its visible range of values.
 
     Parameters
     ----------
     name : str
     centre, half : float
-        Of the value in SI, or with the scale ``log`` of its natural logarithm.
+        Centre and half the width of the range, in SI; with the scale ``log``, of the natural logarithm of the value.
     scale : {"linear", "log"}
     """
 
@@ -48,7 +48,7 @@ class Side:
 
     @classmethod
     def read(cls, raw: object, where: str) -> "Side":
-        """Return the side that a request gives.
+        """Return the side in a request.
 
         Raises
         ------
@@ -63,22 +63,22 @@ class Side:
         )
         if side.half <= 0.0:
             refuse(f"{where}.half", "above 0", side.half)
-        # exp() of a larger one is no number
+        # exp() of a larger one overflows
         if side.scale == "log" and abs(side.centre) + side.half > 700.0:
             refuse(f"{where}.centre", "the logarithm of a number", side.centre)
         return side
 
     def values(self, count: int) -> Array:
-        """Return the values at the centres of so many pixels, in SI, shape (count,)."""
+        """Return the values at the centres of `count` pixels, in SI, shape (count,)."""
         return self.at((2.0 * np.arange(count) + 1.0) / count - 1.0)
 
     def at(self, places: Array) -> Array:
-        """Return the values at places of the window, -1 and 1 at its borders, in SI."""
+        """Return the values at window coordinates, which are -1 and 1 at the borders, in SI."""
         values = self.centre + self.half * places
         return np.exp(values) if self.scale == "log" else values
 
     def place(self, values: Array) -> Array:
-        """Return the places of values in SI, -1 and 1 at the borders of the window; NaN where it has none."""
+        """Return the window coordinates of values in SI, -1 and 1 at the borders; NaN where there are none."""
         return np.asarray(((np.log(values) if self.scale == "log" else values) - self.centre) / self.half)
 
     def ends(self) -> tuple[float, float]:
@@ -87,12 +87,12 @@ class Side:
         return (math.exp(low), math.exp(high)) if self.scale == "log" else (low, high)
 
     def within(self, allows: Callable[[Array], Truths]) -> "Side | None":
-        """Return the part of the window whose values are allowed, to a pixel; None without any.
+        """Return the part of the window whose values are allowed, to within a pixel; None if there are none.
 
         Parameters
         ----------
         allows : callable
-            Takes values in SI and returns which are allowed: those of one interval.
+            Takes values in SI and returns which are allowed; these must form one interval.
         """
         places = np.linspace(-1.0, 1.0, _PLACES)
         allowed = places[allows(self.at(places))]
@@ -104,7 +104,7 @@ class Side:
         return replace(self, centre=0.5 * float(low + high), half=0.5 * float(high - low))
 
     def is_too_fine(self, count: int) -> bool:
-        """Return whether a pixel is less than 8 units in the last place wide: then rounding would be seen as steps."""
+        """Return whether a pixel is so narrow, below `ULPS` units in the last place, that rounding shows as steps."""
         unit = np.spacing(abs(self.centre) + self.half)
         # the value itself is rounded too
         if self.scale == "log":
@@ -119,7 +119,7 @@ class View:
     Parameters
     ----------
     base : str
-        A preset, or empty for what the explorer was given.
+        A preset, or empty for the explorer's own subject.
     words : mapping of str to number or text
         The other parameters and settings that differ from the base.
     x, y : Side
@@ -135,12 +135,12 @@ class View:
 
     @classmethod
     def read(cls, raw: object, given: SweepSpec | None) -> "View":
-        """Return the view that a request gives; `given` is the spec of the base with the empty name.
+        """Return the view in a request; `given` is the spec of the base with the empty name.
 
         Raises
         ------
         RequestError
-            If a field or a value is not possible.
+            If a field or a value is invalid.
         """
         fields = read_object(raw, "view")
         base = read_text(fields, "base", "")
@@ -150,29 +150,29 @@ class View:
             if side.name not in spec.model.parameters:
                 refuse(f"{where}.name", f"one of {', '.join(spec.model.parameters)}", side.name)
         if x.name == y.name:
-            refuse("y.name", "another parameter than that of x", y.name)
+            refuse("y.name", "a parameter other than that of x", y.name)
         words = _read_words(read_object(fields.get("words", {}), "words"), spec.model)
         return cls(base, {name: words[name] for name in words if name not in (x.name, y.name)}, x, y, spec)
 
     @cached_property
     def spec(self) -> SweepSpec:
-        """The spec of the cells of this view: its axes are those of the window, their values do not matter.
+        """The spec of the cells of this view; its axes are those of the window, with arbitrary values.
 
         Raises
         ------
         RequestError
-            If the words are not possible, or do not go together.
+            If the words are invalid, or contradict each other.
         """
         return _spec_of(self.given, tuple(self.words.items()), self.x.name, self.y.name)
 
     @cached_property
     def live(self) -> SweepSpec:
-        """The same for cells that are computed on demand: by the exact reduction, or of a user's system.
+        """The same spec for cells that are computed on demand, by the exact reduction or of a user's system.
 
         Raises
         ------
         RequestError
-            If the model has no reduction, or it does not know what the criterion judges by.
+            If the model has no reduction, or the reduction does not provide what the criterion needs.
         """
         if is_system(self.spec):
             return self.spec
@@ -180,14 +180,14 @@ class View:
             return exact(self.spec)
         raise RequestError(
             f"The model {self.spec.model.name} has no exact reduction: its cells are integrated in time, which takes "
-            "too long for a map that is computed while one looks.",
+            "too long for an interactive map.",
             hint="Show the cells of the file, or compute an atlas with eulerdisk run.",
             where="cells",
         )
 
     @property
     def is_live(self) -> bool:
-        """Whether cells can be computed."""
+        """Whether cells can be computed on demand."""
         try:
             return self.live is not None
         except RequestError:
@@ -199,7 +199,7 @@ class View:
         return self.spec.replace(**{side.name: Values((low, high) if low < high else (low,))})
 
     def starts(self, x: Array, y: Array) -> Starts:
-        """Return the starts at some places, in SI.
+        """Return the starts at some points, in SI.
 
         Parameters
         ----------
@@ -209,7 +209,7 @@ class View:
         Returns
         -------
         mapping of str to array, shape (n,)
-            Every parameter of the model. A rate that the cell computes is not finite where it does not exist.
+            Every parameter of the model. A rate that the cell computes is not finite where no such rate exists.
         """
         held = {name: getattr(self.spec, name) for name in self.spec.model.parameters}
         at = {self.x.name: x, self.y.name: y}
@@ -226,19 +226,19 @@ class View:
 
 
 def base_names() -> tuple[str, ...]:
-    """Return the presets of the disk without losses, which share the module of the page."""
+    """Return the presets of the disk without losses, which share the page's built-in module."""
     known = presets(registry.named(registry.DEFAULT))
-    # the simplest first
+    # the simplest preset comes first
     return tuple(sorted(known, key=lambda name: (name != "rolling", name)))
 
 
 def other_names() -> tuple[str, ...]:
-    """Return the presets of the models without an exact reduction: a map shows the cells of their atlases alone."""
+    """Return the presets of models without an exact reduction: a map shows only the cells of their atlases."""
     return tuple(sorted(name for model in registry.every() if model.exact is None for name in presets(model)))
 
 
 def _base(name: str, given: SweepSpec | None) -> SweepSpec:
-    # not any text that `SweepSpec.preset` takes: it reads files
+    # not any text that `SweepSpec.preset` accepts: it also reads files
     if name in base_names():
         return preset(name)
     if name or given is None:
@@ -253,12 +253,12 @@ def preset(name: str) -> SweepSpec:
 
 
 def _read_words(raw: Mapping[str, Any], model: Model) -> dict[str, float | str]:
-    """Return words that change a spec; those that name files, lists or other models are not among them."""
+    """Return the words that change a spec; words that name files, lists or other models are not allowed."""
     known = (*model.parameters, *model.substitutes, *model.settings, "criterion")
     words: dict[str, float | str] = {}
     for name, value in raw.items():
         if name not in known:
-            refuse("words", f"named by {', '.join(known)}", name)
+            refuse("words", f"named {', '.join(known)}", name)
         if isinstance(value, str) and len(value) <= _MOST_TEXT:
             words[name] = value
         else:
@@ -275,7 +275,7 @@ def _spec_of(given: SweepSpec, words: tuple[tuple[str, float | str], ...], x: st
     found = given.replace(**changes, device="cpu", boundary="grid")
     if extra := [name for name in found.axes if name not in (x, y)]:
         raise RequestError(
-            f"{extra[0]} must be one number here: the axes of the window are {x} and {y}; got "
+            f"{extra[0]} must be one number here, because the axes of the window are {x} and {y}; got "
             f"{shown(str(getattr(found, extra[0])))}.",
             hint="Give one number.",
             where=extra[0],
@@ -290,7 +290,7 @@ def exact(spec: SweepSpec) -> SweepSpec:
 
 
 def _any_axis(given: SweepSpec, name: str) -> Range | Values:
-    """Return an axis for a parameter of the window: that of the base, or one of a value that is always possible."""
+    """Return an axis for a parameter of the window: the base's, or one with a single value that is always valid."""
     held = getattr(given, name)
     if isinstance(held, Range | Values):
         return held

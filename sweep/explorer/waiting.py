@@ -1,13 +1,13 @@
-"""Turns and ends of work: one thread at a time calls kernels, and what no client waits for any more ends.
+"""One thread at a time calls kernels, and work ends when its client has gone.
 
-A page that asks anew closes the connection of what it asked before: work ends where its client has gone.
+When a page makes a new request, it closes the connection of the previous one, which ends the work for it.
 """
 
 import threading
 
-#: Kernels use all processors by themselves: the threads that answer requests call them one after another.
+#: Held while calling kernels, which use all processors: the threads that answer requests take turns.
 KERNELS = threading.RLock()
 
 
 class ClientGoneError(Exception):
-    """No client waits for the answer any more."""
+    """The client no longer waits for the answer."""

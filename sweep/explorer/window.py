@@ -1,6 +1,6 @@
-"""The cells in a window: stored ones, each as a rectangle of its pixels, and computed ones.
+"""The cells in a window: stored cells, each drawn as a rectangle of pixels, and computed cells.
 
-The page computes windows itself where it is about as fast as the program; the others it asks for.
+The page computes a window itself where it is about as fast as the program, and otherwise asks for it.
 """
 
 from collections.abc import Callable, Mapping
@@ -18,24 +18,25 @@ from sweep.explorer.view import View
 from sweep.explorer.waiting import KERNELS
 from sweep.model.quantity import Truths
 
-#: Pixels of a window at most.
+#: Largest number of pixels in a window.
 MOST_PIXELS = 4_000_000
 
-#: Cells that are computed at a time, or one row of the window: some tens of milliseconds of work, also of a system.
+#: Number of cells that are computed at a time, or at least one row of the window, in general and for a system: some
+#: tens of milliseconds of work.
 _PIECE, _OF_A_SYSTEM = 65_536, 256
 
-#: Whether the cell of a pixel is stored, and the code of a quantity where there is no cell.
+#: Codes for a pixel whose cell is stored, and for one without a cell; code of a quantity where there is no cell.
 _STORED, _NO_CELL = np.uint8(1), np.uint8(2)
 _NO_CODE = 255
 
-#: Below this share of its largest value the range of a quantity has too few steps in single precision.
+#: Least relative range of a quantity at which single precision has enough steps.
 _NARROW = 1e-3
 
 
 def stored_window(
     view: View, stored: Stored | None, fields: Mapping[str, Any]
 ) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]] | None:
-    """Return the stored cells in a window; None if the view shows none of the file.
+    """Return the stored cells in a window; None if the view shows no cells of the file.
 
     Parameters
     ----------
@@ -47,12 +48,12 @@ def stored_window(
     Returns
     -------
     head : dict
-        ``low`` and ``high`` of the values, ``least`` of those above zero (None without any), ``end``, whether pixels
-        are so small that rounding would be seen, and a ``note``.
+        ``low`` and ``high`` of the values, ``least`` of the positive ones (None if there are none), ``end``: whether
+        pixels are so small that rounding would be visible, and a ``note``.
     arrays : dict of str to array, shape (height, width)
-        ``value``: codes as uint8, or numbers as float32; as float64 where the values are too near to one another. From
-        the bottom up. NaN (or the code 255) where there is no number. ``verdict``, uint8. ``stored``, uint8: 1 where a
-        cell is stored, 2 where none is.
+        ``value``: codes as uint8, or numbers as float32, or as float64 if they differ too little. Rows start at the
+        bottom; NaN (or the code 255) where there is no number. ``verdict``, uint8. ``stored``, uint8: 1 for pixels with
+        a stored cell, 2 for pixels without one.
 
     Raises
     ------
@@ -84,7 +85,7 @@ def stored_window(
 def computed_window(
     view: View, fields: Mapping[str, Any], check: Callable[[], None]
 ) -> tuple[dict[str, Any], dict[str, npt.NDArray[Any]]]:
-    """Return the cells at the pixels of a window, computed by all processors.
+    """Return the cells at the pixels of a window, computed on all processors.
 
     Parameters
     ----------
@@ -92,12 +93,12 @@ def computed_window(
     fields : mapping
         ``width`` and ``height`` in pixels, and the ``quantity``.
     check : callable
-        Called between pieces of work: raises where the window is no longer wanted.
+        Called between pieces of work; raises an error if the window is no longer wanted.
 
     Returns
     -------
     head, arrays
-        As of `stored_window`, without ``stored``; numbers as float64.
+        Like those of `stored_window`, without ``stored``; numbers are float64.
 
     Raises
     ------
@@ -141,10 +142,10 @@ def _head(view: View, value: npt.NDArray[Any]) -> dict[str, Any]:
 
 
 def _range(value: npt.NDArray[Any], known: Truths) -> tuple[float | None, float | None]:
-    """Return the smallest and the largest of the known values; None without any."""
+    """Return the smallest and the largest of the known values; None if there are none."""
     if not known.any():
         return None, None
-    # without a copy of the values
+    # avoids a copy of the values
     lowest, highest = (255, 0) if value.dtype == np.uint8 else (np.inf, -np.inf)
     return float(value.min(where=known, initial=lowest)), float(value.max(where=known, initial=highest))
 

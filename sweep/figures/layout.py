@@ -180,7 +180,7 @@ def _figure_in(
     """
     if len(items) > 1:
         raise RequestError(
-            f"ax can show only one atlas; got {len(items)}.",
+            f"These axes can show only one atlas; got {len(items)}.",
             "Draw each atlas into its own axes, or leave out ax.",
             "ax",
         )

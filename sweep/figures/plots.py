@@ -84,7 +84,7 @@ def figure(
     check_friction(friction)
     if axes is not None and not isinstance(axes, Axes):
         raise RequestError(
-            f"ax must be a matplotlib Axes, as from plt.subplots(); got {shown(axes)}.",
+            f"This must be a matplotlib Axes, as from plt.subplots(); got {shown(axes)}.",
             hint="Leave it out for a new figure.",
             where="ax",
         )

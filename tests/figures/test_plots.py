@@ -306,7 +306,7 @@ def test_selection_from_a_larger_atlas():
 
 def test_nothing_to_draw():
     """A single cell and an empty list are refused."""
-    with refused("one axis", "two", "single cell", "start:stop"):
+    with refused("one or two axes", "single cell", "start:stop"):
         plots.figure([sweep.run(LINE.replace(roll_rate=3.0))])
     with refused("atlas"):
         plots.figure([])

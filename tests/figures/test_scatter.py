@@ -190,5 +190,5 @@ def test_axes_of_a_caller(atlas):
     axes = figure.add_subplot()
     assert plots.figure([atlas], axes=axes) is figure
     assert len(axes.collections) == 1
-    with refused("Axes", "one atlas"):
+    with refused("ax", "one atlas"):
         plots.figure([atlas, atlas], axes=axes)
