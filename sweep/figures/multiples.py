@@ -79,7 +79,8 @@ def figure(
     further = _further(dataset)
     if axes is not None:
         raise RequestError(
-            f"The axes can show one map; this one has {len(drawn_dims(dataset))} axes: {', '.join(drawn_dims(dataset))}.",
+            f"The axes can show one map; this atlas has {len(drawn_dims(dataset))} axes: "
+            f"{', '.join(drawn_dims(dataset))}.",
             f"{_selection(dataset, further)}, or draw the family of its boundaries (family=True).",
             "ax",
         )
