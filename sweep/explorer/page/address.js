@@ -1,4 +1,4 @@
-/** The whole state in the fragment of the address, so that it can be shared, kept and gone back to. */
+/** The whole state in the fragment of the address, so that it can be shared, kept and revisited. */
 
 import { SPEEDS } from "eulerdisk/motion/clock";
 import { firstState, quantitiesOf } from "eulerdisk/state";
@@ -6,30 +6,30 @@ import { firstState, quantitiesOf } from "eulerdisk/state";
 /** @import { About, Axis, MotionSettings } from "eulerdisk/types" */
 /** @import { Point, State } from "eulerdisk/state" */
 
-/** Characters of an address at most: one that a page writes has some hundred. */
+/** Largest length of an address [characters]; the page's own addresses have some hundred. */
 const MOST = 16_384;
 
-/** Digits of a time and of the place of a camera: finer than a picture of a motion. */
+/** Digits of a time and of a camera position: finer than a picture of a motion can show. */
 const DIGITS = 6;
 
-/** Largest number of an axis: a server computes with no larger one. */
+/** Largest number of an axis: a server computes with no larger ones. */
 const LARGEST = 1e12;
 
-/** Words of a view have this before their names, so that none is taken for an entry of the page; so have losses. */
+/** Prefix of the names of a view's words, and of losses, which distinguishes them from the page's own entries. */
 const WORD = "with.";
 const LOSS = "loss.";
 
-/** Characters of a word at most, and of one of a loss. */
+/** Largest length of a word, and of a word of a loss [characters]. */
 const MOST_TEXT = 200;
 const MOST_LOSS = 40;
 
-/** The two chosen points, the lines that can be hidden, and the parts of a motion that can be open. */
+/** Letters of the two chosen points, the lines that can be hidden, and the parts of a motion that can be open. */
 const LETTERS = ["a", "b"];
 const LINES = ["analytic", "predicted", "measured"];
 const PARTS = ["laws", "words"];
 
 /**
- * Fragment of a state, without "#". Numbers are written so that they are read back to the bit.
+ * Return the fragment of a state, without "#". Numbers are written so that they are read back exactly.
  * @param {State} state
  */
 export function fragmentOf(state) {
@@ -74,7 +74,7 @@ function shortened(value) {
 }
 
 /**
- * What is set of a motion: "a.loss.friction=0.3", "a.camera=0.2,0.4,6", "a.open=laws".
+ * Return the settings of a motion as entries: "a.loss.friction=0.3", "a.camera=0.2,0.4,6", "a.open=laws".
  * @param {string} letter
  * @param {MotionSettings} settings
  */
@@ -86,7 +86,7 @@ function motionEntries(letter, { losses, camera, open }) {
 }
 
 /**
- * State of a fragment; what is missing or cannot be read is as at the start.
+ * Return the state in a fragment; missing or unreadable entries have their initial values.
  * @param {string} fragment  with or without "#"
  * @param {About} about
  * @returns {State}
@@ -96,7 +96,7 @@ export function stateOf(fragment, about) {
   const first = firstState(about, entries.get("base") ?? undefined);
   const x = readAxis(entries.get("x"), about) ?? first.view.x;
   const y = readAxis(entries.get("y"), about) ?? first.view.y;
-  // two axes of one parameter are no plane
+  // two axes of the same parameter do not span a plane
   const axes = x.name === y.name ? { x: first.view.x, y: first.view.y } : { x, y };
   return {
     view: { base: first.view.base, words: readWords(entries, about), ...axes },
@@ -114,7 +114,7 @@ export function stateOf(fragment, about) {
 }
 
 /**
- * Light or dark as a fragment has it; empty for that of the system.
+ * Return the theme in a fragment; empty to follow the system.
  * @param {string} fragment  with or without "#"
  */
 export function themeOf(fragment) {
@@ -144,7 +144,7 @@ function known(name, table) {
 }
 
 /**
- * Those of some names that a text has, in their order.
+ * Return those of the names that a text contains, in their order.
  * @param {string|null} text
  * @param {string[]} names
  */
@@ -154,8 +154,8 @@ function readNames(text, names) {
 }
 
 /**
- * Numbers with commas between them; null where one is none, or there are fewer or more. An empty text is none, which
- * `Number` reads as zero.
+ * Return numbers separated by commas; null if one is invalid, or their count is wrong. Empty text is invalid, although
+ * `Number` reads it as zero.
  * @param {string|null} text
  * @param {number} count
  */
@@ -165,7 +165,7 @@ function readNumbers(text, count) {
 }
 
 /**
- * A number or a word; undefined for none.
+ * Return a number or a word; undefined if there is none.
  * @param {string|null} text
  * @param {number} [most]  characters
  */
@@ -204,7 +204,7 @@ function readWords(entries, about) {
 }
 
 /**
- * What is set of a motion; what cannot be read is as at the start.
+ * Return the settings of a motion; unreadable ones have their initial values.
  * @param {URLSearchParams} entries
  * @param {string} letter
  * @param {About} about
@@ -224,7 +224,7 @@ function readMotion(entries, letter, about) {
 }
 
 /**
- * Ends of the colours, the lower one first.
+ * Return the ends of the colour scale, the lower one first.
  * @param {string|null} text
  * @returns {[number, number]|null}
  */

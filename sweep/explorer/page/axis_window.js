@@ -1,18 +1,18 @@
 /**
- * Window arithmetic along one axis: values, pixels, zoom and its end.
+ * Window arithmetic along one axis: values, pixels, and zoom with its limit.
  *
- * A place along an axis is a number u from -1 (low end) to 1 (high end); the value there is centre + half * u, of an axis
- * with the scale "log" the exponential of that. Differences to the centre are formed before anything is divided, so
- * that places stay exact in windows of 1e-10 of the value.
+ * A place along an axis is a number u from -1 (low end) to 1 (high end); the value there is centre + half * u, or the
+ * exponential of that on an axis with the scale "log". Differences from the centre are formed before any division, so
+ * that places remain exact in windows of 1e-10 of the value.
  */
 
 /** @import { Axis } from "eulerdisk/types" */
 
-/** A pixel may not be narrower than this many units in the last place of the value. */
+/** Least width of a pixel, in units in the last place of the value. */
 const LEAST_ULPS = 8;
 
 /**
- * Distance from a double to the next one.
+ * Return the distance from a double to the next one.
  * @param {number} value
  */
 export function ulp(value) {
@@ -24,7 +24,7 @@ export function ulp(value) {
 }
 
 /**
- * Value at a place.
+ * Return the value at a place.
  * @param {Axis} axis
  * @param {number} place
  */
@@ -34,7 +34,7 @@ export function valueAt(axis, place) {
 }
 
 /**
- * Place of a value; NaN where a logarithmic axis has none.
+ * Return the place of a value; NaN where a logarithmic axis has none.
  * @param {Axis} axis
  * @param {number} value
  */
@@ -44,7 +44,7 @@ export function placeOf(axis, value) {
 }
 
 /**
- * Value in the middle of a pixel, as the server computes it.
+ * Return the value in the middle of a pixel, as the server computes it.
  * @param {Axis} axis
  * @param {number} pixel
  * @param {number} count
@@ -54,11 +54,11 @@ export function pixelValue(axis, pixel, count) {
 }
 
 /**
- * The value with the fewest digits, as people read them, within a pixel of a place.
+ * Return the value with the fewest displayed digits within a pixel of a place.
  * @param {Axis} axis
  * @param {number} place
  * @param {number} count  of pixels
- * @param {number} factor  from values to what people read
+ * @param {number} factor  from values to displayed numbers
  */
 export function roundestAt(axis, place, count, factor) {
   const [low, middle, high] = [-1, 0, 1].map((side) => valueAt(axis, place + side / count));
@@ -70,7 +70,7 @@ export function roundestAt(axis, place, count, factor) {
 }
 
 /**
- * Both ends of the range, in values.
+ * Return both ends of the range, as values.
  * @param {Axis} axis
  * @returns {[number, number]}
  */
@@ -79,7 +79,7 @@ export function ends(axis) {
 }
 
 /**
- * Axis from one value to another; linear where a logarithm is not possible.
+ * Return the axis from one value to another; linear where a logarithm is impossible.
  * @param {string} name
  * @param {number} low
  * @param {number} high
@@ -95,7 +95,7 @@ export function axisBetween(name, low, high, scale) {
 }
 
 /**
- * Smallest half that pixels of 8 units in the last place allow.
+ * Return the smallest half-width for which pixels have 8 units in the last place.
  * @param {Axis} axis
  * @param {number} pixels
  */
@@ -105,11 +105,12 @@ export function leastHalf(axis, pixels) {
 }
 
 /**
- * Axis zoomed by a factor about a place, which keeps its value: below 1 zooms in. Zoom ends at `least` and at `most`.
+ * Return the axis zoomed by a factor about a place, which keeps its value; a factor below 1 zooms in. The half-width
+ * stays between `least` and `most`.
  * @param {Axis} axis
  * @param {number} factor
  * @param {number} place
- * @param {{least: number, most: number}} limits  of half
+ * @param {{least: number, most: number}} limits  of the half-width
  * @returns {Axis}
  */
 export function zoomed(axis, factor, place, limits) {
@@ -120,7 +121,7 @@ export function zoomed(axis, factor, place, limits) {
 }
 
 /**
- * Axis moved by a distance in places: its whole width is 2.
+ * Return the axis moved by a distance in places; the whole width is 2.
  * @param {Axis} axis
  * @param {number} by
  * @returns {Axis}
@@ -129,13 +130,14 @@ export function moved(axis, by) {
   return { ...axis, centre: axis.centre + axis.half * by };
 }
 
-/** Largest number of a linear axis, and largest logarithm of a logarithmic one: beyond them lies no number. */
+/** Largest value on a linear axis, and largest logarithm on a logarithmic one, before numbers overflow. */
 const LARGEST = { linear: 1e300, log: 690 };
 
 /**
- * Axis within the values that are allowed, and those that are numbers: moved, and if it is too wide for them narrowed.
+ * Return the axis moved, and narrowed if necessary, so that it lies within the allowed values and within finite
+ * numbers.
  * @param {Axis} axis
- * @param {number|null} least  null if there is no end
+ * @param {number|null} least  null if there is no limit
  * @param {number|null} most
  * @returns {Axis}
  */
@@ -149,7 +151,7 @@ export function within(axis, least, most) {
 }
 
 /**
- * Where the ends of one axis lie on another one, as [scale, offset]: place there = offset + scale * place here; null if
+ * Return where one axis lies on another one, as [scale, offset] with place there = offset + scale * place here; null if
  * the two have no common coordinate.
  * @param {Axis} from
  * @param {Axis} to

@@ -1,11 +1,11 @@
-/** What is known of a cell in words, where no server explains it. */
+/** The text about a cell where no server explains it. */
 
 import { printedUnits, readable } from "eulerdisk/ticks";
 
 /** @import { Line, Parameter, PointAnswer } from "eulerdisk/types" */
 
 /**
- * A cell: what it holds, and the parameters and lines of its plane.
+ * A cell: its numbers, and the parameters and lines of its plane.
  * @typedef {object} Cell
  * @property {{x: Parameter, y: Parameter}} sides
  * @property {PointAnswer} numbers
@@ -13,7 +13,7 @@ import { printedUnits, readable } from "eulerdisk/ticks";
  * @property {string} criterion
  */
 
-/** Width of the column of names, and of that of values. */
+/** Widths of the columns of names and of values. */
 const NAME = 12;
 const VALUE = 22;
 
@@ -65,7 +65,7 @@ function onLine(place, label) {
 }
 
 /**
- * Where the lines of the map cross the row of a cell, along the parameter that the boundary is sought along.
+ * Return where the lines of the map cross the row of a cell, along the parameter of the boundary.
  * @param {Cell} cell
  */
 function boundaryRows({ sides, numbers, lines }) {
@@ -85,10 +85,10 @@ function boundaryRows({ sides, numbers, lines }) {
 }
 
 /**
- * Values along one side at which polylines have a value along the other.
+ * Return the values along one side at which polylines have a given value along the other.
  * @param {number[][][]} lines
- * @param {number} wanted  value along the other side
- * @param {number[]} order  numbers of both sides in a point
+ * @param {number} wanted  the given value along the other side
+ * @param {number[]} order  indices of both sides in a point
  */
 export function crossings(lines, wanted, [along, across]) {
   return lines.flatMap((points) => {
@@ -98,7 +98,7 @@ export function crossings(lines, wanted, [along, across]) {
       const begin = points[i];
       const [before, after] = [begin[across] - wanted, end[across] - wanted];
       const isLast = i === points.length - 2 && !isClosed;
-      // a segment has its first end, so that a point of the line is met once; the last one has both
+      // a segment includes its first end only, so that a point of the line is met once; the last segment includes both
       if (before === after || before * after > 0 || (after === 0 && !isLast)) return [];
       return [begin[along] + (before / (before - after)) * (end[along] - begin[along])];
     });

@@ -1,4 +1,4 @@
-/** The choices at the top: what to look at, and the light. */
+/** The choices at the top: the base and the theme. */
 
 import { html, select } from "eulerdisk/elements";
 import { firstState, quantitiesOf } from "eulerdisk/state";
@@ -8,7 +8,7 @@ import { firstState, quantitiesOf } from "eulerdisk/state";
 /** @import { About } from "eulerdisk/types" */
 
 /**
- * Choice of the base. Another one begins anew, but keeps the light and, where it can be shown, the quantity.
+ * Create the choice of the base. Another base starts afresh, but keeps the theme and, if possible, the quantity.
  * @param {HTMLElement} element
  * @param {About} about
  * @param {Change} change
@@ -17,7 +17,7 @@ import { firstState, quantitiesOf } from "eulerdisk/state";
 export function baseMenu(element, about, change) {
   const others = html(
     "optgroup",
-    { label: "Integrated in time (explore an atlas of one)", disabled: true },
+    { label: "Integrated in time (explore an atlas instead)", disabled: true },
     ...about.others.map((name) => html("option", {}, name)),
   );
   others.hidden = about.others.length === 0;
@@ -26,14 +26,14 @@ export function baseMenu(element, about, change) {
     label,
     title: description,
   }));
-  const choice = select({ id: "base", "aria-label": "What to look at" }, bases, (name) =>
+  const choice = select({ id: "base", "aria-label": "Preset" }, bases, (name) =>
     change(({ theme, quantity }) => {
       const first = firstState(about, name);
       const has = quantitiesOf(about, name).some((each) => each.name === quantity);
       return { ...first, theme, quantity: has ? quantity : first.quantity };
     }),
   );
-  // what people look for and cannot be chosen is named all the same
+  // show these presets too, so that people who look for them learn why they cannot be chosen
   choice.append(others);
   const title = html("p", { class: "quiet" });
   element.append(choice, title);
@@ -44,7 +44,7 @@ export function baseMenu(element, about, change) {
   };
 }
 
-/** Whether the system is dark. */
+/** Whether the system's theme is dark. */
 const SYSTEM = matchMedia("(prefers-color-scheme: dark)");
 
 /** @param {State["theme"]} theme */
@@ -53,18 +53,18 @@ function isDark(theme) {
 }
 
 /**
- * Give the page its light.
+ * Apply a theme to the page.
  * @param {State["theme"]} theme
  */
 export function showTheme(theme) {
   const { dataset } = document.documentElement;
   const shown = isDark(theme) ? "dark" : "light";
-  // observers of the attribute draw anew even where it is set to its former value
+  // observers of the attribute redraw even if it is set to its present value
   if (dataset.theme !== shown) dataset.theme = shown;
 }
 
 /**
- * Button that goes from the light of the system to the other one, and back.
+ * Set up the button that toggles between the system's theme and the other one.
  * @param {HTMLElement} button
  * @param {Change} change
  * @returns {(state: State) => void}

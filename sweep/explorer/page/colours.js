@@ -1,10 +1,10 @@
-/** How values become colours: those of the figures for numbers and regimes, blue and orange for verdicts. */
+/** The mapping from values to colours: those of figures for numbers and regimes, blue and orange for verdicts. */
 
 /** @import { Quantity } from "eulerdisk/types" */
 
 /**
- * Colours of numbers at equal distances, light for small ones: those of the figures (COLOURS of sweep/figures/shade.py, the
- * greater part of viridis from its light end).
+ * Colours of numbers at equal distances, light for small ones, as in figures (COLOURS in sweep/figures/shade.py, most
+ * of viridis from its light end).
  */
 const NUMBERS = (
   "fde725 f4e61e eae51a dfe318 d2e21b c8e020 bddf26 b0dd2f a5db36 9bd93c 8ed645 84d44b 7ad151 " +
@@ -16,32 +16,35 @@ const NUMBERS = (
 /** Colours of verdicts by their codes: undecided, stable, unstable. */
 const VERDICTS = ["#9a9a9a", "#3b76af", "#ee8a2e"];
 
-/** Colours of regimes: the hue shows the wells, the strength the crossing (sweep/figures/disk/regimes.py); greys for none. */
+/**
+ * Colours of regimes: the hue shows the wells, the strength shows the crossing (sweep/figures/disk/regimes.py); greys
+ * for cells without a regime.
+ */
 const REGIMES = ["#dcecf6", "#7fb9dc", "#fbe3bd", "#e69f00", "#ebebeb", "#b3b3b3"];
 
 /**
- * Colours of the loss that took most: none of them, rolling, pivoting, contour, damping, air (sweep/figures/disk/
- * loss_colours.py). The curves of a motion have them too (motion.css).
+ * Colours of the loss that took most: none, rolling, pivoting, contour, damping, air
+ * (sweep/figures/disk/losses_map.py). The curves of a motion have the same colours (motion.css).
  */
 const LOSSES = ["#999999", "#e69f00", "#cc79a7", "#0072b2", "#56b4e9", "#009e73"];
 
-/** Flags of cells of which nothing can be said, and their colour (_OPEN and _GREY of sweep/figures/shade.py). */
+/** Flags of cells without a definite answer, and their colour (_OPEN and _GREY in sweep/figures/shade.py). */
 const OPEN = ["undecided", "sensitive"];
 export const GREY = "#d4d4d4";
 
-/** Ratio of numbers beyond which equal steps would squeeze the small ones (SQUEEZED of sweep/figures/scales.py). */
+/** Ratio of numbers beyond which equal steps would squeeze the small ones (SQUEEZED in sweep/figures/scales.py). */
 const SQUEEZED = 20;
 
-/** How many shades a number may have. */
+/** Number of shades of a number. */
 const SHADES = 1024;
 
 /**
- * Which number has which shade: from `low` to `high`, in equal steps of the value or of its logarithm.
+ * The colour scale: from `low` to `high`, in equal steps of the value or of its logarithm.
  * @typedef {{low: number, high: number, scale: "linear"|"log"}} Range
  */
 
 /**
- * Red, green and blue of "rrggbb" or "#rrggbb".
+ * Return red, green and blue of "rrggbb" or "#rrggbb".
  * @param {string} hex
  * @returns {[number, number, number]}
  */
@@ -51,7 +54,7 @@ export function channels(hex) {
 }
 
 /**
- * Colour at a share of the scale, from 0 to 1.
+ * Return the colour at a share of the scale, from 0 to 1.
  * @param {number} share
  * @returns {[number, number, number]}
  */
@@ -66,7 +69,7 @@ export function shade(share) {
 }
 
 /**
- * Colour of a code of a quantity with flags, as "#rrggbb".
+ * Return the colour of a code of a quantity with flags, as "#rrggbb".
  * @param {Quantity} quantity
  * @param {number} code
  */
@@ -86,7 +89,7 @@ export function flagColour(quantity, code) {
 }
 
 /**
- * One pixel as the canvas stores it (little-endian RGBA).
+ * Return one pixel as the canvas stores it (little-endian RGBA).
  * @param {[number, number, number]} colour
  */
 export function packed([red, green, blue]) {
@@ -96,12 +99,12 @@ export function packed([red, green, blue]) {
 const SCALE = Uint32Array.from({ length: SHADES }, (_, each) => packed(shade(each / (SHADES - 1))));
 
 /**
- * Range for values from low to high, as figures have it: logarithmic for the peak, and where numbers span decades; then
- * it begins at the least one above zero. Of equal values it is a narrow one around them.
+ * Return the colour scale for values from low to high, as in figures: logarithmic for the peak, and where numbers span
+ * decades; then it starts at the least positive value. For equal values, it is a narrow range around them.
  * @param {Quantity} quantity
  * @param {number|null} low
  * @param {number|null} high
- * @param {number|null} [least]  the smallest value above zero
+ * @param {number|null} [least]  the smallest positive value
  * @returns {Range}
  */
 export function rangeFor(quantity, low, high, least = low) {
@@ -115,7 +118,7 @@ export function rangeFor(quantity, low, high, least = low) {
 }
 
 /**
- * Paint values into the pixels of a picture, whose rows go from the top downward.
+ * Paint values into the pixels of a picture, whose rows go from top to bottom.
  * @param {Uint32Array} pixels
  * @param {ArrayLike<number>} values  rows from the bottom upward; NaN is left transparent
  * @param {number} width
@@ -145,7 +148,7 @@ function numberColours({ low, high, scale }) {
   const stretch = (SHADES - 1) / (to - from);
   return (value) => {
     const at = ((log ? Math.log(value) : value) - from) * stretch + 0.5;
-    // a value below the range, and the logarithm of 0, have the first shade
+    // values below the range, and the logarithm of 0, get the first shade
     return SCALE[at > 0 ? (at < SHADES ? at | 0 : SHADES - 1) : 0];
   };
 }
@@ -159,7 +162,7 @@ function flagColours(quantity) {
   return (value) => {
     let found = table.get(value);
     if (found === undefined) {
-      // a code without words is that of no cell
+      // a code without a description belongs to no cell
       found = String(value) in (quantity.flags ?? {}) ? packed(channels(flagColour(quantity, value))) : 0;
       table.set(value, found);
     }

@@ -1,4 +1,4 @@
-/** The controls beside the map: what is shown, the axes, and sliders for everything that is no axis. */
+/** The controls next to the map: what is shown, the axes, and sliders for every other parameter. */
 
 import { valueAt } from "eulerdisk/axis_window";
 import { checkbox, html, select, shareOnRuler, valueOnRuler } from "eulerdisk/elements";
@@ -23,16 +23,14 @@ import { printedUnits, readable } from "eulerdisk/ticks";
 
 /** @typedef {(change: (state: State) => State) => void} Change */
 
-/** @type {Record<string, string>} what the lines are, for who reads their names for the first time */
+/** @type {Record<string, string>} explanations of the lines for new users */
 const MEANINGS = {
-  analytic: "analytic is that of theory for the smallest disturbance",
-  predicted: "predicted is that of theory for this criterion and this tilt",
-  measured: "measured lies between computed cells, stable and unstable ones",
+  analytic: "the analytic line is theory for a vanishing perturbation",
+  predicted: "the predicted line is theory for this criterion and this tilt",
+  measured: "the measured line separates stable from unstable computed cells",
 };
 
-/**
- * Controls that are built anew where a base or an axis changes, and otherwise only follow the state.
- */
+/** Controls that are rebuilt if a base or an axis changes, and otherwise only follow the state. */
 export class Controls {
   #element;
   #about;
@@ -46,7 +44,7 @@ export class Controls {
    * @param {HTMLElement} element
    * @param {About} about
    * @param {Change} change
-   * @param {() => [number, number]} range  ends of the colours that are shown
+   * @param {() => [number, number]} range  ends of the present colour scale
    */
   constructor(element, about, change, range) {
     this.#element = element;
@@ -109,10 +107,11 @@ export class Controls {
   }
 
   #colours() {
-    const { box, label } = checkbox("hold-colours", ["keep the range of the colours"], (held) =>
+    const { box, label } = checkbox("hold-colours", ["keep the colour range"], (held) =>
       this.#change((state) => ({ ...state, range: held ? this.#range() : null })),
     );
-    label.title = "One colour stays one value while the window moves; else the colours span what is seen.";
+    label.title =
+      "Each colour keeps its value while the window moves; otherwise the colours span the visible values.";
     this.#follow.push((state) => {
       box.checked = state.range !== null;
       label.hidden = quantityOf(this.#about, state.quantity).flags !== null;
@@ -145,7 +144,7 @@ export class Controls {
 
   #stored() {
     const { atlas } = this.#about;
-    const { box, label } = checkbox("show-stored", ["cells of the file where it has some"], (stored) =>
+    const { box, label } = checkbox("show-stored", ["stored cells where the file has some"], (stored) =>
       this.#change((state) => ({ ...state, stored })),
     );
     this.#follow.push((state) => {
@@ -167,7 +166,7 @@ export class Controls {
       this.#change((state) => ({
         ...state,
         view: withAxis(about, state.view, which, name),
-        // the points that were chosen lie in another plane
+        // the chosen points are in another plane
         points: [null, null],
         compare: false,
       })),
@@ -196,7 +195,7 @@ export class Controls {
     for (const parameter of parametersOf(about, view)) {
       const { name, label, low } = parameter;
       if (name === view.x.name || name === view.y.name) continue;
-      // an axis of the base that is none now has no word there: it begins in its middle
+      // an axis of the base that is no axis now has no word there: start in its middle
       const first = base.words[name] ?? middleOf(base.view, name);
       const slides = !fixed && low !== null;
       rows.push(slides ? parameterSlider(parameter, first, set(name)) : textRow(name, label, parameter));
@@ -217,27 +216,27 @@ function middleOf(view, name) {
 }
 
 /**
- * A row of the controls; `follow` shows a value, undefined where there is none.
+ * A row of the controls; `follow` shows a value, or undefined if there is none.
  * @typedef {{name: string, element: HTMLElement, follow: (value: number|string|undefined) => void}} Row
  */
 
-/** @typedef {(value: any) => void} SetValue  takes a number in SI units, or words */
+/** @typedef {(value: any) => void} SetValue accepts a number in SI units, or a word */
 
 /**
- * A number that is written lies above and below others, if they are given.
+ * The scale of a field; a written number must be above and below the given limits.
  * @typedef {Ruler & {factor: number, unit: string, above?: number|null, below?: number|null}} Scale
  */
 
-/** No tilt departs farther, in degrees. */
+/** Largest departure of a tilt, in degrees. */
 const HALF_TURN = 180;
 
-/** Steps of a slider from end to end. */
+/** Number of steps of a slider. */
 const STEPS = 1000;
 
 /**
- * Slider of a parameter. A double click on its name goes back to the value of the base.
+ * Return the slider of a parameter. A double click on its name restores the base's value.
  * @param {Parameter} parameter
- * @param {number|string} first  the value of the base
+ * @param {number|string} first  the base's value
  * @param {SetValue} set
  * @returns {Row}
  */
@@ -265,7 +264,7 @@ function parameterSlider(parameter, first, set) {
 }
 
 /**
- * Row of a value that cannot be changed.
+ * Return a row for a value that cannot be changed.
  * @param {string} name
  * @param {string} label
  * @param {{factor: number, unit: string}} [shown]
@@ -289,7 +288,7 @@ function textRow(name, label, shown) {
 }
 
 /**
- * Slider of the limit of the criterion, and its kind.
+ * Return the slider of the criterion's limit, and the choice of its kind.
  * @param {About} about
  * @param {SetValue} set
  * @returns {Row}
@@ -300,7 +299,7 @@ function criterionSlider(about, set) {
     label: word,
     title: description,
   }));
-  const other = { value: "", label: "another one" };
+  const other = { value: "", label: "other" };
   const kind = select({ id: "criterion-kind", "aria-label": "criterion" }, [...kinds, other], (word) => {
     const found = about.criteria.find((each) => each.word === word);
     if (found) set(`${word}:${Number(Math.sqrt(found.low * found.high).toPrecision(2))}${found.unit}`);
@@ -332,7 +331,7 @@ function criterionSlider(about, set) {
       const found = rows.get(word);
       kind.value = found ? word : "";
       own.hidden = found !== undefined;
-      own.textContent = /^\w+$/.test(word) ? word : "another one";
+      own.textContent = /^\w+$/.test(word) ? word : "other";
       text.textContent = found ? "" : String(value ?? "");
       for (const row of rows.values()) row.element.hidden = row !== found;
       found?.follow(parseFloat(limit));
@@ -341,7 +340,7 @@ function criterionSlider(about, set) {
 }
 
 /**
- * A caption, a slider and a field for the exact number.
+ * Return a caption, a slider and a field for the exact number.
  * @param {string} name
  * @param {string} label
  * @param {string} description
@@ -392,7 +391,7 @@ function numberRow(name, label, description, ruler, set) {
   /** @param {number|string|undefined} value */
   const follow = (value) => {
     if (typeof value !== "number" || !Number.isFinite(value)) return;
-    // a field that is being written in is left alone
+    // do not change a field while the user writes in it
     const shown = String(Number((value * ruler.factor).toPrecision(12)));
     if (document.activeElement !== field || Number(field.value) !== Number(shown)) field.value = shown;
     slide.value = String(Math.round(shareOnRuler(ruler, value) * STEPS));
@@ -402,7 +401,7 @@ function numberRow(name, label, description, ruler, set) {
 }
 
 /**
- * Value of which people read four digits, so that a slider stops at short numbers.
+ * Return a value with four displayed digits, so that a slider stops at short numbers.
  * @param {number} value
  * @param {number} factor
  */

@@ -1,9 +1,9 @@
-/** Elements of HTML and SVG, made in one line each, rulers of sliders, and how wide a text is. Text is never read as HTML. */
+/** Creation of HTML and SVG elements, scales of sliders, and the width of texts. Text is never interpreted as HTML. */
 
 /**
  * @template {keyof HTMLElementTagNameMap} Name
  * @param {Name} name
- * @param {Record<string, string|boolean|EventListener>} [attributes]  functions listen to the event of that name
+ * @param {Record<string, string|boolean|EventListener>} [attributes]  a function listens to the event of that name
  * @param {(Node|string)[]} children
  * @returns {HTMLElementTagNameMap[Name]}
  */
@@ -19,7 +19,7 @@ export function html(name, attributes = {}, ...children) {
 }
 
 /**
- * A choice of some words.
+ * Return a choice among options.
  * @param {Record<string, string>} attributes
  * @param {{value: string, label: string, title?: string}[]} options
  * @param {(value: string) => void} choose
@@ -33,7 +33,7 @@ export function select(attributes, options, choose) {
 }
 
 /**
- * A box that is ticked, and its label.
+ * Return a checkbox and its label.
  * @param {string} id
  * @param {(Node|string)[]} words
  * @param {(checked: boolean) => void} tick
@@ -44,12 +44,12 @@ export function checkbox(id, words, tick) {
 }
 
 /**
- * What lies between the ends of a slider, in equal steps of its value or of the logarithm of that.
+ * The scale of a slider, in equal steps of its value or of the logarithm.
  * @typedef {{low: number, high: number, scale: "linear"|"log"}} Ruler
  */
 
 /**
- * Value at a share of the way from one end of a slider to the other.
+ * Return the value at a share of the way from one end of a slider to the other.
  * @param {Ruler} ruler
  * @param {number} share
  */
@@ -58,7 +58,7 @@ export function valueOnRuler({ low, high, scale }, share) {
 }
 
 /**
- * Share of the way at which a value lies, that of the nearer end beyond them.
+ * Return the share of the way at which a value lies; for values beyond the ends, the nearer end.
  * @param {Ruler} ruler
  * @param {number} value
  */
@@ -86,7 +86,7 @@ export function svg(name, attributes = {}, ...children) {
 let ruler = null;
 
 /**
- * Width of a text of an overlay in CSS pixels.
+ * Return the width of a text in an overlay, in CSS pixels.
  * @param {string} text
  */
 export function textWidth(text) {

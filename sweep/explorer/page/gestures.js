@@ -1,22 +1,22 @@
-/** What hands do on a map: wheel, drag, pinch, click, double click and keys, told in places from -1 to 1. */
+/** Gestures on a map: wheel, drag, pinch, click, double click and keys, with places from -1 to 1. */
 
 /** @import { Plot } from "eulerdisk/overlay" */
 /** @typedef {[number, number]} Place */
 
 /**
- * What a map does; `zoom` below 1 zooms in, a place that is null leaves its axis as it is. `move` is in places.
+ * The actions of a map. `zoom` below 1 zooms in; a place that is null leaves its axis unchanged. `move` is in places.
  * @typedef {object} Deeds
  * @property {(factor: number, across: number|null, up: number|null) => void} zoom
  * @property {(across: number, up: number) => void} move
- * @property {(place: Place, second: boolean, tapped: boolean) => void} choose  `tapped`: by a hand, not by a key
+ * @property {(place: Place, second: boolean, tapped: boolean) => void} choose  `tapped`: by touch, not by a key
  * @property {(place: Place|null) => void} hover
  * @property {(chosen: boolean) => void} reset  `chosen`: by a double click whose first click chose a start
  */
 
-/** CSS pixels that a pointer may move in a click. */
+/** Largest movement of a pointer during a click, in CSS pixels. */
 const STILL = 5;
 
-/** Zoom of one line of a wheel, and of one key. */
+/** Zoom per line of a wheel, and per key press. */
 const [LINE, KEY] = [0.05, 0.7];
 
 export class Gestures {
@@ -26,7 +26,7 @@ export class Gestures {
   /** @type {Map<number, {x: number, y: number}>} pointers that are down */
   #down = new Map();
   #moved = false;
-  /** Whether the last click that was no second one chose a start. */
+  /** Whether the last first click chose a start. */
   #chose = false;
 
   /**
@@ -49,7 +49,7 @@ export class Gestures {
   }
 
   /**
-   * Place of a point of the screen.
+   * Return the place of a point on the screen.
    * @param {{x: number, y: number}} point
    * @returns {Place}
    */
@@ -64,10 +64,10 @@ export class Gestures {
     event.preventDefault();
     const lines =
       event.deltaMode === 0 ? event.deltaY / 40 : event.deltaMode === 1 ? event.deltaY : event.deltaY * 20;
-    // browsers tell a pinch on a touchpad as a wheel with the control key, in small steps
+    // browsers report a pinch on a touchpad as a wheel with the control key, in small steps
     const strength = event.ctrlKey ? 8 : 1;
     const [across, up] = this.#place(event);
-    // over the labels of one axis, that axis alone
+    // over the labels of one axis, zoom only that axis
     const besides = { x: up < -1, y: across < -1 };
     const factor = Math.exp(Math.min(Math.max(lines * LINE * strength, -1), 1));
     this.#deeds.zoom(factor, besides.y ? null : across, besides.x ? null : up);
@@ -140,7 +140,7 @@ function inside([across, up]) {
 }
 
 /**
- * A cell cursor moved by keys: arrows move it by a cell, beyond the border the window moves; + and - zoom about it.
+ * A cell cursor moved by keys: arrows move it by a cell, and at the border move the window; + and - zoom about it.
  * @typedef {{get: () => Place, set: (place: Place) => void, cell: () => Place}} Cursor
  */
 

@@ -1,4 +1,4 @@
-/** The page: one state, shown by all its parts and kept in the address. */
+/** The page: one state, shown by all parts of the page and kept in the address. */
 
 import { fragmentOf, stateOf, themeOf } from "eulerdisk/address";
 import { baseMenu, showTheme, themeButton } from "eulerdisk/choices";
@@ -17,29 +17,32 @@ import { baseOf, firstAxis, quantityOf, UNSET, withinDomain, withSlot, wordsOf }
 /** @import { Point, State } from "eulerdisk/state" */
 /** @import { About, Source } from "eulerdisk/types" */
 
-/** Milliseconds without a change after which the address is written. */
+/** Milliseconds without a change before the address is written. */
 const REST = 250;
 
-/** Milliseconds without a picture after which the page says why, and what it says. */
+/** Milliseconds without a picture before the page explains the delay, and the explanation. */
 const PATIENCE = 1500;
 const COMPILING =
-  "No picture yet: where the kernel of a map was never compiled on this machine, that takes ten to thirty seconds.";
+  "No picture yet: compiling the kernel of a map for the first time on this machine takes ten to thirty seconds.";
 
 /** @param {string} id */
 function part(id) {
   const found = document.getElementById(id);
-  if (!found) throw new Error(`The page has no part ${id}.`);
+  if (!found) throw new Error(`The page has no element ${id}.`);
   return found;
 }
 
-/** Whether others can open the page at its address: a frame whose text stands in the page around it has none. */
+/**
+ * Return whether the page has an address of its own that others can open; a frame filled by text from its parent page
+ * has none.
+ */
 function hasAddress() {
   return !["about:", "blob:", "data:"].includes(location.protocol);
 }
 
 /**
- * Keep a state in the address where the browser allows that: it does not in a frame without an address, nor in some
- * sandboxes, nor a hundred times within half a minute.
+ * Write a state into the address if the browser allows it. It does not in a frame without an address, in some
+ * sandboxes, or a hundred times within half a minute.
  * @param {State} state
  * @param {"replaceState"|"pushState"} how
  */
@@ -63,17 +66,19 @@ class Page {
   #motions;
   #choices;
   #timer = 0;
-  /** The fragment that was read or written last. */
+  /** The fragment that was last read or written. */
   #address = location.hash;
   /** @type {State|null} what was shown before the last click */
   #before = null;
-  /** Whether the page still has to choose its first motion: it was opened without a state, or the preset was changed. */
+  /**
+   * Whether the page still has to choose its first motion: it was opened without a state, or the preset was changed.
+   */
   #awaitsFirstStart = location.hash === "";
   /** @type {Error|null} why there is no picture, or no answer, until there is one */
   #problem = null;
-  /** When the page was there. */
+  /** When the page was ready. */
   #begun = performance.now();
-  /** @type {Error|null} that the server does not answer, until it does: the page computes meanwhile */
+  /** @type {Error|null} set while the server does not answer; the page computes meanwhile */
   #lost = null;
 
   /**
@@ -169,7 +174,8 @@ class Page {
   }
 
   /**
-   * The cells that stand for chosen points where nothing is known but cells: marks, numbers and motions are of them.
+   * Return the cells that represent chosen points where only stored cells are known: marks, numbers and motions belong
+   * to these cells.
    * @param {State["points"]} points
    * @returns {State["points"]}
    */
@@ -178,7 +184,7 @@ class Page {
     return [cell(a), cell(b)];
   }
 
-  /** Note where the clock of the motions was put. */
+  /** Record where the motions' clock was put. */
   #hearClock() {
     const { standing: time, chosen: speed } = clock;
     if (time === this.#state.time && speed === this.#state.speed) return;
@@ -197,7 +203,7 @@ class Page {
     if (aim) this.#readout.show(aim, view, quantityOf(this.#about, quantity));
   }
 
-  /** Write the state into the address, unless another one stands there by now: that is shown instead. */
+  /** Write the state into the address, unless the address has changed meanwhile: then show the new address. */
   #keep() {
     if (location.hash !== this.#address) {
       this.#restore();
@@ -208,7 +214,7 @@ class Page {
   }
 
   /**
-   * Show a state that gives up the window that was chosen: one goes back to that as to the page before.
+   * Show a state that abandons the present window; the browser's Back button returns to it.
    * @param {State} state
    */
   #begin(state) {
@@ -218,7 +224,7 @@ class Page {
     this.#show(state);
   }
 
-  /** Show what an address says that was typed or gone back to. */
+  /** Show the state of an address that was typed or revisited. */
   #restore() {
     this.#address = location.hash;
     if (location.hash.slice(1) !== fragmentOf(this.#state)) this.#show(stateOf(location.hash, this.#about));
@@ -232,11 +238,11 @@ class Page {
   #choose(aim, second, tapped) {
     const { point } = aim;
     this.#awaitsFirstStart = false;
-    // fingers do not hover: the numbers of what they choose are shown, too
+    // a touch does not hover, so show the numbers of the chosen start too
     this.#aim(aim);
     this.#before = this.#state;
     const { points, compare } = this.#state;
-    // while two are compared, a click is for the second one until there is one; with Shift it always is
+    // while comparing, a click chooses the second start until there is one; with Shift it always does
     const slot = second || (compare && points[0] && !points[1]) ? 1 : 0;
     /** @type {[Point|null, Point|null]} */
     const chosen = slot ? [points[0], point] : [point, points[1]];
@@ -244,7 +250,7 @@ class Page {
     if (tapped) this.#motions.reveal(slot, part("atlas"));
   }
 
-  /** Choose the motion that a page begins with, once it has numbers to choose by. */
+  /** Choose the page's first motion as soon as there are numbers to choose by. */
   #chooseFirst() {
     const point = this.#awaitsFirstStart ? this.#map.firstStart() : null;
     if (!point) return;
@@ -255,16 +261,16 @@ class Page {
   /** @param {number} slot */
   #close(slot) {
     const { points, motions, compare } = this.#state;
-    // the second one takes the place of the first
+    // the second motion takes the place of the first
     const left = slot === 0 ? 1 : 0;
     const point = slot === 1 || compare ? points[left] : null;
     const settings = point ? motions[left] : UNSET;
     this.#show({ ...this.#state, points: [point, null], motions: [settings, UNSET], compare: false });
   }
 
-  /** @param {boolean} chosen  whether by a double click whose first click chose a start: that was not meant */
+  /** @param {boolean} chosen whether the first click of a double click chose a start, which was not intended */
   #reset(chosen) {
-    // it is not kept either: one would go back to it
+    // do not keep that start either: Back would return to it
     if (chosen && this.#before) this.#state = this.#before;
     const { view } = this.#state;
     const base = baseOf(this.#about, view).view;
@@ -275,19 +281,19 @@ class Page {
     this.#begin({ ...this.#state, view: { ...view, x, y } });
   }
 
-  /** New numbers are shown, or other lines. */
+  /** React to new numbers or other lines. */
   #shown() {
     this.#controls.show(this.#state, this.#map.lines);
     this.#tell();
   }
 
-  /** Whether the first picture takes long, and the server may be compiling the kernel of its cells. */
+  /** Return whether the first picture takes long because the server may be compiling its kernel. */
   #waitsForKernel() {
     const isDear = baseOf(this.#about, this.#state.view).cost > 0;
     return performance.now() - this.#begun >= PATIENCE && isDear && Boolean(this.#source.reach);
   }
 
-  /** Tell what is wrong with the picture or with its lines; else the note of the picture. */
+  /** Report what is wrong with the picture or its lines, otherwise the note of the picture. */
   #tell() {
     const problem = this.#lost ?? this.#problem ?? this.#map.linesProblem;
     const { answer } = this.#map.picture;
@@ -313,13 +319,13 @@ async function begin(source) {
 }
 
 /**
- * Begin; where the server does not answer, as soon as it does.
+ * Begin, if necessary as soon as the server answers.
  * @param {ServerSource} source
  */
 function beginOnceAnswered(source) {
   let isUnderWay = false;
   const attempt = async () => {
-    // a second press, and a server that answers again meanwhile, would begin a second page
+    // a second press, or a server that answers again meanwhile, must not begin a second page
     if (isUnderWay) return;
     isUnderWay = true;
     await begin(source).catch((problem) => sayWhyNot(problem, attempt));
@@ -331,7 +337,7 @@ function beginOnceAnswered(source) {
 }
 
 /**
- * Tell why the page could not begin; what is no answer of a server is a fault, and told to the console as well.
+ * Say why the page could not begin. Anything except a server's answer is a bug and is also logged to the console.
  * @param {Error & {status?: number, unreachable?: boolean}} problem
  * @param {(() => void)|null} [again]
  */
@@ -340,7 +346,7 @@ function sayWhyNot(problem, again = null) {
   if (!problem.unreachable && !problem.status) reportError(problem);
 }
 
-// at once: a page that waits for its server should not flash
+// immediately, so that a page that waits for its server does not flash
 showTheme(themeOf(location.hash));
 const held = document.getElementById("stored");
 if (held) {

@@ -1,4 +1,4 @@
-/** The map: picture, overlay and gestures of one element. It shows a state and tells what is done on it. */
+/** The map: picture, overlay and gestures of one element. It shows a state and reports what the user does on it. */
 
 import { between, leastHalf, moved, roundestAt, valueAt, zoomed } from "eulerdisk/axis_window";
 import { paint, rangeFor } from "eulerdisk/colours";
@@ -17,14 +17,14 @@ import { markVerdicts } from "eulerdisk/verdict_marks";
 /** @import { About, Axis, Line, Quantity, Source, View, WindowAnswer } from "eulerdisk/types" */
 
 /**
- * A start that is pointed at, and what the picture shows there.
+ * A start under the pointer, and what the picture shows there.
  * @typedef {{point: Point, shown: Seen|null, keys: boolean}} Aim
  */
 
 /**
- * What the map tells: another view; a chosen start (`second`: for the second motion; `tapped`: by a hand); what is pointed
- * at, null for nothing; that the whole range is wanted; that new numbers are shown; that other lines are; that the server
- * refused a window.
+ * What the map reports: another view; a chosen start (`second`: for the second motion; `tapped`: by touch); the start
+ * under the pointer, null for none; a request for the whole range; new numbers; other lines; a window that the server
+ * refused.
  * @typedef {object} Told
  * @property {(view: View) => void} onView
  * @property {(aim: Aim, second: boolean, tapped: boolean) => void} onChoose
@@ -35,16 +35,16 @@ import { markVerdicts } from "eulerdisk/verdict_marks";
  * @property {(problem: Error) => void} onProblem
  */
 
-/** Cells that the keyboard's cursor crosses from border to border. */
+/** Number of steps of the keyboard's cursor from border to border. */
 const CELLS = [50, 40];
 
-/** Place near which the first start is chosen: small rates, and tilts large enough to be seen. */
+/** Place near which the first start is chosen: small rates, and tilts large enough to be visible. */
 const BEGIN = /** @type {Place} */ ([0.5, -0.5]);
 
 /** Code of the verdict "unstable". */
 const UNSTABLE = 2;
 
-/** How much farther than the range of its base a window may reach. */
+/** Largest extent of a window, relative to the range of its base. */
 const BEYOND = 8;
 
 export class AtlasMap {
@@ -53,7 +53,7 @@ export class AtlasMap {
   overlay = /** @type {SVGSVGElement} */ (svg("svg", { class: "overlay", "aria-hidden": "true" }));
   /** @type {Line[]} */
   lines = [];
-  /** @type {Error|null} why there are no lines, though they could be had */
+  /** @type {Error|null} why there are no lines, although there could be */
   linesProblem = null;
   #element;
   #about;
@@ -93,7 +93,7 @@ export class AtlasMap {
     new ResizeObserver(() => this.show(this.#state)).observe(element);
   }
 
-  /** Where the picture lies in the element, in CSS pixels. */
+  /** The position of the picture in the element, in CSS pixels. */
   get plot() {
     const { clientWidth, clientHeight } = this.#element;
     const narrow = clientWidth < 520;
@@ -108,14 +108,14 @@ export class AtlasMap {
     };
   }
 
-  /** Pixels of the device that the picture has. */
+  /** The size of the picture in device pixels. */
   get size() {
     const { width, height } = this.plot;
     const density = window.devicePixelRatio || 1;
     return { width: Math.round(width * density), height: Math.round(height * density) };
   }
 
-  /** Ends of zoom of both axes: whether one of them has been reached. */
+  /** Whether zoom has reached its limit, for each axis. */
   get atEnd() {
     const { view } = this.#state;
     const { width, height } = this.size;
@@ -125,7 +125,7 @@ export class AtlasMap {
   }
 
   /**
-   * Show a state: at once what is known, then what is asked for.
+   * Show a state: immediately what is known, then the answers to new requests.
    * @param {State} state
    */
   show(state) {
@@ -137,8 +137,8 @@ export class AtlasMap {
   }
 
   /**
-   * A start to begin with: the nearest to the middle of the lower right quarter that is unstable, or else has numbers;
-   * null while the picture is not that of the state.
+   * Return a start to begin with: the unstable one nearest to the middle of the lower right quarter, or else the
+   * nearest with numbers; null until the picture belongs to the state.
    * @returns {Point|null}
    */
   firstStart() {
@@ -153,13 +153,13 @@ export class AtlasMap {
     return place ? this.#pointAt(place, true) : null;
   }
 
-  /** Ask for all that is shown once more. */
+  /** Repeat all requests for what is shown. */
   again() {
     this.#asked = "";
     this.show(this.#state);
   }
 
-  /** Draw at the next frame. */
+  /** Draw in the next frame. */
   redraw() {
     cancelAnimationFrame(this.#frame);
     this.#frame = requestAnimationFrame(() => this.#draw());
@@ -195,7 +195,7 @@ export class AtlasMap {
     });
   }
 
-  /** Ask for what is not shown yet. */
+  /** Request what is not shown yet. */
   #ask() {
     const { view, quantity, stored } = this.#state;
     const wanted = { view, quantity, stored, ...this.size };
@@ -216,7 +216,7 @@ export class AtlasMap {
     const key = JSON.stringify(wanted);
     const now = key === this.#asked;
     const { dataset } = this.#element;
-    // a coarse picture is of no use where the fine one is there: of its own view, or of the one that is wanted now
+    // a coarse picture is useless if the fine one is there, for its own view or for the one that is wanted now
     const isOfUse = dataset.lane !== "fine" || (dataset.shown !== key && dataset.shown !== this.#asked);
     if (lane === "coarse" && !isOfUse) return;
     this.picture.take(wanted.view, quantityOf(this.#about, wanted.quantity), answer, this.#state.range);
@@ -228,7 +228,8 @@ export class AtlasMap {
   }
 
   /**
-   * A window was refused: what is shown of another plane or another quantity is not left under the new axes.
+   * Handle the refusal of a window: remove a picture of another plane or quantity, so that it does not stay under the
+   * new axes.
    * @param {Error} problem
    * @param {"coarse"|"fine"} lane
    */
@@ -244,7 +245,7 @@ export class AtlasMap {
     this.#told.onProblem(problem);
   }
 
-  /** Whether the picture has the plane, the words and the quantity of the state. */
+  /** Return whether the picture has the plane, the words and the quantity of the state. */
   #isOfState() {
     const { view, quantity } = this.#state;
     const { view: shown, quantity: colour } = this.picture;
@@ -266,7 +267,7 @@ export class AtlasMap {
       this.#linesOf = wordsOf(view);
       this.linesProblem = null;
     } catch (problem) {
-      // what is wrong with the view is told by its window
+      // errors in the view are reported by its window
       this.linesProblem = mayPass(/** @type {any} */ (problem)) ? /** @type {Error} */ (problem) : null;
       this.lines = [];
     }
@@ -303,7 +304,7 @@ export class AtlasMap {
 
   /**
    * @param {Place} place
-   * @param {boolean} chosen  a start that is chosen has no more digits than its pixel needs
+   * @param {boolean} chosen  whether the start is chosen: it gets no more digits than its pixel needs
    * @returns {Point}
    */
   #pointAt([across, up], chosen) {
@@ -368,15 +369,15 @@ function distance(one, other) {
 }
 
 /**
- * What the picture shows at a place; of the origin "none" there is neither value nor verdict.
+ * What the picture shows at a place; with the origin "none" there is neither value nor verdict.
  * @typedef {{value: number, verdict: number, origin: "computed"|"stored"|"none"}} Seen
  */
 
-/** @type {Seen["origin"][]} by the codes of a window */
+/** @type {Seen["origin"][]} indexed by the codes of a window */
 const ORIGINS = ["computed", "stored", "none"];
 
 export class Picture {
-  /** The element that shows it; its size is in pixels of the device. */
+  /** The element that shows the picture; its size is in device pixels. */
   canvas = document.createElement("canvas");
   /** @type {View|null} */
   view = null;
@@ -392,11 +393,11 @@ export class Picture {
   #colours = document.createElement("canvas");
 
   /**
-   * Take the newest window.
+   * Show the newest window.
    * @param {View} view
    * @param {Quantity} quantity
    * @param {WindowAnswer} answer
-   * @param {[number, number]|null} held  ends of the colours; null fits them to the window
+   * @param {[number, number]|null} held  ends of the colour scale; null fits them to the window
    */
   take(view, quantity, answer, held) {
     [this.view, this.quantity, this.answer] = [view, quantity, answer];
@@ -404,7 +405,7 @@ export class Picture {
   }
 
   /**
-   * Paint the borders between stable and unstable cells, where no line shows them, or do not.
+   * Choose whether to paint the borders between stable and unstable cells, for maps without lines that show them.
    * @param {boolean} hasBorders
    * @param {[number, number]|null} held
    */
@@ -421,7 +422,7 @@ export class Picture {
   }
 
   /**
-   * Colour the window anew.
+   * Colour the window again.
    * @param {[number, number]|null} held
    */
   colour(held) {
@@ -442,9 +443,9 @@ export class Picture {
   }
 
   /**
-   * Draw it where it lies in a view. A window of other axes fills the view until its own comes.
+   * Draw the window where it lies in a view. A window with other axes fills the view until the new one arrives.
    * @param {View} view
-   * @param {number} width  in pixels of the device
+   * @param {number} width  in device pixels
    * @param {number} height
    */
   draw(view, width, height) {
@@ -457,7 +458,7 @@ export class Picture {
     if (!this.answer || !this.view) return;
     const x = between(this.view.x, view.x) ?? [1, 0];
     const y = between(this.view.y, view.y) ?? [1, 0];
-    // cells stay cells: pixels that are larger than those of the screen are not smoothed, unless they are a preview
+    // show cells as cells: enlarged pixels are smoothed only in a preview
     drawing.imageSmoothingEnabled = this.answer.stored === null;
     const [left, right] = [x[1] - x[0], x[1] + x[0]].map((place) => ((place + 1) / 2) * width);
     const [bottom, top] = [y[1] - y[0], y[1] + y[0]].map((place) => ((1 - place) / 2) * height);
@@ -465,7 +466,7 @@ export class Picture {
   }
 
   /**
-   * Value, verdict and origin at places of the present view, from the window that is shown; null outside of it.
+   * Return value, verdict and origin at a place of the present view, from the window that is shown; null outside.
    * @param {View} view
    * @param {number} across  place along x
    * @param {number} up  place along y
@@ -489,7 +490,8 @@ export class Picture {
   }
 
   /**
-   * Code of the region at a place of the present view: that of a quantity with flags, else the verdict; null without one.
+   * Return the code of the region at a place of the present view: of a quantity with flags, otherwise the verdict; null
+   * if there is none.
    * @param {View} view
    * @param {number} across
    * @param {number} up

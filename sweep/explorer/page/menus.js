@@ -10,16 +10,16 @@ import { isFixed } from "eulerdisk/state";
 /** @import { State } from "eulerdisk/state" */
 /** @import { About, Source } from "eulerdisk/types" */
 
-/** Cells that are saved at most. */
+/** Largest number of cells that are saved. */
 const MOST_CELLS = 1e6;
 
 const NO_DOWNLOADS =
-  "the page around this one allows no downloads: open this page by itself, or add allow-downloads to the frame's sandbox.";
+  "the page around this one forbids downloads: open this page on its own, or add allow-downloads to the frame's sandbox.";
 
 /**
  * @typedef {object} Place
  * @property {() => State} state
- * @property {(() => string)|null} address  that can be shared
+ * @property {(() => string)|null} address  an address that can be shared
  * @property {AtlasMap} map
  * @property {Motions} motions
  * @property {Source} source
@@ -30,7 +30,7 @@ const NO_DOWNLOADS =
  * @param {HTMLElement} element
  * @param {About} about
  * @param {Place} place
- * @returns {(state: State) => void}  offers what there is in a state
+ * @returns {(state: State) => void}  shows the items that a state offers
  */
 export function addMenus(element, about, place) {
   const { map, motions, source, say } = place;
@@ -54,8 +54,8 @@ export function addMenus(element, about, place) {
    */
   const give = (blob, file) => {
     download(blob, file);
-    // nothing tells a page that its sandbox allows no downloads
-    if (!place.address) say(`${file} was given to the browser. If it does not arrive, ${NO_DOWNLOADS}`);
+    // a page cannot find out whether its sandbox allows downloads
+    if (!place.address) say(`${file} was passed to the browser. If it does not arrive, ${NO_DOWNLOADS}`);
   };
   /** @param {"csv"|"netcdf"} format */
   const save = async (format) => {
@@ -85,7 +85,7 @@ export function addMenus(element, about, place) {
     }
   }
   if (source.data) {
-    // what is saved is computed: of stored cells alone the file is there already
+    // saving computes cells; stored cells are already in a file
     const offered = (/** @type {State} */ { view }) => !isFixed(about, view);
     files.push(
       item("data, CSV", () => save("csv"), offered),
@@ -104,7 +104,7 @@ export function addMenus(element, about, place) {
 /**
  * @param {string} words
  * @param {() => Promise<void>} deed
- * @param {(state: State) => boolean} [offered]  whether there is such a thing in a state
+ * @param {(state: State) => boolean} [offered]  whether a state offers the item
  * @returns {Item}
  */
 function item(words, deed, offered = () => true) {
@@ -121,7 +121,7 @@ function menu(title, items, say) {
   const close = () => details.removeAttribute("open");
   const closeAndReturn = () => {
     close();
-    // else the focus would be lost with what has it, and Tab would begin at the top of the page
+    // otherwise the focused element disappears with the menu, and Tab starts at the top of the page
     details.querySelector("summary")?.focus();
   };
   const closeUnlessIn = (/** @type {EventTarget|null} */ target) => {
@@ -134,7 +134,7 @@ function menu(title, items, say) {
     });
   }
   details.append(html("div", {}, ...items.map(({ button }) => button)));
-  // some browsers give the focus to no button that is clicked, so that Escape is pressed elsewhere
+  // some browsers do not focus a clicked button, so Escape is pressed elsewhere
   document.addEventListener("keydown", (event) => {
     if (event.key === "Escape" && details.open) closeAndReturn();
   });
@@ -154,13 +154,13 @@ async function copy(text, say) {
 }
 
 /**
- * Put a text into the clipboard, or show it.
+ * Put a text into the clipboard, or show it if that is impossible.
  * @param {string} text
- * @returns {Promise<boolean>}  whether it is in the clipboard
+ * @returns {Promise<boolean>}  whether the text is in the clipboard
  */
 export async function copied(text) {
   try {
-    // some browsers have none, and a frame of another page may not write to it
+    // some browsers have no clipboard, and a frame of another page may not write to it
     await navigator.clipboard.writeText(text);
     return true;
   } catch {
@@ -169,7 +169,7 @@ export async function copied(text) {
 }
 
 /**
- * Copy what is selected in a dialog, which stays open where that is not possible.
+ * Copy the selected text of a dialog, which stays open if that is impossible.
  * @param {HTMLDialogElement} dialog
  */
 function copiedFrom(dialog) {
@@ -179,7 +179,7 @@ function copiedFrom(dialog) {
 }
 
 /**
- * A dialog with a text that is selected. It goes when it is closed; the focus returns to where it was.
+ * Show a dialog with a selected text. Closing it removes it and returns the focus.
  * @param {string} text
  */
 function shownText(text) {
@@ -204,7 +204,7 @@ function shownText(text) {
   return dialog;
 }
 
-/** What a style sheet says of the overlay and a file has to say itself. */
+/** Properties that the style sheet gives the overlay and that a file needs itself. */
 const STYLES = [
   "fill",
   "fill-opacity",
@@ -223,7 +223,7 @@ const STYLES = [
 ];
 
 /**
- * The map as it is seen, as the text of an SVG.
+ * Return the visible map as the text of an SVG.
  * @param {AtlasMap} map
  */
 function svgOf(map) {
@@ -259,7 +259,7 @@ function copyStyles(from, to) {
   const style = getComputedStyle(from);
   for (const name of STYLES) to.setAttribute(name, style.getPropertyValue(name));
   to.removeAttribute("class");
-  // colours of their own are attributes already, and stay
+  // elements with their own colours have them as attributes, which stay
   for (const name of ["fill", "stroke"]) {
     if (from.hasAttribute(name)) to.setAttribute(name, from.getAttribute(name) ?? "");
   }
@@ -267,7 +267,7 @@ function copyStyles(from, to) {
 }
 
 /**
- * The map as PNG, at twice the size of the screen's CSS pixels or finer.
+ * Return the map as a PNG with at least two dots per CSS pixel.
  * @param {AtlasMap} map
  * @returns {Promise<Blob>}
  */
@@ -290,7 +290,7 @@ async function pngOf(map) {
 }
 
 /**
- * Give a file to the browser's downloads.
+ * Offer a file as a download of the browser.
  * @param {Blob} blob
  * @param {string} name
  */
@@ -299,6 +299,6 @@ export function download(blob, name) {
   link.href = URL.createObjectURL(blob);
   link.download = name;
   link.click();
-  // the browser has begun to read it before the next minute
+  // after a minute, the browser has started to read it
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }

@@ -1,4 +1,4 @@
-/** The motions beside the map: that of the first chosen start, and for comparison that of the second one. */
+/** The motions next to the map: of the first chosen start, and for comparison of the second one. */
 
 import { html } from "eulerdisk/elements";
 import { MotionPanel } from "eulerdisk/motion/panel";
@@ -9,16 +9,16 @@ import { printedUnits, readable } from "eulerdisk/ticks";
 /** @import { Point, State } from "eulerdisk/state" */
 
 /**
- * What a slot tells: that it is closed; what a person has set of its motion.
+ * What a slot reports: that it was closed, and the settings of its motion.
  * @typedef {object} Told
  * @property {(slot: number) => void} close
  * @property {(slot: number, settings: MotionSettings) => void} set
  */
 
-/** Digits of the values of a start: those of the numbers of a point. */
+/** Digits of the values of a start, as for the numbers of a point. */
 const DIGITS = 6;
 
-/** One place for a motion: its heading and its panel. */
+/** A place for a motion: its heading and its panel. */
 class Slot {
   #about;
   #source;
@@ -26,13 +26,13 @@ class Slot {
   #caption = html("p", { class: "quiet" });
   #set;
   #body = html("div", {});
-  /** @type {MotionPanel|null} made for the first motion */
+  /** @type {MotionPanel|null} created for the first motion */
   #made = null;
   /** @type {string|null} what is shown; null before anything is */
   #shown = null;
   /** @type {Place|null} what is wanted */
   #wanted = null;
-  /** What is set, as text: what the panel has else is changed to this. */
+  /** The settings as text; if the panel has others, it is updated to these. */
   #settings = "";
   element;
 
@@ -82,12 +82,14 @@ class Slot {
     this.again();
   }
 
-  /** Ask for the motion once more. */
+  /** Request the motion again. */
   again() {
     if (this.#wanted) void this.#move(this.#wanted);
   }
 
-  /** What makes the motion of this slot again, with the losses that are set in its panel; null without one. */
+  /**
+   * Return the request that repeats the motion of this slot, with the losses set in its panel; null without a motion.
+   */
   request() {
     return this.#wanted && { ...this.#wanted, losses: this.#panel.settings.losses };
   }
@@ -104,14 +106,14 @@ class Slot {
 
   /** @param {Place} request */
   async #move(request) {
-    // the panel drops the motion that it waits for where another one is wanted
+    // the panel drops the motion that it waits for if another one is wanted
     await this.#panel.show(request);
     if (this.#wanted === request) this.element.dataset.shown = JSON.stringify(request);
   }
 
   get #invitation() {
     if (this.#letter === "B") return "Click the map for a second start.";
-    return "Click the map: the motion of that start is shown here.";
+    return "Click the map to show the motion of that start here.";
   }
 
   /**
@@ -149,7 +151,7 @@ export class Motions {
   }
 
   /**
-   * What makes a motion again; null where none is shown.
+   * Return the request that repeats a motion; null if none is shown.
    * @param {number} slot
    */
   request(slot) {
@@ -157,7 +159,7 @@ export class Motions {
   }
 
   /**
-   * Scroll to a motion that lies below the map.
+   * Scroll to a motion that is below the map.
    * @param {number} slot
    * @param {HTMLElement} atlas
    */
@@ -166,7 +168,7 @@ export class Motions {
     if (element.getBoundingClientRect().top >= atlas.getBoundingClientRect().bottom) element.scrollIntoView();
   }
 
-  /** Ask for all motions that are shown once more. */
+  /** Request all shown motions again. */
   again() {
     for (const slot of this.#slots) slot.again();
   }

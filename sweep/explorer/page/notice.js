@@ -1,8 +1,8 @@
-/** What is wrong and what has been done, told in an element, and a button where trying again may help. */
+/** Reports of problems and of completed actions in an element, with a button where trying again may help. */
 
 import { html } from "eulerdisk/elements";
 
-/** Something that was asked for and does not come: in words, with what to do, and whether a server answered at all. */
+/** A request that failed: a message, a hint, and whether a server answered at all. */
 export class Problem extends Error {
   /**
    * @param {string} message
@@ -16,11 +16,11 @@ export class Problem extends Error {
   }
 }
 
-/** Status from which on a request was in order, and the server could not answer it. */
+/** Status from which on the request was valid, but the server could not answer it. */
 const FAULT = 500;
 
 /**
- * Whether a request that failed may be answered when it is made once more.
+ * Return whether a failed request may succeed if it is repeated.
  * @param {{status?: number}} problem
  */
 export function mayPass({ status = 0 }) {
@@ -28,11 +28,11 @@ export function mayPass({ status = 0 }) {
 }
 
 /**
- * Show words in an element, and a button behind them. What is there already stays as it is: a button that is being
- * pressed or has the focus, and words that were read out. Where a button with the focus goes, the map has it next.
+ * Show text in an element, followed by a button. Unchanged parts are kept: a button that is being pressed or has the
+ * focus, and text that was read out. If a focused button disappears, the map gets the focus.
  * @param {HTMLElement} element
  * @param {string} words
- * @param {(() => void)|null} [again]  tries once more
+ * @param {(() => void)|null} [again]  repeats the attempt
  */
 export function tell(element, words, again = null) {
   const former = element.querySelector("button");
@@ -45,17 +45,17 @@ export function tell(element, words, again = null) {
 }
 
 /**
- * Tell a problem in an element, with what to do about it.
+ * Report a problem in an element, with a hint what to do about it.
  * @param {HTMLElement} element
  * @param {unknown} problem
- * @param {(() => void)|null} [again]  tries once more, where that may help
+ * @param {(() => void)|null} [again]  repeats the attempt, where that may help
  */
 export function tellProblem(element, problem, again = null) {
   tell(element, wordsOfProblem(problem), mayPass(/** @type {Problem} */ (problem)) ? again : null);
 }
 
 /**
- * Words of a problem and what to do about it.
+ * Return the text of a problem and its hint.
  * @param {unknown} problem
  */
 export function wordsOfProblem(problem) {

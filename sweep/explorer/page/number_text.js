@@ -1,8 +1,10 @@
-/** Numbers as people write them into a field: with a comma or a point, with the unit of the field or another one of its kind. */
+/**
+ * Numbers as people write them into a field: with comma or point, and with the field's unit or another one of its kind.
+ */
 
 import { printedUnits, readable } from "eulerdisk/ticks";
 
-/** @type {Record<string, number>[]} units that stand for one another, and how many of the first each has */
+/** @type {Record<string, number>[]} units that can replace each other, and their size in the first unit */
 const KINDS = [
   { m: 1, cm: 1e-2, mm: 1e-3, um: 1e-6, "\u00b5m": 1e-6, "\u03bcm": 1e-6, km: 1e3 },
   { rad: 1, deg: Math.PI / 180, "\u00b0": Math.PI / 180, mrad: 1e-3 },
@@ -12,17 +14,17 @@ const KINDS = [
   { s: 1, ms: 1e-3 },
 ];
 
-/** Numbers that are as good as 0: ends of domains that lie open at 0 are found by halving. */
+/** Size below which a number counts as 0: bisection finds an open end at 0 only approximately. */
 const NEARLY_ZERO = 1e-100;
 
 /**
- * What a field takes: numbers times `factor` of SI, in `unit`; `above` and `below` are limits that it may not reach, in that
- * unit, `least` and `most` the last values that are allowed, in SI.
+ * The rules of a field: its numbers are SI values times `factor`, in `unit`; `above` and `below` are exclusive limits
+ * in that unit, `least` and `most` are the last allowed values, in SI.
  * @typedef {{factor: number, unit: string, above?: number|null, below?: number|null, least?: number|null, most?: number|null}} Field
  */
 
 /**
- * The number that a text gives, in the unit of a field; or why it is none.
+ * Return the number in a text, in the unit of a field, or the reason why it is invalid.
  * @param {string} text
  * @param {Field} field
  * @returns {{value: number, problem: ""}|{value: null, problem: string}}
@@ -40,7 +42,7 @@ export function readNumber(text, field) {
 }
 
 /**
- * How many units of a field one of another is; null where they are of unlike kinds.
+ * Return the size of a unit in units of a field; null if they are of different kinds.
  * @param {string} given
  * @param {string} own
  * @returns {number|null}
@@ -74,7 +76,7 @@ function units({ unit }) {
 }
 
 /**
- * What limit a value breaks, in words; empty if none.
+ * Return the limits as a message if a value breaks one; empty otherwise.
  * @param {number} value
  * @param {Field} field
  */

@@ -1,4 +1,4 @@
-/** What is drawn over the picture of a map: frame, axes, lines, legend, chosen points and the cursor, as one SVG. */
+/** Everything drawn over the picture of a map: frame, axes, lines, legend, chosen points and the cursor, as one SVG. */
 
 import { placeOf, valueAt } from "eulerdisk/axis_window";
 import { flagColour, GREY, shade } from "eulerdisk/colours";
@@ -12,12 +12,12 @@ import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
 /** @import { Axis, Line, Parameter, Quantity, View } from "eulerdisk/types" */
 
 /**
- * The place of the picture, in CSS pixels; `right` is the room beside it.
+ * The position of the picture, in CSS pixels; `right` is the space to its right.
  * @typedef {{left: number, top: number, right: number, width: number, height: number}} Plot
  */
 
 /**
- * All that an overlay shows. `stale` says that the lines are those of other words.
+ * The contents of an overlay. `stale` says that the lines belong to other words.
  * @typedef {object} Scene
  * @property {View} view
  * @property {Plot} plot
@@ -29,18 +29,18 @@ import { printedUnits, superscript, ticksOf } from "eulerdisk/ticks";
  * @property {Line[]} lines
  * @property {boolean} stale
  * @property {[Point|null, Point|null]} points
- * @property {(across: number, up: number) => number|null} codeAt  which region has a place from -1 to 1
- * @property {Record<string, string>} regions  names of regions by their codes
+ * @property {(across: number, up: number) => number|null} codeAt  region at a place from -1 to 1
+ * @property {Record<string, string>} regions  names of regions by code
  * @property {{x: Axis, y: Axis}|null} grid  the range of stored cells, if some are shown
- * @property {[number, number]|null} cursor  places of the keyboard's cursor
+ * @property {[number, number]|null} cursor  place of the keyboard's cursor
  */
 
-/** CSS pixels between labelled ticks, and at least between two labels. */
+/** CSS pixels between labelled ticks, along x and y, and the least gap between two labels. */
 const [APART_X, APART_Y] = [95, 52];
 const ROOM = 8;
 
 /**
- * Draw a scene into an element; what was in it is replaced.
+ * Draw a scene into an element, replacing its contents.
  * @param {SVGSVGElement} element
  * @param {Scene} scene
  */
@@ -67,7 +67,7 @@ export function drawOverlay(element, scene) {
 }
 
 /**
- * Pixel of a start in the plot.
+ * Return the pixel of a start in the plot.
  * @param {Scene} scene
  * @param {number} x
  * @param {number} y
@@ -78,7 +78,7 @@ function pixelOf({ view, plot }, x, y) {
 }
 
 /**
- * Lines from the lowest to the uppermost, as in figures.
+ * Return the lines from the lowest to the highest, as in figures.
  * @param {Line[]} lines
  */
 function order(lines) {
@@ -87,7 +87,7 @@ function order(lines) {
 }
 
 /**
- * The pieces of a line that are seen, in pixels of the plot.
+ * Return the visible pieces of a line, in pixels of the plot.
  * @param {Scene} scene
  * @param {Line} line
  */
@@ -115,7 +115,7 @@ function drawLine(name, pieces) {
 }
 
 /**
- * The name of each region, so that a map can be read without its colours.
+ * Return the name of each region, so that a map can be read without its colours.
  * @param {Scene} scene
  * @param {Pixel[][]} lines
  */
@@ -125,7 +125,7 @@ function regionNames(scene, lines) {
   const raster = rasterOf(plot.width, plot.height, lines, marks);
   const codes = codesOf(raster, codeAt);
   return Object.entries(regions).flatMap(([code, name]) => {
-    // letters are larger and bolder than those that are measured
+    // the drawn letters are larger and bolder than the measured ones
     const place = roomiest(raster, codes, Number(code), [textWidth(name) * 1.3, 16]);
     if (!place) return [];
     const [x, y] = place;
@@ -134,7 +134,7 @@ function regionNames(scene, lines) {
 }
 
 /**
- * A sample of a line of some kind, to stand beside its name.
+ * Return a sample of a kind of line, to put next to its name.
  * @param {string} kind
  */
 export function lineSample(kind) {
@@ -142,7 +142,7 @@ export function lineSample(kind) {
 }
 
 /**
- * A line of some kind: another one beneath keeps it visible on every colour.
+ * Return a line of some kind, with another one beneath that keeps it visible on every colour.
  * @param {string} kind
  * @param {string} d
  */
@@ -172,7 +172,7 @@ function gridFrame(scene, { x, y }) {
 }
 
 /**
- * Ticks of an axis of some length, without the labels that would touch the one before: those of a logarithm crowd.
+ * Return the ticks of an axis, without labels that would touch the previous one: on a logarithmic axis, labels crowd.
  * @param {Tick[]} ticks
  * @param {number} length  in pixels
  */
@@ -194,7 +194,7 @@ function xAxis({ view, plot, x }) {
     const at = ((place + 1) / 2) * plot.width;
     group.append(svg("line", { x1: at, x2: at, y1: 0, y2: label ? 6 : 3 }));
     if (label) {
-      // at the right border a label is as far left as it has to be
+      // at the right border, move a label only as far left as necessary
       const x = Math.min(at, plot.width + plot.right - textWidth(label) / 2);
       group.append(svg("text", { x, y: 20, "text-anchor": "middle" }, label));
     }
@@ -225,7 +225,7 @@ function yAxis({ view, plot, y }) {
 }
 
 /**
- * Name and unit of an axis, and what its labels leave out: "roll rate (2.557 + n × 10⁻⁶ rad/s)".
+ * Return name and unit of an axis, and what its labels omit: "roll rate (2.557 + n × 10⁻⁶ rad/s)".
  * @param {{label: string, unit: string}} shown
  * @param {string} offset
  * @param {number} power
@@ -265,7 +265,7 @@ function cross({ width, height }, [across, up]) {
 /** @typedef {[number, number]} Pixel */
 
 /**
- * Pieces of a polyline inside a rectangle. A place that is not finite ends a piece.
+ * Return the pieces of a polyline inside a rectangle. A point that is not finite ends a piece.
  * @param {Pixel[]} points
  * @param {{left: number, top: number, right: number, bottom: number}} box
  * @returns {Pixel[][]}
@@ -289,7 +289,7 @@ export function clipped(points, box) {
 }
 
 /**
- * Part of a segment inside a rectangle (Liang and Barsky 1984); null if there is none.
+ * Return the part of a segment inside a rectangle (Liang and Barsky 1984); null if there is none.
  * @param {Pixel} from
  * @param {Pixel} to
  * @param {{left: number, top: number, right: number, bottom: number}} box
@@ -317,16 +317,16 @@ function segment(from, to, box) {
   return [at(enter), at(leave)];
 }
 
-/** Colours of the gradient that stands for the scale. */
+/** Number of colours in the gradient that shows the scale. */
 const STOPS = 24;
 
-/** Height of one row of the legend, and of that with the samples of lines. */
+/** Height of a row of the legend, and of the row with the samples of lines. */
 const [ROW, SAMPLES] = [18, 20];
 
-/** Length of a sample of a line, the room between it and its words, and that between two samples. */
+/** Length of a sample of a line, the gap between the sample and its text, and the gap between two samples. */
 const USUAL = [20, 6, 18];
 
-/** The same on the smallest screens. */
+/** The same on very small screens. */
 const TIGHT = [13, 3, 9];
 
 /**
@@ -343,7 +343,7 @@ function drawLegend(scene) {
 }
 
 /**
- * Height of the legend of a quantity above a plot of some width, in CSS pixels.
+ * Return the height of the legend of a quantity above a plot of some width, in CSS pixels.
  * @param {Quantity} quantity
  * @param {number} width
  */
@@ -354,7 +354,8 @@ export function legendHeight({ flags }, width) {
 }
 
 /**
- * A sample of each line, from the right border leftward, in the last row; where labels have no room, with one word each.
+ * Return a sample of each line, in the last row and from the right border leftward, with one-word names if labels do
+ * not fit.
  * @param {Scene} scene
  */
 function samples({ lines, plot }) {
@@ -378,7 +379,7 @@ function samples({ lines, plot }) {
 }
 
 /**
- * What tells stored cells from computed ones, in the first row, beside a title of some width.
+ * Return the sample that explains the border of stored cells, in the first row next to a title of some width.
  * @param {Scene} scene
  * @param {number} title
  */
@@ -438,7 +439,7 @@ function flags({ quantity, plot }) {
 }
 
 /**
- * Where the words of flags stand, in rows that are no wider than the plot.
+ * Return the positions of the names of flags, in rows that are not wider than the plot.
  * @param {Record<string, string>} flags
  * @param {number} width
  */

@@ -1,4 +1,7 @@
-/** Where an exported page gets its numbers from: it computes them, beside the cells of an atlas if it holds some. */
+/**
+ * The source of the numbers of an exported page: it computes them, and has the cells of an atlas if the page contains
+ * one.
+ */
 
 import { between } from "eulerdisk/axis_window";
 import { wordsOfCell } from "eulerdisk/cell_words";
@@ -12,17 +15,20 @@ import { StoredCells } from "eulerdisk/stored_cells";
 
 /** @import { About, Line, MotionRequest, Place, Source, StoredPage, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
-/** Lines are straight between points that are a pixel of the whole window apart: in a narrower window that is seen. */
+/**
+ * Narrowest window with lines, relative to the exported one: their points are a pixel apart there, so the straight
+ * pieces between them would become visible.
+ */
 const NARROWEST = 1 / 16;
 
 const LINES_HIDDEN =
-  "Lines of theory are those of the exported window and its words: they are not shown here.";
+  "The lines of theory belong to the exported window and its words; they are not shown here.";
 
-const WORDS_HIDDEN = "What this page says is said of the motion without losses that are set beside it.";
+const WORDS_HIDDEN = "This text is about the motion without the losses that are set next to it.";
 
-/** What to do where what the page holds cannot be read. */
+/** The hint if the contents of the page cannot be read. */
 const UNREADABLE =
-  "The file is damaged, or this browser is too old: export the page once more, or open it in a newer browser.";
+  "The file is damaged, or this browser is too old: export the page again, or open it in a newer browser.";
 
 /** @implements {Source} */
 export class PageSource {
@@ -42,7 +48,7 @@ export class PageSource {
     this.#page = page;
     const plansOf = async (/** @type {View} */ view) => plansWith(page.about, page.plans, view);
     this.#computing = new Computing(computation, () => this.about(), plansOf, stored);
-    // where nothing can be computed all that is shown of a point is told of its cell
+    // where nothing can be computed, everything shown for a point belongs to its cell
     const cellAt = (/** @type {{x: number, y: number}} */ point) => {
       const cell = stored?.at(point);
       return cell ? { x: cell.x, y: cell.y } : null;
@@ -51,7 +57,7 @@ export class PageSource {
   }
 
   /**
-   * Source of what a page holds.
+   * Return the source for the contents of a page.
    * @param {string} text  JSON
    * @param {string} kernels  the module of WebAssembly, packed
    * @throws {Problem}
@@ -63,7 +69,7 @@ export class PageSource {
       const computation = new Computation(/** @type {Promise<any>} */ (module));
       return new PageSource(page, await StoredCells.read(page), computation);
     } catch (cause) {
-      const words = `The cells that this page holds cannot be read: ${/** @type {Error} */ (cause)?.message ?? cause}.`;
+      const words = `The cells in this page cannot be read: ${/** @type {Error} */ (cause)?.message ?? cause}.`;
       throw new Problem(words, { hint: UNREADABLE, cause });
     }
   }
@@ -92,7 +98,7 @@ export class PageSource {
   }
 
   /**
-   * Whether the lines of the page are those of a view: it has no other words, and lies in the exported window.
+   * Return whether the lines of the page belong to a view: with the same words, and within the exported window.
    * @param {View} view
    */
   #holdsLines(view) {

@@ -1,4 +1,4 @@
-/** The numbers of the start that is pointed at: at once those of the picture, then those of the exact reduction. */
+/** The numbers of the start under the pointer: immediately from the picture, then from the exact reduction. */
 
 import { html } from "eulerdisk/elements";
 import { Latest } from "eulerdisk/refresh";
@@ -8,10 +8,10 @@ import { printedUnits, readable } from "eulerdisk/ticks";
 /** @import { Aim } from "eulerdisk/map" */
 /** @import { About, Quantity, Source, View } from "eulerdisk/types" */
 
-/** Milliseconds that the pointer rests before its numbers are asked for. */
+/** Milliseconds for which the pointer must rest before its numbers are requested. */
 const REST = 60;
 
-/** Said of a place outside the grid of an atlas whose cells cannot be computed. */
+/** Text for a place outside the grid of an atlas whose cells cannot be computed. */
 const NO_CELL = "No cell here.";
 
 export class Readout {
@@ -20,7 +20,7 @@ export class Readout {
   #about;
   #requests;
   #timer = 0;
-  /** @type {[string, string][]} what is known of the last point without asking */
+  /** @type {[string, string][]} what is known of the last point without a request */
   #rows = [];
   /** @type {string[]} names of the numbers of the last point, in their order */
   #names = [];
@@ -30,7 +30,7 @@ export class Readout {
 
   /**
    * @param {HTMLElement} element
-   * @param {HTMLElement} spoken  is read aloud when it changes
+   * @param {HTMLElement} spoken  screen readers read it aloud when it changes
    * @param {About} about
    * @param {Source} source
    */
@@ -43,7 +43,7 @@ export class Readout {
   }
 
   /**
-   * Show what is pointed at.
+   * Show the numbers of the start under the pointer.
    * @param {Aim} aim
    * @param {View} view
    * @param {Quantity} quantity
@@ -59,14 +59,14 @@ export class Readout {
       this.#tell(NO_CELL, aim);
       return;
     }
-    // numbers that are still to come keep their places
+    // reserve the places of numbers that are still to come
     const others = this.#names.filter((name) => !known.some((row) => row[0] === name));
     this.#fill([...known, ...others.map((name) => /** @type {[string, string]} */ ([name, "\u2026"]))], "");
     this.#timer = window.setTimeout(() => this.#requests.ask({ view, aim }), REST);
   }
 
   /**
-   * Show the numbers of the same start with other words of the view, if one has been pointed at.
+   * Show the numbers of the same start with other words of the view, if there is a start.
    * @param {View} view
    */
   follow(view) {
@@ -79,11 +79,11 @@ export class Readout {
     this.#requests.ask({ view, aim: this.#aim });
   }
 
-  /** Say what can be done, while nothing has been pointed at. */
+  /** Say what the user can do, until the pointer has been on the map. */
   #invite() {
     this.#aim = null;
     const words =
-      "Point at the map for numbers; click for a motion. Wheel or pinch zooms. Drag moves it: one finger sideways, two fingers in all directions.";
+      "Point at the map for numbers; click for a motion. Use the wheel or pinch to zoom. Drag to move the map: one finger sideways, two fingers in any direction.";
     this.#element.replaceChildren(html("p", { class: "quiet" }, words));
   }
 
@@ -120,7 +120,7 @@ export class Readout {
       answer = await source.point({ view, ...aim.point });
     } catch (problem) {
       const { message, unreachable } = /** @type {Error & {unreachable?: boolean}} */ (problem);
-      // the notice below the map says that the server does not answer
+      // the notice below the map reports that the server does not answer
       if (this.#aim === aim) this.#tell(unreachable ? "" : message, aim);
       return;
     }
@@ -129,7 +129,7 @@ export class Readout {
       this.#tell(answer.note, aim);
       return;
     }
-    // where nothing can be computed the numbers are those of the cell
+    // where nothing can be computed, the numbers are those of the cell
     const isStored = answer.stored !== null && (aim.shown?.origin === "stored" || isFixed(this.#about, view));
     const cell = isStored && answer.stored ? answer.stored : answer;
     const exact = /** @type {[string, string][]} */ ([
@@ -140,7 +140,7 @@ export class Readout {
       ["verdict", cell.verdict],
       ...cell.numbers.filter(({ text }) => text).map(({ name, text }) => [name.replaceAll("_", " "), text]),
     ]);
-    // the motion beside it may have losses; these numbers have none
+    // the motion next to it may have losses; these numbers have none
     const computed = baseOf(this.#about, view).rolls ? "computed, without losses" : "computed";
     const origin = isStored ? "stored cell" : computed;
     this.#names = exact.map(([name]) => name);
@@ -178,7 +178,7 @@ export class Readout {
 }
 
 /**
- * Which values the two of a start are.
+ * Return which two parameters the values of a start belong to.
  * @param {View} view
  */
 function planeOf({ base, x, y }) {

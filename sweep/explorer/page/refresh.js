@@ -1,27 +1,30 @@
 /**
- * When windows are asked for: a coarse one at once and while one moves, the fine one as soon as one rests. Where cells take
- * long the coarse one has few of them, and ever finer ones come before the fine one.
+ * The scheduling of windows: a coarse one immediately and during movement, the fine one as soon as movement stops. If
+ * cells take long, the coarse one has few of them, and ever finer ones come before the fine one.
  */
 
 /** @import { Source, View, WindowAnswer } from "eulerdisk/types" */
 
 /**
- * What is wanted: a view at the pixels of the screen.
+ * The wanted window: a view at the pixels of the screen.
  * @typedef {{view: View, quantity: string, stored: boolean, width: number, height: number}} Wanted
  */
 
-/** Pixels of a coarse picture, and the most of a fine one. */
+/** Number of pixels of a coarse picture, and the largest number of a fine one. */
 const COARSE = 256 * 192;
 export const FINE = 2.5e6;
 
-/** Milliseconds that a coarse picture may take, and a fine one; how many times as many cells each picture on the way has. */
+/**
+ * Milliseconds that a coarse picture may take, and a fine one; factor by which the number of cells increases from
+ * picture to picture between them.
+ */
 const SOON = 300;
 const PATIENCE = 30_000;
 const FINER = 6;
 const FEW =
-  "The cells of this map take long: it has fewer of them than the screen has pixels. Zoom in for more.";
+  "The cells of this map take long to compute, so it has fewer than the screen has pixels. Zoom in for more.";
 
-/** Milliseconds without a change after which the fine picture is asked for. */
+/** Milliseconds without a change before the fine picture is requested. */
 const REST = 90;
 
 export class Refresh {
@@ -33,10 +36,10 @@ export class Refresh {
   /** @type {AbortController|null} */
   #fine = null;
   #timer = 0;
-  /** @type {Map<string, number>} milliseconds that a cell took, by bases and quantities */
+  /** @type {Map<string, number>} milliseconds per cell, by base and quantity */
   #costs = new Map();
   #costOf;
-  /** @type {Wanted|null} what needs no computing: all of it is stored */
+  /** @type {Wanted|null} a window that needs no computing, because all of it is stored */
   #free = null;
   /** @type {Latest<Wanted>} */
   #coarse;
@@ -45,7 +48,7 @@ export class Refresh {
    * @param {Source} source
    * @param {(wanted: Wanted, answer: WindowAnswer, lane: "coarse"|"fine") => void} deliver
    * @param {(problem: Error, lane: "coarse"|"fine") => void} fail
-   * @param {(base: string) => number} costOf  milliseconds that a cell of a base takes, 0 where they need not be counted
+   * @param {(base: string) => number} costOf  milliseconds per cell of a base, 0 where they are negligible
    */
   constructor(source, deliver, fail, costOf) {
     this.#costOf = costOf;
@@ -89,7 +92,7 @@ export class Refresh {
   }
 
   /**
-   * Cells that can be computed in so many milliseconds, of at most so many.
+   * Return the number of cells that can be computed in some milliseconds, at most `most`.
    * @param {Wanted} wanted
    * @param {number} time
    * @param {number} most
@@ -103,7 +106,7 @@ export class Refresh {
    * @param {Wanted} wanted
    * @param {"coarse"|"fine"} lane
    * @param {AbortSignal} [signal]
-   * @param {number} [count]  of cells, about
+   * @param {number} [count]  approximate number of cells
    */
   async #ask(wanted, lane, signal, count) {
     const { view, quantity, stored } = wanted;
@@ -118,7 +121,7 @@ export class Refresh {
       if (this.#costOf(view.base) && computed && answer.milliseconds !== undefined) {
         this.#costs.set(`${view.base} ${quantity}`, answer.milliseconds / computed);
       }
-      // the fine picture of the same view may have come first
+      // the fine picture of the same view may have arrived first
       if (signal?.aborted) return;
       const isWhole = width === wanted.width || lane === "coarse" || !this.#cost(wanted) || !computed;
       const { head } = answer;
@@ -134,7 +137,7 @@ export class Refresh {
 }
 
 /**
- * Width and height with at most so many pixels, in the proportions of the screen.
+ * Return a width and height with at most `most` pixels, in the proportions of the screen.
  * @param {{width: number, height: number}} screen
  * @param {number} most
  * @returns {[number, number]}
@@ -167,7 +170,7 @@ export class Latest {
     if (!this.#busy) void this.#work();
   }
 
-  /** Forget what waits. */
+  /** Drop the waiting request. */
   forget() {
     this.#waiting = null;
   }

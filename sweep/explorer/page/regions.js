@@ -1,10 +1,10 @@
-/** Where the name of each region of a map has most room, clear of lines and marks, as in figures. */
+/** The search for the place of each region's name: where it has most room, clear of lines and marks, as in figures. */
 
 /** CSS pixels between two points of the raster on which places are sought. */
 const STEP = 6;
 
 /**
- * Points of a raster over a plot, and which of them words must not cover.
+ * A raster of points on a plot, and which of them text must not cover.
  * @typedef {{columns: number, rows: number, covered: Uint8Array}} Raster
  */
 
@@ -41,7 +41,7 @@ export function rasterOf(width, height, lines, marks) {
 }
 
 /**
- * Codes of the regions at the points of a raster.
+ * Return the codes of the regions at the points of a raster.
  * @param {Raster} raster
  * @param {(across: number, up: number) => number|null} codeAt  places from -1 to 1
  * @returns {(number|null)[]}
@@ -54,7 +54,7 @@ export function codesOf({ columns, rows }, codeAt) {
 }
 
 /**
- * Middle [pixels] of the place where a word has most room in a region; null where it has none.
+ * Return the centre [pixels] of the place where a word has most room in a region; null if it does not fit.
  * @param {Raster} raster
  * @param {(number|null)[]} codes
  * @param {number} code  of the region
@@ -62,7 +62,7 @@ export function codesOf({ columns, rows }, codeAt) {
  * @returns {[number, number]|null}
  */
 export function roomiest({ columns, rows, covered }, codes, code, size) {
-  // sums over rectangles from the upper left corner tell in one step whether a box is free
+  // with sums over rectangles from the upper left corner, one step decides whether a box is free
   const sums = new Int32Array((columns + 1) * (rows + 1));
   for (let row = 0; row < rows; row += 1) {
     for (let column = 0; column < columns; column += 1) {
@@ -73,7 +73,7 @@ export function roomiest({ columns, rows, covered }, codes, code, size) {
   }
   const sum = (/** @type {number} */ column, /** @type {number} */ row) => sums[row * (columns + 1) + column];
   const [wide, high] = size.map((each) => Math.ceil((each / 2 + STEP) / STEP));
-  /** Whether a box of half the width x about a place is free: then a smaller one is. */
+  /** Return whether a box of half-width x around a place is free; then all smaller ones are free too. */
   const fits = (/** @type {number} */ x, /** @type {number} */ column, /** @type {number} */ row) => {
     const y = Math.round((high * x) / wide);
     return (
@@ -101,7 +101,7 @@ export function roomiest({ columns, rows, covered }, codes, code, size) {
     else none = x;
   }
   if (!found.length) return null;
-  // of places with equal room the one in their middle
+  // of places with equal room, take the one in their middle
   const [middle, height] = [0, 1].map((which) => found.reduce((all, each) => all + each[which], 0));
   const apart = (/** @type {number[]} */ [column, row]) =>
     Math.hypot(column - middle / found.length, row - height / found.length);

@@ -1,6 +1,7 @@
 /**
- * Where the page gets its numbers from while a server of this machine answers: it makes plans of words, has the cells of a
- * file and the lines of theory, and computes windows that would take the page much longer; the page computes the rest.
+ * The source of the page's numbers while a server on this machine answers. The server turns words into plans, has the
+ * cells of a file and the lines of theory, and computes windows that would take the page much longer; the page computes
+ * the rest.
  */
 
 import { Computation } from "eulerdisk/compute/computation";
@@ -11,7 +12,7 @@ import { wordsOf } from "eulerdisk/state";
 /** @import { About, DataRequest, Line, MotionRequest, Place, Plans, PointAnswer, Source, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
 /**
- * Head and arrays of a binary answer: a length, JSON, and the arrays that it lists.
+ * Return head and arrays of a binary answer, which contains a length, JSON, and the arrays that the JSON lists.
  * @param {ArrayBuffer} buffer
  * @returns {{head: any, arrays: Record<string, any>}}
  */
@@ -26,7 +27,7 @@ export function unpacked(buffer) {
       /** @type {"f4"} */ (type)
     ];
     const bytes = count * Type.BYTES_PER_ELEMENT;
-    // an array that does not begin at a multiple of its size must be copied
+    // an array that does not begin at a multiple of its element size must be copied
     arrays[name] = new Type(
       from % Type.BYTES_PER_ELEMENT ? buffer.slice(from, from + bytes) : buffer,
       from % Type.BYTES_PER_ELEMENT ? 0 : from,
@@ -37,7 +38,7 @@ export function unpacked(buffer) {
   return { head, arrays };
 }
 
-/** Views whose plans are kept. */
+/** Number of views whose plans are cached. */
 const MOST_PLANS = 32;
 
 /** @implements {Source} */
@@ -96,7 +97,7 @@ export class ServerSource {
   }
 
   /**
-   * What the server makes of the words of a view; the same for every window.
+   * Return the server's plans for the words of a view, which are the same for every window.
    * @param {View} view
    */
   #plansOf(view) {
@@ -105,7 +106,7 @@ export class ServerSource {
     if (known) return known;
     /** @type {Promise<Plans>} */
     const asked = this.#ask("plan", { view });
-    // what was refused may be asked once more
+    // a refused plan may be requested again
     asked.catch(() => this.#plans.delete(key));
     this.#plans.set(key, asked);
     if (this.#plans.size > MOST_PLANS) {
@@ -180,7 +181,7 @@ export class ServerSource {
   }
 
   /**
-   * What the server answers: an object, or head and arrays.
+   * Return the server's answer: an object, or head and arrays.
    * @param {string} what
    * @param {object} [question]
    * @param {AbortSignal} [signal]
@@ -211,31 +212,31 @@ export class ServerSource {
   }
 }
 
-/** Milliseconds after which a server that did not answer is asked again. */
+/** Milliseconds before a server that did not answer is asked again. */
 const AGAIN = 2000;
 
-/** Status of an address without the token of the server. */
+/** Status of a request without the server's token. */
 const REFUSED = 403;
 
 const LOST = "The explorer does not answer: the process that served this page has probably ended.";
 const LOST_HINT =
-  "Start eulerdisk explore again, and put what stands behind the # of this address behind the address that it prints. " +
-  "If it still runs, this page goes on by itself as soon as it answers.";
+  "Start eulerdisk explore again, open the address that it prints, and append the part of this address from # on. " +
+  "If it is still running, this page continues as soon as it answers.";
 
-/** Another process answers at the address of the server. */
-const REPLACED = "The explorer was started anew, and has another address.";
+/** Another process answers at the server's address. */
+const REPLACED = "The explorer was restarted and has a new address.";
 const REPLACED_HINT =
-  "Open the address that it printed; what stands behind the # of this address shows the same view there.";
+  "Open the address that it printed; append the part of this address from # on to see the same view there.";
 
 export class Reach {
-  /** @type {(problem: Problem) => void} is told that the server does not answer */
+  /** @type {(problem: Problem) => void} called when the server stops answering */
   onLost = () => {};
-  /** Is told that it answers again. */
+  /** Called when the server answers again. */
   onBack = () => {};
   #waiting = false;
 
   /**
-   * What a promise of fetch, or of the body of its answer, comes to.
+   * Return the result of a fetch, or of reading its body.
    * @template Found
    * @param {Promise<Found>} promise
    * @param {AbortSignal} [signal]
@@ -246,7 +247,7 @@ export class Reach {
     try {
       return await promise;
     } catch (problem) {
-      // fetch tells of a network that fails by this type, and of what the page itself has ended by another one
+      // fetch reports a network error as a TypeError, and an abort by the page as another error
       if (signal?.aborted || !(problem instanceof TypeError)) throw problem;
       const lost = new Problem(LOST, { hint: LOST_HINT, unreachable: true });
       if (!this.#waiting) this.onLost(lost);
@@ -261,7 +262,7 @@ export class Reach {
     setTimeout(async () => {
       const answer = await fetch("./about").catch(() => null);
       this.#waiting = false;
-      // too many at once, or a fault: it is the same server; another one refuses the token of this page
+      // 'too many requests' and a bug come from the same server, but a different server refuses this page's token
       if (answer?.ok) this.onBack();
       else if (answer?.status === REFUSED) this.onLost(new Problem(REPLACED, { hint: REPLACED_HINT }));
       else this.#askAgain();

@@ -1,10 +1,10 @@
-/** What the page shows, as one plain object, and the changes that can be made to it. Nothing here is changed in place. */
+/** The page's state as one plain object, and the changes to it. All functions return new objects. */
 
 import { axisBetween, valueAt, within } from "eulerdisk/axis_window";
 
 /** @import { About, Axis, Base, MotionSettings, Parameter, Quantity, View } from "eulerdisk/types" */
 
-/** @type {MotionSettings} nothing is set of a motion */
+/** @type {MotionSettings} settings of a motion that nobody changed */
 export const UNSET = { losses: {}, camera: null, open: [] };
 
 /**
@@ -13,10 +13,10 @@ export const UNSET = { losses: {}, camera: null, open: [] };
  */
 
 /**
- * `stored` shows the cells of a file where there are some; `hidden` names lines that are not drawn; `range` holds the ends
- * of the colours, null fits them to the window; `points` are the two chosen ones, the second one is shown if `compare`,
- * and `motions` what is set of the motion of each. `time` is where their clock was put to rest in seconds, null if it was
- * not, `speed` the one that was chosen for it.
+ * `stored` shows the cells of a file where it has some; `hidden` names lines that are not drawn; `range` contains the
+ * ends of the colour scale, null fits them to the window; `points` are the two chosen points, of which the second is
+ * shown if `compare`, and `motions` are the settings of their motions. `time` is where their clock was stopped, in
+ * seconds, null if it was not; `speed` is the chosen speed of the clock.
  * @typedef {object} State
  * @property {View} view
  * @property {string} quantity
@@ -28,11 +28,11 @@ export const UNSET = { losses: {}, camera: null, open: [] };
  * @property {[MotionSettings, MotionSettings]} motions
  * @property {number|null} time
  * @property {number|null} speed
- * @property {""|"light"|"dark"} theme  empty for that of the system
+ * @property {""|"light"|"dark"} theme  empty to follow the system
  */
 
 /**
- * What is shown first of a base.
+ * Return the initial state of a base.
  * @param {About} about
  * @param {string} [name]  of the base
  * @returns {State}
@@ -55,7 +55,7 @@ export function firstState(about, name) {
 }
 
 /**
- * The base of a view.
+ * Return the base of a view.
  * @param {About} about
  * @param {View} view
  * @returns {Base}
@@ -65,7 +65,7 @@ export function baseOf(about, view) {
 }
 
 /**
- * What can be shown of a base, the usual one first.
+ * Return the quantities that can be shown of a base, the default one first.
  * @param {About} about
  * @param {string} name  of the base
  * @returns {Quantity[]}
@@ -76,14 +76,14 @@ export function quantitiesOf(about, name) {
 }
 
 /**
- * Parameter of a name.
+ * Return the parameter with a name.
  * @param {About} about
  * @param {string} name
  * @returns {Parameter}
  */
 export function parameterOf(about, name) {
   const found = about.parameters.find((each) => each.name === name);
-  if (!found) throw new Error(`There is no parameter ${name}.`);
+  if (!found) throw new Error(`No parameter is named ${name}.`);
   return found;
 }
 
@@ -97,7 +97,7 @@ export function quantityOf(about, name) {
 }
 
 /**
- * Value of a parameter that is no axis, or of the criterion: that of the view, else that of its base.
+ * Return the value of a parameter that is no axis, or of the criterion: from the view, otherwise from its base.
  * @param {About} about
  * @param {View} view
  * @param {string} name
@@ -108,7 +108,7 @@ export function wordOf(about, view, name) {
 }
 
 /**
- * View with another value of a word; one that is the base's own is left out.
+ * Return the view with another value of a word, omitting a value equal to the base's own.
  * @param {About} about
  * @param {View} view
  * @param {string} name
@@ -122,11 +122,12 @@ export function withWord(about, view, name, value) {
   return { ...view, words };
 }
 
-/** Rates, of which the map is the same for all radii in units of sqrt(g/R). */
+/** Rates; in units of sqrt(g/R), the map is the same for all radii. */
 const RATES = ["tilt_rate", "precession_rate", "roll_rate"];
 
 /**
- * The unit sqrt(g/R) of the rates of a view over that of its base; 1 of a system, whose parameters mean what they like.
+ * Return the unit sqrt(g/R) of the rates of a view, divided by that of its base; 1 for a system, whose parameters have
+ * no fixed meaning.
  * @param {About} about
  * @param {View} view
  */
@@ -139,7 +140,7 @@ function rateUnit(about, view) {
 }
 
 /**
- * Axis whose rates are so many times as large; of another parameter the axis itself.
+ * Return the axis with its values multiplied by a factor if it is a rate, otherwise the axis itself.
  * @param {Axis} axis
  * @param {number} times
  * @returns {Axis}
@@ -151,8 +152,8 @@ function withRatesTimes(axis, times) {
 }
 
 /**
- * State with another value of a word. Another radius or gravity leaves the map and the chosen starts where they are in
- * scaled rates.
+ * Return the state with another value of a word. Another radius or gravity keeps the map and the chosen starts where
+ * they are in scaled rates.
  * @param {About} about
  * @param {State} state
  * @param {string} name
@@ -170,8 +171,9 @@ export function withValue(about, state, name, value) {
 }
 
 /**
- * View with another parameter along an axis. The one that was there keeps the value in the middle, or the nearest that
- * its slider has: a window may be wider than the domain. If the other axis has the parameter, both change places.
+ * Return the view with another parameter along an axis. The replaced parameter keeps the value in the middle, or the
+ * nearest one on its slider: a window may be wider than the allowed range. If the other axis has the new parameter, the
+ * axes swap.
  * @param {About} about
  * @param {View} view
  * @param {"x"|"y"} which
@@ -191,7 +193,7 @@ export function withAxis(about, view, which, name) {
 }
 
 /**
- * Range of a parameter that becomes an axis: that of the base if it is an axis there.
+ * Return the initial range of a parameter that becomes an axis: the base's range if it is an axis there.
  * @param {About} about
  * @param {View} view
  * @param {string} name
@@ -205,8 +207,8 @@ export function firstAxis(about, view, name) {
 }
 
 /**
- * View whose axis has the other scale, over the same range where a logarithm allows that; without positive values the
- * view itself.
+ * Return the view whose axis has the other scale, over the same range if a logarithm allows it; the view itself if no
+ * values are positive.
  * @param {View} view
  * @param {"x"|"y"} which
  * @returns {View}
@@ -216,13 +218,13 @@ export function withOtherScale(view, which) {
   const [low, high] = [valueAt(axis, -1), valueAt(axis, 1)];
   const scale = axis.scale === "log" ? "linear" : "log";
   if (scale === "log" && high <= 0) return view;
-  // a logarithmic axis that would begin at 0 or below begins at a thousandth of its end
+  // a logarithmic axis cannot start at 0 or below: start at a thousandth of its end
   const from = scale === "log" && low <= 0 ? high / 1000 : low;
   return { ...view, [which]: axisBetween(axis.name, from, high, scale) };
 }
 
 /**
- * Half of the width of a side that shows all of its range, in the scale that it has.
+ * Return half the width of a side that shows its whole range, in its present scale.
  * @param {About} about
  * @param {View} view
  * @param {"x"|"y"} which
@@ -234,7 +236,8 @@ export function halfOfRange(about, view, which) {
 }
 
 /**
- * View of starts that exist: no axis goes beyond what its parameter may be, and a number that it may not be is left out.
+ * Return the view restricted to starts that exist: axes within the allowed ranges of their parameters, without
+ * forbidden numbers.
  * @param {About} about
  * @param {View} view
  * @returns {View}
@@ -257,7 +260,7 @@ export function withinDomain(about, view) {
 }
 
 /**
- * Parameters that a base has, as axes or otherwise, in the order of the model.
+ * Return the parameters of a base, axes or not, in the order of the model.
  * @param {About} about
  * @param {View} view
  * @returns {Parameter[]}
@@ -270,7 +273,7 @@ export function parametersOf(about, view) {
 }
 
 /**
- * Words of a verdict.
+ * Return the description of a verdict.
  * @param {About} about
  * @param {number} code
  */
@@ -279,7 +282,8 @@ export function verdictWords(about, code) {
 }
 
 /**
- * All of a view but its window: the same where every start has the same motion, and lines are the same.
+ * Return everything in a view except its window, as a key: with equal keys, every start has the same motion, and the
+ * lines are the same.
  * @param {View} view
  */
 export function wordsOf({ base, words, x, y }) {
@@ -287,7 +291,7 @@ export function wordsOf({ base, words, x, y }) {
 }
 
 /**
- * Whether a view shows stored cells alone, so that its words and axes are as they are.
+ * Return whether a view shows only stored cells, so that its words and axes cannot be changed.
  * @param {About} about
  * @param {View} view
  */
@@ -296,7 +300,7 @@ export function isFixed({ atlas }, view) {
 }
 
 /**
- * Settings of both motions with others for one of them.
+ * Return the settings of both motions, with new settings for one of them.
  * @template Settings
  * @param {[Settings, Settings]} both
  * @param {number} slot

@@ -1,4 +1,4 @@
-/** The cells of an atlas that an exported page holds. */
+/** The cells of an atlas in an exported page. */
 
 import { pixelValue } from "eulerdisk/axis_window";
 import { unpackedArray } from "eulerdisk/packed";
@@ -9,10 +9,10 @@ import { readable } from "eulerdisk/ticks";
 
 /** @typedef {Float32Array|Float64Array|Uint8Array} Values */
 
-/** Digits of numbers that are told: an array in single precision has as many. */
+/** Digits of displayed numbers: as many as single precision has. */
 const DIGITS = 6;
 
-/** Pixels are cells of the file, or there is none. */
+/** Codes of pixels: with a cell of the file, and without one. */
 const STORED = 1;
 const NO_CELL = 2;
 
@@ -21,7 +21,7 @@ export class StoredCells {
   #x;
   #y;
   #cells;
-  /** Where the cells stand along both sides: of a logarithmic one the logarithms of their values. */
+  /** The positions of the cells along both sides; on a logarithmic side, the logarithms of their values. */
   #places;
 
   /**
@@ -40,7 +40,7 @@ export class StoredCells {
   }
 
   /**
-   * The cells of a page; null if it has none.
+   * Return the cells of a page; null if it has none.
    * @param {StoredPage} page
    */
   static async read(page) {
@@ -53,7 +53,7 @@ export class StoredCells {
   }
 
   /**
-   * Whether a view shows the plane of the cells.
+   * Return whether a view shows the plane of the cells.
    * @param {View} view
    */
   shows(view) {
@@ -97,7 +97,7 @@ export class StoredCells {
   }
 
   /**
-   * Values of the cell nearest to a point; null where there is none.
+   * Return the values of the cell nearest to a point; null if there is none.
    * @param {{x: number, y: number}} point
    */
   at({ x, y }) {
@@ -118,7 +118,7 @@ export class StoredCells {
     const { about, stored } = this.#page;
     /** @type {Record<string, number>} */
     const start = { ...stored?.starts, [view.x.name]: cell.x, [view.y.name]: cell.y };
-    // rates that every cell computed for itself
+    // rates that the cells computed themselves
     for (const { name } of about.parameters) {
       if (name in this.#cells) start[name] = this.#cells[name][cell.index];
     }
@@ -135,7 +135,7 @@ export class StoredCells {
   }
 
   /**
-   * Where the resolution of the file ends, in words, once cells are seen as such.
+   * Return a note where the resolution of the file ends, as soon as single cells are visible.
    * @param {Int32Array} columns
    * @param {Int32Array} rows
    */
@@ -146,7 +146,7 @@ export class StoredCells {
 }
 
 /**
- * Function from a value to the number of the cell that it lies in; -1 where there is none.
+ * Return a function from a value to the index of its cell, -1 if there is none.
  * @param {Values} values  of the cells
  * @param {"linear"|"log"} [scale]  whether cells are wide in proportion to their values
  */
@@ -172,7 +172,7 @@ function toldNumber(value, factor, unit, digits) {
 }
 
 /**
- * What a cell holds.
+ * Return the number or flag of a cell.
  * @param {Quantity} quantity
  * @param {Values} values  of all cells
  * @param {number} index
@@ -184,7 +184,7 @@ function toldValue({ flags, factor, unit }, values, index) {
 }
 
 /**
- * Index of the nearest place; -1 if none is within half a cell.
+ * Return the index of the nearest place; -1 if none is within half a cell.
  * @param {number[]} places  in order, rising or falling
  * @param {number} wanted
  */

@@ -1,27 +1,28 @@
 /**
- * Ticks of an axis and what stands at them, readable from decades down to windows of 1e-10 of the value.
+ * Ticks of an axis and their labels, readable from decades down to windows of 1e-10 of the value.
  *
- * Where a label would need many digits, the digits that all ticks share are written once, as an offset.
+ * Where labels would need many digits, the digits that all ticks share are written once, as an offset.
  */
 
 /**
- * A tick at a place from -1 to 1; a small one has no label.
+ * A tick at a place from -1 to 1; minor ticks have no label.
  * @typedef {{place: number, label: string}} Tick
  */
 
 /**
- * `offset` is what all labels are added to, as text, empty if that is nothing; `power` the exponent of ten of labels.
+ * `offset` is the text of a number to which all labels are added, empty if there is none; `power` is the labels' power
+ * of ten.
  * @typedef {{ticks: Tick[], offset: string, power: number}} Scale
  */
 
-/** Significant digits from which labels are written relative to an offset. */
+/** Number of significant digits from which on labels are written relative to an offset. */
 const MOST_DIGITS = 6;
 
 export const MINUS = "\u2212";
 const SUPERSCRIPT = "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079";
 
 /**
- * A whole number as a superscript.
+ * Return a whole number as a superscript.
  * @param {number} power
  */
 export function superscript(power) {
@@ -30,7 +31,8 @@ export function superscript(power) {
 }
 
 /**
- * Text with units and powers of ten as they are printed: "rad s-1" becomes "rad s\u207b\u00b9", "2e-13" 2\u00d710\u207b\u00b9\u00b3.
+ * Return a text with units and powers of ten as in print: "rad s-1" becomes "rad s\u207b\u00b9", "2e-13" becomes
+ * 2\u00d710\u207b\u00b9\u00b3.
  * @param {string} text
  */
 export function printedUnits(text) {
@@ -40,7 +42,7 @@ export function printedUnits(text) {
 }
 
 /**
- * Largest exponent of ten that is not above a positive number.
+ * Return the largest exponent of ten for which the power is not above a positive number.
  * @param {number} value
  */
 function decade(value) {
@@ -48,7 +50,7 @@ function decade(value) {
 }
 
 /**
- * Number as people read it: true minus, powers of ten written out.
+ * Return a number as people write it, with a true minus sign and powers of ten written out.
  * @param {number} value
  * @param {number} digits
  */
@@ -60,7 +62,7 @@ export function readable(value, digits) {
 }
 
 /**
- * Step between ticks, 1, 2 or 5 times a power of ten, so that about `count` of them fit.
+ * Return a step between ticks, 1, 2 or 5 times a power of ten, so that about `count` of them fit.
  * @param {number} width
  * @param {number} count
  * @returns {{multiple: number, power: number}}
@@ -74,10 +76,10 @@ function niceStep(width, count) {
 }
 
 /**
- * Ticks of a range of values at equal steps.
+ * Return equally spaced ticks of a range of values.
  * @param {number} low
  * @param {number} high
- * @param {number} count  about how many
+ * @param {number} count  approximate number of ticks
  * @param {(fromMiddle: number, middle: number) => number} placeOf  place of middle + fromMiddle
  * @returns {Scale}
  */
@@ -88,7 +90,7 @@ function equalSteps(low, high, count, placeOf) {
   const largest = Math.max(Math.abs(low), Math.abs(high));
   const digits = decade(largest) - power + 1;
   const shared = digits > MOST_DIGITS;
-  // the offset is a decimal number that ends one digit before those that change from tick to tick
+  // the offset is a decimal number that ends one digit before the digits that change from tick to tick
   const offset = shared ? rounded(middle, power + 2) : 0;
   const offsetText = shared ? decimalText(offset, power + 2) : "";
   const first = Math.ceil((low - offset) / step - 1e-9);
@@ -103,7 +105,7 @@ function equalSteps(low, high, count, placeOf) {
 }
 
 /**
- * Value rounded to a multiple of a power of ten.
+ * Return a value rounded to a multiple of a power of ten.
  * @param {number} value
  * @param {number} power
  */
@@ -114,7 +116,7 @@ function rounded(value, power) {
 }
 
 /**
- * Decimal number with all its digits down to a power of ten.
+ * Return a decimal number with all digits down to a power of ten.
  * @param {number} value
  * @param {number} power
  */
@@ -123,7 +125,7 @@ function decimalText(value, power) {
 }
 
 /**
- * Label of whole * 10**power; with a sign if it is added to an offset.
+ * Return the label of whole * 10**power, with a sign if it is added to an offset.
  * @param {number} whole
  * @param {number} power
  * @param {boolean} signed
@@ -135,7 +137,8 @@ function tickLabel(whole, power, signed) {
 }
 
 /**
- * Ticks of a range of more than a decade and a half, at 1, 2 and 5 times powers of ten, and small ones between them.
+ * Return the ticks of a range of more than a decade and a half, at 1, 2 and 5 times powers of ten, with minor ticks
+ * between them.
  * @param {number} low  natural logarithm
  * @param {number} high  natural logarithm
  * @param {number} count
@@ -170,10 +173,10 @@ function powerLabel(lead, power) {
 }
 
 /**
- * Ticks of an axis.
+ * Return the ticks of an axis.
  * @param {{centre: number, half: number, scale: "linear"|"log"}} axis
- * @param {number} factor  from values to what labels say
- * @param {number} count  about how many ticks fit
+ * @param {number} factor  from values to displayed numbers
+ * @param {number} count  approximate number of ticks that fit
  * @returns {Scale}
  */
 export function ticksOf(axis, factor, count) {
@@ -187,7 +190,7 @@ export function ticksOf(axis, factor, count) {
   if (high - low > 1.5 * Math.LN10) return decades(low, high, count);
   const central = Math.exp(axis.centre + shift);
   return equalSteps(Math.exp(low), Math.exp(high), count, (distance, middle) => {
-    // log1p keeps the digits of narrow windows, where both values are nearly the same
+    // log1p keeps the digits of narrow windows, where both values are nearly equal
     return Math.log1p((middle - central + distance) / central) / axis.half;
   });
 }

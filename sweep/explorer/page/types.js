@@ -1,8 +1,8 @@
 /**
- * What the page and the server say to each other, as types only: this module holds no code.
+ * The messages between the page and the server, as types only: this module contains no code.
  *
- * Values are in SI units; `factor` times a value is what people read, in `unit`. A value at a pixel is
- * centre + half * ((2 i + 1) / n - 1) along each axis, of an axis with the scale "log" the logarithm of that.
+ * Values are in SI units; a value times `factor` is the displayed number, in `unit`. The value at a pixel is centre +
+ * half * ((2 i + 1) / n - 1) along each axis; on an axis with the scale "log", this is its natural logarithm.
  *
  * @module types
  */
@@ -11,36 +11,37 @@
 /** @import { Reach } from "eulerdisk/server_source" */
 
 /**
- * One axis of a window: the range from centre - half to centre + half; of "log", that of the natural logarithm.
+ * One axis of a window: the range from centre - half to centre + half, with the scale "log" of the natural logarithm.
  * @typedef {{name: string, centre: number, half: number, scale: "linear"|"log"}} Axis
  */
 
 /**
- * What is looked at. `words` holds what differs from the base: numbers in SI units, or words as on the command line.
+ * What the map shows. `words` contains the differences from the base: numbers in SI units, or words as on the command
+ * line.
  * @typedef {{base: string, words: Record<string, number|string>, x: Axis, y: Axis}} View
  */
 
 /**
- * A parameter that can be an axis or a slider; low and high are the ends of its slider, which are no limits, null if it has
- * none. `control` says that the boundary is sought along it.
+ * A parameter that can be an axis or a slider. `low` and `high` are the ends of its slider, which do not limit the
+ * parameter; null if it has no slider. `control` says whether the boundary is sought along it.
  * @typedef {object} Parameter
  * @property {string} name
  * @property {string} label  name in words, for an axis
  * @property {string} description
- * @property {string} unit  as people read it; empty for a pure number
+ * @property {string} unit  displayed unit; empty for a pure number
  * @property {number} factor
  * @property {number|null} low
  * @property {number|null} high
- * @property {number|null} least  end of what is allowed; null if there is none
+ * @property {number|null} least  end of the allowed range; null if there is none
  * @property {number|null} most
  * @property {"linear"|"log"} scale
  * @property {boolean} control
- * @property {string[]} words  words that may be given instead of a number
+ * @property {string[]} words  words allowed instead of a number
  */
 
 /**
- * What gives a map its colours. `flags` maps each code of an enumerated quantity to its words; `is_peak` says that it is
- * the number by which figures colour maps, always in equal steps of its logarithm.
+ * A quantity that colours a map. `flags` maps each code of an enumerated quantity to its description; `is_peak` says
+ * whether figures colour maps by it, always in equal steps of its logarithm.
  * @typedef {object} Quantity
  * @property {string} name
  * @property {string} label
@@ -57,16 +58,16 @@
  * @property {string} word
  * @property {string} description
  * @property {string} unit
- * @property {number} low  of its slider, in `unit`
- * @property {number} high  of its slider, in `unit`
+ * @property {number} low  end of its slider, in `unit`
+ * @property {number} high  end of its slider, in `unit`
  */
 
 /**
- * Something to begin with: a preset, or what was given on the command line (its name is "").
- * `words` has the value of every parameter that is no axis (a number in SI units, or a word) and of the criterion;
- * `view` is the whole range of its grid; `quantities` names what can be shown of it, the usual one first; `rolls`
- * says that its cells are those of a rolling body, not of a user's system; `cost` how many milliseconds a cell takes, 0
- * where they need not be counted.
+ * A starting point: a preset, or the subject from the command line (its name is ""). `words` contains the value of
+ * every parameter that is no axis (a number in SI units, or a word) and of the criterion; `view` shows the whole range
+ * of its grid; `quantities` names the quantities that can be shown, the default one first; `rolls` says whether its
+ * cells are those of a rolling body instead of a user's system; `cost` is the time per cell in milliseconds, 0 where it
+ * is negligible.
  * @typedef {object} Base
  * @property {string} name
  * @property {string} label
@@ -79,30 +80,30 @@
  */
 
 /**
- * The atlas that was given. Its cells are shown where a view has its words and axes (`stored` of a window).
+ * The atlas given to the explorer. Its cells are shown in views that have its words and axes (`stored` of a window).
  * @typedef {object} StoredAtlas
  * @property {string} label  name of the file
- * @property {string} base  the base whose view shows it
+ * @property {string} base  the base whose view shows the atlas
  * @property {boolean} live  whether windows can be computed; false for a model without an exact reduction
- * @property {string} note  a sentence on what is stored, and where its resolution ends
- * @property {Axis} x  range of the grid that is stored
+ * @property {string} note  a sentence that says what is stored and where its resolution ends
+ * @property {Axis} x  range of the stored grid
  * @property {Axis} y
  */
 
 /**
  * @typedef {object} About
  * @property {Base[]} bases
- * @property {string[]} others  presets that are integrated in time: only their atlases have maps
+ * @property {string[]} others  presets that are integrated in time: they have maps only from atlases
  * @property {Parameter[]} parameters
  * @property {Quantity[]} quantities
  * @property {Criterion[]} criteria
- * @property {string[]} losses  words of losses that a motion can be given
+ * @property {string[]} losses  words for the losses of a motion
  * @property {MotionTables} motions
  * @property {StoredAtlas|null} atlas
  */
 
 /**
- * `stored` asks for the cells of the file where the window shows them, each as a rectangle of its pixels.
+ * `stored` asks for the cells of the file in the part of the window that shows them, each as a rectangle of pixels.
  * @typedef {object} WindowRequest
  * @property {View} view
  * @property {number} width
@@ -112,11 +113,11 @@
  */
 
 /**
- * Values in rows from the bottom upward, x fastest; NaN where there is none. `verdict`: 0 undecided, 1 stable,
- * 2 unstable. `stored`: 1 where the value is that of a stored cell, 0 where it was computed, 2 where there is neither;
- * missing if all were computed.
- * `end` says that a pixel is below 8 units in the last place, so that zoom ends here; `low`, `high` and `least`, the
- * smallest value above zero, are null without such values. `milliseconds` it took to compute, once the workers were there.
+ * Values in rows from the bottom upward, x fastest; NaN where there is no value. `verdict`: 0 undecided, 1 stable, 2
+ * unstable. `stored`: 1 for the value of a stored cell, 0 for a computed one, 2 for neither; missing if all values were
+ * computed. `end` says that a pixel is below 8 units in the last place, so that zoom ends here. `low`, `high` and
+ * `least`, the smallest positive value, are null without such values. `milliseconds` is the time of the computation,
+ * without the start of the workers.
  * @typedef {object} WindowAnswer
  * @property {{low: number|null, high: number|null, least: number|null, end: boolean, note?: string}} head
  * @property {number} width
@@ -140,7 +141,7 @@
  * @property {Record<string, {value: number, text: string, label?: string}>} start
  * @property {ShownNumber[]} numbers
  * @property {string} verdict
- * @property {PointAnswer|null} stored  the same of the nearest stored cell
+ * @property {PointAnswer|null} stored  the same for the nearest stored cell
  * @property {string} [note]  why there are no numbers
  */
 
@@ -155,10 +156,10 @@
  */
 
 /**
- * What an exported page holds, as JSON in <script type="application/json" id="stored">. `about` has one base. Of an atlas
- * `stored` has x and y, the coordinates of the cells (f8); `cells`, every stored quantity that `about` lists, "verdict"
- * (u1), and every parameter that cells compute for themselves (f8), as a steady rate; and `starts`, the values of the
- * other parameters that are no axis, and `fall_tilt`.
+ * The contents of an exported page, as JSON in <script type="application/json" id="stored">. `about` has one base. For
+ * an atlas, `stored` contains x and y, the coordinates of the cells (f8); `cells`, with every stored quantity that
+ * `about` lists, "verdict" (u1), and every parameter that cells compute themselves (f8), such as a steady rate; and
+ * `starts`, the values of the other parameters that are no axis, and `fall_tilt`.
  * @typedef {object} StoredPage
  * @property {About} about
  * @property {Plans} plans
@@ -167,8 +168,8 @@
  */
 
 /**
- * How the page computes: `cells` those of its map (null: it cannot, and `refused` says why), `lossy` one with losses,
- * `disk` the starts of motions; `motion`, how they are followed. See sweep/explorer/plan.py.
+ * How the page computes: `cells`, the cells of its map (null if it cannot, for the reason in `refused`); `lossy`, a
+ * cell with losses; `disk`, the starts of motions; `motion`, how motions are followed. See sweep/explorer/plan.py.
  * @typedef {object} Plans
  * @property {Plan|null} cells
  * @property {{error: string, hint: string}|null} refused
@@ -178,11 +179,11 @@
  */
 
 /**
- * How cells are computed. `parameters` are the rows of the kernels' array of starts, `held` the values of those that are no
- * axis (null: beyond all numbers), `rates` the numbers of the rules for precession and roll rate (kernels/page/starts.py);
- * `from_start` says that the undisturbed tilt is that of the start; `path` names the columns that say where the contact
- * point goes, none if it is not asked for. `shown` are the quantities of the map, `timed` those
- * that take longer, `singles` the columns in single precision. `unresolved`, `lost` and `failed` are codes of endings.
+ * How cells are computed. `parameters` are the rows of the kernels' array of starts, `held` the values of those that
+ * are no axis (null: infinite), `rates` the numbers of the rules for precession and roll rate (kernels/page/starts.py).
+ * `from_start` says whether the undisturbed tilt is the tilt of the start; `path` names the columns that describe the
+ * path of the contact point, empty if it is not requested. `shown` are the quantities of the map, `timed` those that
+ * take longer, `singles` the columns in single precision. `unresolved`, `lost` and `failed` are codes of endings.
  * @typedef {object} Plan
  * @property {string} model
  * @property {string[]} parameters
@@ -204,22 +205,22 @@
  * @property {string[]} singles
  * @property {ToldNumber[]} starts
  * @property {ToldNumber[]} numbers
- * @property {{text: string, timed: boolean, outcomes: number[][], condition: Condition, named: string[],
- *   errors?: Record<string, ErrorRule>}} criterion
- *   `outcomes` has for each code of an ending the verdicts where the condition is true, is false, and has no value
+ * @property {{text: string, timed: boolean, outcomes: number[][], condition: Condition, named: string[], errors?:
+ * Record<string, ErrorRule>}} criterion `outcomes` has three verdicts for each code of an ending: condition true,
+ * false, and without a value
  */
 
 /**
- * How far the values of a column may be off: what each cell states in the column `stated`, so many `times`, a number and
- * a share of the value; or without bound where a motion ended with one of the codes `unknown`. With `by` the cells state
- * how far the extremes are off, and what follows from that for an extreme, an amplification or a time is the same as in
- * sweep/model/cells.py.
+ * The largest error of a column's values: the value that each cell states in the column `stated`, multiplied by
+ * `times`, plus an absolute and a relative part; unbounded for motions that ended with one of the codes `unknown`. With
+ * `by`, the cells state the error of the extremes, and the error of an extreme, an amplification or a time follows from
+ * it as in sweep/model/cells.py.
  * @typedef {{by?: "extreme"|"amplified"|"timed", stated?: string, times?: number, rounding?: number, absolute?: number,
  *   relative?: number, unknown?: number[]}} ErrorRule
  */
 
 /**
- * An expression of a system: a number, a name, or an operation and its parts.
+ * An expression of a system: a number, a name, or an operation with its operands.
  * @typedef {number|string|[string, ...any[]]} Node
  */
 
@@ -238,7 +239,7 @@
  * @property {Node[][]} labels
  * @property {Node[]} conserved
  * @property {string[]} columns
- * @property {string[]} coded  those that are codes
+ * @property {string[]} coded  the columns that are codes
  * @property {number} different
  * @property {number} same_time
  * @property {number} same_place
@@ -257,7 +258,7 @@
  */
 
 /**
- * A condition: another one that is not true, several that are joined by a word, or terms with signs between them.
+ * A condition: the negation of another one, several joined by a word, or terms with signs between them.
  * @typedef {object} Condition
  * @property {Condition} [not]
  * @property {"and"|"or"} [word]
@@ -267,12 +268,12 @@
  */
 
 /**
- * A number, or a column, or its magnitude, times a factor.
+ * A number, or a column or its magnitude, times a factor.
  * @typedef {{value?: number, name?: string, factor?: number, absolute?: boolean}} Term
  */
 
 /**
- * How a number is told.
+ * How a number is displayed.
  * @typedef {object} ToldNumber
  * @property {string} name
  * @property {string} label
@@ -284,18 +285,20 @@
  */
 
 /**
- * How motions are followed: whether the cells have losses, and which; the tilts at which a disk has fallen, or is flat.
+ * How motions are followed: whether the cells have losses, and which; the tilts at which a disk counts as fallen, or as
+ * flat.
  * @typedef {object} MotionPlan
  * @property {boolean} lossy
  * @property {number} fall_tilt
  * @property {number} flat_tilt
  * @property {Record<string, number|string|null>} losses
- * @property {{name: string, number: number, called: string, poles: boolean, faced: boolean}|null} body  null of the thin disk
+ * @property {{name: string, number: number, called: string, poles: boolean, faced: boolean}|null} body  null for the
+ * thin disk
  */
 
 /**
- * A body of revolution: the arc of its meridian over the outer radius (kernels/bodies/shapes.py), its moments of inertia
- * over m R^2.
+ * A body of revolution: the arc of its meridian in units of the outer radius (kernels/bodies/shapes.py), and its
+ * moments of inertia in units of m R^2.
  * @typedef {object} BodyOfMotion
  * @property {string} name
  * @property {string} called
@@ -308,8 +311,8 @@
  */
 
 /**
- * What holds for all motions: labels of their arrays, words of endings by their codes, rules of parameters, and the sliders
- * of losses, whose ends are multiples of what they are `scaled` by.
+ * What all motions share: labels of their arrays, descriptions of endings by their codes, rules of parameters, and the
+ * sliders of losses, whose ends are multiples of the quantity by which they are `scaled`.
  * @typedef {object} MotionTables
  * @property {Record<string, Described>} quantities
  * @property {Record<string, string>} disk
@@ -328,23 +331,23 @@
  */
 
 /**
- * The cells at the pixels of a window, to be saved.
+ * The cells at the pixels of a window, to save them.
  * @typedef {{view: View, width: number, height: number, format: "csv"|"netcdf"}} DataRequest
  */
 
 /**
- * The start of a motion, with changes to it. `losses` holds what the controls ask for, in SI units.
+ * The start of a motion, with changes to it. `losses` contains the values of the controls, in SI units.
  * @typedef {object} MotionRequest
  * @property {View} view
  * @property {number} x
  * @property {number} y
- * @property {number|null} [duration]  in seconds; null for the usual time
+ * @property {number|null} [duration]  in seconds; null for the default
  * @property {Record<string, number|string>} [losses]
  */
 
 /**
- * What a person sets of a motion: its losses, in SI units; where the camera stands, null where it stood at first; and
- * which parts of its panel are open, "laws" and "words".
+ * What a person set for a motion: its losses, in SI units; the position of the camera, null for the initial one; and
+ * the open parts of its panel, "laws" and "words".
  * @typedef {object} MotionSettings
  * @property {Record<string, number|string>} losses
  * @property {Standpoint|null} camera
@@ -352,12 +355,12 @@
  */
 
 /**
- * Label, unit and factor from SI units of an array.
+ * Label and unit of an array, and the factor from SI units to that unit.
  * @typedef {{label: string, unit: string, factor: number}} Described
  */
 
 /**
- * A control of a loss: a logarithmic slider with a value that leaves the word out at one of its ends, or a choice.
+ * A control of a loss: a logarithmic slider, one end of which omits the word, or a choice.
  * @typedef {object} LossControl
  * @property {string} name
  * @property {string} label
@@ -368,9 +371,9 @@
  * @property {number} [low]
  * @property {number} [high]
  * @property {number|string|null} value
- * @property {boolean} [idle]  whether it changes nothing while the others are as they are
- * @property {string} [none]  what it means to leave the word out
- * @property {"low"|"high"} [end]  end of the slider at which it is left out
+ * @property {boolean} [idle]  whether the control has no effect with the present values of the others
+ * @property {string} [none]  what omitting the word means
+ * @property {"low"|"high"} [end]  end of the slider at which the word is omitted
  */
 
 /**
@@ -382,12 +385,12 @@
  * @property {boolean} ended
  * @property {boolean} lossy
  * @property {Record<string, number>} start
- * @property {number} alpha  of the thin disk
- * @property {BodyOfMotion|null} body  null of the thin disk
+ * @property {number} alpha  only of the thin disk
+ * @property {BodyOfMotion|null} body  null for the thin disk
  * @property {number} radius
  * @property {number} gravity
- * @property {string[]} [states]  of a motion of a system, which has nothing of a rolling body
- * @property {number|null} [doubtful]  time from which its states are too sensitive to be known
+ * @property {string[]} [states]  of a motion of a system, which has no properties of a rolling body
+ * @property {number|null} [doubtful]  time from which its states are too sensitive to be reliable
  * @property {[number, string][]} turns
  * @property {number|null} period
  * @property {number} fall_tilt
@@ -397,12 +400,12 @@
  */
 
 /**
- * Arrays have one value for each sample.
+ * A motion: arrays with one value per sample.
  * @typedef {{head: MotionHead, arrays: Record<string, Float64Array>}} MotionAnswer
  */
 
 /**
- * Where the page gets its numbers from: a server, or what an exported page holds.
+ * The origin of the page's numbers: a server, or the contents of an exported page.
  * @typedef {object} Source
  * @property {() => Promise<About>} about
  * @property {(request: WindowRequest, signal?: AbortSignal) => Promise<WindowAnswer>} window
@@ -411,9 +414,9 @@
  * @property {(request: MotionRequest, signal?: AbortSignal) => Promise<MotionAnswer>} motion
  * @property {(place: Place) => Promise<string>} explain
  * @property {((point: {x: number, y: number}) => {x: number, y: number}|null)|null} cellAt  the cell that stands for a
- *   point, where nothing is known but cells; null where there is none
+ * point, where only stored cells are known; null where there is none
  * @property {((request: object) => Promise<{command: string, python: string}>)|null} command
- * @property {Reach|null} reach  whether a server answers; null without one
+ * @property {Reach|null} reach  whether a server answers; null without a server
  * @property {((request: DataRequest) => Promise<{blob: Blob, name: string}>)|null} data
  */
 

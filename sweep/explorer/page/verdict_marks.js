@@ -1,20 +1,23 @@
-/** What the colours of a number do not say: which cells are undecided, and where stable and unstable ones meet. */
+/**
+ * Marks that the colours of a number do not show: undecided cells, and the borders between stable and unstable ones.
+ */
 
 import { channels, GREY, packed } from "eulerdisk/colours";
 
-/** Codes of verdicts, and what is painted. */
+/** Codes of verdicts, and the colours that are painted. */
 const [UNDECIDED, STABLE, UNSTABLE] = [0, 1, 2];
 const [OPEN, BORDER] = [packed(channels(GREY)), packed([0, 0, 0])];
 
 /**
- * As in sweep/figures/borders.py: cells to each side among which borders are counted, how many of them for a cell are
- * crowded, and how many of the eight neighbours of a cell share its verdict where a line beside it is not one around a dot.
+ * As in sweep/figures/borders.py: half the side of the square in which borders are counted [cells], the number of
+ * borders per cell from which on they are crowded, and the least number of a cell's eight neighbours that share its
+ * verdict, for a line that does not just enclose a dot.
  */
 const REACH = 3;
 const CROWDED = 0.4;
 const LEAST_ALIKE = 3;
 
-/** Pixels of a picture from which on its borders are lines. */
+/** Least size of a picture [pixels] in which borders are lines. */
 const FINE = 200;
 
 /**
@@ -23,12 +26,13 @@ const FINE = 200;
  */
 
 /**
- * Paint undecided cells grey and, if asked for, the borders between stable and unstable ones, but not where these alternate.
+ * Paint undecided cells grey and, if requested, the borders between stable and unstable cells, except where verdicts
+ * alternate.
  * @param {Uint32Array} pixels  rows from the top downward
  * @param {{value: ArrayLike<number>, verdict: ArrayLike<number>, width: number, height: number}} answer  rows from the
- *   bottom upward; where the value is NaN there is no cell
+ * bottom upward; NaN means that there is no cell
  * @param {boolean} hasBorders
- * @returns {boolean}  whether some cell is undecided
+ * @returns {boolean}  whether any cell is undecided
  */
 export function markVerdicts(pixels, { value, verdict, width, height }, hasBorders) {
   const target = (/** @type {number} */ i) => i + (height - 1 - 2 * Math.floor(i / width)) * width;
@@ -46,7 +50,7 @@ export function markVerdicts(pixels, { value, verdict, width, height }, hasBorde
 }
 
 /**
- * Places of the pixels on borders that are drawn.
+ * Return the indices of the pixels on drawn borders.
  * @param {Cells} cells
  */
 function borders(cells) {
@@ -59,7 +63,7 @@ function borders(cells) {
     if (i + width < found.length && meet(i, i + width)) found[i] += 2;
   }
   const reach = Math.ceil(REACH * side);
-  // a border is as long as the cell beside it
+  // a border is as long as the cell next to it
   const most = (CROWDED * (2 * reach + 1) ** 2) / side;
   return Array.from(found.keys()).filter((i) => {
     if (!found[i]) return false;
@@ -70,7 +74,7 @@ function borders(cells) {
 }
 
 /**
- * How many of the eight neighbours of a cell share its verdict; what lies outside does.
+ * Return how many of the eight neighbours of a cell share its verdict; those outside the picture count as sharing it.
  * @param {Cells} cells
  * @param {number} at
  */
@@ -87,7 +91,7 @@ function alike({ verdict, width, height, side }, at) {
 }
 
 /**
- * Borders in a square around a pixel.
+ * Return the number of borders in a square around a pixel.
  * @param {Uint8Array} found  1 for a border to the right, 2 for one above, 3 for both
  * @param {number} at
  * @param {number} width
@@ -107,7 +111,7 @@ function countAround(found, at, width, height, reach) {
 }
 
 /**
- * Side of a cell in pixels: stored cells are larger than these.
+ * Return the side of a cell in pixels: stored cells are larger than a pixel.
  * @param {ArrayLike<number>} value
  * @param {number} width
  * @param {number} height
