@@ -87,7 +87,7 @@ def export(
 
     if path.suffix.lower() not in (".html", ".htm"):
         raise RequestError(
-            f"An exported page must be an .html file; got {path}.",
+            f"An exported page must be an HTML file; got {path}.",
             hint=f"Write {path.stem}.html.",
             where="--export",
         )

@@ -22,7 +22,7 @@ def read_json(body: bytes) -> Mapping[str, Any]:
         found = json.loads(body, parse_constant=_no_constant)
     except (ValueError, RecursionError) as problem:
         raise RequestError(
-            f"The body of a request must be a JSON object with finite numbers; this one is unreadable: {problem}.",
+            f"The body of a request must be a JSON object with finite numbers; this one cannot be read: {problem}.",
             hint="Reload the page.",
             where="body",
         ) from None

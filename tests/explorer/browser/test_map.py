@@ -229,7 +229,7 @@ def test_a_criterion_without_a_slider_has_its_name(opened, served_with):
     """The menu of criteria names one that has no slider, and what it asks stands below."""
     page = opened(url=served_with("rolling", "criterion=peak_tilt > 10deg", "roll_rate=2:4:20").url)
     wait_for_picture(page)
-    assert page.locator("#criterion-kind option:checked").text_content() == "another one"
+    assert page.locator("#criterion-kind option:checked").text_content() == "other"
     assert "peak_tilt" in page.locator(".own-criterion").text_content()
 
 

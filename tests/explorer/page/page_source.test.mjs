@@ -77,7 +77,7 @@ test("lines are those of the exported window and its words, down to a sixteenth 
 
 test("a window without its lines says so, and one of a page that has none does not", async () => {
   const request = { view: { ...VIEW, words: { alpha: 1 } }, width: 2, height: 2, quantity: "peak_tilt" };
-  assert.match((await sourceOf().window(request)).head.note, /Lines of theory/);
+  assert.match((await sourceOf().window(request)).head.note, /lines of theory/);
   assert.equal((await sourceOf().window({ ...request, view: VIEW })).head.note, "");
   assert.equal((await sourceOf({ ...PAGE, lines: [] }).window(request)).head.note, "");
 });
@@ -104,7 +104,7 @@ test("a point stands for its cell only where nothing can be computed", () => {
 test("a damaged page says what to do", async () => {
   await assert.rejects(PageSource.read("{", ""), {
     message: /cannot be read/,
-    hint: /export the page once more/,
+    hint: /export the page again/,
   });
   globalThis.Worker = class {};
   const stored = { x: { type: "f8", data: "AAAA" }, y: { type: "f8", data: "AAAA" }, cells: {}, starts: {} };

@@ -65,7 +65,7 @@ test("another server at the same address is told as such", async (context) => {
   await assert.rejects(reach.of(Promise.reject(new TypeError("network"))));
   context.mock.timers.tick(2000);
   await new Promise((resolve) => setImmediate(resolve));
-  assert.match(told[1], /started anew/);
+  assert.match(told[1], /restarted/);
 });
 
 test("what the page itself has ended, and what is no fault of the network, is no lost server", async () => {

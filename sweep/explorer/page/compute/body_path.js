@@ -1,8 +1,8 @@
 /**
- * One motion of a body of revolution, followed by the kernels of the program: as sweep/motion/body_path.py does it.
+ * One motion of a body of revolution, followed by the program's kernels as in sweep/motion/body_path.py.
  *
- * It is integrated again with half the step until that changes it no more, or no less: here ten times as much may be left, as
- * a picture needs no more, and a click is answered at once.
+ * The step is halved until that no longer changes the motion, or no longer improves it. The page allows ten times the
+ * error of the program, because a picture needs no more accuracy and a click is answered at once.
  */
 
 import {
@@ -19,7 +19,7 @@ import {
 /** @import { Computation } from "eulerdisk/compute/computation" */
 /** @import { Path } from "eulerdisk/compute/paths" */
 
-/** Endings of a motion that time ended, or that could not be resolved. */
+/** Endings of a motion that reached the time limit, or that could not be resolved. */
 const HORIZON = 3;
 const UNRESOLVED = 5;
 
@@ -32,19 +32,22 @@ export const ROWS = [
 const [TILT, TILT_RATE, PRECESSION_RATE, ROLL_RATE, HEADING, ROLL_ANGLE, CONTACT, , CENTRE] = ROWS.keys();
 const FORCES = ROWS.indexOf("normal_force");
 
-/** First step times the fastest frequency, halvings of it where only turns are sought, halvings at most, the difference that is small enough, and one worth a halving. */
+/**
+ * First step times the fastest frequency; refinement where only turns are sought; largest number of halvings;
+ * difference that is small enough; and the improvement that is worth a halving.
+ */
 const STEP = 0.01;
 const ROUGH = -2;
 const MOST_REFINEMENTS = 6;
 const ALLOWED = 4e-9;
 const BETTER = 0.5;
 
-/** A difference of two integrations counts so many times; rounding that both have in common, and that of the start. */
+/** Factor for the difference of two integrations; rounding that both share; and rounding of the start. */
 const SAFETY = 4;
 const ROUNDING = 1e-12;
 const OF_RATES = 2 ** -50;
 
-/** Angle between two samples, and how much later than it was found an end is looked for. */
+/** Angle between two samples, and how much later than its first estimate an end is sought. */
 const TURN = 0.2;
 const LATER = 1.1;
 
@@ -52,8 +55,8 @@ const LATER = 1.1;
  * @param {Computation} computation
  * @param {number[]} start  in the order of the parameters of the model
  * @param {number} duration
- * @param {{fallTilt: number, number: number, poles: boolean, unit: number, radius: number}} body  its number, whether it
- *   rolls on through its poles, sqrt(R/g)
+ * @param {{fallTilt: number, number: number, poles: boolean, unit: number, radius: number}} body  its number, whether
+ * it rolls on through its poles, sqrt(R/g)
  * @param {AbortSignal} signal
  * @returns {Promise<Path>}
  */
@@ -63,7 +66,7 @@ export async function bodyPath(computation, start, duration, body, signal) {
     return traced(computation, "body_trajectory", start, settings, times, ROWS.length, signal);
   };
   const times = evenly(duration, SAMPLES);
-  // how fast it turns, and when it ends, is seen by a longer step already
+  // a longer step is enough to see how fast it turns and when it ends
   const rough = await once(times, ROUGH);
   const closer = rough.ending === UNRESOLVED ? times : closerTimes(rough, times, body.poles);
   const chosen = closer[1] < times[1] ? closer : times;
@@ -71,7 +74,7 @@ export async function bodyPath(computation, start, duration, body, signal) {
 }
 
 /**
- * A motion with a step that half of it hardly changes.
+ * Return a motion whose step is so short that halving it makes hardly any difference.
  * @param {(refinement: number) => Promise<Path>} once
  * @param {{unit: number, radius: number}} size
  * @returns {Promise<Path>}
@@ -95,7 +98,7 @@ async function settled(once, size) {
 }
 
 /**
- * Evenly spaced times, close enough for the fastest turn that samples show, and as many until an end.
+ * Return evenly spaced times, close enough for the fastest turn in the samples, and equally many up to an end.
  * @param {Path} path
  * @param {Float64Array} times
  * @param {boolean} poles
@@ -105,12 +108,12 @@ function closerTimes(path, times, poles) {
   const turns = largest(turning(path, poles)) * times[1];
   const count = Math.ceil(Math.min(Math.max(SAMPLES, ((last / times[1]) * turns) / TURN), MOST_SAMPLES));
   if (path.ending === HORIZON) return evenly(/** @type {number} */ (times.at(-1)), count);
-  // half an interval, so that no sample comes to lie at the end itself, which is one
+  // half an interval, so that no sample coincides with the end, which has its own
   return untilLater(last / (count - 0.5), Math.ceil(LATER * count));
 }
 
 /**
- * The largest error that two integrations tell of, scaled: they differ in time only at their ends.
+ * Return the largest scaled difference of two integrations, whose times differ only at their ends.
  * @param {Path} one
  * @param {Path} other
  * @param {{unit: number, radius: number}} size

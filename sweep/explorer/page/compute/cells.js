@@ -1,4 +1,4 @@
-/** Windows and points that the page computes by a plan. */
+/** Windows and points that the page computes according to a plan. */
 
 import { leastHalf } from "eulerdisk/axis_window";
 import { pieces } from "eulerdisk/compute/computation";
@@ -7,13 +7,13 @@ import { spelled } from "eulerdisk/compute/spelling";
 /** @import { Computation } from "eulerdisk/compute/computation" */
 /** @import { BodyPlan, Plan, Place, PointAnswer, ToldNumber, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
-/** Digits of a number that is told, in double and in single precision. */
+/** Digits of a displayed number, in double and in single precision. */
 const DIGITS = 6;
 const SINGLE_DIGITS = 3;
 
 /**
- * Whether a window takes the page more than 1.5 times as long as the program, whose vectors are wider: measured by
- * scripts/page_speed.py. The reduction has none.
+ * Return whether a window takes the page more than 1.5 times as long as the program, whose vectors are wider, as
+ * measured by scripts/page_speed.py. The reduction does not.
  * @param {Plan} plan
  */
 export function isSlow(plan) {
@@ -21,7 +21,7 @@ export function isSlow(plan) {
 }
 
 /**
- * What makes the cells of a window take as long as they do.
+ * Return the kind of cells that determines the time per cell of a window.
  * @param {Plan} plan
  * @param {string} quantity
  */
@@ -41,7 +41,7 @@ function isTimed(plan, quantity) {
 }
 
 /**
- * A window, computed piece by piece.
+ * Return a window, computed piece by piece.
  * @param {Computation} computation
  * @param {Plan} plan
  * @param {WindowRequest} request
@@ -97,7 +97,7 @@ export async function computedWindow(computation, plan, { view, width, height, q
 }
 
 /**
- * Put the values of a piece where they belong in those of the window.
+ * Copy the values of a piece to their position in the window.
  * @param {any} all
  * @param {any} some
  * @param {[number, number]} x
@@ -116,7 +116,7 @@ function copy(all, some, x, y, width) {
 }
 
 /**
- * All columns of the cell at a place, each with its one number.
+ * Return all columns of the cell at a place, each with a single number.
  * @param {Computation} computation
  * @param {Plan} plan
  * @param {Place} place
@@ -130,10 +130,10 @@ export async function cellAt(computation, plan, { view, x, y }, signal) {
 }
 
 /**
- * The numbers of the cell at a place.
+ * Return the numbers of the cell at a place.
  * @param {Plan} plan
  * @param {Record<string, number>} cell
- * @param {Record<string, string>} verdicts  words of the verdicts
+ * @param {Record<string, string>} verdicts  descriptions of the verdicts
  * @returns {PointAnswer}
  */
 export function toldCell(plan, cell, verdicts) {
@@ -152,7 +152,7 @@ export function toldCell(plan, cell, verdicts) {
 }
 
 /**
- * A number and its words.
+ * Return a number and its text.
  * @param {ToldNumber} told
  * @param {number} value
  * @returns {{value: number|null, text: string}}

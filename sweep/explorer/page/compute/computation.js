@@ -1,33 +1,37 @@
-/** The workers of the page: who asks first is answered first, single cells before windows, and what nobody wants is left. */
+/**
+ * The workers of the page. Questions are answered in the order in which they were asked, single cells before windows;
+ * abandoned questions are skipped.
+ */
 
 import { Problem } from "eulerdisk/notice";
 
-/** The scripts of a worker: the last one begins it. */
+/** The scripts of a worker, of which the last one starts it. */
 const SCRIPTS = ["kernels", "verdicts", "disk_cells", "path_cells", "system_cells", "worker"].map(
   (name) => `eulerdisk/compute/${name}`,
 );
 
-/** Workers at most: each has a few MB of memory. */
+/** Largest number of workers, each of which takes a few MB of memory. */
 const MOST_WORKERS = 6;
 
 /**
- * Cells of a piece of a window: some 10 ms, after which a worker looks what is wanted now; with periods they take longer,
- * those of other bodies some 20 us each, where their paths go 0.2 ms, and those of a system up to a millisecond.
+ * Number of cells in a piece of a window: some 10 ms, after which a worker checks what is wanted now. Cells with
+ * periods take longer, those of other bodies some 20 us each, or 0.2 ms with their paths, and those of a system up to a
+ * millisecond.
  */
 const PIECES = { plain: 32768, timed: 24576, body: 2048, path: 256, system: 256 };
 
-const OLD_BROWSER = "Open the page in a newer browser, one that has WebAssembly with vectors.";
+const OLD_BROWSER = "Open the page in a newer browser that has WebAssembly with vectors.";
 
 /** A frame has the policy of the page around it, and a file that of its host. */
 const FORBIDDEN =
-  "The site or the page around this one has to allow 'wasm-unsafe-eval' scripts and blob: workers. Or open the file by itself.";
+  "The site or the page around this one must allow 'wasm-unsafe-eval' scripts and blob: workers. Or open the file on its own.";
 
 /**
- * What is asked of a worker.
+ * A question to a worker.
  * @typedef {object} Question
  * @property {string} what
  * @property {object} asked
- * @property {number} order  the lower, the sooner
+ * @property {number} order  lower numbers come first
  * @property {AbortSignal} [signal]
  * @property {(found: any) => void} resolve
  * @property {(problem: unknown) => void} reject
@@ -38,17 +42,17 @@ export class Computation {
   /** @type {Question[]} */
   #waiting = [];
 
-  /** @param {Promise<BufferSource>} content  of the module of WebAssembly */
+  /** @param {Promise<BufferSource>} content of the WebAssembly module */
   constructor(content) {
     const count = Math.min(Math.max(navigator.hardwareConcurrency || 2, 1), MOST_WORKERS);
     const module = content.then(compiled);
     const address = addressOf(SCRIPTS);
     this.#workers = Array.from({ length: count }, () => new Processor(address, module, () => this.#go()));
-    /** Until all have begun, or failed to. */
+    /** Settles when all workers have started, or failed to. */
     this.ready = Promise.allSettled(this.#workers.map((each) => each.begun));
   }
 
-  /** How many answer at a time. */
+  /** Number of workers. */
   get size() {
     return this.#workers.length;
   }
@@ -69,7 +73,7 @@ export class Computation {
     });
   }
 
-  /** Give questions that wait to workers that do not. */
+  /** Give waiting questions to idle workers. */
   #go() {
     for (const worker of this.#workers) {
       if (worker.busy) continue;
@@ -93,7 +97,7 @@ class Processor {
   busy = true;
   /** @type {Worker|null} */
   #worker = null;
-  /** @type {Problem|null} why there is no worker: every question is answered with it */
+  /** @type {Problem|null} why there is no worker: the answer to every question */
   #refusal = null;
   #free;
   /** @type {{resolve: (found: any) => void, reject: (problem: unknown) => void}|null} */
@@ -103,14 +107,14 @@ class Processor {
   /**
    * @param {string} address  of its script
    * @param {Promise<WebAssembly.Module>} module
-   * @param {() => void} free  is called when it waits for a question
+   * @param {() => void} free  called when it waits for a question
    */
   constructor(address, module, free) {
     this.#free = free;
     try {
       this.#worker = this.#startWorker(address);
     } catch (problem) {
-      // some browsers throw what others tell by an event
+      // some browsers throw an exception where others fire an event
       this.#refusal = workerRefused(/** @type {Error} */ (problem).message);
     }
     this.begun = module.then((module) => this.#send("begin", { module }));
@@ -130,7 +134,7 @@ class Processor {
     };
     worker.onerror = (event) => {
       event.preventDefault();
-      // an event without a message: the browser did not load the script, and nothing will ever answer
+      // an event without a message: the browser did not load the script, so nothing will ever answer
       if (event.message === undefined) this.#refusal = workerRefused();
       this.#answered?.reject(this.#refusal ?? cannotCompute(event, OLD_BROWSER));
     };
@@ -179,14 +183,14 @@ function workerRefused(message = "the browser does not let it start workers") {
 }
 
 /**
- * The module, compiled.
+ * Return the compiled module.
  * @param {BufferSource} bytes
  */
 async function compiled(bytes) {
   try {
     return await WebAssembly.compile(bytes);
   } catch (problem) {
-    // a policy that forbids to compile does not forbid to look whether the browser could
+    // a policy that forbids compilation still allows checking whether the browser could compile it
     throw WebAssembly.validate(bytes)
       ? cannotCompute({ message: "the browser does not let it compile WebAssembly" }, FORBIDDEN)
       : cannotCompute(/** @type {Error} */ (problem), OLD_BROWSER);
@@ -194,7 +198,8 @@ async function compiled(bytes) {
 }
 
 /**
- * Address of a script that begins a worker with others one after the other, wherever the page holds them.
+ * Return the address of a script that starts a worker with several scripts in order, whether the page has them as files
+ * or as text.
  * @param {string[]} names
  */
 function addressOf(names) {
@@ -203,7 +208,7 @@ function addressOf(names) {
 }
 
 /**
- * Pieces of a window, whole rows or whole columns.
+ * Return the pieces of a window, whole rows or whole columns.
  * @param {{width: number, height: number, byColumns: boolean, kind: keyof typeof PIECES, workers: number}} window
  * @returns {{x: [number, number], y: [number, number]}[]}
  */

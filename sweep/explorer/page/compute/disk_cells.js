@@ -1,7 +1,7 @@
 /**
- * What is known of cells of the disk, with and without losses, and of other bodies, from what their kernels measure.
+ * Columns of cells of the disk, with and without losses, and of other bodies, from the measures of their kernels.
  *
- * A part of the worker's script (worker.js), which finds it under its name.
+ * A part of the worker's script (worker.js), which finds it by its name.
  */
 
 /** @import { BodyPlan, ErrorRule, Plan } from "eulerdisk/types" */
@@ -14,22 +14,22 @@
   /** @type {{verdicts: (plan: Plan, judged: Columns, ending: Values, count: number) => Uint8Array}} */
   const { verdicts } = /** @type {any} */ (self);
 
-  /** What a criterion judges by, by the names that it has for them (sweep/request/criterion_kinds.py). */
+  /** Quantities in a criterion, by their names there (sweep/request/criterion_kinds.py). */
   const [REACH, SCALE] = ["the reach", "the scale"];
 
-  /** Share of a time that the errors of a small swing may come to (sweep/model/cells.py). */
+  /** Largest share of a time that the errors of a small swing may reach (sweep/model/cells.py). */
   const MOST_OF_A_TIME = 0.5;
 
-  /** Number of the ball; a body with a higher one is a spheroid (kernels/bodies/shapes.py). */
+  /** Number of the ball; spheroids have higher numbers (kernels/bodies/shapes.py). */
   const BALL = 4;
 
   /**
-   * Columns with those that follow: the start of a cell, how far it went, and the verdict.
+   * Return the columns with those that follow from them: the start of a cell, how far it went, and the verdict.
    * @param {Plan} plan
    * @param {Columns} starts
    * @param {Columns} measured
    * @param {number} count
-   * @param {string} [wanted]  the only column that is wanted beside the verdict
+   * @param {string} [wanted]  the only column that is needed besides the verdict
    * @returns {Columns}
    */
   function diskColumns(plan, starts, measured, count, wanted) {
@@ -59,7 +59,7 @@
   }
 
   /**
-   * The largest tilts to either side.
+   * Return the largest tilts to either side.
    * @param {Columns} measured
    * @param {number} count
    */
@@ -70,7 +70,7 @@
   }
 
   /**
-   * The tilts of the motions that starts disturb, as sweep/model/bodies/shape.py has them.
+   * Return the tilts of the motions that starts perturb, as in sweep/model/bodies/shape.py.
    * @param {Plan|BodyPlan} plan
    * @param {Columns} starts
    * @returns {(i: number) => number}
@@ -86,7 +86,7 @@
   }
 
   /**
-   * How far the tilts went from the steady one.
+   * Return how far the tilts went from the steady one.
    * @param {Plan} plan
    * @param {Columns} cells
    * @param {number} count
@@ -103,7 +103,7 @@
   }
 
   /**
-   * How far the values of a column may be off that follow from the extremes.
+   * Return the errors of a column that follow from the errors of the extremes.
    * @param {string} name
    * @param {ErrorRule} rule
    * @param {Plan} plan
@@ -119,7 +119,7 @@
     const steadyOf = undisturbed(plan, cells);
     for (let i = 0; i < count; i += 1) {
       const size = Number.isFinite(values[i]) ? Math.abs(values[i]) : 0;
-      // a motion that goes no further than its start is where that says
+      // a motion that goes no further than its start has an exact extreme
       const isStart = reach[i] <= Math.abs(tilt[i] - steadyOf(i));
       const error = isStart ? 0 : times * cells[stated][i] + rounding || 0;
       found[i] = absolute + relative * size;
@@ -134,7 +134,7 @@
   }
 
   /**
-   * Sizes of the disturbances: NaN where nothing is disturbed, for nothing is amplified there.
+   * Return the sizes of the perturbations; NaN where nothing is perturbed, and thus nothing amplified.
    * @param {Plan} plan
    * @param {Columns} cells
    * @param {number} count
@@ -144,7 +144,7 @@
     const found = new Float64Array(count);
     const steadyOf = undisturbed(plan, cells);
     for (let i = 0; i < count; i += 1) {
-      // twice one plus the transverse moment
+      // twice (1 + transverse moment)
       const inertia = alpha ? 2 + alpha[i] : 2 + 2 * transverse_moment[i];
       const kick = tilt_rate[i] / Math.sqrt((2 * gravity[i]) / (inertia * radius[i]));
       const size = length(tilt[i] - steadyOf(i), kick);
@@ -154,7 +154,7 @@
   }
 
   /**
-   * Length of a vector; the square of a small one is not lost.
+   * Return the length of a vector without underflow of small squares.
    * @param {number} x
    * @param {number} y
    */
@@ -167,7 +167,7 @@
   }
 
   /**
-   * Kinds of motions, as sweep/explorer/quantities.py has them.
+   * Return the kinds of motions, as in sweep/explorer/quantities.py.
    * @param {Plan} plan
    * @param {Columns} measured
    * @param {number} count
@@ -183,7 +183,7 @@
   }
 
   /**
-   * Which loss took most, counted from 1; 0 where nothing was lost.
+   * Return the number of the loss that took most, counted from 1; 0 where nothing was lost.
    * @param {Values[]} losses
    * @param {number} count
    */

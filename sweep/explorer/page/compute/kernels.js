@@ -1,39 +1,39 @@
 /**
- * The module of WebAssembly of a worker: its entry points, and the memory in which they find their arrays.
+ * The WebAssembly module of a worker: its entry points, and the memory that contains their arrays.
  *
- * A part of the worker's script (worker.js), which finds the class under its name.
+ * A part of the worker's script (worker.js), which finds the class by its name.
  */
 
-/** Address at which the stack of a module begins and the memory for arrays does (kernels/native/wasm.py). */
+/** Address at which the stack of a module starts, and after it the memory for arrays (kernels/native/wasm.py). */
 const STACK = 1 << 18;
 
-/** Arrays begin at multiples of this many bytes. */
+/** Alignment of arrays in bytes. */
 const LINE = 64;
 
 const PAGE = 65536;
 
-/** Name of the section of a module that says how its functions are called. */
+/** Name of the section of a module that describes how its functions are called. */
 const NOTE = "eulerdisk";
 
 const VIEWS = { float64: Float64Array, int64: BigInt64Array, int32: Int32Array };
 
 /** @typedef {keyof typeof VIEWS} Element */
-/** @typedef {{at: number, element: Element, shape: number[], count: number}} Block  an array in the module's memory */
+/** @typedef {{at: number, element: Element, shape: number[], count: number}} Block an array in the module's memory */
 /** @typedef {Kernels} KernelModule */
 
 /**
- * What the note of a module holds; see kernels/page/sizes.py.
+ * The contents of the module's note; see kernels/page/sizes.py.
  * @typedef {object} Note
  * @property {Record<string, {arguments: [string, Element, number][], results: string[]}>} entries
  * @property {Record<string, number[][]>} memory
  * @property {number} chunk
  */
 
-/** Entry points of a module, and the memory in which they find their arrays. */
+/** Entry points of a module, and the memory that contains their arrays. */
 class Kernels {
   #functions;
   #memory = new WebAssembly.Memory({ initial: 16 });
-  /** End of what is in use: what was made since goes when it is set back. */
+  /** End of the used memory; resetting it frees everything created since. */
   top = STACK;
   #returned;
 
@@ -50,12 +50,12 @@ class Kernels {
       },
     });
     this.#functions = /** @type {Record<string, (...given: any[]) => any>} */ (exports);
-    // what an entry point returns, and where it would note an exception
+    // the results of an entry point, and the place where it would record an exception
     this.#returned = this.array("float64", 16);
   }
 
   /**
-   * An array, not initialised.
+   * Return a new array, not initialised.
    * @param {Element} element
    * @param {...number} shape
    * @returns {Block}
@@ -70,7 +70,7 @@ class Kernels {
   }
 
   /**
-   * Its numbers: valid until the next array is made, for which the memory may move.
+   * Return the numbers of an array: valid until the next array is created, which may move the memory.
    * @param {Block} block
    * @returns {any}
    */
@@ -79,7 +79,7 @@ class Kernels {
   }
 
   /**
-   * Its rows: valid until the next array is made.
+   * Return the rows of an array: valid until the next array is created.
    * @param {Block} block  of two dimensions
    * @returns {any[]}
    */
@@ -90,7 +90,7 @@ class Kernels {
   }
 
   /**
-   * The memory that an entry point is called with last.
+   * Return the working memory that is an entry point's last arguments.
    * @param {string} name
    */
   memoryOf(name) {
@@ -100,7 +100,7 @@ class Kernels {
   }
 
   /**
-   * Call an entry point; returns the numbers that it returns.
+   * Call an entry point; return its numbers.
    * @param {string} name
    * @param {...(number|bigint|Block)} values
    * @returns {number[]}
@@ -117,7 +117,7 @@ class Kernels {
   }
 
   /**
-   * Call an entry point that treats `cells` cells, with a counter of the chunks that it has taken.
+   * Call an entry point for `cells` cells, with a counter of the chunks that it has taken.
    * @param {string} name
    * @param {number} cells
    * @param {...(number|bigint|Block)} values
@@ -130,8 +130,8 @@ class Kernels {
 }
 
 /**
- * Numbers that a value is passed as: of an array two references, its size, that of a number, its address, its shape, and
- * its strides in bytes.
+ * Return the numbers by which a value is passed; for an array, two references, its size, the size of a number, its
+ * address, its shape, and its strides in bytes.
  * @param {number|bigint|Block} value
  * @param {Element} element
  */

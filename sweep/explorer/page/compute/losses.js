@@ -1,4 +1,4 @@
-/** Losses that are set beside a motion: what their words ask for, and the sliders that show them. */
+/** Losses that are set for a motion: the words that they mean, and the sliders that show them. */
 
 import { Problem } from "eulerdisk/notice";
 
@@ -8,15 +8,15 @@ import { Problem } from "eulerdisk/notice";
 
 const ARMS = ["rolling_friction", "pivoting_friction", "contour_friction"];
 
-/** The law of the air that needs its density too. */
+/** The law of the air that also needs the density. */
 const LAYER = "bildsten";
 
 /**
- * Words of a motion with losses: air at room temperature and a mass are added where a law needs them. A mass alone is no
- * loss.
+ * Return the words of a motion with losses, adding air at room temperature and a mass where a law needs them. A mass
+ * without any law is not a loss.
  * @param {MotionTables} tables
  * @param {Record<string, number|string>} given  what the controls ask for
- * @returns {Words}  empty without a loss
+ * @returns {Words}  empty without losses
  */
 export function lossWords({ no_air, air, mass }, given) {
   if (Object.keys(given).every((name) => name === "mass")) return {};
@@ -36,7 +36,7 @@ function needsMass(noAir, words) {
 }
 
 /**
- * Words of the losses of a motion: those of the cells, with what the controls ask for.
+ * Return the words of the losses of a motion: those of the cells, changed by the controls.
  * @param {MotionTables} tables
  * @param {MotionPlan} plan
  * @param {Record<string, number|string>} given
@@ -47,7 +47,7 @@ export function wordsOfMotion(tables, plan, given) {
   if (!plan.lossy || Object.keys(given).length === 0) return { ...plan.losses, ...lost };
   const none = [null, undefined, 0, tables.no_air];
   const asked = Object.entries(Object.keys(lost).length ? lost : given);
-  // what a law needs is added where the cells have none of it
+  // add what a law needs where the cells have none of it
   const changed = asked.filter(([name]) => name in given || none.includes(plan.losses[name]));
   const words = { ...plan.losses, ...Object.fromEntries(changed) };
   if (words.air_law === tables.no_air) words.air_viscosity = words.air_density = 0;
@@ -55,7 +55,7 @@ export function wordsOfMotion(tables, plan, given) {
 }
 
 /**
- * Numbers that the kernels know of words: a disk without a coefficient never slips.
+ * Return the numbers that the kernels use for words: a disk without a friction coefficient never slips.
  * @param {Words} words
  * @param {string} name
  */
@@ -65,18 +65,18 @@ export function numberOf(words, name) {
   return { mass: 1, friction: Infinity }[name] ?? 0;
 }
 
-/** Words whose numbers are above 0; those of other losses may be 0. */
+/** Words whose numbers must be above 0; other losses may be 0. */
 const POSITIVE = ["mass", "friction"];
 
 /**
- * Refuse what is no loss: an address may hold anything.
+ * Raise an error about anything that is not a loss: an address may contain anything.
  * @param {MotionTables} tables
  * @param {Record<string, number|string>} given
  */
 export function checkLosses({ lossy_parameters: known, air_laws: laws }, given) {
   for (const [name, value] of Object.entries(given)) {
     const isLaw = name === "air_law";
-    if (!isLaw && !known.includes(name)) refuse(`${name} is no loss.`);
+    if (!isLaw && !known.includes(name)) refuse(`${name} is not a loss.`);
     if (isLaw && !laws.includes(String(value))) {
       refuse(`air_law must be one of ${laws.join(", ")}; got ${value}.`);
     }
@@ -95,7 +95,7 @@ function refuse(words, hint = "Leave it out.") {
 }
 
 /**
- * Refuse a lever arm as long as the radius: what has it would not move at all.
+ * Raise an error about a lever arm as long as the radius: such a disk would not move at all.
  * @param {Words} words
  * @param {number} radius
  */
@@ -104,13 +104,13 @@ export function checkArms(words, radius) {
     if (numberOf(words, name) < radius) continue;
     refuse(
       `A lever arm must be shorter than the radius; got ${name}=${words[name]} radius=${radius}.`,
-      "Give a shorter arm: that of a coin on glass is some micrometres, as in 10um.",
+      "Give a shorter arm; for a coin on glass it is some micrometres, as in 10um.",
     );
   }
 }
 
 /**
- * The controls of the losses of a motion; a body that rolls on through its poles has none.
+ * Return the controls of the losses of a motion; empty for a body that rolls on through its poles.
  * @param {MotionTables} tables
  * @param {MotionPlan} plan
  * @param {Record<string, number>} start
@@ -123,7 +123,7 @@ export function lossControls(tables, plan, { radius, gravity }, given) {
   const held = { ...(plan.lossy ? plan.losses : {}), ...given };
   const mass = typeof held.mass === "number" ? held.mass : tables.mass;
   const scales = { one: 1, radius, damping: mass * radius ** 2 * Math.sqrt(gravity / radius) };
-  // no air is under what has no face
+  // a body without a face traps no air
   const rows = tables.sliders.filter(({ name }) => name !== "air_law" || (plan.body?.faced ?? true));
   return rows.map(({ scaled, low, high, ...row }) => {
     const value = held[row.name];

@@ -1,4 +1,4 @@
-/** Motions that the page computes: how long they are followed, their arrays, and the words beside them. */
+/** Motions that the page computes: their duration, their arrays, and the texts next to them. */
 
 import { bodyPath, ROWS } from "eulerdisk/compute/body_path";
 import { cellAt } from "eulerdisk/compute/cells";
@@ -19,26 +19,33 @@ import { Problem } from "eulerdisk/notice";
 /** @import { Computation } from "eulerdisk/compute/computation" */
 /** @import { MotionAnswer, MotionPlan, MotionRequest, MotionTables, Parameter, Plans, SystemPlan } from "eulerdisk/types" */
 
-/** Periods that a motion without losses is followed, the shortest and the longest time in seconds. */
+/**
+ * Number of periods for which a motion without losses is followed, and its shortest and longest duration in seconds.
+ */
 const PERIODS = 3;
 const SHORTEST = 6;
 const LONGEST = 60;
 
-/** One with losses is followed to its end, but no longer than this. */
+/** Longest duration of a motion with losses, which is otherwise followed to its end. */
 const TO_THE_END = 120;
 
-/** Angle in radians that the disk may turn in all at the rates of its start, and units of its own time, sqrt(R/g). */
+/**
+ * Largest total angle in radians by which the disk may turn at its initial rates, and longest duration in units of
+ * sqrt(R/g).
+ */
 const MOST = { disk: { turns: 400, units: 4e3 }, lossy: { turns: 4000, units: 4e4 } };
 
 const LEAST = 1e-3;
 
-/** Tilt of an axis that is vertical: nothing ends the motion of a body that rolls on there. */
+/** Largest tilt of a body that rolls on through the vertical: nothing ends its motion there. */
 const RIGHT_ANGLE = Math.PI / 2;
 
-/** Rates over sqrt(g/R) are smaller: the energy has their squares. */
+/** Largest rate, in units of sqrt(g/R): the energy contains its square. */
 const LARGEST = 1e100;
 
-/** Endings of a cell without losses: it swings; it falls, or comes down on its other edge (kernels/disk/endings.py). */
+/**
+ * Endings of a cell without losses: it swings; it falls, or touches down on its other edge (kernels/disk/endings.py).
+ */
 const BOUNDED = 1;
 const ENDS = [4, 7];
 
@@ -48,14 +55,17 @@ const CENTRE = ["centre_x", "centre_y", "centre_z"];
 const LOSSES = ["rolling_loss", "pivoting_loss", "contour_loss", "damping_loss", "air_loss"];
 const FORCES = ["normal_force", "friction_across", "friction_along"];
 
-/** Row of the forces among the samples of a motion with losses, and among what follows from a state without. */
+/**
+ * Rows of the forces and of the centre among the samples of a motion with losses, and of the forces among the derived
+ * rows of one without.
+ */
 const LOSSY_FORCES = 13;
 const LOSSY_CENTRE = 17;
 const DISK_FORCES = 4;
 
-const LIFTS_OFF = "A real one would leave the table on the way: its normal force vanishes.";
+const LIFTS_OFF = "A real disk would leave the table during this motion: the normal force vanishes.";
 const NEEDS = "Rolling without slipping needs a friction coefficient of";
-const ELSEWHERE = "Choose another place of the map.";
+const ELSEWHERE = "Choose another place on the map.";
 
 /** Digits of a start and of a turning point, of a time, and of a coefficient. */
 const DIGITS = 6;
@@ -65,7 +75,7 @@ const FEW_DIGITS = 3;
 /** @typedef {Record<string, number>} Start  every parameter, in SI */
 
 /**
- * What the page draws of the motion of a start.
+ * Return the answer that the page draws for the motion of a start.
  * @param {Computation} computation
  * @param {MotionTables} tables
  * @param {Parameter[]} parameters
@@ -130,7 +140,7 @@ export async function computedMotion(computation, tables, parameters, plans, req
 }
 
 /**
- * Losses of the cell at a place: sides of the map may be among them.
+ * Return the losses of the cell at a place, some of which may be axes of the map.
  * @param {MotionPlan["losses"]} losses
  * @param {MotionRequest} request
  * @returns {MotionPlan["losses"]}
@@ -142,7 +152,7 @@ function lossesAt(losses, { view, x, y }) {
 }
 
 /**
- * Words of the endings of motions.
+ * Return the descriptions of the endings of motions.
  * @param {MotionTables} tables
  * @param {boolean} isBody
  * @param {boolean} lossy
@@ -153,7 +163,7 @@ function endingsOf(tables, isBody, lossy) {
 }
 
 /**
- * Refuse a start that has no motion.
+ * Raise an error if a start has no motion.
  * @param {MotionTables} tables
  * @param {Parameter[]} parameters
  * @param {Start} start
@@ -166,18 +176,18 @@ function checkStart(tables, parameters, start, largest, largestName, called) {
     throw new Problem(words, { hint, status: 400 });
   };
   const missing = STATE.find((name) => !Number.isFinite(start[name]));
-  if (missing) refuse(`Here is no motion: no ${missing} keeps this tilt constant.`);
+  if (missing) refuse(`No motion here: no ${missing} keeps this tilt constant.`);
   const got = (/** @type {string} */ name) => spelled(tables.rules[name], start[name], 10);
   for (const { name, least, most } of parameters) {
     if (!(name in tables.rules)) continue;
     if ((least === null || start[name] >= least) && (most === null || start[name] <= most)) continue;
-    refuse(`Here is no motion: it needs ${tables.rules[name].rule}; got ${got(name)}.`);
+    refuse(`No motion here: it needs ${tables.rules[name].rule}; got ${got(name)}.`);
   }
   const unit = Math.sqrt(start.radius / start.gravity);
   const large = STATE.slice(1).find((name) => !(Math.abs(start[name]) * unit < LARGEST));
   if (large) {
     refuse(
-      `Here is no motion: ${large} is so large that its energy is no number.`,
+      `No motion here: ${large} is so large that the energy overflows.`,
       `${ELSEWHERE.slice(0, -1)}, or a smaller number.`,
     );
   }
@@ -190,11 +200,11 @@ function checkStart(tables, parameters, start, largest, largestName, called) {
 }
 
 /**
- * Refuse a body that begins on both edges, and losses that are not derived for it, as the program does.
+ * Raise an error, as the program does, if a body starts on both edges, or has losses that are not derived for it.
  * @param {{name: string, called: string, poles: boolean, faced: boolean}} body
  * @param {{core: number}} shape
  * @param {Record<string, number>} cell
- * @param {Record<string, number|string|null>} words  of the losses, none without them
+ * @param {Record<string, number|string|null>} words  of the losses, empty without losses
  * @param {string} none  the law of no air
  */
 function checkBody({ name, called, poles, faced }, { core }, cell, words, none) {
@@ -209,17 +219,17 @@ function checkBody({ name, called, poles, faced }, { core }, cell, words, none) 
     throw new Problem(endless, { hint: "Leave the losses out.", status: 400 });
   }
   if (core <= 0) {
-    const round = `A ${called} of this shape has no face left to lie on: there are no losses of it.`;
+    const round = `A ${called} of this shape has no face left to lie on, so it cannot have losses.`;
     throw new Problem(round, { hint: "Give a smaller fillet or thickness.", status: 400 });
   }
   if (!faced && words.air_law && words.air_law !== none) {
-    const open = `The laws of the air are those of a film and a layer under a flat face, and a ${called} has none.`;
-    throw new Problem(open, { hint: `Say air_law=${none}.`, status: 400 });
+    const open = `The laws of the air describe a film and a layer under a flat face, and a ${called} has none.`;
+    throw new Problem(open, { hint: `Give air_law=${none}.`, status: 400 });
   }
 }
 
 /**
- * Time in seconds that a motion is followed.
+ * Return the duration in seconds for which a motion is followed.
  * @param {Start} cell
  * @param {boolean} lossy
  * @param {boolean} isBody
@@ -228,7 +238,7 @@ function checkBody({ name, called, poles, faced }, { core }, cell, words, none) 
 function durationOf(cell, lossy, isBody, asked) {
   const { turns, units } = lossy ? MOST.lossy : MOST.disk;
   const { tilt, tilt_rate: tilting, precession_rate: turning, roll_rate: rolling } = cell;
-  // beside a pole of a ball heading and roll turn against each other
+  // near a pole of a ball, heading and roll turn against each other
   const rate = isBody
     ? Math.hypot(tilting, turning * Math.cos(tilt)) + Math.abs(rolling + turning * Math.sin(tilt))
     : Math.abs(tilting) + Math.abs(turning) + Math.abs(rolling);
@@ -276,7 +286,7 @@ async function bodyArrays(computation, names, cell, duration, body, signal) {
   const { radius, gravity } = cell;
   const size = { radius, unit: Math.sqrt(radius / gravity) };
   const { times, rows, ending } = await bodyPath(computation, start, duration, { ...body, ...size }, signal);
-  // the rates of the kernel have gone to scaled ones and back
+  // the kernel converted the rates to scaled ones and back
   STATE.forEach((name, i) => (rows[i][0] = cell[name]));
   const all = named(ROWS, rows);
   const kept = [...STATE, ...PATH, ...CENTRE, ...FORCES, "energy"].map((name) => [name, all[name]]);
@@ -333,7 +343,7 @@ function named(names, rows) {
 }
 
 /**
- * What the contact needs for the disk to roll all the time.
+ * Return a note on the friction that the disk needs to roll all the time.
  * @param {Record<string, Float64Array>} arrays
  */
 function noteOf({ normal_force: normal, friction_needed: needed }) {
@@ -345,7 +355,7 @@ function noteOf({ normal_force: normal, friction_needed: needed }) {
 }
 
 /**
- * What the reduction knows of the swing of a motion without losses.
+ * Return the swing of a motion without losses, from the reduction.
  * @param {MotionTables} tables
  * @param {Start} cell
  * @param {boolean} lossy
@@ -360,7 +370,7 @@ function swing(
   if (lossy) return { turns: [], period: null, fall_tilt: /** @type {any} */ (null) };
   const turns = ending === BOUNDED ? [least, greatest] : [];
   return {
-    // as the numbers of the point beside it
+    // with the same digits as the numbers of the point next to it
     turns: turns.map((turn) => /** @type {[number, string]} */ ([turn, spelled(rules.tilt, turn, DIGITS)])),
     period: Number.isFinite(period) ? period : null,
     fall_tilt: fallTilt,

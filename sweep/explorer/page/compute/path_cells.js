@@ -1,7 +1,7 @@
 /**
- * Where the contact point of cells goes: sweep/model/disk/path.py, in the page.
+ * The paths of the contact points of cells: sweep/model/disk/path.py for the page.
  *
- * A part of the worker's script (worker.js), which finds the class under its name.
+ * A part of the worker's script (worker.js), which finds the class by its name.
  */
 
 /** @import { Block, KernelModule } from "eulerdisk/compute/kernels" */
@@ -16,7 +16,9 @@
   const ROWS = ["heading_per_nutation", "path_drift", "ring_inner", "ring_outer", "ring_x", "ring_y"];
   const [ANNULAR_PATH, CLOSED_PATH] = [1, 3];
 
-  /** Nutations after which a path is told as closed at most, and how near the heading then is to whole turns. */
+  /**
+   * Largest number of nutations after which a path counts as closed, and how near to whole turns the heading then is.
+   */
   const MOST_NUTATIONS = 12;
   const CLOSED = 1e-8;
 
@@ -31,11 +33,11 @@
     }
 
     /**
-     * Columns of the paths of cells; none if they are not asked for.
+     * Return the columns of the paths of cells; empty if they are not requested.
      * @param {Plan|BodyPlan} plan
-     * @param {Block} bodies  their starts, as those of bodies
+     * @param {Block} bodies  starts of the cells as bodies
      * @param {number} number  of the body
-     * @param {string} [wanted]  the only column that is wanted beside the verdict
+     * @param {string} [wanted]  the only column that is needed besides the verdict
      * @returns {Columns}
      */
     columns(plan, bodies, number, wanted) {
@@ -54,10 +56,10 @@
   }
 
   /**
-   * After how many nutations, each of which gains an angle, the heading is nearest to how many whole turns; and the
-   * classes of the paths, some of which close.
+   * Find the number of nutations, each of which gains an angle, after which the heading is nearest to whole turns;
+   * return it with the classes of the paths, some of which close.
    * @param {Float64Array} headings
-   * @param {BigInt64Array} classes  as the kernel has them
+   * @param {BigInt64Array} classes  from the kernel
    * @returns {Columns}
    */
   function closing(headings, classes) {
@@ -71,12 +73,12 @@
         const heading = nutations * gained;
         const turns = Math.round(heading / (2 * Math.PI));
         const angle = Math.abs(heading - 2 * Math.PI * turns);
-        // false of no heading
+        // false without a heading
         if (!(nutations === 1 ? angle >= 0 : angle < closing_angle[i])) continue;
         [closing_nutations[i], closing_turns[i], closing_angle[i]] = [nutations, turns, angle];
         if (angle > CLOSED * (1 + Math.abs(heading))) continue;
         if (path_class[i] === ANNULAR_PATH) path_class[i] = CLOSED_PATH;
-        // after twice as many it closes, too
+        // after twice as many nutations it closes, too
         break;
       }
     });

@@ -1,7 +1,7 @@
 /**
- * One motion, followed by the kernels of the program: when it is sampled, and with which step.
+ * One motion, followed by the program's kernels: when it is sampled, and with which step.
  *
- * As sweep/motion/disk_path.py and sweep/motion/lossy_path.py do it.
+ * As in sweep/motion/disk_path.py and sweep/motion/lossy_path.py.
  */
 
 import { Problem } from "eulerdisk/notice";
@@ -9,15 +9,15 @@ import { Problem } from "eulerdisk/notice";
 /** @import { Computation } from "eulerdisk/compute/computation" */
 
 /**
- * Times of samples, their rows, and how the motion ended: the code of an ending, and whether it is one of its own.
+ * A path: times of samples, their rows, and the code of the ending.
  * @typedef {{times: Float64Array, rows: Float64Array[], ending: number}} Path
  */
 
-/** Ending of a motion that time ended (3) or that could not be resolved, without losses and with them. */
+/** Codes of motions that reached the time limit (3) or could not be resolved, without and with losses. */
 const DISK = { horizon: 3, unresolved: 5 };
 const LOSSY = { flat: 1, rest: 2, horizon: 3, slip: 5, unresolved: 7 };
 
-/** Rows of the samples: the state, heading and roll angle, and of a motion with losses what each has taken. */
+/** Numbers of rows of the samples: the state, heading and roll angle, and with losses what each has taken. */
 
 const [TILT, TILT_RATE, PRECESSION_RATE, ROLL_RATE] = [0, 1, 2, 3];
 const STATE = 4;
@@ -27,27 +27,30 @@ const LOSSY_ROWS = 21;
 const LOSSES = [8, 13];
 const LOSSY_ENERGY = 20;
 
-/** Rows of what follows from a state: its energy, and how far that has drifted. */
+/** Number of rows that follow from a state, and those of its energy and of the drift of the energy. */
 const DERIVED_ROWS = 8;
 const DRIFT = 1;
 
-/** Samples at first, and the most. */
+/** Initial and largest number of samples. */
 export const SAMPLES = 1000;
 export const MOST_SAMPLES = 200_000;
 
-/** Times that a motion is integrated again with half the step. */
+/** Largest number of times that a motion is integrated again with half the step. */
 const MOST_REFINEMENTS = 6;
 
-/** Step times the fastest frequency; largest drift of the energy; below the last one it may be rounding alone. */
+/** Step times the fastest frequency; largest drift of the energy; drift that may be only rounding. */
 const DISK_STEP = 0.005;
 const MOST_DRIFT = 1e-11;
 const ROUNDING = 1e-9;
 
-/** Angle that a sample turns at most, and how much later than it was found a fall is looked for. */
+/** Largest angle per sample, and how much later than its first estimate a fall is sought. */
 const DISK_TURN = 0.2;
 const DISK_LATER = 1.1;
 
-/** The same with losses; imbalance of the energy; samples for each factor e towards an end, down to this share of it. */
+/**
+ * The same with losses; largest imbalance of the energy; samples per factor e of the time remaining to the end, down to
+ * a share of the duration.
+ */
 const LOSSY_STEP = 0.1;
 const MOST_IMBALANCE = 1e-9;
 const LOSSY_TURN = 0.18;
@@ -62,7 +65,7 @@ const BRINK = "rolling friction must clearly hold it or let it go, ";
 const HINT = "Give a shorter duration, slower rates, or a smaller largest tilt.";
 
 /**
- * A motion without losses.
+ * Return a motion without losses.
  * @param {Computation} computation
  * @param {number[]} start  in the order of the parameters of the model
  * @param {number} duration
@@ -104,7 +107,7 @@ export async function diskPath(computation, start, duration, fallTilt, signal) {
 }
 
 /**
- * A motion with losses, of the disk or of another body.
+ * Return a motion with losses, of the disk or of another body.
  * @param {Computation} computation
  * @param {number[]} start
  * @param {number} duration
@@ -135,13 +138,14 @@ export async function lossyPath(computation, start, duration, { flatTilt, law, b
     if (largest(wanted) <= ENOUGH) break;
     path = await integrated(closerTo(path, wanted));
   }
-  // where dry friction lets go the kernels start the motion a little beyond its start
+  // where dry friction lets go, the kernels start the motion slightly after its start
   path.rows.slice(0, STATE).forEach((row, i) => (row[0] = start[i]));
   return path;
 }
 
 /**
- * What friction holds from its start is seen to stand; others end where they begin.
+ * Return a motion that friction holds from its start as one at rest; raise an error for other motions that end where
+ * they begin.
  * @param {Path} path
  * @param {Float64Array} times
  * @param {string} called
@@ -176,7 +180,7 @@ export async function traced(computation, name, start, settings, times, rows, si
     shape: shape[0] ?? [numbers.length],
     numbers: Float64Array.from(numbers),
   });
-  // without losses the disk has one start, all other motions a column of starts
+  // the disk without losses takes one start, all other motions a column of starts
   const begun = name === "trajectory" ? array(start) : array(start, [start.length, 1]);
   const values = [begun, array(settings), array(times), array([], [rows, times.length])];
   const { results, arrays } = await computation.ask("call", { name, values }, { signal });
@@ -189,7 +193,7 @@ export async function traced(computation, name, start, settings, times, rows, si
 }
 
 /**
- * What follows from the samples of a motion without losses.
+ * Return the rows that follow from the samples of a motion without losses.
  * @param {Computation} computation
  * @param {number[]} start
  * @param {Path} path
@@ -211,7 +215,7 @@ async function derivedOf(computation, start, { times, rows }, signal) {
 
 /**
  * @param {number} time
- * @param {string} also  another rule that the motion must keep, with a comma and a space
+ * @param {string} also  another rule that the motion must satisfy, with a comma and a space
  */
 export function unresolved(time, also = "") {
   const followed = `it was followed until ${Number(time.toPrecision(6))} s`;
@@ -258,9 +262,9 @@ function taken(rows, i) {
 }
 
 /**
- * How fast a body turns, and the contact point goes round it.
+ * Return how fast a body turns, and how fast the contact point goes around it.
  * @param {{rows: Float64Array[]}} path
- * @param {boolean} poles  beside one the rates of heading and roll say nothing
+ * @param {boolean} poles  whether it passes poles, near which the rates of heading and roll say nothing
  */
 export function turning({ rows }, poles) {
   return rows[TILT].map((tilt, i) => {
@@ -273,7 +277,7 @@ export function turning({ rows }, poles) {
 }
 
 /**
- * How many samples there should be in the place of each gap between two, by what turns in it.
+ * Return how many samples should replace each gap between two, judging by the turns in the gap.
  * @param {Path} path
  */
 function wantedBetween({ times, rows, ending }) {
@@ -283,7 +287,7 @@ function wantedBetween({ times, rows, ending }) {
   const isTowardsEnd = ending === LOSSY.flat || ending === LOSSY.rest;
   const left = (/** @type {number} */ i) => length - times[i] + NEAREST * length;
   return differences(times).map((gap, i) => {
-    // a swing of the tilt between two samples is not seen in their difference
+    // the difference of two samples does not show a swing of the tilt between them
     const swing = Math.max(Math.abs(rates[i]), Math.abs(rates[i + 1])) * gap;
     const turns = Math.max(swing, ...angles.map((row) => Math.abs(row[i])));
     const wanted = Math.max(turns / LOSSY_TURN, (gap / length) * LEAST_SAMPLES);
@@ -292,7 +296,7 @@ function wantedBetween({ times, rows, ending }) {
 }
 
 /**
- * Times with so many samples in each gap, spread evenly over it.
+ * Return times with a wanted number of samples in each gap, evenly spread.
  * @param {Path} path
  * @param {Float64Array} wanted
  */

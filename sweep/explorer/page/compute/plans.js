@@ -1,11 +1,11 @@
-/** The plans of a page without a server: those that it was made with, changed by numbers. */
+/** The plans of a page without a server: those of the exported view, changed by numbers. */
 
 import { Problem } from "eulerdisk/notice";
 import { baseOf } from "eulerdisk/state";
 
 /** @import { About, BodyPlan, Plan, Plans, View } from "eulerdisk/types" */
 
-/** What a rate is (kernels/page/starts.py). */
+/** Kinds of rates (kernels/page/starts.py). */
 const GIVEN = 0;
 const STEADY = 3;
 const WOBBLE = 4;
@@ -15,15 +15,15 @@ const MOMENTS = ["axial_moment", "transverse_moment"];
 const RATES = ["precession_rate", "roll_rate"];
 
 const HINT =
-  "Open it with eulerdisk explore, which reads words: this page holds its own criterion, and takes numbers.";
+  "Use eulerdisk explore, which accepts all words; this page has a fixed criterion and accepts only numbers.";
 
 /**
- * Plans of a view of the base that a page was made with.
+ * Return the plans of a view of the exported base.
  * @param {About} about
  * @param {Plans} plans
  * @param {View} view
  * @returns {Plans}
- * @throws {Problem} if it has words for which other plans would be needed
+ * @throws {Problem} if the view has words that need other plans
  */
 export function plansWith(about, plans, view) {
   const { words } = baseOf(about, view);
@@ -63,7 +63,7 @@ function planWith(plan, numbers, given) {
   const [precession, roll] = rates;
   if (precession === WOBBLE && roll !== WOBBLE) {
     throw refused(
-      "precession_rate=wobble is the rate of a disk whose centre rests: it goes with roll_rate=wobble.",
+      "precession_rate=wobble is the rate of a disk whose centre rests; it needs roll_rate=wobble.",
     );
   }
   if (roll === STEADY && held.precession_rate === 0 && "precession_rate" in numbers) {
@@ -79,7 +79,7 @@ function planWith(plan, numbers, given) {
 }
 
 /**
- * A body whose moments are given, of those that are.
+ * Return a body whose moments are numbers where these are given.
  * @param {BodyPlan} plan
  * @param {string[]} given
  * @returns {BodyPlan}

@@ -1,9 +1,11 @@
-/** The meridian of a body of revolution, as kernels/bodies/shapes.py has it: all lengths over the outer radius. */
+/**
+ * The meridian of a body of revolution, as in kernels/bodies/shapes.py; all lengths are in units of the outer radius.
+ */
 
 /** @import { BodyOfMotion } from "eulerdisk/types" */
 
 /**
- * Core, shift, edge and square of the arc of a body; see kernels/bodies/shapes.py.
+ * Return core, shift, edge and square of the arc of a body; see kernels/bodies/shapes.py.
  * @param {string} name
  * @param {Record<string, number>} cell  every parameter
  * @returns {{core: number, shift: number, edge: number, square: number}}
@@ -20,7 +22,7 @@ function arcOf(name, { tube, thickness, fillet, offset, flattening, tilt }) {
 }
 
 /**
- * The body of a motion.
+ * Return the body of a motion.
  * @param {{name: string, called: string}} plan
  * @param {Record<string, number>} cell
  * @returns {BodyOfMotion}

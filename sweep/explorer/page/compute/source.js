@@ -1,4 +1,4 @@
-/** What the page computes by itself, whoever tells it the plans: windows, points and motions. */
+/** Everything that the page computes itself, for any origin of the plans: windows, points and motions. */
 
 import { cellAt, computedWindow, isSlow, toldCell } from "eulerdisk/compute/cells";
 import { computedMotion } from "eulerdisk/compute/motion";
@@ -7,18 +7,18 @@ import { Problem } from "eulerdisk/notice";
 /** @import { Computation } from "eulerdisk/compute/computation" */
 /** @import { About, MotionAnswer, MotionRequest, Place, Plan, Plans, PointAnswer, View, WindowAnswer, WindowRequest } from "eulerdisk/types" */
 
-/** Said of a place where nothing is stored and nothing can be computed. */
+/** Text for a place where nothing is stored and nothing can be computed. */
 const NO_CELL = "No cell here.";
 
-/** Code of a window where there is neither a stored cell nor a computed one, and of a quantity without a value. */
+/** Code of a pixel with neither a stored nor a computed cell, and of a quantity without a value. */
 const NOTHING = 2;
 const NO_CODE = 255;
 
 /**
- * Where the cells of a file come from.
+ * The source of the cells of a file.
  * @typedef {object} Stored
- * @property {(request: WindowRequest, signal?: AbortSignal) => Promise<WindowAnswer|null>} window  null where a view shows
- *   other cells than those stored
+ * @property {(request: WindowRequest, signal?: AbortSignal) => Promise<WindowAnswer|null>} window  null if a view shows
+ * cells other than the stored ones
  * @property {(place: Place, signal?: AbortSignal) => Promise<PointAnswer|null>} point
  */
 
@@ -35,7 +35,7 @@ export class Computing {
    * @param {(view: View, signal?: AbortSignal) => Promise<Plans>} plansOf
    * @param {Stored|null} stored
    * @param {((request: WindowRequest, signal?: AbortSignal) => Promise<WindowAnswer>)|null} program  computes windows
-   *   faster than the page, if it is there
+   * faster than the page, if available
    */
   constructor(computation, about, plansOf, stored, program = null) {
     this.#computation = computation;
@@ -46,7 +46,7 @@ export class Computing {
   }
 
   /**
-   * A window: stored cells where they are wanted and there are some, and computed ones where there are none.
+   * Return a window: stored cells where they are wanted and available, and computed cells elsewhere.
    * @param {WindowRequest} request
    * @param {AbortSignal} [signal]
    * @returns {Promise<WindowAnswer>}
@@ -68,7 +68,7 @@ export class Computing {
   }
 
   /**
-   * A computed window: of the program where that is faster and answers, else of the page.
+   * Return a computed window: from the program where it is faster and answers, otherwise from the page.
    * @param {Plan} cells
    * @param {WindowRequest} request
    * @param {AbortSignal} [signal]
@@ -85,7 +85,7 @@ export class Computing {
   }
 
   /**
-   * The numbers of a point: those of its cell, and of the stored one next to it.
+   * Return the numbers of a point: of its cell, and of the nearest stored cell.
    * @param {Place} place
    * @param {AbortSignal} [signal]
    * @returns {Promise<PointAnswer>}
@@ -102,7 +102,7 @@ export class Computing {
       return { ...toldCell(plan, cell, verdicts), stored };
     }
     if (stored) {
-      // a motion with losses from another start than that of the cell may have another verdict
+      // a motion with losses from a start other than the cell's may have another verdict
       const isOther = place.losses && plans.motion?.lossy && !isAt(stored.start, place);
       return { ...stored, verdict: isOther ? "" : stored.verdict, stored };
     }
@@ -127,7 +127,7 @@ export class Computing {
 }
 
 /**
- * Whether a cell is that of a place, not only the nearest.
+ * Return whether a cell is exactly at a place, not only the nearest one.
  * @param {PointAnswer["start"]} start
  * @param {Place} place
  */
@@ -136,7 +136,7 @@ function isAt(start, { view, x, y }) {
 }
 
 /**
- * Stored cells, and computed ones where there are none.
+ * Return stored cells, and computed ones where there are none.
  * @param {WindowAnswer} stored
  * @param {WindowAnswer} computed
  * @returns {WindowAnswer}
@@ -163,7 +163,7 @@ function joined(stored, computed) {
 }
 
 /**
- * A window of a quantity that stored cells alone have, where none of them is shown.
+ * Return a window of a quantity that only stored cells have, where none of them is shown.
  * @param {About} about
  * @param {WindowRequest} request
  * @returns {WindowAnswer}
@@ -171,7 +171,7 @@ function joined(stored, computed) {
 function nothing({ quantities }, { width, height, quantity }) {
   const shown = quantities.find(({ name }) => name === quantity);
   const label = shown?.label ?? quantity;
-  const note = `${label[0].toUpperCase()}${label.slice(1)} is known of stored cells alone, and none of them is shown here.`;
+  const note = `${label[0].toUpperCase()}${label.slice(1)} is known only for stored cells, and none of them is shown here.`;
   const count = width * height;
   const value = shown?.flags ? new Uint8Array(count).fill(NO_CODE) : new Float64Array(count).fill(NaN);
   const head = { low: null, high: null, least: null, end: false, note };

@@ -2,12 +2,12 @@
 
 /** @import { ToldNumber } from "eulerdisk/types" */
 
-/** Turns from which on an angle is told in turns. */
+/** Number of turns from which on an angle is given in turns. */
 const MANY_TURNS = 10;
 const TURN = 2 * Math.PI;
 
 /**
- * A value as a message says it, angles in degrees, those of many turns in turns.
+ * Return a value as text for a message, with angles in degrees, or in turns if they are many.
  * @param {Pick<ToldNumber, "unit"|"factor">} told
  * @param {number} value
  * @param {number} digits
@@ -18,7 +18,7 @@ export function spelled({ unit, factor }, value, digits) {
 }
 
 /**
- * A number with so many digits, without zeros at its end: as Python's format "g".
+ * Return a number with some digits, without trailing zeros, like Python's format "g".
  * @param {number} value
  * @param {number} digits
  */

@@ -1,7 +1,7 @@
 /**
- * What is known of cells of a user's system, from the passes of its kernel: sweep/model/system/passes.py, in the page.
+ * Columns of cells of a user's system, from the passes of its kernel: sweep/model/system/passes.py for the page.
  *
- * A part of the worker's script (worker.js), which finds it under its name.
+ * A part of the worker's script (worker.js), which finds it by its name.
  */
 
 /** @import { Node, SystemCells, SystemPlan } from "eulerdisk/types" */
@@ -27,13 +27,13 @@
     tanh: Math.tanh,
   };
 
-  /** Operations whose terms are rounded one by one. */
+  /** Operations whose terms are rounded separately. */
   const TERMS = ["+", "-", "*", "/", "neg"];
 
   /**
-   * Value of an expression.
+   * Return the value of an expression.
    * @param {Node} node
-   * @param {Record<string, number>} values  of each name in it
+   * @param {Record<string, number>} values  of each name in the expression
    * @returns {number}
    */
   function valueOf(node, values) {
@@ -44,7 +44,7 @@
   }
 
   /**
-   * How large the terms of an expression are together.
+   * Return the total magnitude of the terms of an expression.
    * @param {Node} node
    * @param {Record<string, number>} values
    * @returns {number}
@@ -75,7 +75,7 @@
      * @param {SystemPlan} plan
      * @param {Record<string, number>} start
      * @param {Columns} measured
-     * @param {number} at  number of the cell
+     * @param {number} at  index of the cell
      */
     constructor(plan, start, measured, at) {
       this.#plan = plan;
@@ -101,7 +101,7 @@
       return this.#of(/** @type {string} */ (this.#system.passes.at(-1)), `largest ${state}`);
     }
 
-    /** All that is known of the cell. */
+    /** Return all columns of the cell. */
     columns() {
       const { labels, conserved, states, state_ends, end_time, end_time_stated } = this.#system;
       const ending = this.#ending();
@@ -121,7 +121,7 @@
       return { ...found, ending };
     }
 
-    /** Until when the pass went on that could not be followed, the last of two. */
+    /** Return the time up to which a pass that failed was followed, the later one of the last two. */
     #followedUntil() {
       const [before, last] = this.#system.passes.slice(-2);
       const pass = this.#plan.failed.includes(this.#of(last, "ending")) ? last : before;
@@ -143,8 +143,8 @@
     }
 
     /**
-     * How far the last pass may be off.
-     * @param {number[]} passes  what each says of a value
+     * Return the error of the last pass.
+     * @param {number[]} passes  the value from each pass
      * @param {number} size
      */
     #error(passes, size) {
@@ -156,13 +156,13 @@
       this.#differences().forEach((states, i) => {
         const weight = 1 / shares[i] + rounding * 100 ** (i + 1 - shares.length);
         const apart = Math.hypot(weight * (passes[i + 1] - passes[i]), weight * of_states * size * states);
-        // an earlier pass may have found nothing
+        // an earlier pass may have no value
         squares += Number.isFinite(apart) ? apart ** 2 : 0;
       });
       return Math.sqrt(squares);
     }
 
-    /** The largest difference of a state of each pass from the next, over its size; NaN where none is known. */
+    /** Return the largest relative difference of a state between each pass and the next; NaN where none is known. */
     #differences() {
       return this.#ends.slice(1).map((next, i) => {
         const known = this.#system.states
@@ -172,7 +172,7 @@
       });
     }
 
-    /** Each value with what the passes say of it, its size, and the largest that its steps add up to. */
+    /** Return each value with its results from all passes, its size, and the largest sum of its steps. */
     #values() {
       const { measures, states, end_time, end_time_stated, of_times, state_ends } = this.#system;
       const last = this.#ends[this.#ends.length - 1];
@@ -201,7 +201,7 @@
     }
 
     /**
-     * What each pass says of a measure.
+     * Return the value of a measure from each pass.
      * @param {string} name
      * @param {"max"|"min"|"last"} kind
      * @param {Node[]} expressions
@@ -215,7 +215,7 @@
     }
 
     /**
-     * The first label that fits in any case; none where one before it may fit as well.
+     * Return the first label that certainly applies; none if an earlier one may apply as well.
      * @param {number} ending
      * @param {Record<string, number>} errors of the states at the end, and of the time
      */
@@ -230,7 +230,7 @@
     }
 
     /**
-     * The value of an expression at the end, and by how much it may be off, to first order.
+     * Return the value of an expression at the end, and its error to first order.
      * @param {Node} node
      * @param {Record<string, number>} errors
      */
@@ -247,7 +247,7 @@
       return [value, off];
     }
 
-    /** The largest change of what is conserved, over its largest term. */
+    /** Return the largest change of a conserved quantity, relative to its largest term. */
     #change() {
       const begun = { ...this.#start, t: 0 };
       const ends = this.#ends[this.#ends.length - 1];
@@ -260,7 +260,7 @@
   }
 
   /**
-   * Columns of cells of a system, from what its kernel measured.
+   * Return the columns of cells of a system, from the measures of its kernel.
    * @param {SystemPlan} plan
    * @param {Columns} starts
    * @param {Columns} measured

@@ -1,4 +1,4 @@
-/** The motion of a start of a user's system, which the page computes: its states at each sample. */
+/** The motion of a start of a user's system, computed by the page: its states at each sample. */
 
 import { spelled } from "eulerdisk/compute/spelling";
 import { Problem } from "eulerdisk/notice";
@@ -6,7 +6,10 @@ import { Problem } from "eulerdisk/notice";
 /** @import { Computation } from "eulerdisk/compute/computation" */
 /** @import { MotionAnswer, MotionRequest, SystemPlan, ToldNumber } from "eulerdisk/types" */
 
-/** Samples for each step of the last pass, as in sweep/motion/system_path.py; the fewest and the most that are drawn. */
+/**
+ * Samples per step of the last pass, as in sweep/motion/system_path.py; the least and the largest number that are
+ * drawn.
+ */
 const IN_A_STEP = 5;
 const OF_LAST = 0.42;
 const FEWEST = 200;
@@ -17,7 +20,7 @@ const DIGITS = 6;
 const TIME_DIGITS = 4;
 
 /**
- * What the page draws of the motion of a start.
+ * Return the answer that the page draws for the motion of a start.
  * @param {Computation} computation
  * @param {SystemPlan} plan
  * @param {MotionRequest} request
@@ -37,26 +40,26 @@ export async function systemMotion(computation, plan, { view, x, y }, signal) {
   const time = (/** @type {number} */ value) => spelled(rowOf(endTime), value, TIME_DIGITS);
   if (plan.failed.includes(ending)) {
     throw new Problem(`This motion could not be followed beyond ${time(end)}.`, {
-      hint: "Its explanation in words says why, and what helps.",
+      hint: "Its explanation says why, and what helps.",
       status: 400,
     });
   }
   const endingWords = rowOf("ending").flags?.[String(ending)].replaceAll("_", " ") ?? "";
   if (!(end > 0)) {
     throw new Problem(`This motion has ended before it starts: its ending is ${endingWords}.`, {
-      hint: "Choose another place of the map.",
+      hint: "Choose another place on the map.",
       status: 400,
     });
   }
   const steps = whole.steps[1];
   const count = Math.min(Math.max(Math.ceil(IN_A_STEP * OF_LAST * steps), FEWEST), MOST);
-  // at the end itself is the last column, which stands at the duration
+  // the last column, at the duration, contains the end itself
   const times = Float64Array.from({ length: count + 1 }, (_, i) =>
     i < count ? (i * end) / count : duration,
   );
   const found = await sample(times);
   times[count] = end;
-  // the passes may part on the way and meet again
+  // the passes may separate on the way and meet again
   const known = found.ending.findLastIndex((/** @type {number} */ code) => code !== different);
   const doubtful = known < count ? times[known + 1] : null;
   const isEnded = ending !== runsOn && ending !== different;
@@ -75,7 +78,7 @@ export async function systemMotion(computation, plan, { view, x, y }, signal) {
     note:
       doubtful === null
         ? ""
-        : `Beyond ${time(doubtful)} this motion is too sensitive to its start to be known: what is drawn there is one of many.`,
+        : `Beyond ${time(doubtful)} this motion is too sensitive to its start to be known: the curve there is one of many possible ones.`,
     states,
     doubtful,
     lossy: false,

@@ -1,7 +1,7 @@
 /**
  * Verdicts of cells, by the criterion of a plan.
  *
- * A part of the worker's script (worker.js), which finds it under its name.
+ * A part of the worker's script (worker.js), which finds it by its name.
  */
 
 /** @import { Condition, ErrorRule, Plan, Term } from "eulerdisk/types" */
@@ -11,18 +11,21 @@
 
 // all scripts of a worker share their global names
 (() => {
-  /** How far a condition is known to hold, in bits: it may, and it does in any case. */
+  /** Truth values of a condition, as bits: it may hold, and it certainly holds. */
   const [NEVER, PERHAPS, SURELY] = [0, 1, 3];
 
-  /** Truth of a condition -> that of its opposite. */
+  /** Truth of a condition -> truth of its negation. */
   const OPPOSITE = Uint8Array.of(SURELY, PERHAPS, PERHAPS, NEVER);
 
-  /** @typedef {{low: Values, high: Values}} Ends  least and largest values of cells; the same array if they are known */
+  /**
+   * @typedef {{low: Values, high: Values}} Ends least and largest possible values of cells; the same array if there is
+   * no error
+   */
 
   /**
-   * Verdicts of cells by their endings and the criterion; 0 where errors leave it open.
+   * Return the verdicts of cells by their endings and the criterion; 0 where errors leave them open.
    * @param {Plan} plan
-   * @param {Columns} judged  what the criterion judges by, and the errors that cells state
+   * @param {Columns} judged  the quantities in the criterion, and the errors that cells state
    * @param {Values} ending
    * @param {number} count
    */
@@ -45,7 +48,7 @@
   }
 
   /**
-   * The ends between which the values of a column lie.
+   * Return the least and largest possible values of a column.
    * @param {string} name
    * @param {ErrorRule|undefined} rule
    * @param {Columns} judged
@@ -63,7 +66,7 @@
     const [share, least] = own ? [1, 0] : [times, absolute];
     for (let i = 0; i < count; i += 1) {
       const said = share * errors[i];
-      // an error that is missing says nothing
+      // a missing error adds nothing
       const error = least + relative * Math.abs(values[i]) + (said > 0 ? said : 0);
       low[i] = values[i] - error;
       high[i] = values[i] + error;
@@ -77,7 +80,7 @@
   }
 
   /**
-   * How far a condition holds in each cell; it does not of a missing value.
+   * Return the truth of a condition in each cell; false for a missing value.
    * @param {Condition} condition
    * @param {Record<string, Ends>} columns
    * @param {number} count
@@ -100,7 +103,7 @@
 
   /**
    * @param {Uint8Array[]} parts
-   * @param {boolean} all  whether all of them have to hold, or one
+   * @param {boolean} all  whether all conditions must hold, or only one
    * @param {number} count
    */
   function joined([found, ...others], all, count) {
@@ -134,7 +137,7 @@
   }
 
   /**
-   * How two terms compare that lie between ends: never of a missing value.
+   * Return the truth of a comparison of two terms with errors; false for a missing value.
    * @param {string} sign
    * @param {Ends} one
    * @param {Ends} other
@@ -154,7 +157,7 @@
       const apart = b[i] < c[i] || d[i] < a[i];
       const same = a[i] === d[i] && b[i] === c[i];
       if (sign === "==" ? same : apart) found[i] = SURELY;
-      // neither of a missing value
+      // neither is true for a missing value
       else if (!apart && !same && a[i] <= b[i] && c[i] <= d[i]) found[i] = PERHAPS;
     }
     return found;

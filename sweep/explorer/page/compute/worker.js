@@ -1,24 +1,24 @@
 /**
- * What computes in a worker of the page: cells and motions, by the kernels of the program compiled to WebAssembly.
+ * The computation in a worker of the page: cells and motions, by the program's kernels compiled to WebAssembly.
  *
- * The last of several scripts, for browsers let no page of a file system make a worker of modules. It answers one message
- * after the other (computation.js).
+ * The last of several scripts, because browsers do not let a page from a file create a worker from modules. It answers
+ * one message after the other (computation.js).
  */
 
 /** @import { Block, KernelModule } from "eulerdisk/compute/kernels" */
 /** @import { Axis, BodyPlan, Plan, SystemPlan } from "eulerdisk/types" */
 
-/** The largest code of a quantity: the next one is for none. */
+/** The largest code of a quantity; the next one means no value. */
 const MOST_CODE = 254;
 
 /** Rows that the reduction writes (kernels/bodies/arrays.py). */
 const MEASURES = ["tilt_min", "tilt_max", "nutation_period", "separatrix", "tilt_error"];
 const COUNTS = ["ending"];
 
-/** The quantity that is made of the wells (sweep/explorer/quantities.py). */
+/** The quantity that is derived from the wells (sweep/explorer/quantities.py). */
 const REGIME = "regime";
 
-/** Number of a torus: the thin disk is one without a tube (kernels/bodies/shapes.py). */
+/** Number of the torus; the thin disk is a torus without a tube (kernels/bodies/shapes.py). */
 const TORUS = 0;
 
 /** @typedef {Float64Array|Int32Array|Uint8Array} Values */
@@ -33,7 +33,7 @@ const diskColumns = scope.diskColumns;
 const systemColumns = scope.systemColumns;
 
 /**
- * Whether cells are those of a user's system.
+ * Return whether cells are those of a user's system.
  * @param {Plan} plan
  * @returns {plan is SystemPlan}
  */
@@ -42,7 +42,7 @@ function isOfSystem(plan) {
 }
 
 /**
- * Whether cells are those of another body than the thin disk.
+ * Return whether cells are those of a body other than the thin disk.
  * @param {Plan} plan
  * @returns {plan is BodyPlan}
  */
@@ -51,16 +51,16 @@ function isOfBody(plan) {
 }
 
 /**
- * Whether the wells of cells are wanted, which take longer than all else.
+ * Return whether the wells of cells are needed, which take longer than everything else.
  * @param {Plan} plan
- * @param {string} [wanted]  the only column that is wanted beside the verdict
+ * @param {string} [wanted]  the only column that is needed besides the verdict
  */
 function needsWells(plan, wanted) {
   const needed = wanted ? [wanted, ...plan.criterion.named] : plan.shown;
   return plan.shown.includes(REGIME) && [REGIME, "wells"].some((name) => needed.includes(name));
 }
 
-/** Cells of a model: their starts, what is measured of them, and what follows. */
+/** Cells of a model: their starts, the kernels' measures, and the columns that follow. */
 class Cells {
   #kernels;
   #reducing;
@@ -72,7 +72,7 @@ class Cells {
   /** @param {KernelModule} kernels */
   constructor(kernels) {
     this.#kernels = kernels;
-    // a module of a system has but its own kernel
+    // the module of a system has only its own kernel
     const memoryOf = (/** @type {string} */ name) =>
       name in kernels.note.entries ? kernels.memoryOf(name) : [];
     this.#reducing = memoryOf("reduce");
@@ -83,12 +83,12 @@ class Cells {
   }
 
   /**
-   * All columns of some cells, with their starts: valid until the next call.
+   * Return all columns of some cells, including their starts: valid until the next call.
    * @param {Plan} plan
-   * @param {Columns} given  the parameters that are not held, by name
+   * @param {Columns} given  the parameters that are not held constant, by name
    * @param {number} count
-   * @param {boolean} timed  whether periods are wanted, and contact forces
-   * @param {string} [wanted]  the only column that is wanted beside the verdict
+   * @param {boolean} timed  whether periods and contact forces are needed
+   * @param {string} [wanted]  the only column that is needed besides the verdict
    * @returns {Columns}
    */
   columns(plan, given, count, timed, wanted) {
@@ -117,7 +117,7 @@ class Cells {
   }
 
   /**
-   * The samples of a motion of a system: what a cell would hold that is followed until each of some times.
+   * Return the samples of a motion of a system: the columns of a cell that is followed until each of some times.
    * @param {SystemPlan} plan
    * @param {Columns} given  values of one cell
    * @param {Float64Array} times  from 0 to the duration
@@ -133,7 +133,7 @@ class Cells {
   }
 
   /**
-   * The starts of some cells.
+   * Return the starts of some cells.
    * @param {Plan} plan
    * @param {Columns} given
    * @param {number} count
@@ -149,7 +149,7 @@ class Cells {
   }
 
   /**
-   * Thin disks as bodies: tori without a tube, whose moments are alpha and half of it.
+   * Return thin disks as bodies: tori without a tube, whose moments are alpha and half of it.
    * @param {Block} disks
    */
   #tori(disks) {
@@ -157,7 +157,7 @@ class Cells {
     const tori = kernels.array("float64", 13, disks.shape[1]);
     const [tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, gravity] = kernels.rows(disks);
     const none = new Float64Array(disks.shape[1]);
-    // a body with more mass outside than a hoop is none
+    // a body cannot have more mass outside than a hoop
     const half = alpha.map((/** @type {number} */ each) => (each <= 1 ? 0.5 * each : NaN));
     const lengths = [none, none, none, none, none];
     const rows = [tilt, tilt_rate, precession_rate, roll_rate, ...lengths, alpha, half, radius, gravity];
@@ -166,9 +166,9 @@ class Cells {
   }
 
   /**
-   * Cells by the reduction; those that it knows less well than the tolerance are unresolved.
+   * Return cells from the reduction; cells whose error exceeds the tolerance are unresolved.
    * @param {Plan} plan
-   * @param {[Block, Block]} starts  those of the plan, and as those of bodies
+   * @param {[Block, Block]} starts  of the plan, and the same as bodies
    * @param {number} number  of the body
    * @param {number} count
    * @param {boolean} timed
@@ -207,7 +207,7 @@ class Cells {
   }
 
   /**
-   * How many wells the potential of each cell has.
+   * Return the number of wells of each cell's potential.
    * @param {Block} bodies
    * @param {number} number  of the body
    * @param {number} count
@@ -220,7 +220,7 @@ class Cells {
   }
 
   /**
-   * Rows of an array by their names: valid until the next array is made.
+   * Return rows of an array by their names: valid until the next array is created.
    * @param {Block} block
    * @param {string[]} names
    * @returns {Columns}
@@ -230,7 +230,7 @@ class Cells {
   }
 
   /**
-   * Extremes of the contact forces.
+   * Return the extremes of the contact forces.
    * @param {Plan} plan
    * @param {Block} starts
    * @param {[Block, Block]} reduced  measures and counts
@@ -257,7 +257,7 @@ class Cells {
   }
 
   /**
-   * Cells with losses, or of a system, integrated in time; or one of a system at some times.
+   * Return cells with losses or of a system, integrated in time; or a cell of a system at some times.
    * @param {Plan} plan
    * @param {Block} starts
    * @param {number} count  of the cells, or of the times
@@ -276,7 +276,7 @@ class Cells {
     if (times) {
       const at = kernels.array("float64", count);
       kernels.numbers(at).set(times);
-      // a pass after one that failed writes nothing
+      // a pass after a failed one writes nothing
       kernels.numbers(counts).fill(plan.unresolved);
       kernels.numbers(measures).fill(NaN);
       kernels.treat("follow", 1, starts, settings, at, measures, counts, ...kernels.memoryOf("follow"));
@@ -289,7 +289,7 @@ class Cells {
 }
 
 /**
- * Values of a side of a window in the middle of some of its pixels.
+ * Return the values of a side of a window at the centres of some of its pixels.
  * @param {{axis: Axis, count: number, from: number, to: number}} side
  */
 function valuesOf({ axis, count, from, to }) {
@@ -300,7 +300,7 @@ function valuesOf({ axis, count, from, to }) {
 }
 
 /**
- * Values of columns in the order of rows.
+ * Return the values of columns in the order of rows.
  * @template {Float64Array|Float32Array|Uint8Array|Int32Array} T
  * @param {T} values
  * @param {number} width
@@ -315,7 +315,7 @@ function byRows(values, width, height) {
 }
 
 /**
- * A piece of a window: values of a quantity, verdicts, and the range of the values.
+ * Return a piece of a window: values of a quantity, verdicts, and the range of the values.
  * @param {Cells} cells
  * @param {any} asked
  */
@@ -338,7 +338,7 @@ function piece(cells, { plan, x, y, quantity, timed, byColumns }) {
   let [low, high, least] = [Infinity, -Infinity, Infinity];
   for (let i = 0; i < count; i += 1) {
     const each = value[i];
-    // false of what is no number
+    // false for NaN
     if (!(Math.abs(each) <= most)) continue;
     if (each < low) low = each;
     if (each > high) high = each;
@@ -348,7 +348,7 @@ function piece(cells, { plan, x, y, quantity, timed, byColumns }) {
 }
 
 /**
- * Call an entry point with numbers and arrays; returns what it returns, and the arrays as they are then.
+ * Call an entry point with numbers and arrays; return its results, and the arrays after the call.
  * @param {KernelModule} kernels
  * @param {{name: string, values: (number|{shape: number[], numbers: Float64Array})[]}} asked
  */

@@ -1,18 +1,18 @@
 /**
  * The potential of one motion of a body of revolution without losses; see potential.js.
  *
- * B w^2/2 + V = E with V = A o^2/2 + I s^2/2 + v^2/2 + h, where s and o follow from the tilt alone by a linear system
+ * B w^2/2 + V = E with V = A o^2/2 + I s^2/2 + v^2/2 + h, where s and o depend only on the tilt, by a linear system
  * (docs/bodies.md, with its letters).
  */
 
 /** @import { BodyOfMotion } from "eulerdisk/types" */
 /** @import { Curve, Start } from "eulerdisk/motion/potential" */
 
-/** Step of the integration. */
+/** Largest step of the integration. */
 const STEP = 0.03;
 
 /**
- * What the meridian says of a tilt with the sine S and the cosine C: n of an ellipse, a, b, l, r and a - r C.
+ * Return the properties of the meridian at a tilt with sine S and cosine C: n of an ellipse, a, b, l, r and a - r C.
  * @param {BodyOfMotion} body
  * @param {number} S
  * @param {number} C
@@ -25,8 +25,8 @@ function placeAt({ core, shift, edge, square }, S, C) {
 }
 
 /**
- * The potential less the energy, and its slope, as of the disk: the changes of s and of x = C o since the start are
- * integrated, so that the excess of a narrow swing is no difference of large numbers.
+ * Return a function for the potential minus the energy and for its slope, as for the disk. The changes of s and of x =
+ * C o since the start are integrated, so that the excess of a narrow swing is not a difference of large numbers.
  * @param {Start} start
  * @param {BodyOfMotion} body
  * @returns {Curve}
@@ -61,7 +61,7 @@ export function curveOfBody({ tilt, tilt_rate, precession_rate, roll_rate, radiu
       x + (h / 6) * (x1 + 2 * x2 + 2 * x3 + x4),
     ]);
   };
-  /** What has been integrated on either side of the start. @type {[number, number][][]} */
+  /** Values integrated on either side of the start. @type {[number, number][][]} */
   const [up, down] = [[[0, 0]], [[0, 0]]];
   return (place) => {
     const way = place < y0 ? -1 : 1;
@@ -76,7 +76,7 @@ export function curveOfBody({ tilt, tilt_rate, precession_rate, roll_rate, radiu
     const there = Math.asin(Math.tanh(place));
     const [S, C] = [Math.sin(there), Math.cos(there)];
     const now = placeAt(body, S, C);
-    // differences from the start, formed without those of two like numbers
+    // differences from the start, without subtracting nearly equal numbers
     const half = Math.sin((there - tilt) / 2);
     const rise = 2 * Math.cos((there + tilt) / 2) * half;
     const fall = -2 * Math.sin((there + tilt) / 2) * half;

@@ -1,21 +1,21 @@
-/** The time of the motions that are shown: all panels have the same one, so that two of them can be compared. */
+/** The time of the motions that are shown: all panels share it, so that two motions can be compared. */
 
-/** Speeds that can be chosen: seconds of the motion in a second. */
+/** Speeds to choose from: seconds of the motion per second. */
 export const SPEEDS = [0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50];
 
-/** Seconds that a motion should take on the screen. */
+/** Time in seconds that a motion should take on the screen. */
 const SHOWN = 9;
 
-/** A page that was in the background goes on where it was: the longest time that one picture stands for. */
+/** Longest time between two frames that counts, so that a page continues where it was after being in the background. */
 const LONGEST_FRAME = 0.1;
 
 export class Clock {
   time = 0;
   playing = false;
   speed = 1;
-  /** @type {number|null} the chosen speed; null: it follows from the length of the motions */
+  /** @type {number|null} the chosen speed; null lets it follow from the length of the motions */
   chosen = null;
-  /** @type {number|null} where the clock stands although motions begin, until it is moved */
+  /** @type {number|null} time at which the clock stays although motions begin, until it is moved */
   #held = null;
   /** @type {Map<object, number>} length of the motion of each panel */
   #lengths = new Map();
@@ -24,7 +24,7 @@ export class Clock {
   #frame = 0;
   #last = 0;
 
-  /** Length of the longest motion that is shown, in seconds. */
+  /** Length of the longest shown motion, in seconds. */
   get length() {
     return Math.max(0, ...this.#lengths.values());
   }
@@ -38,7 +38,7 @@ export class Clock {
   }
 
   /**
-   * Note how long the motion of a panel is.
+   * Record the length of a panel's motion.
    * @param {object} panel
    * @param {number} length
    */
@@ -53,14 +53,14 @@ export class Clock {
     this.#settle();
   }
 
-  /** The time at which the clock was put to rest; null while it runs, and where it begins or ends. */
+  /** The time at which the clock was stopped; null while it runs, and at the beginning or end. */
   get standing() {
     const within = !this.playing && this.time > 0 && this.time < this.length;
     return this.#held ?? (within ? this.time : null);
   }
 
   /**
-   * Stand at a time, also when motions begin that are not shown yet; null: they begin at their beginning.
+   * Stop at a time, even before the motions are shown; null lets them start at the beginning.
    * @param {number|null} time
    */
   hold(time) {
@@ -71,7 +71,7 @@ export class Clock {
   }
 
   /**
-   * A motion begins: at its beginning, or where the clock is held.
+   * Start a motion: at its beginning, or where the clock was stopped.
    * @param {boolean} plays
    */
   begin(plays) {
@@ -108,7 +108,7 @@ export class Clock {
     this.#tell();
   }
 
-  /** @param {number|null} speed  null: one that suits the length of the motions */
+  /** @param {number|null} speed null for one that suits the length of the motions */
   setSpeed(speed) {
     this.chosen = speed;
     this.#settle();

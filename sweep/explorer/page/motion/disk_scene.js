@@ -1,4 +1,4 @@
-/** The disk on the table in three dimensions, seen by a camera that goes along with it and can be turned. */
+/** The disk on the table in three dimensions, seen by a camera that follows it and can be turned. */
 
 import { diskBody, niceLength, tableOfSquares, Trail } from "eulerdisk/motion/furniture";
 import { reachOf, solidOf } from "eulerdisk/motion/solid";
@@ -33,31 +33,37 @@ import { OrbitControls } from "three/orbit_controls";
  */
 
 /**
- * Where the camera stands about the disk: azimuth and elevation in radians, and its distance in radii.
+ * Position of the camera relative to the disk: azimuth and elevation in radians, and distance in radii.
  * @typedef {[number, number, number]} Standpoint
  */
 
-/** Where the camera stands at first: behind the disk to its right, over the table, and how far, in radii. */
+/** Initial position of the camera: behind the disk to its right and above the table, and its distance in radii. */
 const AZIMUTH = (-58 * Math.PI) / 180;
 const ELEVATION = (22 * Math.PI) / 180;
 const DISTANCE = 5.8;
 
-/** Height of the point that the camera looks at, over that of the centre: of an upright disk the path is seen, too. */
+/**
+ * Height of the point at which the camera looks, relative to the height of the centre: below the centre, so that the
+ * path of an upright disk is visible.
+ */
 const LOOK_AT = 0.8;
 
-/** Samples of which the middle height of the centre is found. */
+/** Number of samples from which the median height of the centre is computed. */
 const HEIGHTS = 200;
 
-/** Angle by which a key turns the camera. */
+/** Angle by which a key press turns the camera. */
 const TURN = (6 * Math.PI) / 180;
 
-/** Least and greatest elevation of the camera: over the table, and not quite overhead. */
+/** Least and greatest elevation of the camera: above the table, and not quite overhead. */
 const [LOWEST, HIGHEST] = [0.02, 1.55];
 
-/** Side of the squares of the table over the radius, at most. */
+/** Largest side of the squares of the table, in radii. */
 const SQUARE = 1.0;
 
-/** Milliseconds between two frames from which pictures get coarser, how coarse, and rest after which they are sharp. */
+/**
+ * Time between two frames in milliseconds above which pictures get coarser, how coarse, and the rest after which they
+ * are sharp again.
+ */
 const SLOW = 50;
 const COARSEST = 0.4;
 const REST = 400;
@@ -67,9 +73,9 @@ const WEIGHT = 0.9;
 
 export class DiskScene {
   /**
-   * @param {HTMLElement} element  is filled with the picture
-   * @param {(standpoint: Standpoint|null) => void} [turned]  is told where a person has put the camera; null: back to
-   *   where it was at first
+   * @param {HTMLElement} element  gets the picture
+   * @param {(standpoint: Standpoint|null) => void} [turned]  called with the position where a person put the camera;
+   * null for the initial position
    * @throws if the browser has no WebGL
    */
   constructor(element, turned = () => {}) {
@@ -83,7 +89,7 @@ export class DiskScene {
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enablePan = false;
-    // a finger that goes up or down scrolls the page
+    // a finger that moves up or down scrolls the page
     this.canvas.style.touchAction = "pan-y";
     this.controls.maxPolarAngle = 0.495 * Math.PI;
     this.controls.addEventListener("change", () => this.draw());
@@ -102,9 +108,9 @@ export class DiskScene {
     /** @type {ReturnType<typeof setTimeout>|undefined} */
     this.timer = undefined;
     this.square = 0;
-    /** Length in m by which the scene is laid out: the radius, or how far a body reaches. */
+    /** Length in m that determines the layout of the scene: the radius, or the extent of a body. */
     this.size = 1;
-    /** Middle height of the centre in m. */
+    /** Median height of the centre in m. */
     this.height = 1;
     this.look = "";
     this.isCompiled = false;
@@ -118,10 +124,10 @@ export class DiskScene {
   }
 
   /**
-   * Show a motion; the camera stays where it is about the disk, unless another disk has another size.
+   * Show a motion. The camera keeps its position relative to the disk, unless the size of the disk changes.
    * @param {Samples} samples
    * @param {SceneColours} colours
-   * @param {Standpoint|null} [standpoint]  where the camera stands about a disk of another size; null behind it
+   * @param {Standpoint|null} [standpoint]  camera position for a disk of another size; null for behind the disk
    */
   show(samples, colours, standpoint = null) {
     const { radius, alpha, body } = samples.head;
@@ -143,7 +149,7 @@ export class DiskScene {
   }
 
   /**
-   * Put all that does not depend on the motion into the scene.
+   * Add everything that does not depend on the motion to the scene.
    * @param {MotionHead} head
    * @param {SceneColours} colours
    */
@@ -193,7 +199,7 @@ export class DiskScene {
     this.draw();
   }
 
-  /** Draw in the next frame, once, however much changes before it. */
+  /** Draw in the next frame, only once for all changes before it. */
   draw() {
     if (!this.samples) return;
     this.frame ||= requestAnimationFrame((now) => {
@@ -203,7 +209,7 @@ export class DiskScene {
         this.renderer.render(this.scene, this.camera);
         return;
       }
-      // the page goes on while the driver compiles
+      // the page continues while the driver compiles
       this.renderer.compile(this.scene, this.camera);
       this.isCompiled = true;
       this.draw();
@@ -211,7 +217,7 @@ export class DiskScene {
   }
 
   /**
-   * Draw fewer pixels while frames come slowly, as they do without a graphics card; sharply again when all rests.
+   * Draw fewer pixels while frames are slow, as without a graphics card; draw sharply again at rest.
    * @param {number} now  in milliseconds
    */
   #keepPace(now) {
@@ -222,15 +228,15 @@ export class DiskScene {
     if (this.sharpness < 1) this.timer = setTimeout(() => this.#sharpen(1), REST);
   }
 
-  /** @param {number} sharpness  pixels drawn for each one of the screen, along a side */
+  /** @param {number} sharpness drawn pixels per screen pixel, along a side */
   #sharpen(sharpness) {
     this.sharpness = sharpness;
     this.#fit();
   }
 
   /**
-   * Show nothing, and free all that the motion had. The context of WebGL stays for the next one: textures that three.js
-   * shares between contexts keep every one that was ever made.
+   * Show nothing, and free all resources of the motion. The WebGL context stays for the next motion: three.js keeps
+   * every context that ever shared a texture.
    */
   clear() {
     cancelAnimationFrame(this.frame);
@@ -250,8 +256,8 @@ export class DiskScene {
   }
 
   /**
-   * Move camera, light and grid along with the centre, which stays where it is while a disk wobbles about it. They keep
-   * their height, so that one sees the disk rise and fall.
+   * Move camera, light and grid with the centre, which stays in place while a disk wobbles around it. Their height is
+   * constant, so that the rise and fall of the disk are visible.
    * @param {Vector3} centre
    * @param {number} radius
    */
@@ -269,7 +275,7 @@ export class DiskScene {
   }
 
   /**
-   * Behind the disk.
+   * Return the position behind the disk.
    * @returns {Standpoint}
    */
   behind() {
@@ -280,7 +286,7 @@ export class DiskScene {
   }
 
   /**
-   * Where the camera stands about the disk.
+   * The position of the camera relative to the disk.
    * @returns {Standpoint}
    */
   get standpoint() {
@@ -304,7 +310,7 @@ export class DiskScene {
   }
 
   /**
-   * Set how near and how far things are seen, for a disk of some size.
+   * Set the nearest and farthest visible distance for a disk of some size.
    * @param {number} radius
    */
   #adjust(radius) {
@@ -350,7 +356,7 @@ export class DiskScene {
 }
 
 /**
- * Free what the graphics card holds of a part of the scene.
+ * Free the graphics memory of a part of the scene.
  * @param {import("three").Object3D} whole
  */
 function free(whole) {
@@ -380,7 +386,7 @@ function sun(radius) {
   return light;
 }
 
-/** Radius of the shaft, radius and length of the head, in the unit that is given. */
+/** Radius of the shaft, and radius and length of the head, in units of `unit`. */
 const SHAFT = 0.024;
 const HEAD = [0.07, 0.18];
 
@@ -388,13 +394,13 @@ const UP = new Vector3(0, 1, 0);
 
 class Arrow extends Group {
   /**
-   * @param {number} unit  a length of the scene; the arrow is as thick as suits it
+   * @param {number} unit  a length of the scene, to which the thickness is proportional
    * @param {string} colour
    */
   constructor(unit, colour) {
     super();
     this.unit = unit;
-    // a force is seen through the disk, which it often points into
+    // a force is visible through the disk, into which it often points
     const material = new MeshBasicMaterial({ color: colour, depthTest: false, transparent: true });
     this.shaft = new Mesh(new CylinderGeometry(SHAFT * unit, SHAFT * unit, 1, 16), material);
     this.head = new Mesh(new ConeGeometry(HEAD[0] * unit, HEAD[1] * unit, 24), material);
@@ -404,7 +410,7 @@ class Arrow extends Group {
 
   /**
    * @param {Vector3} from
-   * @param {Vector3} along  its length is that of the arrow
+   * @param {Vector3} along  its length is the length of the arrow
    */
   point(from, along) {
     const length = along.length();
@@ -412,7 +418,7 @@ class Arrow extends Group {
     if (!this.visible) return;
     this.position.copy(from);
     this.quaternion.copy(new Quaternion().setFromUnitVectors(UP, along.clone().normalize()));
-    // a short arrow is all head
+    // a short arrow consists only of its head
     const scale = Math.min(length / (HEAD[1] * this.unit), 1);
     const shaft = Math.max(length - HEAD[1] * this.unit, 0);
     this.shaft.visible = shaft > 0;
@@ -424,7 +430,7 @@ class Arrow extends Group {
 }
 
 /**
- * Median over the time of the height of the centre in m.
+ * Return the median over time of the height of the centre in m.
  * @param {Samples} samples
  */
 export function middleHeight(samples) {
@@ -440,8 +446,8 @@ export function middleHeight(samples) {
 }
 
 /**
- * Where a disk or a body is at a time: how it is turned, its centre and its contact point in m, and the force on it over its
- * weight.
+ * Return the pose of a disk or a body at a time: its rotation, its centre and its contact point in m, and the force on
+ * it divided by its weight.
  * @param {Samples} samples
  * @param {number} time
  */
@@ -463,7 +469,7 @@ function poseOfDisk(samples, time) {
 }
 
 /**
- * Between two samples it is turned evenly about one axis: beside a pole its heading is not even.
+ * Interpolate by an even rotation about one axis between two samples: near a pole, the heading is uneven.
  * @param {Samples} samples
  * @param {number} time
  */
@@ -485,8 +491,9 @@ function poseOfBody(samples, time) {
 }
 
 /**
- * How a disk or a body is turned, and the direction in its plane that points down. Its x is the painted radius, which points
- * there at a roll angle of 0; its z is against the axis of a body (kernels/bodies/equations.py).
+ * Return the rotation of a disk or a body, and the direction in its plane that points down. Its x axis is the painted
+ * radius, which points down at a roll angle of 0; its z axis is opposite to the axis of a body
+ * (kernels/bodies/equations.py).
  * @param {number} tilt
  * @param {number} heading
  * @param {number} rollAngle

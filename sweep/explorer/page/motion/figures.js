@@ -1,4 +1,4 @@
-/** What the plots of a motion show, from its answer: tilt, potential, forces, and where its energy went. */
+/** The contents of the plots of a motion: tilt, potential, forces, and where its energy went. */
 
 import { rangeOf } from "eulerdisk/motion/plot";
 import { MINUS, readable } from "eulerdisk/ticks";
@@ -7,8 +7,8 @@ import { MINUS, readable } from "eulerdisk/ticks";
 /** @import { Figure } from "eulerdisk/motion/plot" */
 
 /**
- * A plot of a motion: its name, whether it is drawn over the time, so that its cursor can be dragged, and where that is at a
- * time, in the units of the plot: a line at x, or a dot at x and y.
+ * A plot of a motion: its name, whether its x axis is time, so that its cursor can be dragged, and the cursor's
+ * position at a time, in the units of the plot: a line at x, or a dot at x and y.
  * @typedef {object} MotionFigure
  * @property {string} name
  * @property {boolean} seeks
@@ -16,7 +16,9 @@ import { MINUS, readable } from "eulerdisk/ticks";
  * @property {(time: number) => [number, number?]} cursorAt
  */
 
-/** Forces stay in view up to this many times the weight, or this many times what they are for all but a twentieth of the time. */
+/**
+ * Largest force in view, in weights, or relative to the value that it stays below for all but a twentieth of the time.
+ */
 const IN_VIEW = 2.5;
 const OFTEN = 1.3;
 const MOMENTS = 400;
@@ -24,11 +26,11 @@ const MOMENTS = 400;
 /** Digits of the wells and barriers, which are found on a curve of some hundred points. */
 const DIGITS = 5;
 
-/** Tilts in radians that are the same except for rounding: the potential ends where a disk has fallen. */
+/** Difference of tilts in radians that is only rounding: the potential ends where a disk has fallen. */
 const SAME = 1e-6;
 
 /**
- * Values of an array as people read them.
+ * Return the values of an array in displayed units.
  * @param {Samples} samples
  * @param {string} name
  */
@@ -38,7 +40,7 @@ export function shown(samples, name) {
 }
 
 /**
- * Label of an axis: the name of an array and its unit.
+ * Return the label of an axis: the name of an array and its unit.
  * @param {Samples} samples
  * @param {string} name
  */
@@ -48,7 +50,7 @@ export function labelled(samples, name) {
 }
 
 /**
- * The plots of a rolling body.
+ * Return the plots of a rolling body.
  * @param {Samples} samples
  * @param {number} length  of the longest motion that is shown
  * @returns {MotionFigure[]}
@@ -107,12 +109,12 @@ export function forcesFigure(samples, length) {
     title: "forces at the contact against time",
     xLabel: labelled(samples, "time"),
     yLabel: "force / weight",
-    hint: "Forces at the contact over the weight of the disk: at rest the normal force is 1.",
+    hint: "Forces at the contact, divided by the weight of the disk: at rest, the normal force is 1.",
     x: { low: 0, high: length },
     y,
     curves: [
       { x: times, y: arrays.normal_force, kind: "normal", label: "normal force" },
-      // the two are nearly the same while the normal force is the weight: what is dashed lies over what is not
+      // the two are nearly equal while the normal force is the weight: the dashed one is drawn on top
       { x: times, y: arrays.friction_needed, kind: "needed", label: "friction needed" },
       { x: times, y: horizontal, kind: "horizontal", label: "horizontal force" },
     ],
@@ -143,11 +145,11 @@ export function potentialFigure(samples) {
     label: `turning point at ${text.replace("-", MINUS)}`,
   }));
   return {
-    title: "potential less energy against tilt",
+    title: "potential minus energy against tilt",
     xLabel: labelled(samples, "tilt"),
     yLabel: labelled(samples, "potential"),
     hint:
-      "The potential of the tilt less its energy, over the weight times the radius: the tilt moves where it is below 0, " +
+      "Potential minus energy of the tilt, divided by weight × radius: the tilt moves where this is below 0, " +
       "and turns back where it is 0.",
     x: { low: tilt[0], high: tilt[tilt.length - 1] },
     y: rangeOf(potential.excess),
@@ -162,7 +164,7 @@ export function potentialFigure(samples) {
 }
 
 /**
- * Height of the potential at a tilt, for the dot that moves along it; NaN outside the curve.
+ * Return the height of the potential at a tilt, for the dot that moves along the curve; NaN outside the curve.
  * @param {Samples} samples
  * @param {number} tilt  in SI units
  */
@@ -179,7 +181,8 @@ export function potentialAt(samples, tilt) {
 }
 
 /**
- * The energy that is left, and on it what each loss has taken: together they stay what they were.
+ * Return the plot of the remaining energy and, stacked on it, the energy that each loss has taken: their sum is
+ * constant.
  * @param {Samples} samples
  * @param {number} length
  * @returns {Figure}
@@ -198,7 +201,7 @@ export function ledgerFigure(samples, length) {
     title: "energy and what the losses have taken of it, against time",
     xLabel: labelled(samples, "time"),
     yLabel: labelled(samples, "energy"),
-    hint: "Energy over m g R, the weight times the radius: what is left, and on it what each loss has taken.",
+    hint: "Energy divided by m g R (weight × radius): the remaining energy, and stacked on it what each loss has taken.",
     x: { low: 0, high: length },
     y: { low: 0, high: 1.05 * extremes(top)[1] },
     curves: [],
@@ -207,7 +210,8 @@ export function ledgerFigure(samples, length) {
 }
 
 /**
- * Value that an array is below for all but a twentieth of the time; samples are closer together where much happens.
+ * Return the value that an array stays below for all but a twentieth of the time; samples are denser where more
+ * happens.
  * @param {Samples} samples
  * @param {Float64Array} values
  */
@@ -221,7 +225,7 @@ function usual(samples, values) {
 }
 
 /**
- * Least and greatest finite value.
+ * Return the least and the greatest finite value.
  * @param {Float64Array} values
  * @returns {[number, number]}
  */

@@ -1,4 +1,4 @@
-/** What the scene of a motion is furnished with: the disk as a body of three.js, the table, and the path on it. */
+/** The objects in the scene of a motion: the disk as a three.js body, the table, and the path on it. */
 
 import { FACES, filled, painted, textureOf } from "eulerdisk/motion/paint";
 import {
@@ -16,14 +16,14 @@ import {
   Vector2,
 } from "three";
 
-/** Half the thickness over the radius, of a disk and of a ring, which has no face; those of the equations have none. */
+/** Half the thickness of a disk, and of a ring, which has no face, in radii; those of the equations have none. */
 const THICKNESS = { disk: 0.012, ring: 0.03 };
 
-/** Inner radius of the widest ring that is drawn, over the radius: a hoop has no width. */
+/** Inner radius of the widest ring that is drawn, in radii: a hoop has no width. */
 const WIDEST = 0.9;
 
 /**
- * Inner radius over the radius of the ring that has this moment of inertia; 0 for a full disk.
+ * Return the inner radius, in radii, of the ring with a moment of inertia; 0 for a full disk.
  * @param {number} alpha
  */
 function innerRadius(alpha) {
@@ -43,7 +43,7 @@ export function diskBody(radius, alpha, rimColour) {
   const half = (inner > 0 ? THICKNESS.ring : THICKNESS.disk) * radius;
   for (const [side, colour] of FACES.entries()) {
     const face = new Mesh(new RingGeometry(inner, radius, 128), painted(colour));
-    // the second face looks the other way; its painted radius stays where that of the first one is
+    // the second face looks in the opposite direction; its painted radius stays where that of the first is
     if (side === 1) face.rotation.x = Math.PI;
     face.position.z = side === 0 ? half : -half;
     face.castShadow = true;
@@ -63,22 +63,22 @@ export function diskBody(radius, alpha, rimColour) {
   return body;
 }
 
-/** Squares along a side of the table; it moves on with the disk by whole squares. */
+/** Number of squares along a side of the table, which follows the disk by whole squares. */
 const SQUARES = 120;
 
 /** Side of the picture of a square in pixels, and width of its lines. */
 const SQUARE_PIXELS = 256;
 const LINE = 4;
 
-/** Width of the path, and how far it lies over the table, in radii. */
+/** Width of the path, and its height above the table, in radii. */
 const WIDTH = 0.035;
 const OVER = 0.002;
 
-/** Points of the path at most. */
+/** Largest number of points of the path. */
 const MOST_POINTS = 20000;
 
 /**
- * Length that is 1, 2 or 5 times a power of ten, not above a length.
+ * Return the largest length of the form 1, 2 or 5 times a power of ten that is not above a given one.
  * @param {number} length
  */
 export function niceLength(length) {
@@ -88,7 +88,7 @@ export function niceLength(length) {
 }
 
 /**
- * A table of squares. It is drawn before all that stands on it, and hides nothing.
+ * Return a table of squares. It is drawn before everything on it, and hides nothing.
  * @param {number} side  of a square
  * @param {string} ground
  * @param {string} lines
@@ -109,7 +109,7 @@ export function tableOfSquares(side, ground, lines) {
   return table;
 }
 
-/** The path as a ribbon on the table: what has been passed is strong, the rest faint. */
+/** The path as a ribbon on the table: strong where the disk has been, faint elsewhere. */
 export class Trail {
   /**
    * @param {Float64Array} times
@@ -132,7 +132,7 @@ export class Trail {
 
   /** @param {number} time */
   setTime(time) {
-    // samples up to the time, by bisection; the triangles of a segment begin at the sample before it
+    // find the samples up to the time by bisection; the triangles of a segment start at the sample before it
     let [low, high] = [0, this.times.length];
     while (low < high) {
       const middle = (low + high) >> 1;
@@ -158,7 +158,7 @@ function flat(colour, opacity) {
 }
 
 /**
- * @param {number[]} chosen  numbers of the samples
+ * @param {number[]} chosen  indices of the samples
  * @param {Float64Array} x
  * @param {Float64Array} y
  * @param {number} half  width

@@ -1,10 +1,10 @@
-/** The losses of a motion: a slider for each law, which is off at one of its ends. */
+/** The losses of a motion: a slider for each law, one end of which switches the law off. */
 
 import { html, select, shareOnRuler, valueOnRuler } from "eulerdisk/elements";
 
 /** @import { LossControl } from "eulerdisk/types" */
 
-/** Steps of a slider; one end of it says that there is no such loss. */
+/** Number of steps of a slider, including the end that means no loss. */
 const STEPS = 240;
 
 /** Digits of a value that a slider sets. */
@@ -27,7 +27,7 @@ export class LossSliders {
   }
 
   /**
-   * Show the controls of an answer. They are made once: one that is being dragged stays.
+   * Show the controls of an answer. They are created once, so that a slider that is being dragged stays.
    * @param {LossControl[]} controls
    */
   show(controls) {
@@ -76,7 +76,7 @@ export class LossSliders {
     });
     this.rows.set(first.name, (next) => {
       control = next;
-      // where it was dragged to is known better here than in an answer to an earlier place
+      // the slider knows its position better than an answer to an earlier position
       const value = this.losses[next.name] ?? next.value;
       slide.value = String(placeOf(control, typeof value === "number" ? value : null));
       tell(typeof value === "number" ? value : null);
@@ -93,7 +93,7 @@ export class LossSliders {
   /** @param {LossControl} control */
   #choice(control) {
     const choices = (control.choices ?? []).map((choice) => ({ value: choice, label: choice }));
-    // the first one is that of no loss
+    // the first choice means no loss
     const choice = select({ "aria-label": control.label }, choices, (value) =>
       this.#setOne(control.name, value === choices[0].value ? null : value),
     );
@@ -106,7 +106,7 @@ export class LossSliders {
 }
 
 /**
- * Value at a place of a slider; null at the end that has none.
+ * Return the value at a position of a slider; null at the end that means no loss.
  * @param {LossControl} control
  * @param {number} place  from 0 to STEPS
  */

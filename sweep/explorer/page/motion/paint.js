@@ -1,8 +1,8 @@
-/** Pictures on what moves: colours, sectors that show that it turns, and a painted radius or meridian. */
+/** Pictures on moving bodies: colours, sectors that make the rotation visible, and a painted radius or meridian. */
 
 import { CanvasTexture, MeshStandardMaterial, SRGBColorSpace } from "three";
 
-/** Colours of the faces, the same as in films and figures: the colour-blind can tell them apart. */
+/** Colours of the faces, as in films and figures, safe for the colour-blind. */
 export const FACES = ["#f4c95d", "#5a86b8"];
 
 /** Colour of the edge of a thick body. */
@@ -10,7 +10,7 @@ export const EDGE_COLOUR = "#c9c3b8";
 
 const PAINT = "#c8380a";
 
-/** Side of the picture on a face, in pixels, and sectors that show that the disk turns. */
+/** Side of the picture on a face in pixels, and number of sectors that make the rotation visible. */
 const FACE_PIXELS = 512;
 const SECTORS = 12;
 
@@ -20,7 +20,7 @@ export function painted(colour) {
 }
 
 /**
- * A picture of one colour, to be drawn on.
+ * Return a picture of one colour to draw on.
  * @param {number} width  in pixels
  * @param {string} colour
  * @param {number} [height]
@@ -43,7 +43,7 @@ export function textureOf({ canvas }) {
 }
 
 /**
- * Picture of a face: sectors by turns a little darker, a ring near the rim, and the painted radius to the right.
+ * Return the picture of a face: alternating darker sectors, a ring near the rim, and the painted radius to the right.
  * @param {string} colour
  */
 function facePicture(colour) {
@@ -81,13 +81,13 @@ function facePicture(colour) {
 const AROUND_PIXELS = 1024;
 const ALONG_PIXELS = 8;
 
-/** Width of the painted meridian and of its casing, as shares of the way round. */
+/** Width of the painted meridian and of its outline, as shares of the circumference. */
 const CASING = 0.012;
 const MERIDIAN = 0.007;
 
 /**
- * Picture of a surface of revolution, wrapped once round it: sectors by turns a little darker, and the painted meridian,
- * where it begins and ends.
+ * Return the picture of a surface of revolution, wrapped once around it: alternating darker sectors, and the painted
+ * meridian at the seam.
  * @param {string} colour
  */
 export function surfacePicture(colour) {

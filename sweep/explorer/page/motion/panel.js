@@ -1,4 +1,4 @@
-/** One motion: the disk as it moves, its curves, its losses and what is known of its start in words. */
+/** One motion: the moving disk, its curves, its losses, and a description of its start. */
 
 import { html, select, svg } from "eulerdisk/elements";
 import { clock, SPEEDS } from "eulerdisk/motion/clock";
@@ -18,16 +18,16 @@ import { printedUnits, readable } from "eulerdisk/ticks";
 /** @import { Standpoint } from "eulerdisk/motion/disk_scene" */
 /** @import { Described, MotionRequest, MotionSettings, Source } from "eulerdisk/types" */
 
-/** Milliseconds that a slider has to rest before its motion is asked for. */
+/** Milliseconds for which a slider must rest before its motion is requested. */
 const REST = 60;
 
-const NO_WEBGL = "This browser offers no WebGL: what moves is not drawn, and the curves below are complete.";
+const NO_WEBGL = "This browser has no WebGL, so the moving disk is not drawn. The curves below are complete.";
 
 export class MotionPanel {
   /**
    * @param {HTMLElement} element
    * @param {Source} source
-   * @param {() => void} [told]  is called when a person has changed what `settings` holds
+   * @param {() => void} [told]  called when a person has changed something in `settings`
    */
   constructor(element, source, told = () => {}) {
     this.element = element;
@@ -35,15 +35,15 @@ export class MotionPanel {
     this.told = told;
     /** @type {Standpoint|null} where the camera was put */
     this.standpoint = null;
-    /** @type {Samples|null} the motion for its usual time */
+    /** @type {Samples|null} the motion for its default duration */
     this.own = null;
-    /** @type {Samples|null} the motion as drawn: `own`, or a longer one beside another motion */
+    /** @type {Samples|null} the motion that is drawn: `own`, or a longer one next to another motion */
     this.samples = null;
-    /** Seconds to which the shown one is wanted. */
+    /** Duration in seconds that is wanted of the shown motion. */
     this.wanted = 0;
     /** @type {AbortController|null} */
     this.extended = null;
-    /** Whether the shown one is too short, and the problem that is told is why. */
+    /** Whether the shown motion is too short, for the reason that is reported. */
     this.isCut = false;
     /** @type {MotionRequest|null} */
     this.request = null;
@@ -53,17 +53,17 @@ export class MotionPanel {
     this.judged = null;
     this.timer = 0;
     this.fresh = false;
-    /** The motion of which is told, as text; and whether its words are there. */
+    /** Key of the motion that is described, and whether its description has arrived. */
     this.subject = "";
     this.explained = false;
     this.parts = partsOf(element);
-    /** @type {DiskScene|null|undefined} null where there is no WebGL */
+    /** @type {DiskScene|null|undefined} null without WebGL */
     this.scene = undefined;
     this.parts.words.addEventListener("toggle", () => this.#explain());
     for (const part of [this.parts.laws, this.parts.words]) part.addEventListener("toggle", told);
     /** @type {MotionFigure[]} */
     this.figures = [];
-    /** @type {Map<string, Plot>} by the names of figures */
+    /** @type {Map<string, Plot>} by names of figures */
     this.plots = new Map();
     this.transport = new Transport(this.parts.transport, clock);
     this.losses = new LossSliders(this.parts.losses, () => {
@@ -76,7 +76,7 @@ export class MotionPanel {
   }
 
   /**
-   * Show the motion of a place of the map, with the losses that are set.
+   * Show the motion of a place on the map, with the present losses.
    * @param {MotionRequest} request
    */
   async show(request) {
@@ -86,13 +86,13 @@ export class MotionPanel {
     await this.#ask(another);
   }
 
-  /** The motion of which is told: a place, with the losses that are set here. */
+  /** The motion that is described: a place, with the losses set here. */
   get #place() {
     const { view, x, y } = /** @type {MotionRequest} */ (this.request);
     return { view, x, y, losses: this.losses.losses };
   }
 
-  /** Ask for what is said of the motion; what was said of another one goes. */
+  /** Request the description of the motion, and remove the description of another one. */
   #judge() {
     const { view, x, y, losses } = this.#place;
     const key = JSON.stringify([x, y, wordsOf(view), losses]);
@@ -102,13 +102,13 @@ export class MotionPanel {
       this.parts.verdict.textContent = "";
     }
     this.subject = key;
-    // the kernel of a set of losses takes seconds to compile: their verdict stands in the words, which a person opens
+    // the kernel for a set of losses takes seconds to compile: then the verdict is only in the text that a person opens
     const free = Object.keys(losses).length === 0;
     if (free && !this.parts.verdict.textContent) void this.#tellVerdict(key);
   }
 
   /**
-   * What a person has set of this motion.
+   * The settings that a person made for this motion.
    * @returns {MotionSettings}
    */
   get settings() {
@@ -117,7 +117,7 @@ export class MotionPanel {
     return { losses: this.losses.losses, camera: this.standpoint, open: open.map(([name]) => name) };
   }
 
-  /** Losses that are set here act on the motion that is shown next. */
+  /** The losses that are set here act on the next motion. */
   set settings({ losses, camera, open }) {
     this.losses.losses = losses;
     this.parts.laws.open = open.includes("laws");
@@ -147,7 +147,7 @@ export class MotionPanel {
     this.timer = setTimeout(() => this.#ask(false), REST);
   }
 
-  /** @param {boolean} fromStart  whether the clock begins anew */
+  /** @param {boolean} fromStart whether the clock starts at the beginning */
   async #ask(fromStart) {
     if (!this.request) return;
     this.#judge();
@@ -155,13 +155,14 @@ export class MotionPanel {
     const asked = new AbortController();
     this.asked = asked;
     this.element.classList.add("waiting");
-    // another start whose motion was dropped for one with other words begins anew all the same
+    // another start begins afresh even if its motion was dropped in favour of one with other words
     this.fresh ||= fromStart;
     try {
       const answer = await this.source.motion({ ...this.request, losses: this.losses.losses }, asked.signal);
       if (asked.signal.aborted) return;
       const samples = new Samples(answer);
-      // the page goes on between what is computed, the scene, which takes some 30 ms once, and what is drawn
+      // let the page react between the computation, the setup of the scene, which takes some 30 ms once, and the
+      // drawing
       await turn();
       if (asked.signal.aborted) return;
       if (this.scene === undefined && !samples.head.states) {
@@ -179,17 +180,17 @@ export class MotionPanel {
         !this.samples &&
         Object.keys(this.losses.losses).length
       ) {
-        // losses of an address may leave no motion: without them there are sliders to set them with
+        // the losses in an address may allow no motion: without them there are sliders to change them
         this.losses.losses = {};
         this.told();
         const without = this.#ask(fromStart);
         const last = this.asked;
         await without;
-        // another start may have been chosen meanwhile: this is not said of it
+        // another start may have been chosen meanwhile, to which this does not apply
         if (this.asked !== last || last.signal.aborted) return;
       }
       tellProblem(this.parts.problem, problem, () => this.request && void this.show(this.request));
-      // the verdict and the words of the start are there without its motion
+      // the verdict and the text about the start exist without its motion
       this.element.classList.toggle("refused", !this.samples);
     }
     this.element.classList.remove("waiting");
@@ -215,9 +216,9 @@ export class MotionPanel {
     this.parts.summary.textContent = `Losses: the ${head.body ? "body" : "disk"} that stops`;
     this.losses.show(head.losses);
     this.#showScene();
-    // the clock tells all panels: those beside this one draw their curves over the new time
+    // the clock informs all panels, which draw their curves over the new time
     clock.enter(this, samples.length);
-    // the film of a disk plays; the curves of a system are there at once
+    // the film of a disk plays; the curves of a system appear at once
     if (fromStart) clock.begin(!head.states && !matchMedia("(prefers-reduced-motion: reduce)").matches);
   }
 
@@ -226,15 +227,15 @@ export class MotionPanel {
     this.scene.show(this.samples, this.#colours(), this.standpoint);
     this.scene.canvas.setAttribute(
       "aria-label",
-      `The ${this.samples.head.body?.called ?? "disk"}, ${this.samples.head.title}: arrows turn the camera, plus and minus bring it nearer and farther, ` +
-        "0 puts it back, Space plays and pauses",
+      `The ${this.samples.head.body?.called ?? "disk"}, ${this.samples.head.title}: arrows turn the camera, plus and minus move it closer and farther away, ` +
+        "0 resets it, Space plays and pauses",
     );
     this.parts.square.textContent = `squares of ${lengthText(this.scene.square)}`;
     this.parts.stage.append(this.parts.square);
     this.scene.setTime(clock.time);
   }
 
-  /** Colours of the scene as the page has them by day or night. */
+  /** Return the colours of the scene in the page's present theme. */
   #colours() {
     const probe = html("i");
     this.element.append(probe);
@@ -266,7 +267,7 @@ export class MotionPanel {
     });
   }
 
-  /** Follow a motion that goes on for as long as the one beside it. */
+  /** Extend the motion to the duration of the one next to it. */
   async #extend() {
     const { own } = this;
     const wanted = own && !own.head.ended ? Math.max(clock.length, own.length) : 0;
@@ -283,7 +284,7 @@ export class MotionPanel {
       this.samples = samples;
     } catch (problem) {
       if (extended.signal.aborted) return;
-      // it is not asked for again before a person does so, or another time is wanted: the clock calls this in each frame
+      // the clock calls this in every frame: do not ask again until a person does, or another duration is wanted
       this.isCut = true;
       tellProblem(this.parts.problem, problem, () => this.request && void this.show(this.request));
       return;
@@ -299,13 +300,13 @@ export class MotionPanel {
   #follow() {
     void this.#extend();
     const { samples } = this;
-    // nothing has a place in a time without length
+    // a duration of zero has no positions
     if (!samples || clock.length === 0) return;
     if (this.drawnLength !== clock.length || this.drawn !== samples) this.#drawCurves(samples, clock.length);
     const time = Math.min(clock.time, samples.length);
-    // what ends before the motion beside it stays where it ended
+    // a motion that is shorter than the one next to it stays where it ended
     const { ending } = samples.head;
-    this.parts.ending.textContent = clock.time >= samples.length ? `${ending}: this is its end` : ending;
+    this.parts.ending.textContent = clock.time >= samples.length ? `${ending}: it has ended` : ending;
     for (const { name, cursorAt } of this.figures) this.plots.get(name)?.setCursor(...cursorAt(time));
     this.transport.follow(samples.head.states && samples.head.quantities.time);
     this.scene?.setTime(time);
@@ -329,9 +330,9 @@ export class MotionPanel {
   }
 
   /**
-   * The plot of a name, made when it is wanted first.
+   * Return the plot with a name, created on first use.
    * @param {string} name
-   * @param {number|null} factor  from seconds to the unit of its time; null where its cursor cannot be dragged
+   * @param {number|null} factor  from seconds to the unit of its time; null if its cursor cannot be dragged
    */
   #plotOf(name, factor) {
     const known = this.plots.get(name);
@@ -342,18 +343,18 @@ export class MotionPanel {
     return made;
   }
 
-  /** @param {string} key  the motion of which is told */
+  /** @param {string} key of the motion that is described */
   async #tellVerdict(key) {
     this.judged?.abort();
     this.judged = new AbortController();
     const point = await this.source.point(this.#place, this.judged.signal).catch(() => null);
     if (!this.request || this.subject !== key || !point) return;
-    // the motion of a start that is no cell of an atlas is shown, and has no verdict
+    // the motion of a start that is not a cell of an atlas is shown, but has no verdict
     this.parts.verdict.textContent = point.verdict || (point.note ?? "");
     this.parts.verdict.dataset.verdict = point.verdict;
   }
 
-  /** Ask for the explanation when it is open and not there yet. */
+  /** Request the explanation if it is open and missing. */
   async #explain() {
     if (!this.request || !this.parts.words.open || this.explained) return;
     const { subject } = this;
@@ -361,7 +362,7 @@ export class MotionPanel {
     const asked = this.source.explain(this.#place);
     const found = await asked.then(
       (text) => ({ text, explained: true }),
-      // what was refused is asked for once more when the words are opened again
+      // a refused explanation is requested again when its section is reopened
       (problem) => ({ text: wordsOfProblem(problem), explained: false }),
     );
     if (!this.request || this.subject !== subject) return;
@@ -371,7 +372,7 @@ export class MotionPanel {
 }
 
 /**
- * The elements of a panel, put into one.
+ * Create the elements of a panel inside an element.
  * @param {HTMLElement} element
  */
 function partsOf(element) {
@@ -392,7 +393,7 @@ function partsOf(element) {
     explanation,
     laws: html("details", { class: "laws" }, summary, losses),
     summary,
-    words: html("details", { class: "words" }, html("summary", {}, "In words"), explanation),
+    words: html("details", { class: "words" }, html("summary", {}, "Explanation"), explanation),
   };
   const head = html("p", { class: "state" }, parts.verdict, parts.ending);
   const below = [parts.note, parts.laws, parts.words];
@@ -402,7 +403,7 @@ function partsOf(element) {
 }
 
 /**
- * Length as people read it.
+ * Return a length as text.
  * @param {number} length  in m
  */
 function lengthText(length) {
@@ -410,10 +411,10 @@ function lengthText(length) {
   return `${Number((length * Number(factor)).toPrecision(3))} ${unit}`;
 }
 
-/** What the button does, drawn: not every font has signs for it. */
+/** Icons of the button as paths: not every font has such characters. */
 const SIGNS = { pause: "M3 2h4v12H3zM9 2h4v12H9z", play: "M4 2l10 6-10 6z" };
 
-/** Steps of the slider of time. */
+/** Number of steps of the time slider. */
 const STEPS = 1000;
 
 class Transport {
@@ -435,15 +436,15 @@ class Transport {
     this.slide.addEventListener("input", () => clock.seek((Number(this.slide.value) / STEPS) * clock.length));
     this.said = html("output", { class: "now" });
     const speeds = SPEEDS.map((speed) => ({ value: String(speed), label: `${speed}\u00d7` }));
-    const words = { "aria-label": "speed", title: "seconds of the motion in a second" };
+    const words = { "aria-label": "speed", title: "seconds of the motion per second" };
     this.speed = select(words, speeds, (speed) => clock.setSpeed(Number(speed)));
     element.append(this.button, this.slide, this.said, this.speed);
     this.follow();
   }
 
   /**
-   * Show where the clock is.
-   * @param {Described} [quantity]  of the time of a system, whose durations are of any size; none of a rolling body
+   * Show the position of the clock.
+   * @param {Described} [quantity]  time of a system, whose durations are of any size; omitted for a rolling body
    */
   follow(quantity) {
     const { playing, time, length, speed } = this.clock;
@@ -466,7 +467,7 @@ class Transport {
   }
 }
 
-/** Let the page go on with what else there is to do. */
+/** Let the page do its other work. */
 function turn() {
   return new Promise((resolve) => setTimeout(resolve));
 }

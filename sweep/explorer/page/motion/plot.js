@@ -6,42 +6,42 @@ import { superscript, ticksOf } from "eulerdisk/ticks";
 /** @typedef {{low: number, high: number}} Range */
 
 /**
- * A curve, drawn in the colour of its class. What is not finite ends a piece of it.
+ * A curve in the colour of its class, interrupted by values that are not finite.
  * @typedef {{x: ArrayLike<number>, y: ArrayLike<number>, kind: string, label?: string}} Curve
  */
 
 /**
- * What a plot shows, in the units that people read.
+ * The contents of a plot, in displayed units.
  * @typedef {object} Figure
- * @property {string} title  what it is, for those who do not see it
+ * @property {string} title  description for screen readers
  * @property {string} xLabel
  * @property {string} yLabel
- * @property {string} [hint]  what its unit means, shown where the pointer rests on the label
+ * @property {string} [hint]  explanation of the unit, shown when the pointer rests on the label
  * @property {Range} x
  * @property {Range} y
  * @property {Curve[]} curves
  * @property {{y: number, kind: string}[]} [lines]  horizontal lines
  * @property {{x: number, y: number, kind: string, label: string}[]} [dots]
- * @property {Curve[]} [areas]  filled from the curve before, the first one from zero
+ * @property {Curve[]} [areas]  filled from the previous curve, the first one from zero
  */
 
-/** Room around the curves, in pixels. */
+/** Margins around the curves, in pixels. */
 const ROOM = { left: 54, right: 10, top: 20, bottom: 34 };
 
-/** Space beyond the largest and the smallest value, as a share of what is between them. */
+/** Margin beyond the largest and the smallest value, as a share of their difference. */
 const MARGIN = 0.07;
 
-/** Height of a line of words over the curves, about the width of a letter, and space between two keys, in pixels. */
+/** Height of a line of text above the curves, approximate width of a letter, and gap between two keys, in pixels. */
 const LINE = 14;
 const LETTER = 5.7;
 const GAP = 14;
 
-/** Radius of a dot in pixels, and width of a tick. */
+/** Radius of a dot, and length of a tick, in pixels. */
 const DOT = 3.5;
 const TICK = 4;
 
 /**
- * Range of values with a little space; of equal ones, a range about them.
+ * Return the range of values with a margin; for equal values, a range around them.
  * @param {Iterable<number>} values
  * @returns {Range}
  */
@@ -60,7 +60,7 @@ export function rangeOf(values) {
 export class Plot {
   /**
    * @param {HTMLElement} element
-   * @param {(x: number) => void} [seek]  is told where the cursor was dragged to
+   * @param {(x: number) => void} [seek]  called with the position to which the cursor was dragged
    */
   constructor(element, seek) {
     this.element = element;
@@ -139,7 +139,7 @@ export class Plot {
   }
 
   /**
-   * Place of a value from the left, in pixels.
+   * Return the distance of a value from the left edge, in pixels.
    * @param {number} value
    */
   #right(value) {
@@ -148,7 +148,7 @@ export class Plot {
   }
 
   /**
-   * Place of a value from the top, in pixels; values far out are drawn a little outside.
+   * Return the distance of a value from the top, in pixels; values far outside are drawn just outside the plot.
    * @param {number} value
    */
   #up(value) {
@@ -158,7 +158,7 @@ export class Plot {
   }
 
   /**
-   * Path through a curve. Of the samples that share a pixel the first, the extremes and the last are kept.
+   * Return the path of a curve. Of the samples that share a pixel, the first, the extremes and the last are kept.
    * @param {Curve} curve
    */
   #path({ x, y }) {
@@ -185,7 +185,7 @@ export class Plot {
     return parts.join("");
   }
 
-  /** @param {Curve[]} areas  each one above the one before */
+  /** @param {Curve[]} areas each one above the previous one */
   #areas(areas) {
     const floor = (/** @type {Curve} */ { x }) => ({ x, y: new Float64Array(x.length), kind: "" });
     return areas.map((area, i) => {
@@ -228,7 +228,7 @@ export class Plot {
     return parts;
   }
 
-  /** Keys of curves and areas, in lines over the plot that end at its right. */
+  /** Return the keys of curves and areas, in right-aligned lines above the plot. */
   #legend() {
     return this.keys.flatMap((line, i) => {
       let end = this.width - ROOM.right;
@@ -247,7 +247,7 @@ export class Plot {
   }
 
   /**
-   * Lines of keys: the first one is beside the name of the axis, if there is room.
+   * Return the lines of keys; the first is next to the name of the axis, if there is room.
    * @param {Figure} figure
    */
   #linesOfKeys({ curves, areas = [], yLabel }) {
@@ -296,7 +296,7 @@ export class Plot {
 }
 
 /**
- * Width of a key and its label, about.
+ * Return the approximate width of a key and its label.
  * @param {string} label
  */
 function widthOf(label) {
@@ -316,7 +316,7 @@ function scaleOf({ low, high }, count) {
 }
 
 /**
- * Name of an axis, with what its labels are counted from, and in which power of ten.
+ * Return the name of an axis, with the offset and the power of ten of its labels.
  * @param {string} label
  * @param {{offset: string, power: number}} scale
  */

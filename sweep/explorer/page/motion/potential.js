@@ -1,9 +1,6 @@
 /**
- * The potential of one motion without losses, as a curve to draw: how far it lies over the energy, its wells and its
- * barriers. The disk swings where its potential is below its energy. Everything is over m g R.
- *
- * (1 + alpha/2) w^2/2 + V = E with V = (1+alpha)/2 s^2 + alpha/4 o^2 + cos(tilt), where s and o are functions of the tilt
- * alone (docs/theory.md; Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201).
+ * The potential of one motion without losses, as a curve to draw: its height above the energy, its wells and its
+ * barriers. The disk swings where its potential is below its energy. Everything is in units of m g R.
  */
 
 import { curveOfBody } from "eulerdisk/motion/body_potential";
@@ -11,31 +8,37 @@ import { curveOfBody } from "eulerdisk/motion/body_potential";
 /** @import { BodyOfMotion } from "eulerdisk/types" */
 
 /** @typedef {{tilt: number, tilt_rate: number, precession_rate: number, roll_rate: number, alpha: number, radius: number, gravity: number}} Start */
-/** @typedef {[number, number]} Point  a tilt, or a stretched one, and the excess of the potential there */
-/** @typedef {(y: number) => {excess: number, slope: number}} Curve  of stretched tilts */
+/** @typedef {[number, number]} Point a tilt, possibly stretched, and the excess of the potential there */
+/** @typedef {(y: number) => {excess: number, slope: number}} Curve a function of stretched tilts */
 
-/** Longest step of the integration, and the fewest steps: the curve is right to 1e-7 of its height up to 89 deg. */
+/**
+ * Longest step of the integration, and the least number of steps: up to 89 deg, the curve is accurate to 1e-7 of its
+ * height.
+ */
 const STEP = 0.06;
 const FEWEST = 6;
 
-/** Places among which extremes are sought, points of the curve, halvings that lead to an extreme. */
+/**
+ * Number of places among which extremes are sought, number of points of the curve, and number of bisections to an
+ * extreme.
+ */
 const PLACES = 513;
 const POINTS = 241;
 const HALVINGS = 50;
 
-/** What is drawn beside the swing: this share of the height that is seen, above the energy and above the barrier. */
+/** Margin above the energy and above the barrier, as a share of the visible height. */
 const MARGIN = 0.45;
 
-/** A barrier that is more often as high over the energy as the well is deep below it is left out of the picture. */
+/** Largest ratio of a barrier's height above the energy to the well's depth below it, for a barrier in the picture. */
 const FAR = 12;
 
-/** The tilt that is stretched without end at 90 deg is drawn up to here, about 89.9 deg. */
+/** Largest stretched tilt, about 89.9 deg; at 90 deg it is infinite. */
 const STEEPEST = 7;
 
 /**
  * @param {Start} start
- * @param {number} fallTilt  nothing is drawn beyond it
- * @param {BodyOfMotion|null} [body]  none of the disk
+ * @param {number} fallTilt  end of the curve
+ * @param {BodyOfMotion|null} [body]  omitted for the disk
  * @returns {{tilt: Float64Array, excess: Float64Array, wells: Point[], barriers: Point[]}}
  */
 export function potentialOf(start, fallTilt, body) {
@@ -47,7 +50,7 @@ export function potentialOf(start, fallTilt, body) {
   const places = [...evenly(first, last, PLACES), here].sort((a, b) => a - b);
   const slopes = places.map((y) => curve(y).slope);
   const [wells, barriers] = [-1, 1].map((sense) => extremes(curve, places, slopes, sense));
-  // a disk at rest at the bottom of its well has no depth: what is near is drawn
+  // a disk at rest at the bottom of its well has no depth: draw its neighbourhood
   const depth =
     Math.max(0, ...[...wells.map(([, excess]) => excess), curve(here).excess].map((v) => -v)) || 1e-3;
   const height = Math.max(0, ...barriers.map(([, excess]) => excess).filter((value) => value <= FAR * depth));
@@ -82,9 +85,9 @@ function evenly(low, high, count) {
 }
 
 /**
- * The potential less the energy, and its slope. With p = o cos(tilt), ds/dy = -p/(1+alpha) and dp/dy = -2 s cos(tilt)^2.
- * The changes of s and p since the start are integrated, so that the excess of a narrow swing is no difference of large
- * numbers.
+ * Return a function for the potential minus the energy and for its slope. With p = o cos(tilt), ds/dy = -p/(1+alpha)
+ * and dp/dy = -2 s cos(tilt)^2. The changes of s and p since the start are integrated, so that the excess of a narrow
+ * swing is not a difference of large numbers.
  * @param {Start} start
  * @returns {Curve}
  */
@@ -113,7 +116,7 @@ function curveOf({ tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, g
     const there = tiltAt(place);
     const [sin, cos] = [Math.sin(there), Math.cos(there)];
     const [o, o0] = [(p0 + p) / cos, p0 / cos0];
-    // o - o0, formed without the difference of two like numbers
+    // o - o0, without subtracting nearly equal numbers
     const narrow = Math.sin((there + tilt) / 2) * Math.sin((there - tilt) / 2);
     const change = p / cos + (2 * p0 * narrow) / (cos * cos0);
     const rise = 0.5 * (1 + alpha) * s * (2 * s0 + s) + 0.25 * alpha * change * (o + o0) - 2 * narrow;
@@ -123,7 +126,7 @@ function curveOf({ tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, g
 }
 
 /**
- * Maxima (sense 1) or minima (sense -1) among increasing places, by halving.
+ * Return the maxima (sense 1) or minima (sense -1) among increasing places, by bisection.
  * @param {Curve} curve
  * @param {number[]} places
  * @param {number[]} slopes
@@ -148,7 +151,8 @@ function extremes(curve, places, slopes, sense) {
 }
 
 /**
- * The first stretched tilt on the way from the start to an end at which the excess is over a limit; the end if none is.
+ * Return the first stretched tilt on the way from the start to an end at which the excess is above a limit; the end if
+ * there is none.
  * @param {Curve} curve
  * @param {number} here
  * @param {number} end
@@ -156,7 +160,7 @@ function extremes(curve, places, slopes, sense) {
  */
 function crossing(curve, here, end, limit) {
   let before = here;
-  // distances from the start over twelve decades: a swing may be as narrow
+  // distances from the start over twelve decades, because a swing may be that narrow
   const shares = [...evenly(-12, -2, 80).map((power) => 10 ** power), ...evenly(0.01, 1, 240)];
   for (const share of shares) {
     const place = here + share * (end - here);

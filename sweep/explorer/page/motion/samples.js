@@ -1,4 +1,4 @@
-/** The samples of one motion, and its values between them. */
+/** The samples of one motion, and interpolation between them. */
 
 import { potentialOf } from "eulerdisk/motion/potential";
 
@@ -10,7 +10,7 @@ export class Samples {
     this.head = head;
     this.arrays = arrays;
     this.times = arrays.time;
-    /** The potential, of a rolling body without losses. */
+    /** The potential, for a rolling body without losses. */
     this.potential =
       head.lossy || head.states
         ? null
@@ -23,7 +23,7 @@ export class Samples {
   }
 
   /**
-   * Number of the last sample at or before a time, but not of the last of all.
+   * Return the index of the last sample at or before a time, except the very last sample.
    * @param {number} time
    */
   before(time) {
@@ -37,7 +37,7 @@ export class Samples {
   }
 
   /**
-   * Number of the sample before a time, and the share of the way from it to the next one.
+   * Return the index of the sample before a time, and the share of the way from it to the next one.
    * @param {number} time
    */
   between(time) {
@@ -48,8 +48,8 @@ export class Samples {
   }
 
   /**
-   * Value of an array at a time, by the cubic whose slopes at both samples are those of the parabolas through their
-   * neighbours. Beyond its end a motion stays where it is.
+   * Return the value of an array at a time, by the cubic whose slopes at both samples are those of the parabolas
+   * through their neighbours. After its end, a motion stays where it is.
    * @param {string} name
    * @param {number} time
    */
@@ -67,7 +67,8 @@ export class Samples {
   }
 
   /**
-   * Slope of the parabola through a sample and its neighbours; at an end that of the line to the only one.
+   * Return the slope of the parabola through a sample and its neighbours; at an end, the slope of the line to its only
+   * neighbour.
    * @param {Float64Array} values
    * @param {number} i
    */

@@ -1,4 +1,7 @@
-/** A body of revolution for the scene of a motion: its meridian, as in figures (sweep/figures/disk/solid.py), and meshes. */
+/**
+ * A body of revolution for the scene of a motion: its meridian, as in figures (sweep/figures/disk/solid.py), and
+ * meshes.
+ */
 
 import { EDGE_COLOUR, FACES, painted, surfacePicture } from "eulerdisk/motion/paint";
 import {
@@ -15,24 +18,25 @@ import {
 
 /** @import { BodyOfMotion } from "eulerdisk/types" */
 
-/** Facets about the axis, and along half a circle of a meridian. */
+/** Number of facets around the axis, and along half a circle of a meridian. */
 const AROUND = 144;
 const ALONG = 36;
 
-/** What a stretch of a meridian shows: the side of the body that its axis points away from, the other one, or its edge. */
+/** Parts of the surface: the side away from which the axis points, the opposite side, or the edge. */
 const FRONT = 0;
 const BACK = 1;
 const EDGE = 2;
 
 /**
- * A point of a meridian over the outer radius: its distance from the axis, and its height along it over the centre of mass.
+ * A point of a meridian in units of the outer radius: its distance from the axis, and its height along the axis above
+ * the centre of mass.
  * @typedef {[number, number]} Point
  */
 
 /** @typedef {{points: Point[], shows: number}} Stretch */
 
 /**
- * The stretches of a meridian, from the end to which the axis points to the other one.
+ * Return the stretches of a meridian, from the end to which the axis points to the other one.
  * @param {BodyOfMotion} body
  * @returns {Stretch[]}
  */
@@ -53,7 +57,7 @@ export function meridianOf({ name, core, shift, edge, square }) {
       { points: half(0, -Math.PI / 2), shows: FRONT },
     ];
   }
-  // of a rim, on either edge; an arc goes on to the other side
+  // the arc of a rim, on either edge; a single arc continues to the other side
   const middle = name === "arc" ? 0 : Math.abs(shift);
   const upper = edge > 0 ? arc(core, middle, edge, Math.PI / 2, 0) : [/** @type {Point} */ ([core, middle])];
   const lower = upper.map(([a, b]) => /** @type {Point} */ ([a, -b])).reverse();
@@ -85,7 +89,7 @@ function arc(core, height, radius, from, to) {
 }
 
 /**
- * Distance of the farthest point from the centre of mass, over the outer radius.
+ * Return the distance of the farthest point from the centre of mass, in units of the outer radius.
  * @param {BodyOfMotion} body
  */
 export function reachOf(body) {
@@ -93,7 +97,8 @@ export function reachOf(body) {
 }
 
 /**
- * The body, with its centre of mass at 0, its painted direction along x and its axis against z, as faces of the disk have it.
+ * Return the body, with its centre of mass at 0, its painted direction along x and its axis against z, like the faces
+ * of the disk.
  * @param {number} radius
  * @param {BodyOfMotion} body
  * @returns {Group}

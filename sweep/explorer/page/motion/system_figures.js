@@ -1,4 +1,4 @@
-/** What the plots of a motion of a system show: each state against time, and the first two against each other. */
+/** The contents of the plots of a system's motion: each state against time, and the first two against each other. */
 
 import { labelled, shown } from "eulerdisk/motion/figures";
 import { rangeOf } from "eulerdisk/motion/plot";
@@ -43,7 +43,7 @@ function factorOf(samples, name) {
 }
 
 /**
- * A curve, in two pieces where it is known up to a time only.
+ * Return a curve, in two pieces if it is reliable only up to some time.
  * @param {Samples} samples
  * @param {Float64Array} x
  * @param {Float64Array} y
