@@ -1,10 +1,10 @@
-"""Hold the engine and the reduction of other bodies against each other, and against a rigid body in space.
+"""Compare the engine and the reduction of other bodies with each other, and with a rigid body in space.
 
     python scripts/audit_bodies.py errors [CELLS] [SEED]   engine against reduction: endings, extremes, stated errors
     python scripts/audit_bodies.py space [COUNT] [SEED]    reduction against Newton and Euler's equations by DOP853
 
-CELLS are those of each body, with random lengths, moments, radii, gravities, tilts and rates over decades. Exit status
-1 if a promise is broken.
+CELLS is the number of cells of each body, with random lengths, moments, radii, gravities, tilts and rates over decades.
+Exit status 1 if a promise is broken.
 """
 
 import math
@@ -31,15 +31,16 @@ Array = npt.NDArray[np.float64]
 
 FALL = math.radians(85.0)
 
-#: Promised: errors of extremes [rad] and, relative, of periods at the default tolerance; share beyond twice the stated.
+#: Promised: error of extremes [rad], relative error of periods at the default tolerance, and share of cells beyond
+#: twice the stated error.
 TOLERANCE, PERIOD, MOST_BEYOND = 1e-8, 1e-7, 1e-3
 
-#: How near [rad, relative] the reduction has to be to SciPy at 1e-12.
+#: Largest difference [rad, relative] between the reduction and SciPy at 1e-12.
 NEAR = 1e-9
 
 
 def drawn(body: str, n: int, rng: np.random.Generator) -> Array:
-    """Return starts of a body."""
+    """Return random starts of a body."""
     known = dict.fromkeys(PARAMETERS, np.zeros(n))
     if body == "torus":
         known["tube"] = rng.uniform(0.0, 0.9, n)
@@ -76,14 +77,14 @@ def drawn(body: str, n: int, rng: np.random.Generator) -> Array:
 
 
 def reduced(given: Array, body: str) -> tuple[dict[str, Array], npt.NDArray[np.int32]]:
-    """Return what the reduction says of starts, and how they end."""
+    """Return the results of the reduction for starts, and their endings."""
     measures, counts = np.empty((len(REDUCED), given.shape[1])), np.empty((1, given.shape[1]), np.int32)
     kernel_of(body, "reduce").load()(given, float(NAMES.index(body)), FALL, 1, measures, counts)
     return dict(zip(REDUCED, measures, strict=True)), counts[ENDING]
 
 
 def audit_errors(cells: int, rng: np.random.Generator) -> bool:
-    """Hold the engine against the reduction, of bodies that have both; return whether every promise holds."""
+    """Compare the engine with the reduction for bodies that have both; return whether every promise holds."""
     fine = True
     print(
         f"{'':8}{'cells':>8}{'endings':>9}{'extremes':>10}{'beyond 2 x stated':>19}{'periods':>10}{'without':>9}"
@@ -109,12 +110,12 @@ def audit_errors(cells: int, rng: np.random.Generator) -> bool:
 
 
 def audit_space(count: int, rng: np.random.Generator) -> bool:
-    """Hold the reduction against rigid bodies in space; return whether all are near."""
+    """Compare the reduction with rigid bodies in space; return whether all agree."""
     worst = 0.0
     for body in NAMES:
         given = drawn(body, max(1, count // len(NAMES)), rng)
         exact, ending = reduced(given, body)
-        # at rest the first turn is no event, and beside a separatrix both lose digits
+        # at rest the first turn is not an event, and near a separatrix both lose digits
         known = (ending == BOUNDED) & (given[PARAMETERS.index("tilt_rate")] != 0.0)
         known &= ~(np.abs(exact["separatrix"]) < 1e-3)
         for cell in np.flatnonzero(known):
@@ -146,7 +147,7 @@ PARTS: dict[str, tuple[Callable[[int, np.random.Generator], bool], int]] = {
 
 
 def main() -> None:
-    """Run the part that was asked for."""
+    """Run the requested part."""
     if len(sys.argv) < 2 or sys.argv[1] not in PARTS:
         sys.exit(__doc__)
     audit, count = PARTS[sys.argv[1]]

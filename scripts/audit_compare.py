@@ -1,7 +1,7 @@
-"""Hold the rules of `eulerdisk compare` against random cells: how far two integrations of one start are apart.
+"""Check the rules of `eulerdisk compare` on random cells: how far two integrations of one start are apart.
 
-Each start is integrated to several tolerances and to 1e-11, to the end and for 0.7 s. A difference over what the two
-integrations state is counted; the largest share is printed for each variable.
+Each start is integrated with several tolerances and with 1e-11, to the end and for 0.7 s. Differences larger than the
+two integrations state are counted; the largest ratio is printed for each variable.
 
     python scripts/audit_compare.py 30000 7
 """
@@ -26,7 +26,7 @@ VARIABLES = ("tilt_min", "tilt_max", "peak_tilt", "amplification", "fall_time", 
 
 
 def random_starts(count: int, seed: int) -> dict[str, Array]:
-    """Return starts over five decades of tilts and rates, some of them zero, of disks of any shape."""
+    """Return starts of disks of any shape, with tilts and rates over five decades, some of them zero."""
     rng = np.random.default_rng(seed)
 
     def signed(low: float, high: float, signs: list[int]) -> Array:

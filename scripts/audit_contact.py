@@ -1,4 +1,4 @@
-"""Hold the contact extremes of many cells against an integration in time that shares no code with the project.
+"""Compare the contact extremes of many cells with an integration in time that shares no code with the project.
 
     python scripts/audit_contact.py rolling [EVERY]         the preset, every so many cells; spinning, circling likewise
     python scripts/audit_contact.py random [COUNT] [SEED]   random starts over six decades of rates
@@ -6,7 +6,7 @@
 
 Each motion is integrated by Taylor series of order 20 in time, in the tilt, its rate, the precession rate and the roll
 rate, from its start forward and backward to the turning points, the fall, or the end of the duration. The forces are
-Newton's: mass times the acceleration of the centre, differentiated from its place. They are sampled 32 times a step,
+Newton's: mass times acceleration of the centre, by differentiating its position. They are sampled 32 times per step,
 and extremes between samples are found by golden sections. Mirror images and reversed motions are compared bit by bit.
 Exit status 1 if the values are not within 1e-6 (1 + |x|), or too many are left unresolved.
 """
@@ -30,10 +30,10 @@ from sweep.request.spec import SweepSpec
 _ORDER, _SAMPLES, _MOST_STEPS = 20, 32, 200_000
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
-#: Promised error over 1 + |value|; what may be left unresolved: random cells, cells of a preset.
+#: Promised error divided by 1 + |value|; largest share of unresolved cells, for random cells and for a preset.
 _PROMISED, _MOST_RANDOM, _MOST_OF_PRESET = 1e-6, 0.01, 0.001
 
-#: The parts of the audit; cells of a batch.
+#: The parts of the audit, and the number of cells in a batch.
 _PRESETS, _RANDOM, _BATCH = ("rolling", "spinning", "circling"), ("random", "grazing"), 20_000
 
 Array = npt.NDArray[np.float64]
@@ -42,7 +42,7 @@ Columns = dict[str, npt.NDArray[np.float64]]
 
 @njit
 def _expand(y, alpha):  # type: ignore[no-untyped-def]  # compiled
-    """Series of tilt, tilt rate, precession rate, roll rate (rows 0 to 3) in time, in units of sqrt(R/g)."""
+    """Compute the series of tilt, tilt rate, precession rate, roll rate (rows 0 to 3) in scaled time."""
     th, w, p, r, sin, cos, sec, tan, rw, pr, psin, pcos, tanw = y
     sin[0], cos[0] = math.sin(th[0]), math.cos(th[0])
     sec[0] = 1.0 / cos[0]
@@ -84,7 +84,7 @@ def _at(y, row, t):  # type: ignore[no-untyped-def]  # compiled
 
 @njit
 def _forces(y, t, alpha):  # type: ignore[no-untyped-def]  # compiled
-    """Normal force over the weight, and the friction coefficient needed (infinite where the force is not positive)."""
+    """Return normal force / weight, and the needed friction coefficient (infinite where the force is not positive)."""
     th, w, p, r = _at(y, 0, t), _at(y, 1, t), _at(y, 2, t), _at(y, 3, t)
     sin, cos = math.sin(th), math.cos(th)
     w1 = 2.0 / (2.0 + alpha) * sin + p * p * sin * cos + 2.0 * (1.0 + alpha) / (2.0 + alpha) * p * r * cos
@@ -98,7 +98,7 @@ def _forces(y, t, alpha):  # type: ignore[no-untyped-def]  # compiled
 
 @njit
 def _golden(y, low, high, alpha, which):  # type: ignore[no-untyped-def]  # compiled
-    """Place of the least normal force (which = 0) or of the largest coefficient (1) between two times."""
+    """Return the time between two others with the least normal force (which = 0) or the largest coefficient (1)."""
     a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
     sign = 1.0 if which == 0 else -1.0
     at_a, at_b = sign * _forces(y, a, alpha)[which], sign * _forces(y, b, alpha)[which]
@@ -116,7 +116,7 @@ def _golden(y, low, high, alpha, which):  # type: ignore[no-untyped-def]  # comp
 
 @njit
 def _search(y, first, end, count, alpha, best):  # type: ignore[no-untyped-def]  # compiled
-    """Extremes of the forces between two times of a step: samples, and golden sections between them."""
+    """Find the extremes of the forces between two times of a step: samples, and golden sections between them."""
     d = (end - first) / count
     n2 = n1 = f2 = f1 = math.nan
     for i in range(count + 1):
@@ -128,7 +128,7 @@ def _search(y, first, end, count, alpha, best):  # type: ignore[no-untyped-def] 
             least, needed = _forces(y, low, alpha)
             best[0], best[1] = min(best[0], least), max(best[1], needed)
             if least > 0.0:
-                # a peak that is narrower than the samples stands beside the least normal force
+                # a peak that is narrower than the distance of the samples is next to the least normal force
                 for width in (d, 0.03 * d, 0.001 * d):
                     peak = _golden(y, max(first, low - width), min(end, low + width), alpha, 1)
                     best[1] = max(best[1], _forces(y, peak, alpha)[1])
@@ -145,7 +145,7 @@ def _search(y, first, end, count, alpha, best):  # type: ignore[no-untyped-def] 
 
 @njit
 def _crossing(y, row, level, low, high, sign):  # type: ignore[no-untyped-def]  # compiled
-    """Time at which a row passes a level: sign (row - level) is positive at `low`, not at `high`."""
+    """Return the time at which a row passes a level: sign (row - level) is positive at `low`, not at `high`."""
     for _ in range(60):
         t = 0.5 * (low + high)
         if sign * (_at(y, row, t) - level) > 0.0:
@@ -157,7 +157,7 @@ def _crossing(y, row, level, low, high, sign):  # type: ignore[no-untyped-def]  
 
 @njit
 def _step(y):  # type: ignore[no-untyped-def]  # compiled
-    """Length of a step: the last term of each series is 1e-17 of the first ones."""
+    """Return the length of a step, for which the last term of each series is 1e-17 of the first ones."""
     rates = max(1e-3, abs(y[1, 0]), abs(y[2, 0]), abs(y[3, 0]))
     steepest = 0.0
     for row in range(4):
@@ -169,7 +169,7 @@ def _step(y):  # type: ignore[no-untyped-def]  # compiled
 
 @njit
 def _leg(start, alpha, fall, most, y, best):  # type: ignore[no-untyped-def]  # compiled
-    """Follow a start until it turns, falls or `most` time is over: (ending, tilt there, time)."""
+    """Follow a start until it turns, falls or reaches the time `most`; return (ending, tilt there, time)."""
     for row in range(4):
         y[row, 0] = start[row]
     t, heading = 0.0, 0.0
@@ -210,7 +210,7 @@ def _refer(starts, units, alphas, fall, duration, results):  # type: ignore[no-u
         ending, first, t = _leg(start, alpha, fall, most, y, best)
         second = start[0]
         if ending == BOUNDED and start[1] != 0.0:
-            # backward: all rates change their signs
+            # backward in time, all rates change their signs
             start[1], start[2], start[3] = -start[1], -start[2], -start[3]
             if most > 2.0 * t:
                 ending, second, _ = _leg(start, alpha, fall, most - 2.0 * t, y, best)
@@ -225,7 +225,7 @@ def _refer(starts, units, alphas, fall, duration, results):  # type: ignore[no-u
 
 
 def random_starts(count: int, rng: np.random.Generator) -> Columns:
-    """Return random starts: rates over six decades, some of them zero, and every kind of disk and gravity."""
+    """Return random starts for every kind of disk and gravity, with rates over six decades, some of them zero."""
     radius, gravity = 10.0 ** rng.uniform(-3, 2, count), 10.0 ** rng.uniform(-1, 1.5, count)
     unit = np.sqrt(radius / gravity)
 
@@ -245,7 +245,7 @@ def random_starts(count: int, rng: np.random.Generator) -> Columns:
 
 
 def grazing_starts(count: int, rng: np.random.Generator, spec: SweepSpec) -> Columns:
-    """Return random starts whose rates are so scaled that the least normal force is positive and almost zero."""
+    """Return random starts whose rates are scaled so that the least normal force is positive and almost zero."""
     fast = random_starts(8 * count, rng)
     rates = PARAMETERS[1:4]
     slow = {name: values * (1e-3 if name in rates else 1.0) for name, values in fast.items()}
@@ -266,7 +266,7 @@ def _scaled(starts: Columns, factor: Array) -> Columns:
 
 
 def reference(starts: Columns, spec: SweepSpec) -> Array:
-    """Return ending, extreme tilts [rad], least normal force and friction needed by the integration in time."""
+    """Return ending, extreme tilts [rad], least normal force and needed friction from the integration in time."""
     unit = np.sqrt(starts["radius"] / starts["gravity"])
     rows = np.stack([starts["tilt"], *(starts[name] * unit for name in PARAMETERS[1:4])])
     results = np.empty((5, unit.size))
@@ -275,7 +275,7 @@ def reference(starts: Columns, spec: SweepSpec) -> Array:
 
 
 def images(starts: Columns) -> Iterator[Columns]:
-    """Yield the two mirror images of starts, and the motions that run through the same tilts backward."""
+    """Yield the two mirror images of starts, and the reversed motions, which pass the same tilts backward."""
     yield {
         **starts,
         "tilt": -starts["tilt"],
@@ -287,7 +287,7 @@ def images(starts: Columns) -> Iterator[Columns]:
 
 
 class Tally:
-    """What the audit has counted."""
+    """The counts of the audit."""
 
     def __init__(self) -> None:
         self.cells = self.moving = self.unresolved = self.other = self.wrong = self.unlike = 0
@@ -295,7 +295,7 @@ class Tally:
         self.worst: list[tuple[float, str]] = []
 
     def add(self, spec: SweepSpec, starts: Columns) -> None:
-        """Hold some cells against the reference, and their images against them."""
+        """Compare some cells with the reference, and their images with the cells."""
         found, expected = compute(spec, starts), reference(starts, spec)
         state, moves = found["contact_state"], np.isin(found["ending"], (BOUNDED, HORIZON, FELL))
         self.cells += moves.size
@@ -320,7 +320,7 @@ class Tally:
         self.wrong += int(wrong.sum())
         for number, image in enumerate(images(starts)):
             other = compute(spec, image)
-            # reversed, a motion that falls or runs out of time is another motion
+            # a reversed motion that falls or reaches the time limit is a different motion
             alike = moves & ((found["ending"] == BOUNDED) & (other["ending"] == BOUNDED) | (number < 2))
             for name in (*self.largest, "contact_state"):
                 unlike = (
@@ -329,12 +329,12 @@ class Tally:
                 self.unlike += int(unlike.sum())
 
     def status(self, most: float) -> int:
-        """Print the counts; return 0 if the promises hold and at most this share of the cells is unresolved."""
+        """Print the counts; return 0 if the promises hold and at most the share `most` of the cells is unresolved."""
         print(self.report())
         return int(self.wrong > 0 or self.unlike > 0 or self.unresolved > most * self.moving)
 
     def report(self) -> str:
-        """Return the counts in words."""
+        """Return the counts as text."""
         lines = [
             f"cells                     {self.cells}, with a motion {self.moving}",
             f"unresolved                {self.unresolved} ({self.unresolved / max(1, self.moving):.4%})",
@@ -348,7 +348,7 @@ class Tally:
 
 
 def audit_preset(name: str, every: int = 1) -> int:
-    """Audit a preset, every so many cells; returns the exit status."""
+    """Audit every n-th cell of a preset; return the exit status."""
     tally, spec = Tally(), SweepSpec.preset(name).replace(contact="yes")
     for begin in range(0, spec.size, _BATCH * every):
         span = Span(begin, min(spec.size, begin + _BATCH * every))
@@ -357,18 +357,18 @@ def audit_preset(name: str, every: int = 1) -> int:
 
 
 def audit_random(part: str, count: int = _BATCH, seed: int = 1) -> int:
-    """Audit random starts, or grazing ones; returns the exit status."""
+    """Audit random or grazing starts; return the exit status."""
     tally, spec = Tally(), SweepSpec().replace(contact="yes", duration=3600.0)
     rng = np.random.default_rng(seed)
     for begin in range(0, count, _BATCH):
         batch = min(count - begin, _BATCH)
         tally.add(spec, grazing_starts(batch, rng, spec) if part == "grazing" else random_starts(batch, rng))
-    # a coefficient that is not known is what grazing starts are for
+    # grazing starts are chosen so that coefficients are hard to find
     return tally.status(1.0 if part == "grazing" else _MOST_RANDOM)
 
 
 def main(words: list[str]) -> int:
-    """Run the part that was asked for, or say which there are; returns the exit status."""
+    """Run the requested part, or print which parts there are; return the exit status."""
     if words and words[0] in ("-h", "--help"):
         print(__doc__)
         return 0

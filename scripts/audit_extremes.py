@@ -1,4 +1,4 @@
-"""Hold extreme tilts of many cells, their stated errors, refined boundaries and periods against the exact reduction.
+"""Compare extreme tilts of many cells, their stated errors, refined boundaries and periods with the exact reduction.
 
     python scripts/audit_extremes.py errors [CELLS] [SEED]        stated against true errors, six kinds of random starts
     python scripts/audit_extremes.py separatrices [COUNT] [SEED]  starts beside separatrices: nothing wrong is bounded
@@ -6,8 +6,8 @@
     python scripts/audit_extremes.py brackets [ROWS] [SEED]       refined boundaries: both ends of each bracket
     python scripts/audit_extremes.py periods [COUNT] [SEED]       periods and stated errors of the reduction, ten kinds
 
-The reduction in double precision is in turn compared with 50 digits (tests/turning_reference.py, which imports nothing
-of the project): a sample of every kind, all cells that double precision leaves open, and all brackets. `periods`
+The reduction in double precision is itself compared with 50 digits (tests/turning_reference.py, which imports nothing
+from the project): a sample of every kind, all cells that double precision leaves open, and all brackets. `periods`
 compares it with quadruple precision (quadruple.py, COUNT cells of each kind, 4 ms each) and 50 digits (one, and one per
 thousand of COUNT), or with 50 digits only where no compiler knows quadruple precision. Exit status 1 if a promise is
 broken.
@@ -42,29 +42,29 @@ from sweep.model.quantity import STABLE, UNSTABLE, Array
 
 FALL = math.radians(89.0)
 
-#: Promised: share of cells whose true error is beyond twice the stated one; median of stated over true error. Of the
-#: kinds the nearly flat one has the largest, 33; of the others it is 7 at most.
+#: Promised: share of cells whose true error is more than twice the stated one; median of stated / true error. The
+#: nearly flat kind has the largest median, 33; for the others it is at most 7.
 MOST_BEYOND, MOST_CAUTION = 1e-3, 50.0
 
-#: Promised: share of random cells that may be unresolved; steps of a tiny start.
+#: Promised: share of random cells that may be unresolved; number of steps of a tiny start.
 MOST_UNRESOLVED, MOST_STEPS = 1e-2, 1e5
 
-#: Promised: relative error of a period of the reduction; share of bounded cells of one kind that may have none, which
-#: lie next to separatrices. Of 4,000 starts beside 26 separatrices it was 0.52 to 0.77 (60 seeds), of as many that are
-#: nearly steady 0.07 to 0.09 (16 seeds).
+#: Promised: relative error of a period of the reduction; share of the bounded cells of a kind that may have no period,
+#: which are next to separatrices. Of 4,000 starts near 26 separatrices it was 0.52 to 0.77 (60 seeds), of 4,000 nearly
+#: steady ones 0.07 to 0.09 (16 seeds).
 PERIOD_ERROR, MOST_WITHOUT = 1e-9, {"beside separatrices": 0.9, "nearly steady": 0.12}
 
-#: True errors below this [rad] are those of the reference.
+#: True errors below this [rad] are errors of the reference.
 NOISE = 1e-13
 
 
 def spread(rng: np.random.Generator, n: int, low: float, high: float) -> Array:
-    """Numbers of both signs, of magnitudes from 10^low to 10^high."""
+    """Return numbers of both signs, with magnitudes from 10^low to 10^high."""
     return rng.choice((-1.0, 1.0), n) * 10.0 ** rng.uniform(low, high, n)
 
 
 def random_starts(kind: str, n: int, rng: np.random.Generator) -> Any:
-    """Starts of one kind, scaled: radius and gravity are 1."""
+    """Return scaled starts of one kind: radius and gravity are 1."""
     tilt, alpha = rng.uniform(-1.45, 1.45, n), rng.uniform(0.02, 1.0, n)
     some, most = rng.random(n) < 0.7, rng.random(n) < 0.9
     if kind == "six decades":
@@ -91,18 +91,18 @@ KINDS = ("six decades", "moderate", "fast", "slow", "nearly upright", "nearly fl
 
 
 def exact(given: Array, fall: float = FALL, with_period: bool = False) -> dict[str, Any]:
-    """Measures and counts of the exact reduction by name."""
+    """Return measures and counts of the exact reduction by name."""
     measures, counts = disk_reduction.extremes(given, fall, with_period)
     return dict(zip((*REDUCED, "ending", "wells"), (*measures, *counts), strict=True))
 
 
 def true_errors(found: Any, low: Array, high: Array) -> Array:
-    """Larger difference of the two extremes [rad]."""
+    """Return the larger difference of the two extremes [rad]."""
     return np.asarray(np.maximum(np.abs(found.least - low), np.abs(found.greatest - high)))
 
 
 def fifty_digits(given: Array, cells: Iterable[int], fall: float = FALL) -> Array:
-    """Extreme tilts of some cells from 50 digits, rounded to doubles; fall_tilt where the disk falls."""
+    """Return extreme tilts of some cells from 50 digits, rounded to doubles; fall_tilt where the disk falls."""
     digits.mp.dps = 50
     ends = []
     for cell in cells:
@@ -112,7 +112,7 @@ def fifty_digits(given: Array, cells: Iterable[int], fall: float = FALL) -> Arra
 
 
 def audit_errors(cells: int, rng: np.random.Generator) -> bool:
-    """The distribution of stated over true errors of every kind of start."""
+    """Print the distribution of stated over true errors for every kind of start; return whether every promise holds."""
     fine = True
     print(
         "kind               cells bounded  beyond 2x  99.9 % of true/stated  median stated/true  worst of 50 digits"
@@ -141,7 +141,7 @@ def audit_errors(cells: int, rng: np.random.Generator) -> bool:
 
 
 def separatrices(count: int, rng: np.random.Generator) -> Array:
-    """Starts whose energy is that of the maximum of their potential, except for a share of 1e-15 to 1e-2."""
+    """Return starts whose energy equals the maximum of their potential, except for a share of 1e-15 to 1e-2."""
     made: list[tuple[Array, float]] = []
     while len(made) < count:
         n = 4000
@@ -167,7 +167,7 @@ def separatrices(count: int, rng: np.random.Generator) -> Array:
 def audit_separatrices(
     count: int, rng: np.random.Generator, most_unresolved: float = MOST_UNRESOLVED
 ) -> bool:
-    """No bounded cell beside a separatrix is wrong by more than twice its stated error."""
+    """Check that no bounded cell near a separatrix is wrong by more than twice its stated error."""
     given = separatrices(count, rng)
     found, truth = kernel_runner.run(given, duration=1e4, fall_tilt=FALL), exact(given)
     sure = (truth["ending"] == FELL) | ((truth["ending"] == BOUNDED) & (truth["tilt_error"] < 1e-9))
@@ -189,7 +189,7 @@ def audit_separatrices(
 
 
 def audit_tiny(cells: int, rng: np.random.Generator) -> bool:
-    """Tiny starts are computed in few steps, and rightly."""
+    """Check that tiny starts are computed correctly in few steps."""
     still = rng.random((4, cells)) < 0.7
     given = referee.starts(
         tilt=spread(rng, cells, -20, -8) * still[0], tilt_rate=spread(rng, cells, -20, -8) * still[1],
@@ -211,7 +211,7 @@ def audit_tiny(cells: int, rng: np.random.Generator) -> bool:
 
 
 def random_request(rng: np.random.Generator) -> tuple[sweep.SweepSpec, str]:
-    """A small atlas of a random preset, criterion, tolerance and width of the brackets."""
+    """Return a small atlas of a random preset, criterion, tolerance and bracket width, and a description of it."""
     kind = rng.choice(("rolling", "spinning", "circling"))
     kicked = kind != "circling" and rng.random() < 0.5
     rate = "roll_rate" if kind == "rolling" else "precession_rate"
@@ -228,7 +228,7 @@ def random_request(rng: np.random.Generator) -> tuple[sweep.SweepSpec, str]:
 
 
 def exact_verdicts(spec: sweep.SweepSpec, starts: Starts) -> Any:
-    """Verdicts of the criterion on extremes of 50 digits."""
+    """Return the verdicts of the criterion on extremes from 50 digits."""
     starts = completed(spec, starts)
     given = np.stack([starts[name] for name in PARAMETERS])
     low, high = fifty_digits(given, range(given.shape[1]), spec.fall_tilt)
@@ -240,7 +240,7 @@ def exact_verdicts(spec: sweep.SweepSpec, starts: Starts) -> Any:
 
 
 def audit_brackets(rows: int, rng: np.random.Generator) -> bool:
-    """Both ends of every bracket have the verdicts that they are said to have."""
+    """Check that both ends of every bracket have the verdicts that the atlas states."""
     seen = missed = 0
     while seen < rows:
         spec, rate = random_request(rng)
@@ -269,7 +269,7 @@ def audit_brackets(rows: int, rng: np.random.Generator) -> bool:
 
 
 def nearly_steady(n: int, rng: np.random.Generator) -> Array:
-    """Starts next to steady motions at any tilt: the roll rate is theirs except for a share of 1e-15 to 1e-1."""
+    """Return starts next to steady motions at any tilt: the roll rate differs by a share of 1e-15 to 1e-1."""
     tilt, alpha, precession = spread(rng, n, -3, 0.16), rng.uniform(0.02, 1.0, n), spread(rng, n, -1.5, 2)
     sin, cos = np.sin(tilt), np.cos(tilt)
     rolling = (0.5 * alpha * precession**2 * cos - 1.0) * sin / ((1.0 + alpha) * precession * cos)
@@ -282,7 +282,7 @@ def nearly_steady(n: int, rng: np.random.Generator) -> Array:
 
 
 def far_outside(n: int, rng: np.random.Generator) -> Array:
-    """Starts of 24 decades of rates, and twelve of sizes and gravities."""
+    """Return starts over 24 decades of rates, and twelve of sizes and gravities."""
     radius, gravity = np.abs(spread(rng, n, -6, 6)), np.abs(spread(rng, n, -6, 6))
     unit, still = np.sqrt(gravity / radius), rng.random((3, n)) < 0.8
     return np.asarray(referee.starts(
@@ -294,7 +294,7 @@ def far_outside(n: int, rng: np.random.Generator) -> Array:
 
 
 def nearly_massless(n: int, rng: np.random.Generator) -> Array:
-    """Starts of disks whose rim has nearly no mass."""
+    """Return starts of disks whose rim has almost no mass."""
     still = rng.random((3, n)) < 0.5
     return np.asarray(referee.starts(
         tilt=spread(rng, n, -9, 0), tilt_rate=spread(rng, n, -9, 0) * still[0], alpha=10.0 ** rng.uniform(-6, -3, n),
@@ -313,7 +313,7 @@ PERIOD_KINDS: dict[str, Callable[[int, np.random.Generator], Array]] = {
 
 
 def true_swings(given: Array, digits_only: bool) -> Array:
-    """Periods, their doubts and extreme tilts as of `quadruple.swings`; the periods alone if of 50 digits."""
+    """Return periods, their doubts and extreme tilts as `quadruple.swings` does; from 50 digits, only the periods."""
     if not digits_only:
         return quadruple.swings(given, FALL)
     digits.mp.dps = 50
@@ -324,7 +324,7 @@ def true_swings(given: Array, digits_only: bool) -> Array:
 
 
 def audit_periods(count: int, rng: np.random.Generator) -> bool:
-    """Periods of the reduction are right or missing, and its stated errors of tilts are not too small."""
+    """Check that periods of the reduction are correct or missing, and that its stated tilt errors suffice."""
     fine, quick = True, quadruple.available()
     print(
         "kind                  bounded  without period    held  worst relative error  true/stated tilt error"
@@ -335,7 +335,7 @@ def audit_periods(count: int, rng: np.random.Generator) -> bool:
         bounded, periods = found["ending"] == BOUNDED, found["nutation_period"]
         without = np.isnan(periods[bounded]).mean()
         known = rng.permutation(np.flatnonzero(np.isfinite(periods)))[:count]
-        # narrower swings are beyond the first step of the search for turning points in 50 digits
+        # narrower swings are below the first step of the search for turning points with 50 digits
         few = known[found["tilt_max"][known] - found["tilt_min"][known] > 1e-8][: 1 + count // 1000]
         worst, caution, held = 0.0, 0.0, 0
         for cells in (few, known) if quick else (few,):
@@ -363,7 +363,7 @@ PARTS: dict[str, tuple[Callable[[int, np.random.Generator], bool], int]] = {
 
 
 def main() -> None:
-    """Run the part that was asked for."""
+    """Run the requested part."""
     if len(sys.argv) < 2 or sys.argv[1] not in PARTS:
         sys.exit(__doc__)
     audit, count = PARTS[sys.argv[1]]

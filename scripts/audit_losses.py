@@ -1,4 +1,4 @@
-"""Hold motions of disks with losses against independent integrations, closed forms and limits.
+"""Compare motions of disks with losses with independent integrations, closed forms and limits.
 
     python scripts/audit_losses.py mixtures [CELLS] [SEED]   random mixtures of laws against DOP853 with events
     python scripts/audit_losses.py tight [CELLS] [SEED]      the same with a tolerance of 1e-10
@@ -11,8 +11,8 @@
     python scripts/audit_losses.py limits [CELLS] [SEED]     vanishing losses: extremes and verdicts of the disk without
     python scripts/audit_losses.py holding [CELLS] [SEED]    the tilt up to which rolling friction holds, both sides
 
-The referees (tests/lossy_referee.py) use other coordinates, another method and another treatment of events. Cells in
-which they disagree with themselves are left out and counted. Exit status 1 if a promise is broken.
+The references (tests/lossy_referee.py) use other coordinates, another method and another treatment of events. Cells in
+which they disagree with themselves are omitted and counted. Exit status 1 if a promise is broken.
 """
 
 import itertools
@@ -41,43 +41,47 @@ from sweep.model.quantity import PROMISED, Array
 
 Run = Callable[..., Any]
 
-#: A cell is left out if referees with 1e-12 and 1e-13 differ by more; promised is the share of such cells.
+#: Difference between references with 1e-12 and 1e-13 above which a cell is omitted; promised share of such cells.
 DOUBT, MOST_LEFT_OUT = 1e-7, 0.05
 
-#: Promised: relative error of final times; difference of tilts [rad], losses [m g R], and relative ones of heading and
-#: path, which sum up the errors of the whole motion; imbalance of the energy; share of unresolved cells.
+#: Promised: relative error of final times; difference of tilts [rad] and losses [m g R], and relative difference of
+#: heading and path, which accumulate the errors of the whole motion; imbalance of the energy; share of unresolved
+#: cells.
 TIME_ERROR, ERROR, IMBALANCE, MOST_UNRESOLVED = 1e-6, 1e-5, 1e-8, 0.01
 
-#: Promised: relative error of the time of a breach.
+#: Promised: relative error of the time at which a tilt is first exceeded.
 BREACH_ERROR = 1e-5
 
-#: Promised: times between inclinations from 0.09 and 0.03 on, and exponents.
+#: Initial and final inclination, and promised relative error of the time between them.
 WOBBLES = ((0.09, math.radians(0.1), 0.01), (0.03, math.radians(0.02), 0.001))
+
+#: Promised error of the exponents; mass distributions.
 EXPONENT_ERROR, ALPHAS = 0.01, (0.5, 0.62, 1.0)
 
 COMPARED = (
     "tilt_min", "tilt_max", "end_tilt", "heading_turned", "path_length", "contact_x", "contact_y", *arrays.LOSSES,
 )  # fmt: skip
-#: What is off of a motion that all but stops on its way, and is late after that, and what states by how much.
+#: Measures that are inaccurate for a motion that almost stops on its way and is late afterwards -> the measure that
+#: states their error.
 STATED = {"end_tilt": "tilt_error", "heading_turned": "heading_error", "path_length": "path_error"}
 NAMES = {code: name for name, code in vars(endings).items() if isinstance(code, int)}
 
 
 def apart(found: Any, other: Any, name: str) -> Array:
-    """Difference of a measure, relative where it is larger than 1."""
+    """Return the difference of a measure, relative where it is larger than 1."""
     first, second = getattr(found, name), getattr(other, name)
     return np.asarray(np.abs(first - second) / np.maximum(1.0, np.abs(second)))
 
 
 def relative(found: Array, true: Array) -> Array:
-    """Relative difference of times, zero where both are or both are missing, infinite where one is."""
+    """Return the relative difference of times: zero if both are missing, infinite if only one is."""
     apart = np.abs(found - true) / np.where(true > 0.0, true, 1.0)
     return np.where(np.isnan(apart), np.where(np.isnan(found) & np.isnan(true), 0.0, np.inf), apart)
 
 
 @dataclass
 class Audit:
-    """What a comparison of cells found: sentences about cells that break a promise, and what was counted."""
+    """The result of a comparison of cells: sentences about cells that break a promise, and counts."""
 
     broken: list[str] = field(default_factory=list)
     cells: int = 0
@@ -99,7 +103,7 @@ class Audit:
 
 
 def described(given: Array, air: str) -> str:
-    """The parameters of one start that are not the defaults, as Python."""
+    """Return the parameters of one start that are not the defaults, as Python code."""
     defaults = lossy_referee.DEFAULTS
     words = (
         f"{name}={value!r}"
@@ -110,7 +114,7 @@ def described(given: Array, air: str) -> str:
 
 
 def compare(audit: Audit, run: Run, given: Array, air: str, *, slack: float = 1.0, **settings: Any) -> None:
-    """Hold `run` against the referee in every cell; `settings` go to both except for the kernel's `tolerance`."""
+    """Compare `run` with the reference in every cell; both get `settings`, except for the kernel's `tolerance`."""
     own = {key: value for key, value in settings.items() if key != "tolerance"}
     true = lossy_referee.run(given, air=air, rtol=1e-13, **own)
     coarse = lossy_referee.run(given, air=air, rtol=1e-12, **own)
@@ -131,13 +135,13 @@ def compare(audit: Audit, run: Run, given: Array, air: str, *, slack: float = 1.
     measured = {"end_time": (relative(found.end_time, true.end_time), slack * TIME_ERROR)}
     measured |= {name: (apart(found, true, name), slack * ERROR) for name in COMPARED if hasattr(found, name)}
     if hasattr(found, "tilt_error"):
-        # what a cell states itself is promised beside that
+        # add the errors that a cell states itself to the promised ones
         for name, error in STATED.items():
             values, limit = measured[name]
             size = np.maximum(1.0, np.abs(getattr(true, name)))
             measured[name] = values, limit + PROMISED * np.nan_to_num(getattr(found, error) / size)
     if "limit" in settings:
-        # a start at the limit breaks it within a rounding of time 0
+        # a start at the limit exceeds it within rounding of time 0
         measured["breach_time"] = relative(found.breach_time, true.breach_time), slack * BREACH_ERROR
     if hasattr(found, "energy_imbalance"):
         measured["energy_imbalance"] = found.energy_imbalance, IMBALANCE
@@ -155,7 +159,7 @@ def compare(audit: Audit, run: Run, given: Array, air: str, *, slack: float = 1.
 def audit_mixtures(
     cells: int, rng: np.random.Generator, tolerance: float = 1e-8, slack: float = 1.0
 ) -> Audit:
-    """Random mixtures of laws in every kind of motion, 30 s long."""
+    """Audit random mixtures of laws in every kind of motion, 30 s long."""
     audit = Audit()
     for air, given in lossy_cells.random_cells(cells, rng).items():
         compare(audit, lossy_runner.run, given, air, duration=30.0, tolerance=tolerance, slack=slack)
@@ -163,7 +167,7 @@ def audit_mixtures(
 
 
 def audit_breaches(cells: int, rng: np.random.Generator, slack: float = 1.0) -> Audit:
-    """The same cells, and when their tilt first exceeded a limit, from upright or from the start."""
+    """Audit when the tilt of the same cells first exceeds a limit, from upright or from the start."""
     audit = Audit()
     for air, given in lossy_cells.random_cells(cells, rng).items():
         for from_start in (False, True):
@@ -181,7 +185,7 @@ def audit_breaches(cells: int, rng: np.random.Generator, slack: float = 1.0) -> 
     return audit
 
 
-#: What each of the arguments of `kernels.lossy_disk.integrate.variant` but the law of the air stands for.
+#: Meaning of the arguments of `kernels.lossy_disk.integrate.variant`, except the law of the air.
 _ROWS = ("contour_friction", "contour_damping", "rolling_friction", "pivoting_friction", "friction")
 
 
@@ -193,7 +197,7 @@ def laws_of_variants() -> dict[str, tuple[str, tuple[str, ...]]]:
         missing = tuple(row for row, has in zip(_ROWS, there, strict=True) if not has)
         for code, air in enumerate(lossy_cells.AIR_LAWS):
             name = integrate.variant(contour, damping, rolling, pivoting, code, slips)
-            # where two sets have one variant, the first of them has more laws
+            # where two sets share a variant, the first of them has more laws
             found.setdefault(name, (air, missing))
     return found
 
@@ -205,9 +209,9 @@ def audit_variants(
     slack: float = 1.0,
     names: Sequence[str] | None = None,
 ) -> Audit:
-    """Some variants, chosen at random if not named, each with random mixtures of its own laws.
+    """Audit some variants, random ones unless named, each with random mixtures of its own laws.
 
-    Many of these cells lose nothing, and after hundreds of nutations their state at the end is less well known.
+    Many of these cells lose nothing, so that after hundreds of nutations their final state is less accurate.
     """
     audit, laws = Audit(), laws_of_variants()
     for name in names or map(str, rng.choice(sorted(laws), min(count, len(laws)), replace=False)):
@@ -220,7 +224,7 @@ def audit_variants(
 
 
 def audit_single(cells: int, rng: np.random.Generator, slack: float = 1.0) -> Audit:
-    """The same cells as single motions, in a quarter of the usual step."""
+    """Audit the same cells as single motions, with a quarter of the usual step."""
     audit = Audit()
     for air, given in lossy_cells.random_cells(cells, rng).items():
         compare(audit, finely, given, air, duration=30.0, slack=slack)
@@ -228,14 +232,14 @@ def audit_single(cells: int, rng: np.random.Generator, slack: float = 1.0) -> Au
 
 
 def finely(given: Array, **settings: Any) -> Any:
-    """Single motions in small steps, whose default is made for films."""
+    """Run single motions with small steps; the default steps are made for films."""
     return lossy_runner.run_single(given, relative_step=0.0125, **settings)
 
 
 def audit_grazes(cells: int, rng: np.random.Generator, slack: float = 100.0) -> Audit:
-    """Disks whose contact slips where the friction that they need is greatest: by that little it may be overlooked.
+    """Audit disks that slip where they need most friction, by so little that slipping may be missed.
 
-    The moment is the root of a parabola near its top, and known less well than others.
+    The moment of slipping is the root of a parabola near its top, and thus less accurate than others.
     """
     audit = Audit()
     for air, given in lossy_cells.random_cells(cells, rng).items():
@@ -246,12 +250,15 @@ def audit_grazes(cells: int, rng: np.random.Generator, slack: float = 100.0) -> 
     return audit
 
 
-#: The parameters that say how much a motion loses.
+#: The parameters that determine how much a motion loses.
 STRENGTHS = (*_ROWS[:4], "air_viscosity")
 
 
 def audit_passes(cells: int, rng: np.random.Generator, slack: float = 10.0) -> Audit:
-    """Motions that pass the maximum of their potential often: losses reduced up to ten-thousandfold, or none."""
+    """Audit motions that often pass the maximum of their potential.
+
+    Their losses are reduced up to ten-thousandfold, or to none.
+    """
     audit, kinds = Audit(), ("nearly upright", "tumbling", "slow", "nutating")
     for air, given in lossy_cells.random_cells(cells, rng, kinds).items():
         less = 10.0 ** rng.uniform(-4, 0, given.shape[1]) * (rng.random(given.shape[1]) < 0.7)
@@ -263,7 +270,7 @@ def audit_passes(cells: int, rng: np.random.Generator, slack: float = 10.0) -> A
 
 
 def audit_wobbles(turns: int, laws: tuple[str, ...] = lossy_wobble.LAWS) -> Audit:
-    """Times between inclinations, and exponents, against closed forms."""
+    """Compare times between inclinations, and exponents, with closed forms."""
     audit, run = Audit(), lossy_runner.run
     for law in laws:
         for alpha in ALPHAS:
@@ -285,7 +292,7 @@ def audit_wobbles(turns: int, laws: tuple[str, ...] = lossy_wobble.LAWS) -> Audi
 
 
 def vanishing(n: int, law: str, rng: np.random.Generator) -> tuple[Array, str]:
-    """Starts that do not fall without losses, with a coefficient of one law of about 1e-4."""
+    """Return starts that do not fall without losses, with a coefficient of one law of about 1e-4."""
     alpha = rng.uniform(0.3, 1.0, n)
     tilt, *rates = lossy_cells.motions("tumbling", n, alpha, rng)
     rates[1:] = 2.0 * np.array(rates[1:])
@@ -299,7 +306,7 @@ def vanishing(n: int, law: str, rng: np.random.Generator) -> tuple[Array, str]:
 
 
 def audit_limits(cells: int, rng: np.random.Generator) -> Audit:
-    """Halve the coefficients twice: the extremes tend to those without losses, and in proportion for smooth laws."""
+    """Halve the coefficients twice: the extremes must tend to those without losses, proportionally for smooth laws."""
     audit = Audit()
     smooth = {"contour_damping": 2.0, "moffatt": 2.0, "bildsten": 2.0}
     for law in (*smooth, "contour_friction", "pivoting_friction"):
@@ -337,7 +344,10 @@ def audit_limits(cells: int, rng: np.random.Generator) -> Audit:
 
 
 def holding_tilt(alpha: float, arm: float, precession: float) -> float:
-    """Tilt up to which rolling friction holds a disk that turns at a scaled rate: S [1 + (1 + alpha/2) P^2 C] = arm."""
+    """Return the tilt up to which rolling friction holds a disk that turns at a scaled rate.
+
+    It solves S [1 + (1 + alpha/2) P^2 C] = arm.
+    """
     low, high = 0.0, 0.5
     for _ in range(100):
         tilt = 0.5 * (low + high)
@@ -347,7 +357,10 @@ def holding_tilt(alpha: float, arm: float, precession: float) -> float:
 
 
 def audit_holding(cells: int, rng: np.random.Generator) -> Audit:
-    """A disk set down a billionth within the holding tilt stays, except for roundings; a thousandth beyond it goes."""
+    """Check disks just within and just beyond the holding tilt.
+
+    A disk a billionth within it must stay, except for rounding; one a thousandth beyond it must move.
+    """
     audit = Audit()
     alpha, arm = rng.uniform(0.1, 1.0, cells), 10.0 ** rng.uniform(-5, -1, cells)
     precession = rng.normal(0, 1, cells) * (rng.random(cells) < 0.7)
@@ -357,7 +370,7 @@ def audit_holding(cells: int, rng: np.random.Generator) -> Audit:
         given = lossy_referee.starts(
             tilt=side * edge * factor, alpha=alpha, precession_rate=precession, rolling_friction=arm
         )
-        # where it goes, what drives it grows as fast as a pendulum falls
+        # where it moves, the driving moment grows as fast as a pendulum falls
         found = lossy_runner.run(given, duration=1e4 if stays else 60.0)
         moved = [np.abs(getattr(found, name) - given[0]) for name in ("tilt_min", "tilt_max", "end_tilt")]
         kept = np.max(moved, axis=0) <= 2.0 * np.spacing(np.abs(given[0]))
@@ -386,7 +399,7 @@ PARTS: dict[str, tuple[Callable[..., Audit], int]] = {
 
 
 def main() -> None:
-    """Run the part that was asked for."""
+    """Run the requested part."""
     if len(sys.argv) < 2 or sys.argv[1] not in PARTS:
         sys.exit(__doc__)
     part, count = PARTS[sys.argv[1]]

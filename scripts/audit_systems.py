@@ -1,17 +1,16 @@
-"""Hold the motions of systems against heyoka's Taylor series, which share no code with the project (extra `bench`).
+"""Compare motions of systems with heyoka's Taylor series, which shares no code with the project (extra `bench`).
 
     python scripts/audit_systems.py errors [COUNT] [SEED]   stated errors of ten systems: tolerances 1e-8 to 1e-13
     python scripts/audit_systems.py labels [COUNT] [SEED]   endings and labels of chaotic systems
     python scripts/audit_systems.py events [COUNT] [SEED]   excursions that barely pass a level
 
-`errors`: COUNT random cells of each system; an event ends the motion of about one of four; one of four has parameters
-up to three times as large or small. The truth is an integration in long double to 1e-20. Cells are left out
-that the project calls undecided, and chaotic ones: a start 1e-8 further away ends more than 1e-5 apart.
-`labels`: three magnets with damping 0.04 and 0.02, and the gaps of Hénon and Heiles. A decided cell is judged where
-heyoka agrees with itself at 1e-16 and 1e-18.
-`events`: the level lies 1e-2 to 1e-8 of the way below the greatest value of an orbit, or above it.
-Exit status 1 if a promise does not hold: stated errors below the true ones in at most 0.1 % of the values, and at most
-25 times as large in the median; at most 4 wrong labels of 100,000; no event missed or invented.
+`errors`: COUNT random cells of each system; an event ends the motion of about one in four; one in four has parameters
+up to three times as large or small. The truth is an integration in long double to 1e-20. Undecided cells are omitted,
+and so are chaotic ones, for which a start 1e-8 away ends more than 1e-5 apart. `labels`: three magnets with damping
+0.04 and 0.02, and the gaps of Hénon and Heiles. A decided cell is judged where heyoka agrees with itself at 1e-16 and
+1e-18. `events`: the level lies 1e-2 to 1e-8 of the way below the greatest value of an orbit, or above it. Exit status 1
+if a promise does not hold: stated errors below the true ones in at most 0.1 % of the values, and at most 25 times as
+large in the median; at most 4 wrong labels of 100,000; no event missed or invented.
 """
 
 import re
@@ -31,15 +30,16 @@ from sweep.model.system.definition import Definition, Event, Operation, Symbol
 from sweep.model.system.model import model_of
 from sweep.systems import System
 
-#: Promised: share of the values whose true error exceeds the stated one, median of stated over true, wrong labels.
+#: Promised: share of values whose true error exceeds the stated one, median of stated / true error, share of wrong
+#: labels.
 _MOST_EXCEEDED, _MOST_LARGE, _MOST_WRONG = 1e-3, 25.0, 4e-5
 
 _TOLERANCES = tuple(10.0**-k for k in range(8, 14))
 
-#: By how much a start is moved, and how much further apart a motion may end that is not chaotic.
+#: Distance by which a start is moved, and the factor by which motions that are not chaotic may separate at most.
 _MOVED, _PARTED = 1e-8, 1e3
 
-#: What an orbit's level falls short of its greatest value by, over the way to it; negative: it lies above.
+#: Distance of a level below an orbit's greatest value, relative to the rise from its start; negative for one above.
 _SHORT = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8, -1e-4, -1e-8)
 
 _PARTS = ("errors", "labels", "events")
@@ -49,7 +49,7 @@ Columns = Mapping[str, Any]
 
 
 def columns(definition: Definition, starts: Array, tolerance: float) -> Columns:
-    """Return what an atlas holds of cells."""
+    """Return the columns that an atlas stores of cells."""
     model = model_of(definition)
     spec = sweep.SweepSpec(model=model).replace(tolerance=tolerance)
     return compute(spec, dict(zip(model.parameters, np.ascontiguousarray(starts), strict=True)))
@@ -60,13 +60,13 @@ def _ends(definition: Definition, found: Columns) -> Array:
 
 
 def _level(definition: Definition) -> int:
-    """Return the row of the starts with the level of the event."""
+    """Return the row of the starts that contains the level of the event."""
     names = [each.name for each in (*definition.states, *definition.parameters)]
     return names.index("level")
 
 
 def cells_for_errors(chosen: System, count: int, rng: np.random.Generator) -> Array:
-    """Return random starts; levels that are passed, and odd parameters, in some."""
+    """Return random starts, some of them with levels that are passed, and with unusual parameters."""
     definition = chosen.definition
     starts, states = random_starts(chosen, count, rng), len(definition.states)
     odd = rng.random(count) < 0.25
@@ -81,7 +81,7 @@ def cells_for_errors(chosen: System, count: int, rng: np.random.Generator) -> Ar
 
 
 def chaotic(definition: Definition, starts: Array) -> npt.NDArray[np.bool_]:
-    """Return which cells part from their neighbours."""
+    """Return which cells separate from their neighbours."""
     moved = starts.copy()
     moved[1] += _MOVED
     one, other = (_ends(definition, columns(definition, each, 1e-12)) for each in (starts, moved))
@@ -89,7 +89,7 @@ def chaotic(definition: Definition, starts: Array) -> npt.NDArray[np.bool_]:
 
 
 def audit_errors(count: int = 2000, seed: int = 1) -> int:
-    """Audit the stated errors; returns the exit status."""
+    """Audit the stated errors; return the exit status."""
     tally: dict[str, list[Array]] = {}
     left_out = 0
     for number, chosen in enumerate(RANGES):
@@ -113,7 +113,7 @@ def audit_errors(count: int = 2000, seed: int = 1) -> int:
                     tally.setdefault(key, []).append(ratios)
         print(f"audit: {definition.name}: chaotic {wild.mean():.2%}", file=sys.stderr)
     print(f"decided, but with another ending than the truth: {left_out}")
-    # `all` is told last
+    # `all` is printed last
     every = tally.pop("all")
     for name, found_ratios in tally.items():
         _told(name, np.concatenate(found_ratios))
@@ -121,7 +121,7 @@ def audit_errors(count: int = 2000, seed: int = 1) -> int:
 
 
 def _ratios(found: Columns, name: str, true: Any, judged: npt.NDArray[np.bool_]) -> Array:
-    """Return stated over true errors of a value; infinity where the true one is below the rounding of the value."""
+    """Return stated / true errors of a value; infinity where the true error is below the rounding of the value."""
     off = np.abs(found[name].astype(np.longdouble) - true)[judged].astype(np.float64)
     tiny = off <= np.finfo(np.float64).eps * np.abs(found[name][judged])
     with np.errstate(divide="ignore"):
@@ -129,7 +129,7 @@ def _ratios(found: Columns, name: str, true: Any, judged: npt.NDArray[np.bool_])
 
 
 def _told(name: str, ratios: Array) -> int:
-    """Print a line; return 1 if a promise does not hold."""
+    """Print a line; return 1 if a promise is broken."""
     exceeded, large = float((ratios < 1.0).mean()), float(np.median(ratios[np.isfinite(ratios)]))
     print(
         f"{name:18} {ratios.size:8d} values: true above stated {exceeded:.3%}, stated / true {large:.1f} in the median"
@@ -138,7 +138,7 @@ def _told(name: str, ratios: Array) -> int:
 
 
 def audit_labels(count: int = 20_000, seed: int = 1) -> int:
-    """Audit endings and labels; returns the exit status."""
+    """Audit endings and labels; return the exit status."""
     status = 0
     for name, definition, starts in _sensitive(count, np.random.default_rng(seed)):
         found = columns(definition, starts, 1e-11)
@@ -168,7 +168,7 @@ def _sensitive(count: int, rng: np.random.Generator) -> Iterator[tuple[str, Defi
 
 
 def _outcome(definition: Definition, starts: Array, tolerance: float) -> Array:
-    """Return code, end time and states of cells as heyoka finds them."""
+    """Return code, end time and states of cells from heyoka."""
     if definition.labels:
         ends = Heyoka(definition, tolerance, float, 8).ends(starts)
         code = np.select([ends[0] > 0.5, ends[1] > 0.4, ends[1] < -0.4], [1, 2, 3], 0)
@@ -178,7 +178,7 @@ def _outcome(definition: Definition, starts: Array, tolerance: float) -> Array:
 
 
 def audit_events(count: int = 1000, seed: int = 1) -> int:
-    """Audit excursions past levels; returns the exit status."""
+    """Audit excursions past levels; return the exit status."""
     missed = invented = counted = undecided = cells = 0
     for number, chosen in enumerate(RANGES):
         passed = Event("above", (Operation("-", (Symbol("y"), Symbol("level"))),))
@@ -204,7 +204,7 @@ def audit_events(count: int = 1000, seed: int = 1) -> int:
 
 
 def main(words: list[str]) -> int:
-    """Run the part that was asked for, or say which there are; returns the exit status."""
+    """Run the requested part, or print which parts there are; return the exit status."""
     if words and words[0] in ("-h", "--help"):
         print(__doc__)
         return 0

@@ -1,7 +1,7 @@
-"""How fast the engine is, against the field, against the machine and against an earlier record.
+"""Measure how fast the engine is, compared with its field, with the machine and with an earlier record.
 
-All contenders do the same task on the same cells with one thread each, in turns in one run, timed in processor
-time, and stand in the table with the error that they reach. Seconds vary with the machine; ratios are what counts.
+All contenders do the same task on the same cells with one thread each, by turns in one run, timed in processor time,
+and are listed with the error that they reach. Seconds vary with the machine, so only ratios count.
 """
 
 import argparse
@@ -31,18 +31,20 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="fewer cells and repeats: some minutes")
     parser.add_argument("--repeats", type=int, help="pairs per contender (default: 5, quick 3)")
-    parser.add_argument("--record", action="store_true", help="keep it in docs/benchmark for this processor")
+    parser.add_argument(
+        "--record", action="store_true", help="store the result in docs/benchmark for this processor"
+    )
     parser.add_argument(
         "--figures", type=Path, metavar="FOLDER", help="draw work-precision.png and scaling.png"
     )
     parser.add_argument(
-        "--page", action="store_true", help="put the table of all records into docs/speed.md, and end"
+        "--page", action="store_true", help="write the table of all records into docs/speed.md, and exit"
     )
     parser.add_argument(
         "--check",
         action="store_true",
-        help="exit 1 if a ratio is a fifth worse than in the record of this kind of processor in docs/benchmark; "
-        "where it has none, half as good as in any of them",
+        help="exit 1 if a ratio is a fifth worse than in the record of this kind of processor in docs/benchmark, "
+        "or, if it has no record, less than half as good as in every record",
     )
     given = parser.parse_args()
     if given.page:
@@ -67,7 +69,7 @@ def main() -> int:
     if on_device is not None:
         found["cuda"] = on_device
     print(table.text(found))
-    # what it is checked against was recorded before
+    # compares with what was recorded before this run
     status = record.report_losses(found, record.read_all()) if given.check else 0
     if given.record:
         record.write(found)

@@ -1,9 +1,9 @@
-"""Build the module of WebAssembly that the page of the explorer computes with: sweep/explorer/page/kernels.wasm.
+"""Build the WebAssembly module with which the explorer's page computes: sweep/explorer/page/kernels.wasm.
 
     python scripts/build_page_module.py [PATH]
 
-The same bytes each time with the same versions of Numba and llvmlite, which it notes, with the code that it is made of.
-tests/explorer/test_page_module.py looks whether that is the code of today, and in the slow lane builds it again.
+The same versions of Numba and llvmlite give the same bytes; the module records the versions and the hash of its code.
+tests/explorer/test_page_module.py checks that this is the present code, and in the slow lane builds the module again.
 """
 
 import sys
@@ -16,7 +16,7 @@ TARGET = Path(__file__).resolve().parents[1] / "sweep" / "explorer" / "page" / "
 
 
 def sources() -> dict[str, str]:
-    """Return the hash of the code that the module is made of, and the versions of what makes it."""
+    """Return the hash of the module's code, and the versions of the tools that build it."""
     import llvmlite
     import numba
 
@@ -25,7 +25,7 @@ def sources() -> dict[str, str]:
 
 
 def build() -> bytes:
-    """Return the bytes of the module; in a process that has compiled nothing yet."""
+    """Return the bytes of the module; must run in a process that has not compiled anything yet."""
     wasm.begin()
     from kernels.page.c_library import C_LIBRARY
     from kernels.page.module import ENTRIES

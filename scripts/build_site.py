@@ -1,9 +1,9 @@
-"""Build the documentation: every page of docs/ as HTML, without a warning.
+"""Build the documentation: every page of docs/ as HTML, without warnings.
 
 python scripts/build_site.py [FOLDER]    site-out/ in the project's folder if no other is named
 
-Needs what the dependency group `docs` of pyproject.toml installs. Exit status 1 if anything is warned of: a link or a
-name in a docstring that leads nowhere, a formula that cannot be converted, a page in no table of contents.
+Needs the dependency group `docs` of pyproject.toml. Exit status 1 if there is any warning: a broken link, an unknown
+name in a docstring, a formula that cannot be converted, a page in no table of contents.
 """
 
 import sys
@@ -14,7 +14,7 @@ CHECKOUT = Path(__file__).resolve().parents[1]
 
 
 def main(arguments: list[str]) -> int:
-    """Build into the folder named; return the exit status."""
+    """Build into the named folder; return the exit status."""
     if len(arguments) > 1 or any(each.startswith("-") for each in arguments):
         print(__doc__)
         return 0 if arguments[0] in ("-h", "--help") else 2
@@ -26,10 +26,10 @@ def main(arguments: list[str]) -> int:
             file=sys.stderr,
         )
         return 2
-    # The checkout comes first: other distributions own the import names `sweep` and `kernels`.
+    # The checkout comes first: other packages also install modules named `sweep` and `kernels`.
     sys.path[:0] = [str(CHECKOUT), str(CHECKOUT / "docs" / "_site")]
     out = Path(*arguments).resolve() if arguments else CHECKOUT / "site-out"
-    # what Sphinx keeps between builds: each is a whole one
+    # Sphinx's cache, not kept, because every build is a complete one
     with tempfile.TemporaryDirectory() as doctrees:
         strict = ["-n", "-W", "--keep-going", "-q", "-E", "-a"]
         status = build_main(

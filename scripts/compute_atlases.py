@@ -33,7 +33,7 @@ def main() -> None:
     make(folder)
     for name in PRESETS:
         with stoppable("scripts/atlas") as stopping, showing() as progress:
-            # the folder is this script's own: what an earlier run left there is replaced
+            # the folder belongs to this script: replace the results of an earlier run
             sweep.run_to_file(
                 sweep.SweepSpec.preset(name),
                 folder / f"{name}.nc",
@@ -57,18 +57,18 @@ def main() -> None:
 
 
 def make(folder: Path) -> None:
-    """Make the output folder if it is not there.
+    """Create the output folder if it does not exist.
 
     Raises
     ------
     RequestError
-        If it cannot be made, or is a file.
+        If it cannot be created, or is a file.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
         raise sweep.RequestError(
-            f"The output must be a folder, or a folder that can be made; {problem.strerror or problem}.",
+            f"The output must be a folder, or a path where one can be created; {problem.strerror or problem}.",
             hint="Give another name, as in: scripts/atlas -o atlas-out.",
             where=str(folder),
         ) from problem
@@ -77,8 +77,8 @@ def make(folder: Path) -> None:
 def critical_table(datasets: Sequence[xr.Dataset]) -> str:
     """Return rate^2 R/g at the boundary, at the smallest tilt that has one: measured, predicted, and the limit.
 
-    The limit is that of vanishing perturbation and vanishing tilt: 1/[2(1+alpha)] for the roll rate, 2/(2+alpha) for
-    the precession rate.
+    The limit is for vanishing perturbation and vanishing tilt: 1/[2(1+alpha)] for the roll rate, 2/(2+alpha) for the
+    precession rate.
     """
     rows = [["atlas", "at tilt", "rate^2 R/g of", "measured", "predicted by", "", "analytic limit"]]
     for dataset in datasets:
@@ -126,5 +126,5 @@ if __name__ == "__main__":
     except typer.Exit as end:
         sys.exit(end.exit_code)
     except KeyboardInterrupt:
-        print("scripts/atlas: interrupted; the files that were written are whole", file=sys.stderr)
+        print("scripts/atlas: interrupted; all written files are complete", file=sys.stderr)
         sys.exit(130)

@@ -1,4 +1,4 @@
-"""Print how much of each room the tests reached, the least first: what `scripts/test --coverage` ends with."""
+"""Print the share of each room that the tests reached, the lowest first: the end of `scripts/test --coverage`."""
 
 import json
 import subprocess
@@ -11,7 +11,7 @@ CHECKOUT = Path(__file__).parents[1]
 
 
 def rooms(report: dict[str, dict[str, dict[str, int]]]) -> dict[str, tuple[int, int]]:
-    """Return the statements of each room that tests reached, and all of them, from a report of coverage as JSON."""
+    """Return the reached statements of each room, and all of its statements, from a coverage report in JSON."""
     found: dict[str, list[int]] = defaultdict(lambda: [0, 0])
     for name, file in report.items():
         room = found["/".join(Path(name).parts[:2]).removesuffix(".py")]

@@ -1,6 +1,6 @@
-"""Damaged, edited and foreign files, made of whole atlases by a seeded generator, for `scripts/fuzz`.
+"""Damaged, edited and foreign files, made from intact atlases by a seeded generator, for `scripts/fuzz`.
 
-Each way is a function of `BYTES`, `EDITS` or `foreign_files.FOREIGN`; a new way is a function more.
+Each way is a function in `BYTES`, `EDITS` or `foreign_files.FOREIGN`; add a function for a new way.
 """
 
 import json
@@ -14,10 +14,10 @@ import numpy as np
 from foreign_files import FOREIGN
 from odd_words import TEXTS
 
-#: Changes an open file of an atlas.
+#: Function that changes an open file of an atlas.
 Edit = Callable[[Any, random.Random], None]
 
-#: JSON that is no spec of an atlas, or one of an absurd atlas.
+#: JSON that is not the spec of an atlas, or the spec of an absurd atlas.
 SPECS: tuple[Callable[[dict[str, Any]], str], ...] = (
     lambda spec: "[" * 100_000,
     lambda spec: '{"a":' * 50_000 + "1" + "}" * 50_000,
@@ -87,7 +87,7 @@ def _flip_many(content: bytearray, dice: random.Random) -> bytearray:
 
 
 def _change_text(content: bytearray, dice: random.Random) -> bytearray:
-    """Change a letter of a readable text: names, attributes and JSON are found so, and not only numbers."""
+    """Change a letter of a readable text: this reaches names, attributes and JSON instead of only numbers."""
     words = [b"units", b"flag_", b"tilt", b"ending", b"coordinates", b"_FillValue", b"DIMENSION", b"sweep_", b"curve",
              b"{", b"axes", b"boundary", b"stability", b"_nc3", b"CLASS", b"REFERENCE_LIST", b"OHDR", b"FRHP",
              b"BTHD", b"BTLF", b"FADB", b"FAHD", b"FHDB", b"OCHK", b"TREE", b"HEAP", b"SNOD"]  # fmt: skip
@@ -214,7 +214,7 @@ def _new_attribute(file: Any, dice: random.Random) -> None:
 
 def _try_set(at: Any, name: str, dice: random.Random) -> None:
     value = dice.choice(_odd_values(dice))
-    # an attribute of an object header holds 64 kB; longer ones take the dense form, which h5py chooses by itself
+    # an attribute in an object header has at most 64 kB; h5py chooses the dense form for longer ones
     if isinstance(value, str) and len(value) > 60_000:
         value = value[:60_000]
     _set(at, name, value)
@@ -237,7 +237,7 @@ def _title(file: Any, dice: random.Random) -> None:
 
 
 def _values(file: Any, dice: random.Random) -> None:
-    """Write numbers that no atlas holds."""
+    """Write numbers that no atlas contains."""
     held = file[dice.choice(_variables(file))]
     values = held[...]
     odd = dice.choice((np.nan, np.inf, -np.inf, 0.0, -1.0, 1e300, 1e-300, 99.0, 127.0))
@@ -282,7 +282,7 @@ def _other_shape(file: Any, dice: random.Random) -> None:
 
 
 def _huge(file: Any, dice: random.Random) -> None:
-    """Give a variable many more values than the file has bytes for."""
+    """Give a variable many more values than the file has bytes."""
     name = dice.choice(_variables(file))
     rank = max(1, file[name].ndim)
     count = dice.choice((10**5, 2**28, 2**31, 2**33, 2**40))
@@ -293,7 +293,7 @@ def _huge(file: Any, dice: random.Random) -> None:
 
 
 def _huge_grid(file: Any, dice: random.Random) -> None:
-    """Give an axis a count, in the spec and in all variables, for which the file has no bytes."""
+    """Give an axis a count, in the spec and in all variables, that exceeds the bytes of the file."""
     spec = json.loads(file.attrs["sweep_spec"])
     axis, count = spec["axes"][-1], dice.choice((10**6, 10**8, 2**33))
     values = file[axis][...]
@@ -332,7 +332,7 @@ def _replace(file: Any, name: str, values: Any, *, attach: bool = True, **how: A
 
 
 def _links(file: Any, dice: random.Random) -> None:
-    """Make links: to nothing, to itself, to a file outside, to the root group."""
+    """Create links: to nothing, to itself, to a file outside, to the root group."""
     name = dice.choice(_variables(file))
     del file[name]
     file[name] = dice.choice(
@@ -365,7 +365,7 @@ def _same_dimension(file: Any, dice: random.Random) -> None:
 
 
 def _no_such_filter(file: Any, dice: random.Random) -> None:
-    """Compress a variable by a filter that is not there."""
+    """Compress a variable with a filter that is not installed."""
     name = dice.choice(_variables(file))
     values = file[name][...]
     if values.shape:
@@ -373,7 +373,7 @@ def _no_such_filter(file: Any, dice: random.Random) -> None:
 
 
 def _external_values(file: Any, dice: random.Random) -> None:
-    """Keep the values of a variable in another file, which any process could read."""
+    """Store the values of a variable in another file, which any process could read."""
     name = dice.choice([each for each in _variables(file) if file[each].ndim])
     held = file[name]
     size = held.size * held.dtype.itemsize
@@ -391,12 +391,12 @@ EDITS = (
 
 
 def damaged(path: Path, wholes: list[Path], dice: random.Random) -> str:
-    """Write one damaged, edited or foreign file, and return in words how it was made.
+    """Write one damaged, edited or foreign file; return a description of it.
 
     Parameters
     ----------
     path : Path
-        Where; nothing is there.
+        The file, which does not exist yet.
     wholes : list of Path
         Atlases.
     dice : random.Random
@@ -417,11 +417,11 @@ def damaged(path: Path, wholes: list[Path], dice: random.Random) -> str:
 
 
 def edit(path: Path, ways: list[Edit], dice: random.Random) -> None:
-    """Edit the structure of an atlas; what cannot be done to it is left out."""
+    """Edit the structure of an atlas, skipping impossible edits."""
     with h5py.File(path, "r+") as file:
         for way in ways:
             try:
                 way(file, dice)
             except (ValueError, TypeError, KeyError, OSError, RuntimeError, IndexError):
-                # an edit after another one may have lost what it works on
+                # an earlier edit may have removed what this one needs
                 continue

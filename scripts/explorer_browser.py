@@ -1,6 +1,6 @@
-"""A real browser with the explorer's page: a Chromium without a window, the server, and a watch on what goes wrong.
+"""A real browser with the explorer's page: a headless Chromium, the server, and a watch for errors.
 
-The tests in `tests/explorer/browser`, the random use and the recordings stand on this.
+The tests in `tests/explorer/browser`, the random use and the recordings are based on this module.
 """
 
 from __future__ import annotations
@@ -21,31 +21,31 @@ from typing import IO, TYPE_CHECKING
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, ConsoleMessage, Page, Request, Response
 
-#: Names of the program: the engine alone, which takes half the processor time of a whole browser, then Debian's name.
+#: Names of the browser: first the headless one, which needs half the processor time of a whole browser, then Debian's.
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
 
-#: A container has no user namespaces for the sandbox, and no graphics card for WebGL.
+#: A container has neither user namespaces for the sandbox nor a graphics card for WebGL.
 OPTIONS = ("--no-sandbox", "--enable-unsafe-swiftshader")
 
-#: The part of the page that is the map; and the map while its picture is that of the view, at full resolution.
+#: Selectors of the map, and of the map while its picture belongs to the view at full resolution.
 MAP = "[data-lane]"
 COMPLETE = f"{MAP}[data-lane=fine][aria-busy=false]"
 
 _ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+/[\w-]+/")
 
-#: What the driver of the graphics says of its own speed is nothing that a page can help.
+#: Messages of the graphics driver about its own speed, which a page cannot prevent.
 _HARMLESS = re.compile(r"GL Driver Message|swiftshader", re.IGNORECASE)
 
 
 def find_browser() -> str | None:
-    """Return the path of a Chromium that is installed."""
+    """Return the path of an installed Chromium."""
     return next(filter(None, map(shutil.which, BROWSERS)), None)
 
 
 @contextmanager
 def launched(executable: str) -> Iterator[Browser]:
-    """Run a browser without a window; what a page does in it is seen by a driver, Playwright."""
-    # where the driver is missing its tests are skipped; what they import is found all the same
+    """Run a headless browser that Playwright controls."""
+    # imported here, so that tests can import this module and skip if Playwright is missing
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
@@ -58,19 +58,19 @@ def launched(executable: str) -> Iterator[Browser]:
 
 @dataclass(frozen=True)
 class Served:
-    """A server that runs in a process of its own, as a user starts it."""
+    """A server in its own process, as a user starts it."""
 
     url: str
     process: subprocess.Popen[str]
 
     @property
     def memory(self) -> float:
-        """Memory [MB] that is its own or shared with others, at the moment."""
+        """The server's present memory [MB], its own and shared."""
         return self._megabytes("VmRSS")
 
     @property
     def peak(self) -> float:
-        """The most memory [MB] that it has ever had."""
+        """The largest memory [MB] that it has used."""
         return self._megabytes("VmHWM")
 
     def _megabytes(self, name: str) -> float:
@@ -81,12 +81,12 @@ class Served:
 
 @contextmanager
 def served(*words: str) -> Iterator[Served]:
-    """Run ``eulerdisk explore`` with these words until the block ends; it may have printed nothing but its address.
+    """Run ``eulerdisk explore`` with these words until the block ends; it may print nothing but its address.
 
     Raises
     ------
     RuntimeError
-        If it printed no address, or an error while it ran.
+        If it prints no address, or an error while it runs.
     """
     command = (sys.executable, "-m", "sweep", "explore", *words, "--no-browser")
     with tempfile.TemporaryFile("w+", encoding="utf-8") as errors:
@@ -113,20 +113,20 @@ def _all(file: IO[str]) -> str:
 
 @dataclass
 class Watch:
-    """Notes what must not happen in a page.
+    """A record of everything that must not happen in a page.
 
-    A message in its console, an exception that nobody caught, a request that failed, and one to another address than
-    those with which `own` begins.
+    These are messages in its console, uncaught exceptions, failed requests, and requests to addresses that do not start
+    with one of `own`.
     """
 
     page: Page
     own: Sequence[str]
     problems: list[str] = field(default_factory=list)
-    #: What was asked and is not answered yet, and when it was asked, by the clock `time.monotonic`.
+    #: Unanswered requests, and the times at which they were sent (`time.monotonic`).
     under_way: dict[Request, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Listen from now on."""
+        """Start listening."""
         self.page.on("console", self._message)
         self.page.on("pageerror", lambda error: self.problems.append(f"exception: {error.stack or error}"))
         self.page.on("crash", lambda _: self.problems.append("the page has crashed"))
@@ -136,7 +136,7 @@ class Watch:
         self.page.on("response", self._response)
 
     def waits_for(self) -> list[str]:
-        """Return what the page waits for, that which was asked first at the head: seconds, address and question."""
+        """Return the unanswered requests, oldest first: seconds, address and question."""
         now = time.monotonic()
         return [
             f"{now - since:.1f} s: {request.url.rsplit('/', 1)[-1]} {request.post_data or ''}".rstrip()
@@ -159,7 +159,7 @@ class Watch:
 
     def _failed(self, request: Request) -> None:
         self._finished(request)
-        # the page itself ends requests whose answers are of no use any more
+        # the page itself aborts requests whose answers have become useless
         if request.failure != "net::ERR_ABORTED":
             self.problems.append(f"a request failed: {request.url} {request.failure}")
 

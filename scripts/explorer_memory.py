@@ -1,4 +1,4 @@
-"""What an explorer's page and its server hold in memory, and whether that grows: a leak is seen by its trend."""
+"""The memory of an explorer's page and its server, and whether it grows: trends reveal leaks."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from explorer_browser import Served
 if TYPE_CHECKING:
     from playwright.sync_api import CDPSession, Page
 
-#: What is measured -> unit, and how much of it may come in a thousand actions, by the trend of the last two thirds of
-#: the measurements; or in all of these, where they have fewer actions: a page that once had a picture saved holds a
-#: document of 100 nodes for it.
+#: Quantity -> unit, and largest growth in a thousand actions, by the trend of the last two thirds of the measurements;
+#: or in all of these, if they have fewer actions, because a page that has saved a picture keeps a document of 100 nodes
+#: for it.
 #:
-#: A thousand actions of a `Visitor` choose some 200 starts, move as many sliders and show 2000 windows. What leaks in
-#: each of them is seen: a motion has 0.3 MB of samples, a panel 300 elements and 30 listeners, a path four objects of
-#: WebGL, a window 0.2 to 5 MB of buffers. Without a leak buffers, listeners and objects of WebGL stay as they are. The
-#: heap grows by what the browser compiles, and by its own list of what took long: 3 MB in the first thousand actions.
+#: A thousand actions of a `Visitor` choose some 200 starts, move as many sliders and show 2000 windows. That is enough
+#: to detect a leak in any of these: a motion has 0.3 MB of samples, a panel 300 elements and 30 listeners, a path four
+#: WebGL objects, a window 0.2 to 5 MB of buffers. Without a leak, the numbers of buffers, listeners and WebGL objects
+#: are constant. The heap grows by the code that the browser compiles, and by its list of slow events: 3 MB in the first
+#: thousand actions.
 GROWTH: Mapping[str, tuple[str, float]] = {
     "heap": ("MB", 5.0),
     "buffers": ("MB", 1.0),
@@ -31,13 +32,14 @@ GROWTH: Mapping[str, tuple[str, float]] = {
     "server": ("MB", 30.0),
 }
 
-#: The most of it at any time.
+#: Largest value at any time.
 MOST = {"contexts": 2.0, "server": 600.0, "peak": 600.0}
 
-#: Measurements that have a trend; of fewer the last third alone would say nothing.
+#: Least number of measurements for a trend; the last two thirds of fewer would say nothing.
 LEAST_MEASUREMENTS = 9
 
-#: Is run before the page: counts what each context of WebGL holds. One that was collected or lost holds nothing.
+#: Script to run before the page: counts the objects of each WebGL context. A context that was collected or lost has
+#: none.
 COUNT_GRAPHICS = """
     window.contextsOfWebGL = [];
     const ordinary = HTMLCanvasElement.prototype.getContext;
@@ -67,7 +69,7 @@ _LIVING = "window.contextsOfWebGL.map((each) => each.deref()).filter((each) => e
 
 
 class LeakError(Exception):
-    """More is held than may be; its text says what and how much."""
+    """Something exceeds its limit; the text says what, and by how much."""
 
 
 @dataclass
@@ -77,28 +79,28 @@ class Memory:
     Parameters
     ----------
     page : Page
-        Where `COUNT_GRAPHICS` was run first.
+        The page, in which `COUNT_GRAPHICS` was run first.
     devtools : CDPSession
-        Of this page.
+        The devtools session of this page.
     server : Served
     """
 
     page: Page
     devtools: CDPSession
     server: Served
-    #: Number of actions before a measurement, and what was measured.
+    #: Number of actions before each measurement, and the measured values.
     measured: list[tuple[int, Mapping[str, float]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        """Ask the browser to count."""
+        """Make the browser count."""
         self.devtools.send("Performance.enable")
 
     def graphics(self) -> float:
-        """Return how many objects all contexts of WebGL hold: buffers, textures, programs."""
+        """Return the number of objects in all WebGL contexts: buffers, textures, programs."""
         return float(self.page.evaluate(f"{_LIVING}.reduce((sum, each) => sum + each.held, 0)"))
 
     def contexts(self) -> float:
-        """Return how many contexts of WebGL there are; browsers keep few."""
+        """Return the number of WebGL contexts, of which browsers keep only a few."""
         return float(self.page.evaluate(f"{_LIVING}.length"))
 
     def take(self, actions: int, graphics: float) -> Mapping[str, float]:
@@ -107,16 +109,16 @@ class Memory:
         Parameters
         ----------
         actions : int
-            How much was done until now.
+            Number of actions so far.
         graphics : float
-            Objects of WebGL that were held while something stood there to be drawn.
+            Number of WebGL objects while something was drawn.
 
         Raises
         ------
         LeakError
-            If there is more of something than may ever be.
+            If something exceeds its absolute limit.
         """
-        # what is finalized in the first pass is free after the second one
+        # objects finalized in the first pass are freed in the second
         for _ in range(2):
             self.devtools.send("HeapProfiler.collectGarbage")
         metrics = {
@@ -141,9 +143,10 @@ class Memory:
         return found
 
     def growth(self) -> dict[str, float]:
-        """Return how much of each thing comes in a thousand actions, or in fewer; empty while too little was measured.
+        """Return the growth of each quantity in a thousand actions, or in fewer; empty with few measurements.
 
-        What is loaded once, as compiled code for a law of air, comes in one half of the time: a leak goes on in both.
+        Things that are loaded once, such as compiled code for a law of air, appear in one half of the time; a leak
+        continues in both.
         """
         if len(self.measured) < LEAST_MEASUREMENTS:
             return {}
@@ -157,7 +160,7 @@ class Memory:
         }
 
     def check(self) -> None:
-        """Look for a leak in all that was measured.
+        """Check all measurements for a leak.
 
         Raises
         ------
@@ -165,7 +168,7 @@ class Memory:
         """
         too_much = [
             f"{name} grows by {grown:.3g} {GROWTH[name][0]}".rstrip()
-            + f" in a thousand actions or fewer, {GROWTH[name][1]:g} may be"
+            + f" in a thousand actions or fewer; allowed is {GROWTH[name][1]:g}"
             for name, grown in self.growth().items()
             if grown > GROWTH[name][1]
         ]
@@ -173,11 +176,11 @@ class Memory:
             raise LeakError("; ".join(too_much))
 
     def _last(self) -> list[tuple[int, Mapping[str, float]]]:
-        """Return the last two thirds: before them caches fill and code is compiled."""
+        """Return the last two thirds: before that, caches fill and code is compiled."""
         return self.measured[len(self.measured) // 3 :]
 
 
 def trend(points: Sequence[tuple[float, float]]) -> float:
-    """Return the slope that half of all pairs of points exceed (Theil and Sen): a single peak does not move it."""
+    """Return the slope that half of all pairs of points exceed (Theil and Sen); a single peak does not change it."""
     slopes = [(y - v) / (x - u) for (u, v), (x, y) in itertools.combinations(points, 2) if x != u]
     return statistics.median(slopes)

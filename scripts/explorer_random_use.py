@@ -1,12 +1,12 @@
-"""Use the explorer's page at random in a real browser: no error, no leak and no stale picture may come of it.
+"""Use the explorer's page at random in a real browser, and check for errors, leaks and stale pictures.
 
     python scripts/explorer_random_use.py --minutes 10
     python scripts/explorer_random_use.py --minutes 2 --seed 7 hoop.nc     words as of `eulerdisk explore`
 
-It zooms, drags, clicks, types, moves sliders, presses buttons, changes the address, the size and the colours. Every
-so often it lets the page rest and compares the picture with one that is asked for anew for the address. Every half a
-minute it goes back to where it began, collects garbage and measures what is held (`explorer_memory.py`). It ends with 1
-at the first problem, and says what it did before; what grows is told at the end.
+It zooms, drags, clicks, types, moves sliders, presses buttons, changes the address, the window size and the theme. From
+time to time it lets the page rest and compares the picture with a newly requested one for the same address. Every half
+a minute it returns to the beginning, collects garbage and measures the memory (`explorer_memory.py`). It ends with
+status 1 at the first problem, and prints the preceding actions; growth is reported at the end.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from explorer_visitor import ProblemError, Visitor
 if TYPE_CHECKING:
     from playwright.sync_api import BrowserContext, Page
 
-#: Milliseconds in which a picture should be complete, in which it has to be while its server still computes it, and
-#: after which the address is that of the picture.
+#: Milliseconds in which a picture should be complete; in which it must be while its server still computes it; and after
+#: which the address belongs to the picture.
 PATIENCE, BUSY, REST = 20_000, 120_000, 400
 
-#: Actions between two looks at the picture.
+#: Number of actions between two comparisons of the picture.
 LOOK = 12
 
 #: Seconds between two measurements of memory.
 MEASURE = 30.0
 
-#: Size of the window at first, and whenever something is measured.
+#: Initial size of the window, restored for every measurement.
 SIZE: Any = {"width": 1280, "height": 800}
 
-#: Fragment of a page that shows two motions, both well within what is seen first; and of one that shows none.
+#: Fragments of a page that shows two motions, both well within the initial view, and of one that shows none.
 TWO_MOTIONS = """
 async () => {
   const [{ ServerSource }, { fragmentOf }, { firstState }, { valueAt }] = await Promise.all(
@@ -51,7 +51,7 @@ async () => {
 }
 """
 
-#: How many pixels differ between the picture and one that is asked for anew for the address.
+#: Number of pixels that differ between the picture and a newly requested one for the address.
 COMPARE = """
 async () => {
   const [{ stateOf }, { Picture }, { ServerSource }, { quantityOf }] = await Promise.all(
@@ -76,7 +76,8 @@ async () => {
 }
 """
 
-#: Asks for all that a server is asked for seldom: what it loads for that is no growth. A refusal is an answer, too.
+#: Requests everything that is rarely requested of a server, so that what it loads for that does not count as growth. A
+#: refusal also counts as an answer.
 ASK_FOR_ALL = """
 async () => {
   const [{ ServerSource }, { firstState }, { valueAt }] = await Promise.all(
@@ -100,7 +101,7 @@ async () => {
 
 
 def new_page(context: BrowserContext, url: str) -> tuple[Page, Watch]:
-    """Open the explorer in a context; its contexts of WebGL are counted and its problems noted."""
+    """Open the explorer in a context; count its WebGL contexts and record its problems."""
     context.grant_permissions(["clipboard-read", "clipboard-write"])
     page = context.new_page()
     page.add_init_script(COUNT_GRAPHICS)
@@ -111,10 +112,10 @@ def new_page(context: BrowserContext, url: str) -> tuple[Page, Watch]:
 
 
 def settle(page: Page, watch: Watch) -> None:
-    """Wait until the picture is complete and the address is that of the picture.
+    """Wait until the picture is complete and the address belongs to it.
 
-    A picture that nobody computes is never complete: that is told at once. A server that is slow, as where others use
-    its processors, is told too, and waited for.
+    If nobody computes the picture, it will never be complete: this is reported at once. A slow server, as when other
+    programs use its processors, is reported and waited for.
     """
     from playwright.sync_api import TimeoutError as TooLateError
 
@@ -140,21 +141,21 @@ def settle(page: Page, watch: Watch) -> None:
 
 
 def shown(page: Page) -> str:
-    """Return what the page says of its picture."""
+    """Return the state of the page's picture as text."""
     lane, busy = (page.get_attribute(MAP, name) for name in ("data-lane", "aria-busy"))
     return f"lane {lane}, busy {busy}, notice {page.inner_text('#notice')!r}"
 
 
 def look(page: Page, watch: Watch) -> None:
-    """Compare the picture with one that is asked for anew for the address."""
+    """Compare the picture with a newly requested one for the address."""
     settle(page, watch)
     differing = page.evaluate(COMPARE)
     if differing:
-        raise ProblemError(f"the picture is not that of its address: {differing} pixels differ")
+        raise ProblemError(f"the picture does not belong to its address: {differing} pixels differ")
 
 
 def measure(page: Page, watch: Watch, memory: Memory, actions: int) -> Mapping[str, float]:
-    """Measure in a state that is always the same: first two motions, then none, as after the page was opened."""
+    """Measure in a reproducible state: first with two motions, then without any, as in a newly opened page."""
     page.set_viewport_size(SIZE)
     fragments = page.evaluate(TWO_MOTIONS)
     go = "fragment => { location.hash = fragment; }"
@@ -169,7 +170,7 @@ def measure(page: Page, watch: Watch, memory: Memory, actions: int) -> Mapping[s
 
 
 def use(page: Page, watch: Watch, visitor: Visitor, actions: int) -> None:
-    """Do a number of things and look at the picture after them."""
+    """Perform some actions, then check the picture."""
     for _ in range(actions):
         visitor.act()
         visitor.pause()
@@ -181,12 +182,12 @@ def use(page: Page, watch: Watch, visitor: Visitor, actions: int) -> None:
 
 
 def spend(context: BrowserContext, server: Served, seconds: float, seed: int) -> None:
-    """Use the page for some time, and look for leaks."""
+    """Use the page for some time, and check for leaks."""
     page, watch = new_page(context, server.url)
     memory = Memory(page, context.new_cdp_session(page), server)
     visitor = Visitor(page, random.Random(seed))
     page.evaluate(ASK_FOR_ALL)
-    # what is refused of an atlas is told in the console
+    # the console reports what an atlas refuses
     watch.problems.clear()
     began = time.monotonic()
     count = 0
@@ -215,7 +216,7 @@ def spend(context: BrowserContext, server: Served, seconds: float, seed: int) ->
 
 
 def report(seconds: float, count: int, measured: Mapping[str, float]) -> None:
-    """Print a line with what was measured."""
+    """Print a line with the measurements."""
     values = ", ".join(f"{name} {value:.4g}" for name, value in measured.items())
     print(f"{seconds:5.0f} s, {count} actions: {values}", flush=True)
 
@@ -242,7 +243,7 @@ def main() -> None:
     if executable is None:
         raise SystemExit("No Chromium is installed: scripts/test --readers installs it.")
     with served(*arguments.words) as server, launched(executable) as browser:
-        # a frame of a disk takes 0.1 s without a graphics card: motions stand until they are played
+        # a frame of a disk takes 0.1 s without a graphics card, so motions do not start on their own
         context = browser.new_context(viewport=SIZE, reduced_motion="reduce")
         try:
             spend(context, server, 60.0 * arguments.minutes, arguments.seed)

@@ -1,4 +1,4 @@
-"""Somebody who uses the explorer's page without a plan: all that one can do with it, by real events of a browser."""
+"""A visitor who uses the explorer's page at random, in every possible way, by real events of a browser."""
 
 from __future__ import annotations
 
@@ -44,19 +44,19 @@ FRAGMENTS = (
 
 
 class ProblemError(Exception):
-    """Something happened that must not; its text says what."""
+    """Something happened that must not; the text says what."""
 
 
 @dataclass
 class Visitor:
-    """Somebody who uses the page without a plan.
+    """A visitor who uses the page at random.
 
     Parameters
     ----------
     page : Page
-        Where the explorer is open.
+        The page with the open explorer.
     chance : random.Random
-        Decides everything.
+        Source of all random decisions.
     """
 
     page: Page
@@ -66,7 +66,7 @@ class Visitor:
     done: deque[str] = field(default_factory=lambda: deque(maxlen=24))
 
     def act(self) -> None:
-        """Do one thing."""
+        """Perform one action."""
         from playwright.sync_api import Error as BrowserError
 
         (name,) = self.chance.choices(list(ACTIONS), [weight for weight, _ in ACTIONS.values()])
@@ -74,22 +74,22 @@ class Visitor:
         try:
             ACTIONS[name][1](self)
         except BrowserError as problem:
-            # the page may replace a control between the look at it and the hand on it
+            # the page may replace a control after it was found and before it is used
             if "not attached" not in problem.message:
                 raise
             self.note("that is gone")
         finally:
-            # an element that is held here would not be collected there
+            # release element handles here, otherwise they would not be collected in the page
             for each in self.held:
                 each.dispose()
             self.held.clear()
 
     def note(self, what: object) -> None:
-        """Add to what is known of the last action."""
+        """Append details to the description of the last action."""
         self.done[-1] += f" {what}"
 
     def place(self) -> tuple[float, float]:
-        """Return a place of the map, in pixels of the screen."""
+        """Return a random place on the map, in screen pixels."""
         self.page.evaluate("window.scrollTo(0, 0)")
         box = self.page.locator(MAP).bounding_box()
         if box is None:
@@ -100,13 +100,13 @@ class Visitor:
         )
 
     def one_of(self, selector: str) -> ElementHandle | None:
-        """Return any element that a person could use now."""
+        """Return a random element that a person could use now."""
         self.held += self.page.query_selector_all(selector)
         usable = [each for each in self.held if each.is_visible() and each.is_enabled()]
         return self.chance.choice(usable) if usable else None
 
     def pause(self) -> None:
-        """Wait as short or as long as a person."""
+        """Wait as long as a person would."""
         self.page.wait_for_timeout(self.chance.choice((0, 0, 10, 50, 200)))
 
 
@@ -119,7 +119,7 @@ def zoom(visitor: Visitor) -> None:
 
 
 def drag(visitor: Visitor) -> None:
-    """Pull the map."""
+    """Drag the map."""
     mouse = visitor.page.mouse
     mouse.move(*visitor.place())
     mouse.down()
@@ -128,7 +128,7 @@ def drag(visitor: Visitor) -> None:
 
 
 def click(visitor: Visitor) -> None:
-    """Choose a point, sometimes the second one, sometimes all of the map."""
+    """Choose a point, sometimes the second one, sometimes the whole map."""
     x, y = visitor.place()
     kind = visitor.chance.choice(("click", "click", "second", "double", "hover"))
     visitor.note(kind)
@@ -143,7 +143,7 @@ def click(visitor: Visitor) -> None:
 
 
 def type_keys(visitor: Visitor) -> None:
-    """Press keys on the map, or wherever Tab has led."""
+    """Press keys on the map, or wherever Tab leads."""
     visitor.page.locator(MAP).focus()
     keys = visitor.chance.choices(KEYS, k=visitor.chance.randint(1, 8))
     visitor.note(keys)
@@ -152,7 +152,7 @@ def type_keys(visitor: Visitor) -> None:
 
 
 def slide(visitor: Visitor) -> None:
-    """Put a slider anywhere, by one jump and some steps."""
+    """Set a slider to any value, by one jump and some steps."""
     slider = visitor.one_of("input[type=range]")
     if slider is None:
         return
@@ -206,7 +206,7 @@ def write(visitor: Visitor) -> None:
 
 
 def follow_address(visitor: Visitor) -> None:
-    """Go where one has been, or to an address that somebody else has written."""
+    """Return to an earlier address, or go to one that somebody else has written."""
     visitor.visited.append(visitor.page.evaluate("location.hash"))
     fragment = visitor.chance.choice((*FRAGMENTS, *visitor.visited[-20:]))
     visitor.note(fragment)
@@ -221,11 +221,11 @@ def resize(visitor: Visitor) -> None:
 
 
 def change_light(visitor: Visitor) -> None:
-    """Change between day and night."""
+    """Toggle the light and the dark theme."""
     visitor.page.emulate_media(color_scheme=visitor.chance.choice(("light", "dark")))
 
 
-#: Name of an action -> how often it is done, and what is done.
+#: Name of an action -> its relative frequency, and its function.
 ACTIONS: Mapping[str, tuple[int, Callable[[Visitor], None]]] = {
     "zoom": (30, zoom),
     "drag": (15, drag),

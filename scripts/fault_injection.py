@@ -1,7 +1,7 @@
 """Kill runs at random moments, damage their journals, compute a large atlas, and print the figures.
 
-Ends with 1 if a file differs from that of an undisturbed run, if a reader of the final name ever saw anything but an
-absent or a complete file, or if a damaged block went unnoticed.
+Exit status 1 if a file differs from that of an undisturbed run, if a reader of the final name ever saw anything but a
+missing or a complete file, or if a damaged block was not noticed.
 """
 
 import argparse
@@ -14,7 +14,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-# Loaded before the first fork, so that a run is killed while it works; the kernels are not: their threads do not fork.
+# Loaded before the first fork, so that a run is killed while it works, but without the kernels, whose threads do not
+# survive a fork.
 import netCDF4  # noqa: F401 - only to be loaded
 import numba  # noqa: F401 - likewise
 import xarray  # noqa: F401 - likewise
@@ -26,27 +27,30 @@ from sweep.runs.folder import directory_of
 from sweep.runs.journal import BLOCK, BLOCKS, DAMAGED, Journal
 from sweep.runs.run import run_to_file
 
-#: A second of work in small blocks; falls, bounded cells and refinements among them.
+#: A second of work in small blocks, with falls, bounded cells and refinements.
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0.5:4:60", tilt="0.01deg:60deg:60:log")
 
-#: Cells per block: many small ones, a few, and a number that fits nothing.
+#: Cells per block: many small blocks, a few, and a number that does not divide the cells.
 BLOCK_CELLS = (40, 333, 1800)
 
 
 def main() -> None:
-    """Run the parts that were asked for."""
+    """Run the requested parts."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--moments", type=int, default=50, help="kills per threads and block size (default 50)"
     )
-    parser.add_argument("--damages", type=int, default=300, help="blocks to damage (default 300)")
+    parser.add_argument("--damages", type=int, default=300, help="number of damaged blocks (default 300)")
     parser.add_argument(
         "--cells", type=int, default=10**8, help="cells of the large atlas, 0 for none (default 1e8)"
     )
     parser.add_argument(
-        "--pairs", type=int, default=1, help="large atlases with a journal, and as many without (default 1)"
+        "--pairs",
+        type=int,
+        default=1,
+        help="number of large atlases with a journal, and of ones without (default 1)",
     )
-    parser.add_argument("--only-large", action="store_true", help="leave out kills, crashes and damages")
+    parser.add_argument("--only-large", action="store_true", help="skip kills, crashes and damages")
     parser.add_argument("--every", type=int, default=1, help="crash before every n-th step (default 1)")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
@@ -58,11 +62,11 @@ def main() -> None:
         if options.cells:
             large(folder, options.cells, options.pairs)
     if wrong:
-        sys.exit(f"scripts/soak: {wrong} times something was wrong")
+        sys.exit(f"scripts/soak: something was wrong {wrong} times")
 
 
 def inject_faults(folder: Path, options: argparse.Namespace, dice: random.Random) -> int:
-    """Kill, crash and damage runs; return how often something was wrong."""
+    """Kill, crash and damage runs; return the number of errors."""
     whole, took = undisturbed(folder / "whole.nc")
     print(f"undisturbed run: {SPEC.size} cells, {took[0]:.2f} s, {len(whole)} bytes", flush=True)
     wrong = 0
@@ -74,7 +78,7 @@ def inject_faults(folder: Path, options: argparse.Namespace, dice: random.Random
 
 
 def child(work: Callable[[], object]) -> int:
-    """Do the work in a process of its own, forked before any kernel ran here, and return its number."""
+    """Do the work in a child process, forked before any kernel ran here, and return the child's process number."""
     number = os.fork()
     if number == 0:
         try:
@@ -88,9 +92,9 @@ def child(work: Callable[[], object]) -> int:
 
 
 def undisturbed(path: Path) -> tuple[bytes, tuple[float, float]]:
-    """Return the bytes of the file of a run that nothing disturbs, and its seconds: all, and those of the work."""
+    """Return the bytes of the file of an undisturbed run, and its seconds in total and from the first block on."""
     took = (0.0, 0.0)
-    for _ in range(2):  # the first may compile the kernels
+    for _ in range(2):  # the first may have to compile the kernels
         began, working = time.monotonic(), 0.0
         runner, ended, status = child(lambda: run_to_file(SPEC, path, overwrite=True, block_cells=180)), 0, 0
         while not ended:
@@ -113,7 +117,7 @@ def kills(
     moments: int,
     dice: random.Random,
 ) -> int:
-    """Kill runs at random moments until each has met `moments` of them; return how often something was wrong."""
+    """Kill runs at random moments, `moments` times in total; return the number of errors."""
     wrong = met = finished = seen = kept = 0
     path = folder / "killed.nc"
 
@@ -122,7 +126,7 @@ def kills(
 
     while met < moments:
         path.unlink(missing_ok=True)
-        # one kill, or several in a row: a run may be killed while it goes on from an earlier kill
+        # one kill, or several in a row: a run may be killed while it resumes after an earlier kill
         for _ in range(dice.randint(1, 3)):
             before = blocks(path)
             runner, ended, begun = child(work), 0, time.monotonic()
@@ -154,7 +158,7 @@ def kills(
     print(
         f"killed: {threads} threads, blocks of {block_cells}: "
         f"{met} kills, {kept / max(met, 1):.1f} blocks kept at each, "
-        f"{finished} files, {seen} looks at the final name, {wrong} wrong",
+        f"{finished} files, {seen} checks of the final name, {wrong} wrong",
         flush=True,
     )
     path.unlink(missing_ok=True)
@@ -170,7 +174,7 @@ def is_absent_or(path: Path, whole: bytes) -> bool:
 
 
 def blocks(path: Path) -> int:
-    """Return how many blocks of a run are kept."""
+    """Return the number of stored blocks of a run."""
     try:
         return sum(name.endswith(BLOCK) for name in os.listdir(directory_of(path) / BLOCKS))
     except FileNotFoundError:
@@ -178,7 +182,7 @@ def blocks(path: Path) -> int:
 
 
 def is_done(path: Path) -> bool:
-    """Return whether the run is complete; a folder that was emptied, but not yet removed, is removed."""
+    """Return whether the run is complete; remove a folder that was emptied but not yet removed."""
     folder = directory_of(path)
     if path.exists() and folder.exists() and not list(folder.iterdir()):
         folder.rmdir()
@@ -186,7 +190,7 @@ def is_done(path: Path) -> bool:
 
 
 def crashes(folder: Path, whole: bytes, every: int) -> int:
-    """Kill a run before every step that it takes on the disk; return how often something was wrong."""
+    """Kill a run before every step that it takes on the disk; return the number of errors."""
     path, wrong, crashed, at, status = folder / "crashed.nc", 0, 0, 1, -1
 
     def counting(real: Callable[..., object], steps: list[int]) -> Callable[..., object]:
@@ -221,7 +225,7 @@ def crashes(folder: Path, whole: bytes, every: int) -> int:
 
 
 def damages(folder: Path, whole: bytes, count: int, dice: random.Random) -> int:
-    """Damage blocks in every way; return how many went unnoticed, or spoilt the file."""
+    """Damage blocks in every way; return how many damages were not noticed, or spoilt the file."""
     path, caught = folder / "damaged.nc", 0
 
     def stopped() -> None:
@@ -244,18 +248,20 @@ def damages(folder: Path, whole: bytes, count: int, dice: random.Random) -> int:
         victim.write_bytes(damaged(victim.read_bytes(), dice))
     os.waitpid(child(lambda: run_to_file(SPEC, path)), 0)
     same = path.exists() and path.read_bytes() == whole
-    print(f"damaged: {caught} of {count} caught; file after mending {len(held[::2])} blocks the same: {same}")
+    print(
+        f"damaged: {caught} of {count} caught; file unchanged after {len(held[::2])} blocks were repaired: {same}"
+    )
     return count - caught + (not same)
 
 
 def damaged(good: bytes, dice: random.Random) -> bytes:
-    """Return the content cut, with a tail of zeros, or with one bit flipped."""
+    """Return the content cut off, with a tail of zeros, or with one bit flipped."""
     place = dice.randrange(len(good))
     kind = dice.choice(("cut", "zeros", "bit"))
     if kind == "cut":
         return good[:place]
     if kind == "zeros":
-        # what a power cut leaves where the last pages were not written
+        # a power failure leaves this if the last pages were not written
         place = min(place, len(good.rstrip(b"\0")) - 1)
         return good[:place] + bytes(len(good) - place)
     return good[:place] + bytes([good[place] ^ 1 << dice.randrange(8)]) + good[place + 1 :]

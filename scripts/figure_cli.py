@@ -1,4 +1,4 @@
-"""The command line of the scripts that draw: the option for the figure, and exit statuses."""
+"""The command line of scripts that draw: the option for the figure, and exit statuses."""
 
 import argparse
 import sys
@@ -18,7 +18,7 @@ def figure_parser(description: str | None, default: str) -> argparse.ArgumentPar
 
 
 def run_script(main: Callable[[], None]) -> None:
-    """Run the main function of a script; a refused request ends it with a message and the exit status of the error."""
+    """Run the main function of a script; a refused request ends it with a message and the error's exit status."""
     try:
         main()
     except sweep.RequestError as error:

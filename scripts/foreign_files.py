@@ -1,4 +1,4 @@
-"""Files of other tools, and things that are no files, for the fuzzer: a new one is a function of `FOREIGN` more."""
+"""Files of other tools, and objects that are not files, for the fuzzer; add a function to `FOREIGN` for a new one."""
 
 import os
 import random
@@ -37,7 +37,7 @@ def _classic_noise(path: Path, dice: random.Random) -> None:
 
 
 def _classic_absurd(path: Path, dice: random.Random) -> None:
-    """Write a header of netCDF-3 with counts of 2**31 dimensions, attributes or characters."""
+    """Write a netCDF-3 header with counts of 2**31 dimensions, attributes or characters."""
     most = (2**31 - 1).to_bytes(4, "big")
     part = dice.choice((b"\0\0\0\x0a" + most, b"\0" * 8 + b"\0\0\0\x0c" + most, b"\0\0\0\x0a\0\0\0\1" + most))
     path.write_bytes(b"CDF\x01\0\0\0\0" + part + b"abcd" * 8)
@@ -58,7 +58,7 @@ def _other_netcdf(path: Path, dice: random.Random) -> None:
 
 
 def _claims_to_be_one(path: Path, dice: random.Random) -> None:
-    """Write a netCDF file that has the attributes of an atlas, and nothing else of it."""
+    """Write a netCDF file that has the attributes of an atlas, but nothing else of one."""
     with netCDF4.Dataset(path, "w", format=dice.choice(("NETCDF3_CLASSIC", "NETCDF4"))) as file:
         file.eulerdisk_format = np.int32(1)
         file.sweep_spec = dice.choice(("{}", "[]", '{"axes": []}', "x" * 1000))
@@ -116,7 +116,7 @@ def _sparse(path: Path, dice: random.Random) -> None:
         file.truncate(2**36)
 
 
-#: Files of other tools, and things that are no files.
+#: Files of other tools, and objects that are not files.
 FOREIGN = (
     _bytes_file(b""), _bytes_file(b"a,b\n1,2\n"), _bytes_file(b"\x89PNG\r\n\x1a\n" + bytes(50)),
     _bytes_file(b"SIMPLE  =                    T" + b" " * 2850), _bytes_file(b"PAR1" + bytes(20) + b"PAR1"),

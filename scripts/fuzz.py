@@ -1,8 +1,8 @@
-"""Feed damaged and foreign files, spec files and words to every command that reads, and judge how each ends.
+"""Feed damaged and foreign files, spec files and words to every command that reads, and judge how each case ends.
 
-A case is one command line. It ends well with a documented exit status, within 10 s and 1 GB of resident memory, and
-with a refusal in one printable line if it refuses; never with a traceback, a hang or the end of its process. Many cases
-run in one process, which is replaced when a case has ended it. Ends with 1 if a case did not end well.
+A case is one command line. It ends well if it has a documented exit status, takes at most 10 s and 1 GB of resident
+memory, and reports a refusal in one printable line, without a traceback, a hang or the end of its process. Many cases
+run in one process, which is replaced if a case ended it. Exit status 1 if a case did not end well.
 """
 
 import argparse
@@ -25,20 +25,20 @@ from odd_words import spec_file, words
 
 from sweep.errors import printable
 
-#: Seconds of processor time and bytes of resident memory that a case may take, and seconds on the clock after which it
-#: hangs: the machine may have other work.
+#: Processor time [s] and resident memory [bytes] that a case may take, and wall time [s] after which it hangs; the
+#: latter is longer because the machine may have other work.
 MOST_SECONDS, MOST_BYTES, PATIENCE = 10.0, 10**9, 60.0
 
-#: A process that has grown to this is replaced: what its cases left behind is not what the next one takes.
+#: Memory [bytes] from which on a process is replaced, so that the remains of its cases do not count for the next one.
 _WORN = 6 * 10**8
 
-#: Cases printed of those that end badly in the same way.
+#: Largest number of printed cases that end badly in the same way.
 _MOST_PRINTED = 3
 
-#: Exit statuses that a case may have: done, a check that failed, a refused request, a file system that refuses.
+#: Allowed exit statuses of a case: done, a check that failed, a refused request, a file system that refuses.
 _STATUSES = (0, 1, 2, 3)
 
-#: What each command is asked of a file.
+#: Name -> the command that is run on each file.
 READING = {
     "info": "info {}",
     "boundary": "boundary {}",
@@ -59,7 +59,7 @@ READING = {
     "run": "run --from {} -o OUT/again.nc --overwrite",
 }
 
-#: The atlases that are damaged.
+#: Intact atlases, of which damaged ones are made, and their words.
 WHOLE = {
     "rolling.nc": "rolling roll_rate=2:3:8 tilt=0.1deg:5deg:6:log contact=yes",
     "curves.nc": "rolling roll_rate=2:4:7 tilt=1deg,2deg,4deg boundary=refined:1e-3 title='a < b'",
@@ -75,7 +75,7 @@ _CONTROL = re.compile(r"[^\n\x20-\x7e\xa0-\U0010ffff]|[\u202a-\u202e\u2066-\u206
 
 @dataclass(frozen=True)
 class End:
-    """How a case ended: status, outputs, seconds of processor time, largest resident memory; `fault` if by a crash."""
+    """The end of a case: status, outputs, processor time [s], largest resident memory; `fault` is set after a crash."""
 
     status: object
     out: str
@@ -86,7 +86,7 @@ class End:
 
 
 def faults(end: End) -> list[str]:
-    """Return what is wrong with how a case ended, in words; nothing if it ended well."""
+    """Return the faults in how a case ended, as text; empty if it ended well."""
     if end.fault:
         return [end.fault]
     found = []
@@ -100,23 +100,23 @@ def faults(end: End) -> list[str]:
     if _CONTROL.search(end.out + end.err):
         found.append("control characters")
     if "Traceback" in end.out + end.err or "Warning" in end.err or "HDF5-DIAG" in end.err:
-        found.append(f"words for developers: {end.err.strip()[-300:]}")
+        found.append(f"text for developers: {end.err.strip()[-300:]}")
     if end.status == 2 and not (end.err.startswith(("eulerdisk: ", "Usage: ")) and len(end.err) < 10_000):
-        found.append(f"no sentence of at most 10 kB: {end.err[:200]!r}")
+        found.append(f"no message of at most 10 kB: {end.err[:200]!r}")
     if len(end.out) > 10**6:
         found.append("a megabyte of output")
     return found
 
 
 class Worker:
-    """A process that runs command lines one after the other; after a crash or a hang another takes its place."""
+    """A process that runs command lines one after the other; it is replaced after a crash or a hang."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._process: subprocess.Popen[bytes] | None = None
 
     def run(self, line: list[str], patience: float = PATIENCE) -> End:
-        """Run one command line; it is stopped when it takes longer than `patience` or twice the memory that it may."""
+        """Run one command line; stop it if it takes longer than `patience` or more than twice the allowed memory."""
         if self._process is not None and _resident(self._process.pid) > _WORN:
             self.close()
         process = self._process or self._started()
@@ -133,7 +133,7 @@ class Worker:
                     return End(**json.loads(answer))
                 fault = f"the process ended with {process.wait()}: {self._last_words()}"
             elif time.monotonic() - began > patience:
-                fault = f"a hang of more than {patience:.0f} s"
+                fault = f"it hung for more than {patience:.0f} s"
             elif _resident(process.pid) > 2 * MOST_BYTES:
                 fault = "more than 2 GB of resident memory"
         self.close()
@@ -156,7 +156,7 @@ class Worker:
             stdout=subprocess.PIPE,
             cwd=self._folder,
         )
-        # imports and kernels are loaded before the first case is timed
+        # wait until imports and kernels are loaded before the first case is timed
         assert self._process.stdout is not None
         self._process.stdout.readline()
         return self._process
@@ -172,7 +172,7 @@ def _resident(process: int) -> int:
 
 
 def work(folder: Path) -> None:
-    """Run the command lines that come on standard input, and answer on standard output; the process of a `Worker`."""
+    """Run the command lines from standard input, and answer on standard output; runs in the process of a `Worker`."""
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     from sweep import cli
 
@@ -186,7 +186,7 @@ def work(folder: Path) -> None:
 def _ended(main: object, line: list[str], folder: Path) -> dict[str, object]:
     import traceback
 
-    # C libraries write to the descriptors, past sys.stdout
+    # C libraries write to the file descriptors, bypassing sys.stdout
     handles = [os.open(folder / name, os.O_RDWR | os.O_CREAT | os.O_TRUNC) for name in ("out", "err")]
     for number, handle in enumerate(handles, 1):
         os.dup2(handle, number)
@@ -209,7 +209,7 @@ def _ended(main: object, line: list[str], folder: Path) -> dict[str, object]:
 
 
 def _worked() -> float:
-    """Return the seconds of processor time of this process and its children that have ended."""
+    """Return the processor time [s] of this process and its finished children."""
     return sum(os.times()[:4])
 
 
@@ -223,7 +223,7 @@ def _reset_peak() -> None:
     try:
         Path("/proc/self/clear_refs").write_text("5", encoding="ascii")
     except OSError:
-        # the peak is then that of all cases before, which is too strict
+        # the peak then includes all earlier cases, which is too strict
         return
 
 
@@ -237,7 +237,7 @@ def _peak() -> int:
 
 
 def cases(folder: Path, options: argparse.Namespace) -> Iterator[tuple[str, list[str]]]:
-    """Yield each case: in words what it is given, and its command line."""
+    """Yield each case: its description, and its command line."""
     wholes = [folder / name for name in WHOLE]
     for number in range(options.first, options.first + options.count):
         dice = random.Random(f"{options.seed} file {number}")
@@ -265,7 +265,7 @@ def _remove(path: Path) -> None:
 
 
 def prepared(folder: Path) -> None:
-    """Compute the atlases that are damaged, in a folder."""
+    """Compute the intact atlases in a folder."""
     import shlex
 
     import sweep
@@ -277,19 +277,23 @@ def prepared(folder: Path) -> None:
 
 
 def main() -> None:
-    """Run the cases that were asked for, and print what went wrong."""
+    """Run the requested cases, and print what went wrong."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=1000, help="damaged files (default 1000)")
+    parser.add_argument("--count", type=int, default=1000, help="number of damaged files (default 1000)")
     parser.add_argument(
-        "--words", type=int, default=1000, help="requests, and as many spec files (default 1000)"
+        "--words", type=int, default=1000, help="number of requests, and of spec files (default 1000)"
     )
     parser.add_argument("--quick", action="store_true", help="a tenth of both")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument(
-        "--first", type=int, default=0, help="number of the first file: to repeat one, --count 1"
+        "--first", type=int, default=0, help="number of the first file; with --count 1 to repeat one file"
     )
     parser.add_argument(
-        "--commands", nargs="+", default=list(READING), choices=READING, help="what each file is given to"
+        "--commands",
+        nargs="+",
+        default=list(READING),
+        choices=READING,
+        help="commands that are run on each file",
     )
     parser.add_argument("--keep", type=Path, help="work in this new folder, and keep the files")
     parser.add_argument("--worker", type=Path, help=argparse.SUPPRESS)
@@ -309,7 +313,7 @@ def main() -> None:
 
 
 def fuzz(folder: Path, options: argparse.Namespace) -> int:
-    """Run the cases, print those that did not end well and a summary, and return how many these are."""
+    """Run the cases, print those that did not end well and a summary, and return the number of bad ones."""
     worker, wrong, began = Worker(folder), 0, time.monotonic()
     statuses: collections.Counter[str] = collections.Counter()
     alike: collections.Counter[str] = collections.Counter()

@@ -1,4 +1,4 @@
-"""Time and memory of a large atlas, and the share of the journal in them; `scripts/soak` prints the figures."""
+"""Time and memory of a large atlas, and the share of the journal in the time; `scripts/soak` prints the figures."""
 
 import os
 import resource
@@ -15,10 +15,10 @@ from sweep.runs.run import run_to_file
 
 
 def large(folder: Path, cells: int, pairs: int) -> None:
-    """Compute an atlas of many cells with a short horizon, with a journal and without one; print what each took.
+    """Compute an atlas of many cells with a short time horizon, with and without a journal; print the cost of each.
 
-    The cost of the journal is the difference between a run with it and a run without it, in wall time and in processor
-    time (system time included). Other processes disturb the two runs differently, so the processor time inside
+    The cost of the journal is the difference between runs with and without it, in wall time and in processor time
+    (including system time). Other processes disturb the two runs differently, so the processor time inside
     `Journal.keep` is printed too.
     """
     count = round(cells**0.5)
@@ -47,7 +47,7 @@ def large(folder: Path, cells: int, pairs: int) -> None:
         reading, writing = os.pipe()
         number = os.fork()
         if number == 0:
-            # in a process of its own: its peak memory is that of this run
+            # in a child process, whose peak memory is that of this run
             try:
                 work(writing, journaled)
                 os._exit(0)
@@ -56,26 +56,26 @@ def large(folder: Path, cells: int, pairs: int) -> None:
                 os._exit(1)
         os.waitpid(number, 0)
         os.close(writing)
-        os.sync()  # data that one run has left to write must not slow the other down
+        os.sync()  # write one run's remaining data first, so that it does not slow down the next run
         with os.fdopen(reading, "rb") as answer:
             return struct.unpack("4d", answer.read())
 
     print(f"large: {spec.size} cells; the disk takes {disk_rate(folder) / 1e6:.0f} MB/s", flush=True)
     for pair in range(pairs):
-        # the order alternates, so that neither profits from the caches of the other
+        # alternate the order, so that neither profits from the caches of the other
         found = {journaled: measured(journaled) for journaled in ((True, False), (False, True))[pair % 2]}
         (took, used, kept, memory), (bare_took, bare_used, *_) = found[True], found[False]
         print(
             f"large: {took:.0f} s ({spec.size / took:.3g} cells/s), {memory:.2f} GB resident at most, "
             f"file {path.stat().st_size / 1e9:.2f} GB; without a journal {bare_took:.0f} s: it is "
             f"{100 * (took - bare_took) / took:.1f} % of the time, {100 * (used - bare_used) / used:.1f} % of "
-            f"{used:.0f} s of processor, of which keeping blocks {100 * kept / used:.1f} %",
+            f"{used:.0f} s of processor time; keeping blocks takes {100 * kept / used:.1f} % of it",
             flush=True,
         )
 
 
 def disk_rate(folder: Path, size: int = 2**28) -> float:
-    """Return how many bytes the disk takes in a second, fsync and all."""
+    """Return the write rate of the disk [bytes/s], including fsync."""
     path, data = folder / "rate", os.urandom(2**22)
     began = time.monotonic()
     with open(path, "wb") as file:

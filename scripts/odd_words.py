@@ -1,11 +1,11 @@
-"""Odd texts, and requests made by a seeded generator: words of the command line, and spec files; for `scripts/fuzz`."""
+"""Odd texts, and requests from a seeded generator: words of the command line, and spec files; for `scripts/fuzz`."""
 
 import os
 import random
 from collections.abc import Callable
 from pathlib import Path
 
-#: Texts that break what is careless with them: mathematics, markup, control sequences, other scripts, length.
+#: Texts that break careless programs: mathematics, markup, control sequences, other scripts, length.
 TEXTS = (
     "",
     "$",
@@ -79,7 +79,7 @@ def words(dice: random.Random) -> list[str]:
     changes = [f"{dice.choice(_NAMES)}={dice.choice(_VALUES)}" for _ in range(dice.choice((1, 1, 2, 3)))]
     if dice.random() < 0.2:
         changes.append(dice.choice(_VALUES))
-    # the system passes no NUL and no surrogates in an argument
+    # the system passes neither NUL nor surrogates in an argument
     fit = [word.replace("\0", "").encode("utf-8", "replace").decode() for word in changes]
     kind = dice.choice(
         ("plan rolling --no-calibrate", "plan spinning", "simulate -o OUT/path.nc --overwrite")
@@ -88,7 +88,7 @@ def words(dice: random.Random) -> list[str]:
 
 
 def spec_file(path: Path, dice: random.Random) -> str:
-    """Write one odd spec file, and return in words what it is."""
+    """Write one odd spec file, and return a description of it."""
     name, write = dice.choice(FILES)
     write(path, dice)
     return name
@@ -127,7 +127,7 @@ def _sparse(path: Path, dice: random.Random) -> None:
 
 _DEVICES = ("/dev/zero", "/dev/full", "/dev/null", "/proc/self/mem")
 
-#: Kinds of spec files: their names and what writes one.
+#: Kinds of spec files: their names, and the function that writes one.
 FILES: tuple[tuple[str, Callable[[Path, random.Random], None]], ...] = (
     ("odd value", _text(lambda dice: f"{dice.choice(_NAMES[:24])} = {_odd_value(dice)}\n")),
     ("odd value", _text(lambda dice: f"{dice.choice(_NAMES[:22])} = {_odd_value(dice)}\n")),

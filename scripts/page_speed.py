@@ -1,11 +1,12 @@
-"""How fast the page of the explorer computes, in a real browser, beside the program itself.
+"""Measure how fast the explorer's page computes in a real browser, compared with the program itself.
 
     python scripts/page_speed.py [--rounds 7]
 
-Windows of the rolling disk, of a torus and of a system in exported pages, by all their workers, are timed in turns with
-the same cells by Python (`sweep.engine.compute.compute`, all threads); the median is told of each, and the least, which
-other work on the machine changes least. Then what a person waits for: the first window of a fresh page of the disk, and
-a click until its motion is there. `page_tasks.py` tells how long the page's own thread is busy at a time.
+Windows of the rolling disk, of a torus and of a system are computed in exported pages, with all their workers, by turns
+with the same cells in Python (`sweep.engine.compute.compute`, all threads). For each, the median is printed, and the
+least time, which is least affected by other work on the machine. Then the waiting times of a person: the first window
+of a fresh page of the disk, and the time from a click until its motion is shown. `page_tasks.py` measures how long the
+page's main thread is busy at a time.
 """
 
 import argparse
@@ -29,16 +30,16 @@ from sweep.request.spec import SweepSpec
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-#: Width, height and quantity of a window.
+#: Width, height and quantity of each window.
 WINDOWS = [(256, 192, "peak_tilt"), (1000, 700, "peak_tilt"), (1000, 700, "nutation_period")]
 
-#: Other presets whose pages hold modules of their own, and windows of them.
+#: Other presets, whose pages have their own modules, and windows of them.
 OTHERS = {
     "torus": [(256, 192, "peak_tilt"), (256, 192, "nutation_period")],
     "kapitza": [(64, 48, "peak")],
 }
 
-#: Make what computes in the page, once; and time a window.
+#: Create the computation in the page once, and time a window.
 WINDOW = """async ([text, plan, view, width, height, quantity]) => {
     const { Computation } = await import("eulerdisk/compute/computation");
     const { computedWindow } = await import("eulerdisk/compute/cells");
@@ -50,7 +51,7 @@ WINDOW = """async ([text, plan, view, width, height, quantity]) => {
     return performance.now() - begun;
 }"""
 
-#: Milliseconds in which windows are computed before one is timed: meanwhile a browser improves its machine code.
+#: Milliseconds for which windows are computed before one is timed: meanwhile a browser optimizes its machine code.
 WARM = 1000.0
 
 
@@ -89,7 +90,7 @@ def main() -> None:
 
 
 def _compare(page: "Page", preset: str, windows: list[tuple[int, int, str]], rounds: int) -> None:
-    """Time windows of the page of a preset in turns with Python, and print."""
+    """Time windows of the page of a preset by turns with Python, and print the results."""
     spec = SweepSpec.preset(preset)
     view = View.read(base_of("", spec)["view"], spec)
     for width, height, quantity in windows:
@@ -117,7 +118,7 @@ def _by_python(view: View, width: int, height: int, quantity: str) -> float:
     return 1000.0 * (time.perf_counter() - begun)
 
 
-#: Time the next click until the motion of its start is shown.
+#: Time from the next click until the motion of its start is shown.
 CLICK = """() => {
     const slot = document.querySelector("#motions .slot");
     window.took = new Promise((done) => {

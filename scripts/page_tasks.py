@@ -1,11 +1,11 @@
-"""What keeps the page of the explorer busy at a time, in a real browser: the longest tasks of its own thread.
+"""Measure how long the explorer's page is busy at a time, in a real browser: the longest tasks of its main thread.
 
     python scripts/page_tasks.py [PRESET ...] [--least 25]
 
-Exported pages of presets, and the page of `eulerdisk explore` with the first of them, are opened, clicked, zoomed and
-moved; sliders move, and other quantities are shown. Chromium notes the tasks. Of each deed those are told that take the
-page's own thread at least so many milliseconds of processor time, beside the time that passed and what took longest in
-them: while another process draws in software the page waits, which takes no processor time.
+Exported pages of presets, and the page of `eulerdisk explore` with the first preset, are opened, clicked, zoomed and
+moved; sliders move, and other quantities are shown. Chromium records the tasks. For each action, the tasks are printed
+that take at least LEAST milliseconds of processor time on the page's main thread, together with the elapsed time and
+their longest part: while another process draws in software, the page waits without taking processor time.
 """
 
 import argparse
@@ -23,13 +23,13 @@ from sweep.explorer.export import export
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-#: What Chromium notes: its tasks, what they do, and marks.
+#: Categories that Chromium records: its tasks, their parts, and marks.
 _CATEGORIES = ["devtools.timeline", "disabled-by-default-devtools.timeline", "blink.user_timing"]
 
 #: Name of a task.
 _TASK = "RunTask"
 
-#: A mark that the page sets: on its own thread.
+#: A mark that the page sets on its main thread.
 _MARK = "of this page"
 
 
@@ -55,7 +55,7 @@ def main() -> None:
 
 
 def _tell(browser: "Browser", name: str, address: str, least: float) -> None:
-    """Print the longest tasks of each deed on a page."""
+    """Print the longest tasks of each action on a page."""
     page = browser.new_page(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
     for deed, do in _deeds(page, f"{address}#base="):
         tasks = [each for each in _tasks(browser, page, do) if each[0] >= least]
@@ -67,7 +67,7 @@ def _tell(browser: "Browser", name: str, address: str, least: float) -> None:
 
 
 def _deeds(page: "Page", address: str) -> Iterator[tuple[str, Callable[[], Any]]]:
-    """Yield what is done on a page, one after the other, and its name."""
+    """Yield the actions on a page and their names, one after the other."""
     yield "opened", partial(page.goto, address)
     box = page.locator("#map .picture").bounding_box()
     assert box is not None
@@ -104,7 +104,7 @@ def _deeds(page: "Page", address: str) -> Iterator[tuple[str, Callable[[], Any]]
 
 
 def _tasks(browser: "Browser", page: "Page", do: Callable[[], Any]) -> list[tuple[float, float, str]]:
-    """Return the tasks of the page's own thread, the longest first: processor time and time [ms], what took longest."""
+    """Return the tasks of the main thread, longest first: processor time and elapsed time [ms], longest part."""
     events: list[dict[str, Any]] = []
     session = browser.new_browser_cdp_session()
     session.on("Tracing.dataCollected", lambda found: events.extend(found["value"]))
@@ -129,7 +129,7 @@ def _tasks(browser: "Browser", page: "Page", do: Callable[[], Any]) -> list[tupl
 
 
 def _longest(task: dict[str, Any], own: list[dict[str, Any]]) -> str:
-    """Return the name of what took longest in a task."""
+    """Return the name of the longest part of a task."""
     end = task["ts"] + task["dur"]
     inner = [each for each in own if task["ts"] <= each["ts"] < end and each["name"] != _TASK]
     return str(max(inner, key=lambda each: each["tdur"])["name"]) if inner else "something else"

@@ -42,7 +42,7 @@ def curves(atlas: "xr.Dataset") -> "list[tuple[float, dict[str, Any]]]":
         part = slice(end - count, end)
         alpha = float(atlas.curve_alpha.values[part][0])
         tilt, p = atlas.curve_tilt.values[part], atlas.curve_precession_rate.values[part]
-        # what keeps the tilt: the balance of the tilt equation
+        # the term that keeps the tilt constant, from the balance of the tilt equation
         push = np.tan(tilt) / unit_squared + (1.0 + 0.5 * alpha) * p**2 * np.sin(tilt)
         roll = push / ((1.0 + alpha) * p)
         found.append(

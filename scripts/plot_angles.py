@@ -17,27 +17,27 @@ from sweep.figures import plots
 from sweep.files.paths import check_format
 from sweep.model.quantity import Array
 
-#: A style of lines, and where words stand about a place.
+#: A style of lines, and the horizontal alignment of text.
 Style = str | tuple[int, tuple[int, int]]
 Side = Literal["left", "center", "right"]
 
 #: The pose that is drawn [rad]: tilt, heading, roll angle. The radius is 1.
 TILT, HEADING, ROLL = math.radians(28.0), math.radians(28.0), math.radians(55.0)
 
-#: Where the reader stands [rad]: azimuth and elevation.
+#: Position of the viewer [rad]: azimuth and elevation.
 AZIMUTH, ELEVATION = math.radians(-104.0), math.radians(20.0)
 
 UP = np.array([0.0, 0.0, 1.0])
 ACROSS = np.array([math.cos(HEADING), math.sin(HEADING), 0.0])
 ALONG = np.array([-math.sin(HEADING), math.cos(HEADING), 0.0])
-#: From the contact point to the centre, and along the axis of the disk.
+#: Directions from the contact point to the centre, and along the axis of the disk.
 DIAMETER = math.sin(TILT) * ACROSS + math.cos(TILT) * UP
 AXIS = math.sin(TILT) * UP - math.cos(TILT) * ACROSS
 
 
 @dataclass(frozen=True)
 class Ink:
-    """Colours of a drawing: lines and words, faint lines, the disk, and one for each angle."""
+    """Colours of a drawing: lines and text, faint lines, the disk, and one for each angle."""
 
     line: str
     faint: str
@@ -61,7 +61,7 @@ def main() -> None:
 
 
 def figure(ink: Ink) -> Figure:
-    """Draw the disk in perspective, and from behind along its track; the ground of the figure is transparent."""
+    """Draw the disk in perspective, and from behind along its track, on a transparent background."""
     drawn = Figure(figsize=(9.6, 4.4))
     drawn.patch.set_alpha(0.0)
     places = ((0.0, 0.0, 0.55, 1.0), (0.56, 0.0, 0.44, 1.0))
@@ -102,14 +102,14 @@ class Sheet:
         self.words(point + offset, words)
 
     def words(self, point: Array, words: str, color: str | None = None, ha: Side = "center") -> None:
-        """Write words about a place, or to one side of it."""
+        """Write text centred at a position, or to one side of it."""
         x, y = point
         color = color or self.ink.line
         self.axes.text(x, y, words, color=color, ha=ha, va="center", fontsize=12.5, zorder=7)
 
 
 def seen(points: Array) -> Array:
-    """Return where points of space, shape (..., 3), are seen, shape (..., 2), from afar."""
+    """Return the projection, shape (..., 2), of points in space, shape (..., 3), seen from afar."""
     right = np.array([-math.sin(AZIMUTH), math.cos(AZIMUTH), 0.0])
     back = np.array([math.cos(AZIMUTH), math.sin(AZIMUTH), 0.0])
     top = math.cos(ELEVATION) * UP - math.sin(ELEVATION) * back
@@ -117,7 +117,7 @@ def seen(points: Array) -> Array:
 
 
 def arc(first: Array, second: Array, end: float, radius: float, start: float = 0.0) -> Array:
-    """Return points of an arc about the origin in the plane of two unit vectors, shape (60, n)."""
+    """Return points of an arc around the origin in the plane of two unit vectors, shape (60, n)."""
     angle = np.linspace(start, end, 60)[:, None]
     return radius * (np.cos(angle) * first + np.sin(angle) * second)
 

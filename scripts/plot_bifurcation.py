@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _ALPHA = 0.5
-#: R and g are 1: rates are in units of sqrt(g/R). The upright disk with these rates has them for its constants.
+#: R and g are 1, so rates are in units of sqrt(g/R). An upright disk with these rates has them as its constants.
 PLANE = {
     "precession_rate": "-1.1:1.1:180",
     "roll_rate": "-0.8:0.8:180",
@@ -33,7 +33,7 @@ PLANE = {
     "method": "exact",
     "fall_tilt": "89deg",
 }
-#: Sections of the plane, and families of motions that have these constants.
+#: Sections of the plane, and families of motions with these constants.
 SECTIONS = (0.05, 0.3, 0.6)
 FAMILIES = ((0.45, 0.0), (0.45, 0.03))
 
@@ -43,19 +43,19 @@ _BOX = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none",
 
 _TRAJECTORY = Kernel("kernels.disk.trajectory", "trajectory", seconds=1.0)
 
-#: Steps of one nutation period, two RK4 steps each.
+#: Number of steps per nutation period, each of two RK4 steps.
 _STEPS = 2000
 
-#: Largest tilt [rad], to either side, at which steady motions are looked for, and the number of tilts.
+#: Largest tilt [rad], to either side, at which steady motions are sought, and the number of tilts.
 _MOST_TILT, _TILTS = 1.2, 4001
 
-#: Tilt [rad] that no motion reaches: none is ended by a fall.
+#: Tilt [rad] that no motion reaches, so that no motion ends in a fall.
 _FLAT = 0.5 * np.pi
 
 
 @dataclass(frozen=True)
 class Branch:
-    """Steady motions with one value of c2: tilt [rad], c1, energy over m g R, and whether stable; shape (n,)."""
+    """Steady motions with one value of c2: tilt [rad], c1, energy in units of m g R, and whether stable; shape (n,)."""
 
     tilt: Array
     c1: Array
@@ -66,7 +66,7 @@ class Branch:
 def fold(alpha: float) -> tuple[Array, Array]:
     """Return c1 and c2 of the steady motions with k = 0 (positive tilt and precession), from rolling to spinning.
 
-    Along this line two of the steady motions that share the constants merge; at its two ends, cusps, all three do.
+    Along this line, two of the steady motions that share the constants merge; at its two ends, the cusps, all three do.
     """
     curve = marginal_curve(alpha, 1.0, 1.0)
     tilt, p = curve["tilt"], curve["precession_rate"]
@@ -81,17 +81,17 @@ def branches(alpha: float, c2: float) -> list[Branch]:
     ----------
     alpha : float
     c2 : float
-        Not 0: the curves for 0 cross at upright, where every c1 is steady.
+        A value other than 0, for which the curves cross at upright, where every c1 is steady.
 
     Returns
     -------
     list of Branch
-        Of the two values of c1 at each tilt, the smaller and the larger ones.
+        The smaller and the larger of the two values of c1 at each tilt.
 
     Notes
     -----
-    s and o are linear in c1 and c2, so that the tilt equation at rest, S + o ((1+alpha) s - (alpha/2) o T) = 0, is a
-    quadratic in c1. Stable where V'' > 0.
+    s and o are linear in c1 and c2, so the tilt equation at rest, S + o ((1+alpha) s - (alpha/2) o T) = 0, is quadratic
+    in c1. Steady motions are stable where V'' > 0.
     """
     tilt = np.linspace(-_MOST_TILT, _MOST_TILT, _TILTS)
     zero, ones, alphas = np.zeros_like(tilt), np.ones_like(tilt), np.full_like(tilt, alpha)
@@ -121,10 +121,10 @@ def branches(alpha: float, c2: float) -> list[Branch]:
 class Drift:
     """The change of heading and contact point in one nutation period, shape (n,).
 
-    `turn` [rad] is how far the heading has gone, `advance` [R] the distance between the contact points at the two ends.
-    Period after period this is a rotation about a fixed centre: the contact point stays in a ring whose middle circle,
-    through the ends of the periods, has the radius `radius` [R]; that is infinite, the drift unbounded, only if
-    the heading comes back to itself.
+    `turn` [rad] is the change of the heading, `advance` [R] the distance between the contact points at the two ends.
+    Repeated over all periods, this is a rotation about a fixed centre: the contact point stays in a ring. Its middle
+    circle, through the ends of the periods, has the radius `radius` [R]; this is infinite, and the drift unbounded,
+    only if the heading returns to its initial value.
     """
 
     turn: Array
@@ -140,10 +140,10 @@ def drift(tilt: Array, s: Array, o: Array, alpha: float, period: Array) -> Drift
     tilt : array, shape (n,)
         Turning point [rad].
     s, o : array, shape (n,)
-        Scaled rates there.
+        Scaled rates at the turning point.
     alpha : float
     period : array, shape (n,)
-        Nutation period over sqrt(R/g).
+        Nutation period in units of sqrt(R/g).
 
     Returns
     -------
@@ -167,7 +167,7 @@ def drift(tilt: Array, s: Array, o: Array, alpha: float, period: Array) -> Drift
 
 
 def family(c1: float, c2: float, tilt: Any) -> tuple[Any, Drift]:
-    """Return which motions let go at rest from tilts are trapped in one well, and their drift."""
+    """Return which motions released at rest at some tilts are trapped in one well, and their drift."""
     full = np.full_like(tilt, 1.0)
     s, o = carried_rates(0.0 * tilt, tilt, c1 * full, c2 * full, _ALPHA * full)
     p = o / np.cos(tilt)
@@ -224,7 +224,7 @@ def _draw_energies(axes: "Axes") -> None:
     for c2, colour in zip(SECTIONS, (_BLUE, "#7a4fa3", _RED), strict=True):
         for branch in branches(_ALPHA, c2):
             for stable in (True, False):
-                # less the energy of the upright disk: the swallow's tail is thin
+                # minus the energy of the upright disk, because the swallow's tail is thin
                 above = branch.energy - 1.0 - 0.75 * branch.c1**2 - 0.125 * c2**2
                 shown = np.where((branch.stable == stable) & (np.abs(branch.c1) < 0.8), above, np.nan)
                 axes.plot(
@@ -254,7 +254,7 @@ def _draw_drift(axes: "Axes") -> None:
         if returns.any():
             axes.axvspan(edge, 60.0, facecolor="0.9", linewidth=0.0, zorder=0)
     axes.set(yscale="log", xlim=(33, 60), ylim=(0.1, 300.0), title="Drift of the contact point")
-    axes.set(xlabel="tilt at which the disk is let go (deg)", ylabel="radius of the ring of drift ($R$)")
+    axes.set(xlabel="tilt at which the disk is released (deg)", ylabel="radius of the ring of drift ($R$)")
     axes.text(34, 0.14, "left of the dots: trapped on one side", bbox=_BOX)
     axes.text(59.5, 16.0, "grey: for $c_2 = 0$\nunbounded, as the\nheading returns", ha="right", va="top")
     axes.legend(loc="upper left", framealpha=0.9, edgecolor="none")

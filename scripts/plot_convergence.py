@@ -1,4 +1,4 @@
-"""Measure the critical rates of rolling and spinning by integration alone, extrapolate, compare with theory."""
+"""Measure the critical rates of rolling and spinning only by integration, extrapolate, and compare with theory."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -33,10 +33,10 @@ _LOOKS: dict[str, dict[str, Any]] = {
 }
 _ROUNDING = 1e-13
 
-#: Ends and number of the rates where the boundary is sought, in units of sqrt(g/R).
+#: Ends and number of the rates among which the boundary is sought, in units of sqrt(g/R).
 _SEARCHED = (0.3, 1.5, 13)
 
-#: Kicks [1] over sqrt(g/R), and over the cube of the angle or of one over the amplification: small beside the limit.
+#: Kicks in units of sqrt(g/R) times the cube of the angle, or of 1/amplification: small compared with the limit.
 _KICKS = (0.04, 0.08, 0.16)
 
 _RADIUS, _GRAVITY = 0.5, 9.81
@@ -49,9 +49,9 @@ _WIDTH, _TOLERANCE = 1e-12, 1e-12
 class Convergence:
     """Squared critical rates in units of g/R.
 
-    `small`, shape (limits,): angle^2 [rad^2] or 1/amplification^2. `measured`, shape (kicks, alphas, limits);
-    `kickless`, shape (alphas, limits): extrapolated to no kick; `value` and `slope`, shape (alphas,): extrapolated to
-    the limit of the criterion, and d(value)/d(small) there.
+    `small`, shape (limits,), contains angle^2 [rad^2] or 1/amplification^2. `measured` has the shape (kicks, alphas,
+    limits). `kickless`, shape (alphas, limits), is extrapolated to zero kick. `value` and `slope`, shape (alphas,), are
+    extrapolated to the limit of the criterion: the value there, and d(value)/d(small).
     """
 
     small: Array
@@ -120,7 +120,7 @@ def extrapolated(x: Array, values: Array) -> tuple[Array, Array]:
     weights = np.zeros((2, len(x)))
     for i, each in enumerate(x):
         others = np.delete(x, i)
-        # Lagrange's polynomial at 0, and the logarithmic derivative of it
+        # Lagrange polynomials at 0, and their derivatives by the logarithmic derivative
         weights[0, i] = np.prod(others / (others - each))
         weights[1, i] = -weights[0, i] * np.sum(1.0 / others)
     found = np.tensordot(weights, values, axes=(1, 0))
@@ -136,14 +136,14 @@ def analytic(axis: str, alpha: Any) -> Any:
 
 
 def slope(axis: str, kind: str, alpha: Any) -> Any:
-    """Return how the squared boundary, over its limit, changes with angle^2 (departure) or 1/amplification^2."""
+    """Return the slope of boundary^2 / limit against angle^2 (departure) or 1/amplification^2."""
     if kind == "amplification":
         return 1.0 + 0.0 * alpha
     return -((11.0 if axis == "roll_rate" else 13.0) + 9.0 * alpha) / (12.0 * (1.0 + alpha))
 
 
 def table(found: Found) -> str:
-    """Return the extrapolated values and slopes beside theory."""
+    """Return the extrapolated values and slopes as a table, next to theory."""
     lines = ["motion    criterion      alpha  rate^2 R/g        of theory - 1  slope       of theory - 1"]
     for (axis, kind), each in found.items():
         for i, alpha in enumerate(ALPHAS):
@@ -157,7 +157,7 @@ def table(found: Found) -> str:
 
 
 def figure(found: Found) -> Figure:
-    """Draw the critical rates, how they are approached, and what is left after extrapolation."""
+    """Draw the critical rates, the approach to them, and the difference that remains after extrapolation."""
     with sheet(10.4, 3.3) as drawn:
         left, middle, right = drawn.subplots(1, 3)
         _draw_values(left, found)
@@ -192,7 +192,7 @@ def _draw_approach(axes: "Axes", found: Found) -> None:
         fine = np.geomspace(0.035, 0.45)
         face: dict[str, Any] = {"markerfacecolor": "none"} if kind == "amplification" else {}
         axes.plot(fine, abs(slope(axis, kind, alpha)) * fine**2, color="0.35", linewidth=0.8, zorder=1)
-        # rolling and spinning coincide here: one in the other
+        # rolling and spinning coincide here: draw one marker inside the other
         size = 7 if kind == "amplification" and axis == "precession_rate" else 4.5
         label = f"{MOTIONS[axis]}, {'below, departure' if kind == 'departure' else 'above, amplification'}"
         axes.plot(
@@ -233,12 +233,12 @@ def _draw_errors(axes: "Axes", found: Found) -> None:
     axes.annotate("promised: 1e-6", (0.02, 1e-6), (0, 3), textcoords="offset points")
     axes.set(yscale="log", ylim=(0.6 * _ROUNDING, 3e-5), xlim=(0, 1.04), xlabel=r"mass distribution $\alpha$")
     axes.set_ylabel("relative error of the extrapolated rate$^2$")
-    axes.set_title("What is left")
+    axes.set_title("Remaining difference")
     axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(0.0, 0.78), handletextpad=0.2)
 
 
 def main() -> None:
-    """Measure, print the table, write the figure; exit status 1 if a value is not within 1e-6 of theory."""
+    """Measure, print the table and write the figure; exit status 1 if a value is not within 1e-6 of theory."""
     output = figure_parser(__doc__, "convergence.png").parse_args().output
     check_format(output)
     found = {
@@ -252,7 +252,7 @@ def main() -> None:
     if any(
         np.any(np.abs(each.value / analytic(axis, alphas) - 1.0) > 1e-6) for (axis, _), each in found.items()
     ):
-        sys.exit("a measured critical rate is not within 1e-6 of its line")
+        sys.exit("a measured critical rate is not within 1e-6 of theory")
 
 
 if __name__ == "__main__":

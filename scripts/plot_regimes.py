@@ -1,4 +1,4 @@
-"""Draw the regimes of rolling and spinning disks, released at rest and pushed, over a wider plane than the presets'."""
+"""Draw the regimes of rolling and spinning disks, released at rest and pushed, in a wider plane than the presets'."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Draw the six figures of the report that this project started from, with linear theory, into one folder."""
+"""Draw the six figures of the report from which this project started, with linear theory, into one folder."""
 
 import argparse
 from pathlib import Path
@@ -31,7 +31,7 @@ RUNS: dict[str, dict[str, Any]] = {
 
 _ROLLING, _SPINNING = ("rolling 3", "rolling 2"), ("spinning 4.5", "spinning 3.5")
 
-#: File -> what is drawn, of which runs.
+#: File -> the drawing function and its runs.
 FIGURES = {
     "momentum": (motion_plots.draw_momentum, (*_ROLLING, "spinning 3.5")),
     "rolling-path": (motion_plots.draw_path, _ROLLING),
@@ -43,7 +43,7 @@ FIGURES = {
 
 
 def side_by_side(motions: Any, draw: Any) -> Any:
-    """Return a figure of motions, one panel each under its title."""
+    """Return a figure of motions, one panel each with its title."""
     with sheet(3.5 * len(motions), 3.0) as drawn:
         panels = list(drawn.subplots(1, len(motions), squeeze=False).flat)
         for axes, motion in zip(panels, motions, strict=True):
@@ -54,7 +54,7 @@ def side_by_side(motions: Any, draw: Any) -> Any:
 
 
 def main() -> None:
-    """Write the figures into the output folder, which is made if need be."""
+    """Write the figures into the output folder, which is created if necessary."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--output", "-o", type=Path, default=Path("report"), help="folder (default: %(default)s)"

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-#: Every steady motion of the uniform disk at most this fast [rad/s], kicked, tilts from -85 to 85 degrees.
+#: All kicked steady motions of the uniform disk up to these rates [rad/s], at tilts from -85 to 85 degrees.
 SHARED = {
     "tilt": "-85deg:85deg:341",
     "tilt_rate": "1e-5rad/s",
@@ -38,7 +38,7 @@ TITLES = {
     "slow": "By roll rate, slower precession",
     "fast": "By roll rate, faster precession",
 }
-#: Names on the ends of the curve k = 0 at upright: where they lie [rad/s], and where the word goes [points].
+#: Labels at the ends of the curve k = 0 at upright: their positions [rad/s], and text.
 _ENDS = {
     "precession": ((3.9618, "spinning\n$\\sqrt{4g/5R}$"),),
     "slow": ((2.5573, "rolling\n$\\sqrt{g/3R}$"),),
@@ -58,7 +58,7 @@ def compute(name: str, **changes: str) -> "xr.Dataset":
 
 
 def agreement(atlas: "xr.Dataset") -> str:
-    """Return in words how verdicts agree with the sign of k, and measured rates with its root."""
+    """Return how verdicts agree with the sign of k, and measured rates with its root, as text."""
     spec = sweep.SweepSpec.from_canonical(atlas.attrs["sweep_spec"])
     k, verdict = atlas.stability_coefficient.values, atlas.stability.values
     assert spec.criterion.kind == "amplification"
@@ -69,7 +69,7 @@ def agreement(atlas: "xr.Dataset") -> str:
     near = ((k >= 0.0) & ~outside).sum()
     text = [
         f"{np.isfinite(k).sum()} steady motions: {int((inside | outside).sum())} beyond the predicted offset of the "
-        f"boundary, {int(wrong.sum())} of them against the sign of k; {int(near)} within it; "
+        f"boundary, {int(wrong.sum())} of them contradict the sign of k; {int(near)} within it; "
         f"{int((~decided & np.isfinite(k)).sum())} undecided",
     ]
     for name, sign in (("growth_rate", -1.0), ("nutation_frequency", 1.0)):
@@ -86,7 +86,7 @@ def agreement(atlas: "xr.Dataset") -> str:
 def figure(atlases: "dict[str, xr.Dataset]") -> Figure:
     """Draw the maps by precession rate and by roll rate, and how far measured rates are from theory.
 
-    The map of the faster precession is not drawn: all of it is stable.
+    The map of the faster precession is omitted, because it is stable everywhere.
     """
     norm = TwoSlopeNorm(0.0, -4.0, 16.0)
     with sheet(10.8, 4.4) as drawn:
@@ -179,7 +179,7 @@ _BOX = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none",
 
 
 def _draw_theory(axes: "Axes", name: str) -> None:
-    """Draw k = 0 and where the criterion is met, in all four quadrants that the motion does not tell apart."""
+    """Draw k = 0 and the points where the criterion is met in all four quadrants, which are equivalent by symmetry."""
     lines: tuple[tuple[str, float, dict[str, Any]], ...] = (
         ("theory: $k = 0$", 0.0, {"color": "black", "linewidth": 1.2}),
         (
@@ -200,7 +200,7 @@ def _draw_theory(axes: "Axes", name: str) -> None:
 
 
 def main() -> None:
-    """Compute the maps, say how they agree with theory, write the figure and, if asked, the atlases."""
+    """Compute the maps, print how they agree with theory, and write the figure and, on request, the atlases."""
     parser = figure_parser(__doc__, "steady.png")
     parser.add_argument("--atlases", type=Path, help="folder for the atlases, one netCDF file per map")
     request = parser.parse_args()

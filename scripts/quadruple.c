@@ -1,10 +1,10 @@
-/* Turning points and nutation period of one start in quadruple precision. Nothing of the project is used.
+/* Turning points and nutation period of one start in quadruple precision, without any code of the project.
 
    With y = atanh(sin(tilt)), s = roll + precession sin(tilt) and p = precession cos(tilt)^2, all scaled by sqrt(R/g),
-   every motion obeys s' = -p/(1+alpha), p' = -2 s/cosh(y)^2 and has the potential
+   every motion satisfies s' = -p/(1+alpha), p' = -2 s/cosh(y)^2, with the potential
    V = (1+alpha)/2 s^2 + (alpha/4) p^2 cosh(y)^2 + 1/cosh(y); (2+alpha)/4 (dtilt/dt)^2 = h - V.
-   V - h is expanded in Taylor series on panels that begin at the start and are continued in both directions: places are
-   distances x in y from the start. On the first panel V(start) is never computed, so that tiny swings keep all digits. */
+   V - h is expanded in Taylor series on panels that extend from the start in both directions; positions are distances x
+   in y from the start. The first panel never computes V(start), so that tiny swings keep all digits. */
 #include <math.h>
 #include <quadmath.h>
 #include <string.h>
@@ -21,7 +21,7 @@ typedef struct {
     int top_count;
 } Motion;
 
-/* Taylor coefficients of the excess V - h on panel k; carries the rates on to the panels beside it. */
+/* Computes the Taylor coefficients of the excess V - h on panel k, and the rates on the adjacent panels. */
 static void expand(Motion *m, int k) {
     quad y = m->y + k * PANEL, a = 1 + m->alpha, factorial = 1;
     quad sech[TERMS], sech2[TERMS], tanh[TERMS], cosh[TERMS], s[TERMS], p[TERMS], o[TERMS];
@@ -75,7 +75,7 @@ static quad excess(Motion *m, quad x, quad *slope) {
     return value;
 }
 
-/* Where the excess, or its slope, changes sign between two places: bisection. */
+/* Returns where the excess, or its slope, changes sign between two positions, by bisection. */
 static quad change(Motion *m, quad low, quad high, int of_slope) {
     quad slope, first = excess(m, low, &slope);
     if (of_slope) first = slope;
@@ -88,8 +88,8 @@ static quad change(Motion *m, quad low, quad high, int of_slope) {
     return (low + high) / 2;
 }
 
-/* The turning point on one side, if there is one before `last` in y; notes the maxima of V that it passes, and the one
-   behind it if that is near. */
+/* Finds the turning point on one side, if there is one before `last` in y; records the maxima of V on the way, and the
+   next one if it is near. */
 static int turn(Motion *m, int side, quad last, quad *where) {
     quad slope, before = 0, rise_before;
     excess(m, 0, &slope);
@@ -112,7 +112,7 @@ static int turn(Motion *m, int side, quad last, quad *where) {
 static quad nodes[2][MOST_NODES], weights[2][MOST_NODES];
 static const int node_count[2] = {16, MOST_NODES};
 
-/* Nodes and weights of Gauss and Legendre; to be called once, before all others. */
+/* Computes the nodes and weights of Gauss and Legendre; must be called once, before everything else. */
 void prepare(void) {
     for (int rule = 0; rule < 2; rule++)
         for (int i = 0, n = node_count[rule]; i < n; i++) {
@@ -146,7 +146,7 @@ static quad gauss(const Swing *swing, quad from, quad to, int rule) {
     return sum * (to - from) / 2;
 }
 
-/* Halves an interval until two rules agree; what they differ by adds to the doubt. */
+/* Halves an interval until two rules agree; their difference is added to the doubt. */
 static quad integrate(Swing *swing, quad from, quad to, int depth) {
     quad coarse = gauss(swing, from, to, 0), fine = gauss(swing, from, to, 1), apart = fabsq(coarse - fine);
     if (!(apart > 1e-14Q * fabsq(fine)) || depth == 200) return swing->doubt += apart, fine;
@@ -154,8 +154,8 @@ static quad integrate(Swing *swing, quad from, quad to, int depth) {
     return integrate(swing, from, middle, depth + 1) + integrate(swing, middle, to, depth + 1);
 }
 
-/* Start: tilt, tilt rate, precession rate, roll rate, alpha, radius, gravity. Found: period [s], its relative doubt, least
-   and greatest tilt [rad]. Returns 1 if the disk turns on both sides before `fall` [rad]. */
+/* `start` contains tilt, tilt rate, precession rate, roll rate, alpha, radius, gravity; `found` gets the period [s], its
+   relative doubt, and the least and greatest tilt [rad]. Returns 1 if the disk turns on both sides before `fall` [rad]. */
 int swing(const double *start, double fall, double *found) {
     Motion motion, *m = &motion;
     memset(m->made, 0, sizeof m->made);

@@ -1,6 +1,6 @@
-"""Extreme tilts and periods in quadruple precision, some milliseconds each: `quadruple.c`, compiled when it is needed.
+"""Extreme tilts and periods in quadruple precision, some milliseconds each, from `quadruple.c`, compiled on first use.
 
-Needs a C compiler that knows `__float128` (GCC on x86); where there is none, `available` is false.
+Needs a C compiler with `__float128` (GCC on x86); without one, `available` returns False.
 """
 
 import ctypes
@@ -37,13 +37,13 @@ def available() -> bool:
 
 
 def swings(given: Array, fall: float) -> Array:
-    """Return rows of all starts: period [s], its relative doubt, least and greatest tilt [rad].
+    """Return the period [s], its relative doubt, and the least and greatest tilt [rad] of all starts, as rows.
 
     Parameters
     ----------
     given : float64[len(PARAMETERS), n]
     fall : float
-        A disk that does not turn on both sides before this tilt [rad] has NaN for all.
+        Largest tilt [rad]; a disk that does not turn on both sides before it has NaN for all values.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def swings(given: Array, fall: float) -> Array:
     def one(cell: int) -> None:
         library.swing(address(starts[cell]), ctypes.c_double(fall), address(found[cell]))
 
-    # the library is called without Python's lock
+    # the library runs without Python's global lock
     with ThreadPoolExecutor() as threads:
         list(threads.map(one, range(starts.shape[0])))
     return found.T

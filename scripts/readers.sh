@@ -1,6 +1,6 @@
-# Sourced by scripts/test. prepare_readers [install] looks for the programs with which the tests read atlases and look at
-# the explorer's page, and installs what is missing only if it is told to. It never fails: the tests of a missing program
-# are skipped, in CI they fail.
+# Sourced by scripts/test. prepare_readers [install] looks for the programs with which the tests read atlases and open the
+# explorer's page, and installs missing ones only on request. It never fails: the tests of a missing program are skipped, or
+# fail in CI.
 
 readers_packages=(netcdf-bin cdo nco r-cran-ncdf4 octave-netcdf gdal-bin udunits-bin libnetcdf-dev gcc libc6-dev chromium firefox-esr)
 readers_commands=(ncdump cdo ncwa Rscript octave-cli gdalmdiminfo udunits2 nc-config cc chromium firefox-esr)
@@ -13,7 +13,7 @@ prepare_readers() {
         done
         [ ${#missing[@]} -eq 0 ] && return
         if [ "${1:-}" = install ]; then
-            echo "Installing programs that read netCDF and a browser, for the tests (minutes, once) ..." >&2
+            echo "Installing a browser and programs that read netCDF, for the tests (takes minutes, only once) ..." >&2
             install_readers "${missing[@]}" >"$log" 2>&1 && return
             echo "The installation failed, see $log." >&2
         fi
@@ -34,10 +34,10 @@ install_readers() {
         # a person can type a password, CI cannot
         if [ "${CI:-}" = true ]; then command=(sudo -n "${command[@]}"); else command=(sudo "${command[@]}"); fi
     fi
-    # A fresh machine has no list of packages, an old list names versions that are gone. If no list can be fetched, the
-    # one that is there may do.
+    # A new machine has no list of packages, and an old list names versions that no longer exist. If no list can be fetched,
+    # the existing one may be sufficient.
     "${command[@]}" update
     "${command[@]}" install --no-install-recommends "$@" || return
-    # the engine alone, which tests prefer where there is a package of it
+    # the headless browser, which tests prefer where it is packaged
     "${command[@]}" install --no-install-recommends chromium-headless-shell || true
 }

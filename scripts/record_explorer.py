@@ -23,28 +23,28 @@ from explorer_browser import COMPLETE, MAP, Watch, find_browser, launched, serve
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-#: Frames in a second of the recording, and the width [pixels] that it is shown at.
+#: Frames per second of the recording, and its displayed width [pixels].
 RATE, WIDTH = 8, 1000
 
 #: Largest size of the recording [bytes].
 MOST = 3_000_000
 
-#: Sizes of the window for pictures and for the recording: wide enough for two motions side by side.
+#: Window sizes for pictures and for the recording: wide enough for two motions side by side.
 PICTURE, RECORDING = {"width": 1840, "height": 1060}, {"width": 1840, "height": 860}
 
-#: How often the wheel is turned, by how much, and after how many turns one aims at the boundary anew.
+#: Number of turns of the wheel, their size, and number of turns after which the pointer aims at the boundary again.
 TURNS, TURN, AIM = 36, -100, 4
 
-#: Where the boundary is zoomed into, from -1 to 1 across: there the smallest tilts are, and motions differ most.
+#: Horizontal place of the zoom into the boundary, from -1 to 1: at the smallest tilts, where motions differ most.
 SMALL = -0.5
 
-#: How far below and above the boundary the two starts lie, as part of the height of the map.
+#: Distance of the two starts below and above the boundary, as a share of the map's height.
 BESIDE = 0.12
 
-#: Part of their time at which motions are shown in pictures.
+#: Share of their duration at which motions are shown in pictures.
 SHOWN = 0.3
 
-#: The places of a view's lines in it, from -1 to 1, across and up; "measured" is the boundary itself.
+#: The points of a view's lines in window coordinates from -1 to 1, across and up; "measured" is the boundary itself.
 LINES = """
 async () => {
   const { view } = JSON.parse(document.querySelector("[data-lane]").dataset.shown);
@@ -68,20 +68,20 @@ class Camera:
     count: int = 0
 
     def frames(self, count: int = 1) -> None:
-        """Take frames, as far from each other as they will be shown."""
+        """Take frames at the intervals at which they will be shown."""
         for _ in range(count):
             self.page.screenshot(path=self.folder / f"{self.count:05d}.png")
             self.count += 1
             self.page.wait_for_timeout(1000 / RATE)
 
     def play(self, count: int, until: float) -> None:
-        """Take frames of the motions from their beginning until a part of their time, by the page's own slider."""
+        """Take frames of the motions from their start to a share of their duration, with the page's own slider."""
         for number in range(count):
             seek(self.page, until * number / count)
             self.frames()
 
     def film(self, path: Path) -> None:
-        """Write the frames as a GIF with colours of their own."""
+        """Write the frames as a GIF with its own palette."""
         palette = "split[a][b];[a]palettegen=stats_mode=diff:max_colors=128[p]"
         film = f"scale={WIDTH}:-1:flags=lanczos,{palette};[b][p]paletteuse=dither=none:diff_mode=rectangle"
         subprocess.run(
@@ -95,7 +95,7 @@ class Camera:
 
 
 def seek(page: Page, part: float) -> None:
-    """Put the clock of the motions at a part of their time."""
+    """Set the clock of the motions to a share of their duration."""
     page.locator("input.time").first.evaluate(
         """(slider, part) => {
           slider.value = String(part * Number(slider.max));
@@ -112,18 +112,18 @@ def settle(page: Page) -> None:
 
 
 def on_screen(page: Page, across: float, up: float) -> tuple[float, float]:
-    """Return where a place of the picture, from -1 to 1, lies in the window."""
+    """Return the position in the window of a place in the picture, from -1 to 1."""
     box = page.locator(f"{MAP} canvas.picture").bounding_box()
     assert box is not None
     return box["x"] + 0.5 * (across + 1.0) * box["width"], box["y"] + 0.5 * (1.0 - up) * box["height"]
 
 
 def boundary(page: Page, where: float = 0.0) -> tuple[float, float]:
-    """Return the place of the boundary at a place across the map, from -1 to 1; or the nearest one."""
+    """Return the place of the boundary nearest to a place across the map, from -1 to 1."""
     lines: dict[str, Any] = page.evaluate(LINES)
     inside = [place for place in lines["measured"] if max(map(abs, place)) < 0.9]
     if not inside:
-        raise SystemExit("The boundary does not cross the map that is to be recorded.")
+        raise SystemExit("The boundary does not cross the recorded map.")
     across, up = min(inside, key=lambda place: abs(place[0] - where))
     return across, up
 
@@ -152,8 +152,8 @@ def choose(page: Page, beside: float, *, second: bool) -> None:
 
 @contextmanager
 def opened(browser: Browser, url: str, size: dict[str, int], light: str) -> Iterator[Page]:
-    """Open the page, and end with an error if it complains."""
-    # frames are taken as slowly as they have to be: the clock of the motions is put where it shall be
+    """Open the page; raise an error if it reports a problem."""
+    # frames may be slow, because the clock of the motions is set explicitly
     context = browser.new_context(viewport=size, color_scheme=light, reduced_motion="reduce")  # type: ignore[arg-type]
     page = context.new_page()
     watch = Watch(page, (url,))
@@ -166,7 +166,7 @@ def opened(browser: Browser, url: str, size: dict[str, int], light: str) -> Iter
 
 
 def take_picture(browser: Browser, url: str, light: str, path: Path) -> None:
-    """Take the page with the motions of two starts."""
+    """Take a picture of the page with the motions of two starts."""
     with opened(browser, url, PICTURE, light) as page:
         for beside, second in ((-BESIDE, False), (BESIDE, True)):
             choose(page, beside, second=second)
@@ -188,7 +188,7 @@ def record(browser: Browser, url: str, path: Path) -> None:
             camera.play(*((8 * RATE, 1.0) if second else (3 * RATE, SHOWN)))
         camera.film(path)
     if path.stat().st_size > MOST:
-        raise SystemExit(f"{path} has {path.stat().st_size} bytes, at most {MOST} are allowed.")
+        raise SystemExit(f"{path} has {path.stat().st_size} bytes; at most {MOST} are allowed.")
 
 
 def main() -> None:

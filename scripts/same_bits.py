@@ -1,10 +1,11 @@
-"""Compute a dozen small atlases with another checkout and with this one, and say which values or attributes differ.
+"""Compute a dozen small atlases with another checkout and with this one, and print the differences.
 
     python scripts/same_bits.py ../before
 
-A change that is to move no number is compared with the state before it: `git worktree add ../before COMMIT`. Every kind
-of cell is among the atlases: presets, refined boundaries on one to four axes, losses, random starts, the exact method,
-contact forces and a single cell. The hash of the code and the history may differ. Exit status 1 if anything else does.
+For a change that should not alter any number, compare with the state before it: `git worktree add ../before COMMIT`.
+The atlases include every kind of cell: presets, refined boundaries on one to four axes, losses, random starts, the
+exact method, contact forces and a single cell. The hash of the code and the history may differ; exit status 1 if
+anything else does.
 """
 
 import argparse
@@ -18,7 +19,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 
-#: Name of an atlas -> the words that make it.
+#: Name of an atlas -> its words.
 ATLASES = {
     "rolling": "rolling roll_rate=1:4:60 tilt=0.01deg:40deg:50:log boundary=refined:1e-6",
     "spinning": "spinning precession_rate=1:6:70 tilt=0.01deg:70deg:60 boundary=refined:1e-5",
@@ -47,7 +48,9 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("other", type=Path, help="the other checkout")
-    parser.add_argument("--only", nargs="*", choices=ATLASES, default=[*ATLASES], help="some of the atlases")
+    parser.add_argument(
+        "--only", nargs="*", choices=ATLASES, default=[*ATLASES], help="compute only these atlases"
+    )
     given = parser.parse_args()
     here, found = Path(__file__).resolve().parents[1], 0
     with tempfile.TemporaryDirectory() as folder:
@@ -72,7 +75,7 @@ def computed(checkout: Path, name: str, path: Path) -> Path:
 
 
 def differences(before: Path, now: Path) -> Iterator[str]:
-    """Yield a sentence for each variable and attribute of two files that is not the same to the bit."""
+    """Yield a sentence for each variable and attribute that is not identical in two files."""
     with netCDF4.Dataset(before) as one, netCDF4.Dataset(now) as other:
         for file in (one, other):
             file.set_auto_mask(False)
@@ -84,7 +87,7 @@ def differences(before: Path, now: Path) -> Iterator[str]:
             if (old.dtype, old.shape) != (new.dtype, new.shape):
                 yield f"{name} is {old.dtype} of shape {old.shape} there, {new.dtype} of shape {new.shape} here"
             elif old.tobytes() != new.tobytes():
-                yield f"{name} has other bits in {int((old != new).sum())} of {old.size} values"
+                yield f"{name} has different bits in {int((old != new).sum())} of {old.size} values"
             yield from _attributes(one[name], other[name], f"of {name}")
         yield from _attributes(one, other, "of the file")
 

@@ -17,14 +17,14 @@ from sweep.model.quantity import FILL, Array, Quantity, Tolerance, table
 if TYPE_CHECKING:
     import xarray as xr
 
-_RATE = Tolerance(1e-6, 1e-6, "measured over a short while, good to the square of the kick")
+_RATE = Tolerance(1e-6, 1e-6, "measured over a short time, accurate to the square of the kick")
 
 # fmt: off
 STEADY: Mapping[str, Quantity] = table(
     Quantity("stability_coefficient", "k", "s-2", "coefficient of small oscillations about the steady motion",
              _RATE, "from linear theory, without integration: the motion is stable where it is positive"),
-    Quantity("measured_coefficient", "k", "s-2", "coefficient of small oscillations as trajectories show it",
-             _RATE, "from a short trajectory kicked up and down; no theory of the coefficient enters"),
+    Quantity("measured_coefficient", "k", "s-2", "coefficient of small oscillations, measured from trajectories",
+             _RATE, "from a short trajectory kicked up and down, without theory of the coefficient"),
     Quantity("growth_rate", r"\sqrt{-k}", "s-1", "rate at which a kick to the steady motion grows", _RATE,
              "root of minus measured_coefficient; missing where a kick does not grow"),
     Quantity("nutation_frequency", r"\sqrt{k}", "rad s-1", "angular frequency of nutation", _RATE,
@@ -43,23 +43,23 @@ def with_coefficients(dataset: "xr.Dataset") -> "xr.Dataset":
     Parameters
     ----------
     dataset : xarray.Dataset
-        An atlas whose spec leaves a rate to each cell (``steady``).
+        An atlas whose spec lets each cell compute a rate (``steady``).
 
     Returns
     -------
     xarray.Dataset
-        k of linear theory and k as measured; the growth rate where a kick grows, the nutation frequency 2 pi/period
-        where the motion is bounded by both turning points; NaN where a cell has none.
+        Adds k of linear theory and the measured k; the growth rate where a kick grows; the nutation frequency 2
+        pi/period where the motion is bounded by two turning points. NaN where a cell has no such value.
 
     Raises
     ------
     RequestError
-        If the atlas is not one of steady motions.
+        If the atlas does not consist of steady motions.
     """
     spec = spec_of(dataset)
     if not circling(spec):
         raise RequestError(
-            "This is no atlas of steady motions, in which one rate is steady; got "
+            "This is not an atlas of steady motions, which needs a steady rate; got "
             f"precession_rate={spec.precession_rate} roll_rate={spec.roll_rate}.",
             hint="Compute one with roll_rate=steady, or with precession_rate=steady-slow or steady-fast.",
         )
@@ -81,7 +81,7 @@ def with_coefficients(dataset: "xr.Dataset") -> "xr.Dataset":
 
 
 def measured_coefficients(starts: Array) -> Array:
-    """Return k [s-2] of steady motions as short trajectories show it, shape (n,).
+    """Return k [s-2] of steady motions, measured from short trajectories, shape (n,).
 
     Parameters
     ----------
@@ -110,9 +110,10 @@ def marginal_curve(alpha: float, radius: float, gravity: float, coefficient: flo
     -------
     dict of str to array
         `tilt` [rad], `precession_rate`, `roll_rate` [rad/s], from the rolling end at upright over the largest tilt to
-        the spinning end, and `faster`: whether the precession is the faster of the two that the roll rate has.
+        the spinning end, and `faster`: whether the precession rate is the faster of the two that belong to the roll
+        rate.
     """
-    # close together where the curve bends back: 17.6 deg (alpha to 0) to 19.2 deg (hoop), and a little more for k > 0
+    # dense where the curve bends back: 17.6 deg (alpha to 0) to 19.2 deg (hoop), and slightly more for k > 0
     bend = np.linspace(17.0, 20.0, 4000)
     tilt = np.radians(np.sort(np.concatenate((np.geomspace(1e-4, 30.0, 4000), bend))))
     slow, fast = marginal_precession_rates(tilt, coefficient, alpha, radius, gravity)

@@ -1,11 +1,11 @@
-"""Fetch the libraries of the explorer's page from npm and hold them against what is recorded.
+"""Fetch the libraries of the explorer's page from npm and compare them with the recorded hashes.
 
     python scripts/vendor_page.py             fetch all again; refuses what differs from SOURCES.toml
     python scripts/vendor_page.py --record    a version or a file was changed in SOURCES.toml: record the new hashes
 
-`sweep/explorer/page/vendor/SOURCES.toml` names the packages, their versions and files. Files are taken as they are
-published, but for the names in `renamed`: a page that is one file has no folder, so a module is imported by its bare
-name there, which the page's import map resolves. Needs `npm`, which comes with the project's test environment.
+`sweep/explorer/page/vendor/SOURCES.toml` names the packages, their versions and files. Files are used as published,
+except for the names in `renamed`: a page that is one file has no folder, so it imports a module by its bare name, which
+the page's import map resolves. Needs `npm`, which comes with the project's test environment.
 """
 
 import argparse
@@ -25,15 +25,15 @@ SOURCES = VENDOR / "SOURCES.toml"
 
 
 def npm() -> str:
-    """Return the path of npm: that of this environment, or another."""
+    """Return the path of npm: this environment's, or another one."""
     found = shutil.which("npm", path=str(Path(sys.executable).parent)) or shutil.which("npm")
     if found is None:
-        raise SystemExit("npm was not found. Install the tools of the developers: scripts/test --help")
+        raise SystemExit("npm was not found. Install the development tools: scripts/test --help")
     return found
 
 
 def fetched(package: dict[str, Any], folder: Path) -> bytes:
-    """Return the tarball of a package as npm gives it."""
+    """Return the tarball of a package from npm."""
     wanted = f"{package['name']}@{package['version']}"
     done = subprocess.run(
         [npm(), "pack", "--silent", wanted], cwd=folder, capture_output=True, text=True, check=False
@@ -44,12 +44,12 @@ def fetched(package: dict[str, Any], folder: Path) -> bytes:
 
 
 def integrity_of(tarball: bytes) -> str:
-    """Return the hash of a tarball as npm writes it."""
+    """Return the hash of a tarball in npm's format."""
     return "sha512-" + base64.b64encode(hashlib.sha512(tarball).digest()).decode()
 
 
 def vendored(package: dict[str, Any], tarball: bytes, folder: Path) -> dict[str, bytes]:
-    """Return the content of each file of a package under its name in the vendor folder."""
+    """Return the content of each file of a package by its name in the vendor folder."""
     path = folder / "tarball"
     path.write_bytes(tarball)
     content = {}
@@ -66,7 +66,7 @@ def vendored(package: dict[str, Any], tarball: bytes, folder: Path) -> dict[str,
 
 
 def record(packages: list[dict[str, Any]], preface: str) -> str:
-    """Return the text of SOURCES.toml: the comment at its head, then the packages."""
+    """Return the text of SOURCES.toml: its leading comment, then the packages."""
     lines = [preface.rstrip()]
     for package in packages:
         lines += ["", "[[packages]]"]
@@ -81,7 +81,7 @@ def record(packages: list[dict[str, Any]], preface: str) -> str:
 
 
 def preface_of(text: str) -> str:
-    """Return the comment at the head of SOURCES.toml."""
+    """Return the leading comment of SOURCES.toml."""
     return text[: text.index("[[packages]]")]
 
 
@@ -90,7 +90,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--record", action="store_true", help="record new hashes instead of refusing them")
+    parser.add_argument(
+        "--record", action="store_true", help="record new hashes instead of refusing differences"
+    )
     arguments = parser.parse_args()
     text = SOURCES.read_text(encoding="utf-8")
     packages = tomllib.loads(text)["packages"]
@@ -109,7 +111,7 @@ def main() -> None:
                     differing.append(file["to"])
                     file["sha256"] = found
     if differing and not arguments.record:
-        raise SystemExit(f"Not as recorded in {SOURCES}, nothing was written: {', '.join(differing)}.")
+        raise SystemExit(f"Nothing was written, because these differ from {SOURCES}: {', '.join(differing)}.")
     for name, data in files.items():
         (VENDOR / name).write_bytes(data)
     SOURCES.write_text(record(packages, preface_of(text)), encoding="utf-8")

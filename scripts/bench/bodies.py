@@ -1,6 +1,6 @@
-"""What other bodies take: a step beside one of the thin disk, the reduction, and the errors of the engine.
+"""The cost of other bodies: a step relative to a step of the thin disk, the reduction, and the errors of the engine.
 
-Balls and spheroids have the reduction alone.
+Balls and spheroids have only the reduction.
 """
 
 import statistics
@@ -15,7 +15,7 @@ from bench.problem import use_threads
 from sweep.engine import compute
 from sweep.engine.grid import whole
 
-#: Body -> its words; of the thin disk, which the others stand beside, none.
+#: Body -> its words; empty for the thin disk, with which the others are compared.
 BODIES = {
     "disk": {},
     "torus": {"body": "torus", "tube": 0.25},
@@ -28,7 +28,7 @@ BODIES = {
 
 _REDUCED = ("ball", "spheroid")
 
-#: Scaled rates and tilts of random starts, in units of sqrt(gravity/radius) with both 1.
+#: Scaled rates and tilts of random starts, in units of sqrt(gravity/radius), where both are 1.
 _STARTS = {
     "radius": 1.0, "gravity": 1.0, "seed": 5, "tilt": "uniform:-80deg:80deg", "tilt_rate": "normal:0:0.5",
     "precession_rate": "normal:0:1.5", "roll_rate": "normal:0:1.5",
@@ -36,7 +36,7 @@ _STARTS = {
 
 
 def _step_times(cells: int, repeats: int) -> dict[str, float]:
-    """Return nanoseconds per equal step of each body, one thread, in turns."""
+    """Return the time of an equal step of each body [ns], with one thread, measured by turns."""
     specs = {
         name: sweep.SweepSpec(**_STARTS, **words, samples=cells, step=0.01, duration=100, tolerance=0.1)
         for name, words in BODIES.items()
@@ -54,7 +54,7 @@ def _step_times(cells: int, repeats: int) -> dict[str, float]:
 
 
 def _errors(name: str, cells: int) -> dict[str, float]:
-    """Return what the reduction of a body takes, and how extremes at the default tolerance differ from it."""
+    """Return the cost of a body's reduction, and how far default-tolerance extremes differ from it."""
     spec = sweep.SweepSpec(**_STARTS, **BODIES[name], samples=cells, duration=1e4)
     starts = whole(spec)
     reduced = spec.replace(method="exact")
@@ -80,7 +80,7 @@ def _errors(name: str, cells: int) -> dict[str, float]:
 
 
 def measure(quick: bool, repeats: int) -> dict[str, Any]:
-    """Return the cost of a step and of the reduction, and the errors, of each body; one thread."""
+    """Return the cost of a step and of the reduction, and the errors, for each body; one thread."""
     use_threads(1)
     steps = _step_times(300 if quick else 2000, repeats)
     print("benchmark: steps of other bodies", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""The field: every contender's error against its time per cell, then each against the engine at equal accuracy."""
+"""The field: every contender's error against its time per cell, then its speed at equal accuracy."""
 
 import statistics
 import sys
@@ -9,12 +9,12 @@ import numpy as np
 from bench import libraries, loops, taylor
 from bench.problem import TARGET, TASK, Array, Contender, Solve, peaks, some, starts, use_threads
 
-#: What is faster than this [s] is run a second time before it counts: the first run compiled or loaded something.
+#: Time [s] below which a contender is run a second time before it counts: the first run compiled or loaded something.
 _BRIEF = 3.0
 
 
 def _ladder(contender: Contender, solve: Solve, given: Array, truth: Array) -> list[dict[str, float]]:
-    """Return setting, time per cell [us] and error [rad] (of 99 % of the cells) along the settings."""
+    """Return setting, time per cell [us] and error [rad] (of 99 % of the cells) for each setting."""
     rungs: list[dict[str, float]] = []
     for setting in contender.settings:
         seconds, found = solve(given, setting)
@@ -26,7 +26,7 @@ def _ladder(contender: Contender, solve: Solve, given: Array, truth: Array) -> l
 
 
 def _chosen(rungs: list[dict[str, float]]) -> dict[str, float]:
-    """Return the coarsest rung that is accurate enough, or else the most accurate one."""
+    """Return the coarsest rung that is accurate enough, otherwise the most accurate one."""
     enough = [rung for rung in rungs if rung["error"] <= TARGET]
     return enough[0] if enough else min(rungs, key=lambda rung: rung["error"])
 
@@ -36,7 +36,7 @@ def _spread(values: list[float]) -> dict[str, float]:
 
 
 def measure(quick: bool, repeats: int) -> dict[str, Any]:
-    """Return the table of the field, one thread each; contenders that are not installed are absent."""
+    """Return the table of the field, with one thread each; contenders that are not installed are absent."""
     use_threads(1)
     grid = starts()
     rows: list[dict[str, Any]] = []
@@ -45,7 +45,7 @@ def measure(quick: bool, repeats: int) -> dict[str, Any]:
         try:
             solve = contender.prepare()
         except (ImportError, OSError) as problem:
-            print(f"benchmark: {contender.name} is left out: {problem}", file=sys.stderr)
+            print(f"benchmark: {contender.name} is skipped: {problem}", file=sys.stderr)
             continue
         given = some(grid, contender.cells)
         rungs = _ladder(contender, solve, given, peaks(given))
@@ -71,7 +71,7 @@ def measure(quick: bool, repeats: int) -> dict[str, Any]:
 def _pairs(
     base: tuple[Solve, Array, float], other: tuple[Solve, Array, float], repeats: int
 ) -> tuple[list[float], list[float]]:
-    """Return the times per cell [us] of the engine and of another, in turn."""
+    """Return the times per cell [us] of the engine and of another contender, measured by turns."""
     times: tuple[list[float], list[float]] = ([], [])
     for _ in range(repeats):
         for (solve, given, setting), taken in zip((base, other), times, strict=True):

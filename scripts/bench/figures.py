@@ -1,4 +1,4 @@
-"""Work against precision, and time against size."""
+"""Figures of work against precision, and of time against size."""
 
 from pathlib import Path
 from typing import Any
@@ -6,7 +6,8 @@ from typing import Any
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-#: Okabe and Ito's colours, for every eye; kinds of contenders share one and differ by marker and line.
+#: Okabe and Ito's colours, safe for the colour-blind; contenders of one kind share a colour and differ by marker and
+#: line.
 _LOOKS = {
     "eulerdisk": ("#D55E00", 2.2),
     "Numba": ("#000000", 1.2),
@@ -61,7 +62,7 @@ def work_precision(found: dict[str, Any], path: Path) -> None:
 
 
 def scaling(found: dict[str, Any], path: Path) -> None:
-    """Draw time per cell against the number of cells, a line per number of threads."""
+    """Draw time per cell against the number of cells, with one line for each number of threads."""
     figure, axes = _axes(4.5, 3.2)
     for number, threads in enumerate(sorted({row["threads"] for row in found["scaling"]})):
         rows = [row for row in found["scaling"] if row["threads"] == threads]

@@ -1,4 +1,4 @@
-"""RK4 steps per second on a CUDA device, where there is one."""
+"""RK4 steps per second on a CUDA device, if there is one."""
 
 import statistics
 import time
@@ -9,15 +9,15 @@ import numpy as np
 from bench.problem import FALL_TILT, results, starts
 from kernels.disk.arrays import STEPS
 
-#: Long cells [s], so that the arithmetic counts and not the way to the device and back.
+#: Step [s] that makes cells long, so that the arithmetic dominates the transfers to and from the device.
 _STEP = 0.0002
 
 
 def measure(repeats: int, rates: int = 2048, tilts: int = 512, step: float = _STEP) -> dict[str, Any] | None:
-    """Return steps/s with transfers for a grid of rates by tilts; None without a device."""
+    """Return steps/s including transfers for a grid of rates by tilts; None without a device."""
     from numba import config, cuda
 
-    # the simulator has nothing to be timed
+    # the simulator's time is meaningless
     if config.ENABLE_CUDASIM or not cuda.is_available():
         return None
     from kernels.disk.integrate import LANE_MODEL

@@ -1,4 +1,4 @@
-"""General integrators in the same task: SciPy's solve_ivp, Octave's ode45, JAX with diffrax."""
+"""General integrators for the same task: SciPy's solve_ivp, Octave's ode45, JAX with diffrax."""
 
 import os
 import shutil
@@ -13,14 +13,14 @@ import numpy as np
 from bench.problem import LONGEST, Array, Contender, Solve, headings, longest, scaled, timed
 from kernels.disk.arrays import TILT
 
-#: A sweep script that knows nothing of turning points integrates for a while; here for so long [s].
+#: Time [s] for which a sweep script integrates that does not detect turning points.
 _WHILE = 10.0
 
 _TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-12)
 
 
 def _scipy(method: str, to_the_turn: bool = True) -> Solve:
-    """Return `solve_ivp` to the turning point, or for 10 s past all turning points (which peak alike)."""
+    """Return `solve_ivp` to the turning point, or for 10 s past all turning points (whose peaks are equal)."""
     from scipy.integrate import solve_ivp
 
     def rates(_t: float, y: Array, a: float, b: float, c: float, d: float) -> list[float]:
@@ -87,7 +87,7 @@ def _octave() -> Solve:
 
 @contextmanager
 def _one_cpu() -> Iterator[None]:
-    """Threads that are born in here share one processor: JAX has no other way to be told to use one."""
+    """Restrict new threads to one processor: JAX has no other way to limit them."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return
@@ -117,7 +117,7 @@ def _diffrax(name: str) -> Solve:
         )
 
     def turn(t: Any, y: Any, args: Any, **_: Any) -> Any:
-        # below zero on the way, so that the rest in which the cell starts is no event
+        # below zero on the way, so that the rest at which the cell starts is no event
         return jnp.where(t > 0.0, args[4] * y[1], 1.0)
 
     def peak(y: Any, args: Any, end: float, tolerance: float) -> Any:
@@ -142,7 +142,7 @@ def _diffrax(name: str) -> Solve:
 
 
 def contenders(quick: bool) -> list[Contender]:
-    """Return the general integrators; those that are not installed say so when they are prepared."""
+    """Return the general integrators; preparing one that is not installed raises an error."""
     few = 6 if quick else 24
     batch = 256 if quick else 4096
     found = [

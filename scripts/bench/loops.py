@@ -1,7 +1,7 @@
 """The engine, and the loops that one would write instead: Numba over cells, NumPy over all cells at once.
 
-The plain loops integrate the equations as they stand in a book and finish the peak by the parabola through the last
-step, which is as good as the method at these steps; like the engine they stop at the turning point.
+The plain loops integrate the textbook equations and find the peak from a parabola through the last step, which is as
+accurate as the method at these steps; like the engine, they stop at the turning point.
 """
 
 import math
@@ -62,7 +62,7 @@ def _step(a, b, c, d, alpha, radius, gravity, h):
 
 @numba.njit(error_model="numpy", parallel=True)
 def equal_steps(starts, steps, h, final):
-    """RK4, one cell after another in a parallel loop, with as many steps in each cell as the engine took."""
+    """Integrate by RK4, cell by cell in a parallel loop, with the engine's number of steps in each cell."""
     for cell in numba.prange(starts.shape[1]):
         a, b = starts[TILT, cell], starts[TILT_RATE, cell]
         c, d = starts[PRECESSION_RATE, cell], starts[ROLL_RATE, cell]
@@ -97,7 +97,7 @@ def _plain(given: Array, step: float) -> Array:
 
 
 def _numpy(given: Array, step: float) -> Array:
-    """All cells together, step by step; those that have turned are finished and dropped."""
+    """Integrate all cells together, step by step; cells that have turned are finished and dropped."""
     found = np.abs(given[TILT])
     places, count = np.arange(given.shape[1]), len(STATE)
     state, parameters = given[:count].copy(), given[count:]

@@ -1,7 +1,7 @@
-"""The disk with losses: how fast toys stop, against a plain loop and heyoka, and how full lanes and threads are.
+"""The disk with losses: how fast toys stop, compared with a plain loop and heyoka, and how full lanes and threads are.
 
-The task: the time until each toy is flat, from nutating starts, with contour friction and the drag of a boundary layer.
-The truth is the referee of the tests, DOP853 at 1e-13.
+The task is the time until each toy is flat, from nutating starts, with contour friction and the drag of a boundary
+layer. The truth is the reference of the tests, DOP853 at 1e-13.
 """
 
 import sys
@@ -26,22 +26,22 @@ from sweep.engine.grid import whole
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.platforms import most_threads
 
-#: Toys that are flat after 2 to 23 s.
+#: Toys that become flat after 2 to 23 s.
 TASK = ("tilt=60deg:80deg:40", "scaled_precession_rate=3:4.5:50", "contour_friction=30um")
 
-#: Toys of about 100 s.
+#: Toys that take about 100 s.
 LONG = ("tilt=45deg:70deg:{0}", "scaled_precession_rate=2.4:4:{0}", "contour_friction=5um")
 
-#: Relative error of the times that is promised.
+#: Promised relative error of the times.
 TARGET = 1e-6
 
 #: (starts, accuracy setting) -> times until flat [s], steps of all cells
 _Solve = Callable[[Array, float], tuple[Array, float]]
 
-#: The default, which the long toys have.
+#: The default tolerance, with which the long toys run.
 TOLERANCE = 1e-8
 
-#: Copies of a cell, which fill all lanes twice, and how many cells of a chunk are copied.
+#: Number of copies of a cell, which fill all lanes twice, and number of cells of a chunk that are copied.
 _COPIES, _SAMPLE = 64, 5
 
 
@@ -51,7 +51,7 @@ def starts(words: tuple[str, ...]) -> Array:
 
 
 def measure(quick: bool, repeats: int) -> dict[str, Any]:
-    """Return the table of contenders and of steps, one thread each, and how long many toys take with all threads."""
+    """Return the table of contenders and of steps, one thread each, and the time of many toys with all threads."""
     use_threads(1)
     found = {"task": " ".join(TASK), "target": TARGET, "contenders": _contenders(quick, repeats)}
     found["steps"] = lossy_steps.measure(3 * repeats)
@@ -78,7 +78,7 @@ def _engine(given: Array, tolerance: float) -> tuple[Array, float]:
 
 
 def _true_times(given: Array) -> Array:
-    """Return what the referee of the tests says."""
+    """Return the times from the reference of the tests."""
     sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests"))
     import lossy_referee
 
@@ -88,14 +88,14 @@ def _true_times(given: Array) -> Array:
 
 
 def _timed(solve: _Solve, given: Array, setting: float) -> tuple[float, Array, float]:
-    """Return processor time, times until flat and steps."""
+    """Return processor time, times until flat, and steps."""
     began = time.process_time()
     found, steps = solve(given, setting)
     return time.process_time() - began, found, steps
 
 
 def _contenders(quick: bool, repeats: int) -> list[dict[str, Any]]:
-    """Return name, setting, error, time per cell and step of each at its coarsest setting that is accurate enough."""
+    """Return name, setting, error, and time per cell and step of each contender at its coarsest accurate setting."""
     grid = starts(TASK)
     known = some(grid, 64)
     truth = _true_times(known)
@@ -109,7 +109,7 @@ def _contenders(quick: bool, repeats: int) -> list[dict[str, Any]]:
         try:
             solve = prepare()
         except (ImportError, OSError) as problem:
-            print(f"benchmark: {name} is left out: {problem}", file=sys.stderr)
+            print(f"benchmark: {name} is skipped: {problem}", file=sys.stderr)
             continue
         errors = {each: _error(solve(known, each)[0], truth) for each in settings}
         setting = next((each for each in settings if errors[each] <= TARGET), settings[-1])
@@ -123,14 +123,14 @@ def _contenders(quick: bool, repeats: int) -> list[dict[str, Any]]:
 
 
 def _error(found: Array, truth: Array) -> float:
-    """Return the relative error of the times of 99 % of the cells."""
+    """Return the relative error that 99 % of the times do not exceed."""
     return float(np.quantile(np.abs(found / truth - 1.0), 0.99))
 
 
 def _row(
     name: str, task: tuple[_Solve, Array, float], error: float, first: dict[str, Any] | None, repeats: int
 ) -> dict[str, Any]:
-    """Return the row of a contender; the least time of several counts, beside any other work of the machine."""
+    """Return the row of a contender; the least of several times counts, because the machine may have other work."""
     solve, given, setting = task
     runs = [_timed(solve, given, setting) for _ in range(repeats)]
     seconds, steps = min(run[0] for run in runs), runs[0][2]
@@ -148,7 +148,7 @@ def _row(
 
 
 def _toys(along: int) -> dict[str, Any]:
-    """Return what the toys of a square grid take with all threads, and how busy threads and lanes are meanwhile."""
+    """Return the cost of the toys of a square grid with all threads, and how busy threads and lanes are."""
     threads = most_threads()
     given = starts(tuple(word.format(along) for word in LONG))
     use_threads(threads)
@@ -175,11 +175,11 @@ def _toys(along: int) -> dict[str, Any]:
 
 
 def _chunk_by_chunk(given: Array) -> tuple[list[float], dict[int, float]]:
-    """Return the processor time of every chunk, and that of a step where every lane is busy.
+    """Return the processor time of every chunk, and the time of a step with all lanes busy.
 
-    Lanes that step copies of one cell end together. Steps that were repeated with a shorter one are not counted, so
-    the time of a step is told by how often its cell was repeated. Both are measured in turns, so that the other users
-    of the machine slow them alike.
+    Lanes that compute copies of one cell end together. Steps that were repeated with a shorter one are not counted, so
+    the time of a step is grouped by the number of its cell's repetitions. Both are measured by turns, so that other
+    users of the machine slow them equally.
     """
     chunks: list[float] = []
     spent: dict[int, Array] = {}
@@ -197,7 +197,7 @@ def _chunk_by_chunk(given: Array) -> tuple[list[float], dict[int, float]]:
 
 
 def _longest_of(chunks: list[float], threads: int) -> float:
-    """Return how long the last thread works, where each takes the next chunk as the kernels take them in turns."""
+    """Return how long the last thread works if each thread takes the next chunk, as in the kernels."""
     stride, busy = coprime_stride(len(chunks)), [0.0] * threads
     for turn in range(len(chunks)):
         busy[busy.index(min(busy))] += chunks[turn * stride % len(chunks)]

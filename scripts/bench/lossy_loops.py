@@ -1,8 +1,8 @@
 """The disk with losses by other means: the loop that one would write in Numba, and heyoka.
 
 Both follow toys with dry contour friction and Bildsten's drag until they are flat, from starts whose roll rate never
-changes its sign, so that the friction is smooth: what holds and lets go is left to the engine. Starts are
-float64[len(PARAMETERS), n] (`kernels.lossy_disk.arrays`); found is the time [s] until flat.
+changes sign, so that the friction is smooth; only the engine handles friction that holds and lets go. Starts are
+float64[len(PARAMETERS), n] (`kernels.lossy_disk.arrays`); the results are the times [s] until flat.
 """
 
 import math
@@ -28,12 +28,12 @@ from kernels.lossy_disk.arrays import (
 
 FLAT_TILT = math.radians(89.9)
 
-#: Nobody goes on for longer than this scaled time.
+#: Longest scaled time for which a motion is followed.
 _LONGEST = 1e6
 
 
 def scaled(given: Array) -> tuple[Array, Array, Array]:
-    """Return states (tilt and three rates) and constants (alpha, arm, drag) of starts, scaled, and the unit [s]."""
+    """Return scaled states (tilt and three rates) and constants (alpha, arm, drag) of starts, and the time unit [s]."""
     unit = np.sqrt(given[RADIUS] / given[GRAVITY])
     layer = np.sqrt(given[AIR_VISCOSITY] * given[AIR_DENSITY])
     drag = layer * given[RADIUS] ** 2.25 / (math.sqrt(2.0) * given[MASS] * given[GRAVITY] ** 0.25)
@@ -73,7 +73,7 @@ def _step(a, b, c, d, alpha, arm, drag, h):
 
 @numba.njit(error_model="numpy", parallel=True)
 def until_flat(states, constants, share, times, steps):
-    """RK4, one cell after another in a parallel loop, in steps of `share` over the fastest rate of the moment."""
+    """Integrate by RK4, cell by cell in a parallel loop, with steps of `share` divided by the present fastest rate."""
     for cell in numba.prange(states.shape[1]):
         a, b, c, d = states[0, cell], states[1, cell], states[2, cell], states[3, cell]
         alpha, arm, drag = constants[0, cell], constants[1, cell], constants[2, cell]
@@ -92,7 +92,7 @@ def until_flat(states, constants, share, times, steps):
 
 
 def plain(given: Array, share: float) -> tuple[Array, float]:
-    """Return the times of the plain loop, and its steps."""
+    """Return the times of the plain loop, and its number of steps."""
     states, constants, unit = scaled(given)
     times, steps = np.empty(unit.size), np.empty(unit.size, np.int64)
     until_flat(states, constants, share, times, steps)
@@ -100,7 +100,7 @@ def plain(given: Array, share: float) -> tuple[Array, float]:
 
 
 class Heyoka:
-    """heyoka's batch mode on the equations without trigonometry, driven by hand; a lane that is flat rests."""
+    """heyoka's batch mode on the equations without trigonometry, driven explicitly; lanes that are flat rest."""
 
     def __init__(self) -> None:
         import heyoka
@@ -142,7 +142,7 @@ class Heyoka:
         )
 
     def __call__(self, given: Array, tolerance: float) -> tuple[Array, float]:
-        """Return the times, and 0 steps: they are of another kind."""
+        """Return the times, and 0 for the number of steps, which are not comparable."""
         if tolerance not in self._integrators:
             self._integrators[tolerance] = self._integrator(tolerance)
         integrator = self._integrators[tolerance]

@@ -1,7 +1,7 @@
-"""What one Runge-Kutta step costs with each law of friction and drag, over one of the disk without losses.
+"""The cost of one Runge-Kutta step with each law of friction and drag, relative to a step of the disk without losses.
 
-The same nutating wobbles of a toy, one thread, in turns: the least of several times of each, whatever else the machine
-does. Motions are long against what comes before and after their steps.
+The same nutating wobbles of a toy are run on one thread, by turns; the least of several times counts, because the
+machine may have other work. Motions are long compared with the overhead before and after their steps.
 """
 
 import math
@@ -20,7 +20,7 @@ from kernels.lossy_disk.integrate import variant
 from sweep.model.disk.model import DISK
 from sweep.model.kernel import Kernel
 
-#: Parameters of each law; all are too weak to change the motion in the time.
+#: Parameters of each law, all too weak to change the motion in this time.
 _LAWS = {
     "contour friction": {"contour_friction": 4e-6},
     "contour damping": {"contour_damping": 1e-7},
@@ -37,10 +37,10 @@ _LAWS = {
 }
 _TOY = {"alpha": 0.5, "radius": 0.03755, "gravity": 9.81, "mass": 0.4387, "friction": math.inf}
 
-#: Duration [s] with losses; step without [s], which makes motions from turning point to turning point about as long.
+#: Duration [s] with losses; step [s] without losses, which makes motions between turning points about as long.
 _LONG, _SHORT = 120.0, 5e-6
 
-#: One solve -> processor time [s] and steps.
+#: Solves once and returns processor time [s] and steps.
 _Timed = Callable[[], tuple[float, float]]
 
 
@@ -98,7 +98,10 @@ def _with(law: dict[str, float], cells: int) -> _Timed:
 
 
 def measure(repeats: int, cells: int = 240) -> dict[str, float]:
-    """Return the time of a step [ns] without losses (the name "none") and with each law; one thread must be set."""
+    """Return the time of a step [ns] without losses (named "none") and with each law.
+
+    Requires that one thread is set.
+    """
     timed = {"none": _without(cells)} | {name: _with(law, cells) for name, law in _LAWS.items()}
     least = dict.fromkeys(timed, math.inf)
     for _ in range(repeats):

@@ -1,4 +1,4 @@
-"""What `plan` says of a run, against what the run then takes."""
+"""The time that `plan` predicts for a run, and the time that the run takes."""
 
 import re
 import subprocess
@@ -10,7 +10,7 @@ from typing import Any
 
 from bench.scaling import grid
 
-#: What is planned: its name, and the words that make it so.
+#: Kinds of planned atlases: name -> additional words.
 _KINDS = {
     "plain": (),
     "exact": ("method=exact",),
@@ -20,7 +20,7 @@ _KINDS = {
 
 
 def measure(quick: bool) -> list[dict[str, Any]]:
-    """Return, for each kind of atlas and number of cells, the seconds that `plan` says and that `run` takes."""
+    """Return, for each kind of atlas and number of cells, the seconds that `plan` predicts and that `run` takes."""
     rows: list[dict[str, Any]] = []
     for count in (10**5, 10**6) if quick else (10**5, 10**6, 10**7):
         for what, words in _KINDS.items():
@@ -43,7 +43,7 @@ def measure(quick: bool) -> list[dict[str, Any]]:
 
 
 def _seconds(said: str) -> float:
-    """Return the seconds in the line of `plan` about the time."""
+    """Return the seconds in the time line of `plan`."""
     found = re.search(r"time +about ([0-9.]+) (s|min|h)\b", said)
     assert found, said
     return float(found[1]) * {"s": 1.0, "min": 60.0, "h": 3600.0}[found[2]]

@@ -1,7 +1,7 @@
-"""What every contender has to do: find the peak tilt of cells of the rolling preset, and how that is timed.
+"""The task of every contender: find the peak tilt of cells of the rolling preset; and how it is timed.
 
-A disk released at rest is at one turning point; its peak tilt is that of the other one, or its own. Whoever can may
-stop there. Starts are float64[len(PARAMETERS), n] (`kernels.disk.arrays`); the truth is the exact reduction.
+A disk released at rest is at one turning point; its peak tilt is the tilt of the other one, or its own. Contenders that
+can stop there do so. Starts are float64[len(PARAMETERS), n] (`kernels.disk.arrays`); the truth is the exact reduction.
 """
 
 import math
@@ -38,20 +38,20 @@ Array = npt.NDArray[np.float64]
 Solve = Callable[[Array, float], tuple[float, Array]]
 
 FALL_TILT = math.radians(85.0)
-#: Nobody goes on for longer [s]; every cell of the task turns before.
+#: Longest time [s] for which a contender integrates; every cell of the task turns earlier.
 LONGEST = 30.0
 TARGET = 1e-8
 
-#: The critical rate of the disk is 2.557 rad/s; 300 tilts and rates of all sizes around it.
+#: 300 tilts of all sizes, and rates around the critical rate of the disk, 2.557 rad/s.
 TASK = ("roll_rate=2:4:2000", "tilt=0.1deg:5deg:200:log")
 
 
 @dataclass(frozen=True)
 class Contender:
-    """One way of doing the task.
+    """One way to do the task.
 
-    `prepare` gives its `Solve`; it raises ImportError or OSError where that is not installed. `settings` run from
-    coarse to fine; `cells` is how many it is timed on.
+    `prepare` returns its `Solve`, or raises ImportError or OSError if it is not installed. `settings` are ordered from
+    coarse to fine; `cells` is the number of cells that are timed.
     """
 
     name: str
@@ -69,13 +69,13 @@ def starts(words: tuple[str, ...] = TASK) -> Array:
 
 def some(given: Array, count: int) -> Array:
     """Return about `count` cells, evenly spread over the grid."""
-    # an odd stride visits every tilt and every rate
+    # an odd stride reaches every tilt and every rate
     stride = max(1, given.shape[1] // count) | 1
     return np.ascontiguousarray(given[:, ::stride][:, :count])
 
 
 def use_threads(threads: int) -> None:
-    """Let this program's kernels use so many threads, and Numba's parallel loops too."""
+    """Let this program's kernels, and Numba's parallel loops, use some number of threads."""
     compute.use_threads(threads)
     numba.set_num_threads(threads)
 
@@ -86,7 +86,7 @@ def results(n: int) -> tuple[Array, npt.NDArray[np.int32]]:
 
 
 def reduce_disks(given: Array, timed: bool) -> dict[str, npt.NDArray[Any]]:
-    """Return what the exact reduction says of cells, by name."""
+    """Return the results of the exact reduction for cells, by name."""
     rows = rows_of_disk(dict(zip(PARAMETERS, given, strict=True)))
     return reduce_bodies(rows, TORUS, FALL_TILT, timed)
 
@@ -103,7 +103,7 @@ def periods(given: Array) -> Array:
 
 
 def scaled(given: Array) -> tuple[Array, Array]:
-    """Return state [tilt, w, o, s] (4, n) and constants (4, n) of the scaled equations (`kernels.disk.equations`)."""
+    """Return scaled state [tilt, w, o, s] (4, n) and constants (4, n) (`kernels.disk.equations`)."""
     tilt, rate, precession, roll = given[TILT], given[TILT_RATE], given[PRECESSION_RATE], given[ROLL_RATE]
     alpha, unit = given[ALPHA], np.sqrt(given[RADIUS] / given[GRAVITY])
     state = np.stack(
@@ -114,7 +114,7 @@ def scaled(given: Array) -> tuple[Array, Array]:
 
 
 def headings(given: Array) -> Array:
-    """Return the sign of the tilt rate on the way to the other turning point of each cell released at rest."""
+    """Return the sign of the tilt rate on the way to the other turning point, for cells released at rest."""
     state, constants = scaled(given)
     tilt, _, o, s = state
     return np.asarray(
@@ -128,7 +128,7 @@ def longest(given: Array, duration: float = LONGEST) -> float:
 
 
 def timed(solve: Callable[[Array, float], Array]) -> Solve:
-    """Return a `Solve` that takes the processor time of the whole call, beside any other work of the machine."""
+    """Return a `Solve` that measures the processor time of the whole call, which other work hardly affects."""
 
     def run(given: Array, setting: float) -> tuple[float, Array]:
         began = time.process_time()

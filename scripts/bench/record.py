@@ -1,4 +1,4 @@
-"""What was measured, as a file for each kind of processor, and against earlier records."""
+"""The measurements as a file for each kind of processor, and their comparison with earlier records."""
 
 import json
 import os
@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 CHECKOUT = Path(__file__).resolve().parents[2]
-#: One record for each kind of processor, `KIND.json`.
+#: Folder with one record for each kind of processor, `KIND.json`.
 RECORDS = CHECKOUT / "docs" / "benchmark"
 
-#: What may be lost before a ratio counts as worse: against the record of the same kind of processor; and against the
-#: least of all records, where this kind has none.
+#: Share by which a ratio may be worse: compared with the record of the same kind of processor, and, if there is none,
+#: compared with the least of all records.
 _LOSS, _LOSS_ELSEWHERE = 0.2, 0.5
 
 
@@ -53,18 +53,18 @@ def _flags() -> set[str]:
 
 
 def plain_name(held: dict[str, Any]) -> str:
-    """Return the name of a processor, of what `machine` returns, without marks, clock and number of cores."""
+    """Return a processor's name from the result of `machine`, without trademarks, clock rate and core count."""
     name = re.sub(r"\((?:R|TM)\)|@.*|\b\d+-Core\b|\b(?:CPU|Processor)\b", " ", str(held["processor"]))
     return " ".join(name.split())
 
 
 def kind(held: dict[str, Any]) -> str:
-    """Return the name of the record of a processor, of what `machine` returns."""
+    """Return the name of a processor's record, from the result of `machine`."""
     return re.sub(r"[^a-z0-9]+", "-", f"{plain_name(held)} {held['vectors']}".lower()).strip("-")
 
 
 def read_all(folder: Path = RECORDS) -> dict[str, dict[str, Any]]:
-    """Return the records by their kinds."""
+    """Return the records by kind."""
     return {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob("*.json"))}
 
 
@@ -76,7 +76,7 @@ def write(found: dict[str, Any], folder: Path = RECORDS) -> Path:
 
 
 def ratios(found: dict[str, Any]) -> dict[str, float]:
-    """Return everything that is a ratio of two times of one run, the larger the better for this engine."""
+    """Return all ratios of two times of one run; larger ones are better for this engine."""
     named = {
         f"{row['name']} / eulerdisk rk4": row["ratio"]["median"]
         for row in found["field"]["contenders"]
@@ -85,7 +85,7 @@ def ratios(found: dict[str, Any]) -> dict[str, float]:
     for row in found["field"]["contenders"]:
         if row["name"] == "eulerdisk exact":
             named["eulerdisk rk4 / exact"] = 1.0 / row["ratio"]["median"]
-    # one thread: several wait for the other work of the machine
+    # only one thread, because several wait for other work of the machine
     for kernel, words in zip(found["kernel"][:2], ("own steps", "short steps"), strict=True):
         named[f"plain loop / lane kernel, {words}"] = kernel["ratio"]["median"]
         named[f"share of the multiply-adds, {words}"] = kernel["share"]
@@ -132,12 +132,12 @@ def losses(found: dict[str, Any], recorded: dict[str, float], most: float = _LOS
 
 
 def report_losses(found: dict[str, Any], records: dict[str, dict[str, Any]]) -> int:
-    """Print what was lost against the record of the same kind, or against all of them; return the exit status."""
+    """Print the ratios that became worse than in the record of the same kind, or in all; return the exit status."""
     same = records.get(kind(found["machine"]))
     most = _LOSS if same else _LOSS_ELSEWHERE
     recorded = ratios(same) if same else _least(records)
     worse = losses(found, recorded, most)
-    against = "the record of this kind of processor" if same else "the least of the records of other kinds"
+    against = "the record of this kind of processor" if same else "the least of all records"
     for line in worse:
         print(f"benchmark: lost more than {100 * most:.0f} %: {line}", file=sys.stderr)
     if not worse:

@@ -1,4 +1,4 @@
-"""The exact reduction of a million cells and of the presets, with the period and without."""
+"""The exact reduction of a million cells and of the presets, with and without the period."""
 
 import statistics
 import sys
@@ -15,7 +15,7 @@ from sweep.platforms import most_threads
 
 
 def _median(work: Callable[[], object], repeats: int) -> float:
-    """Return the seconds of the median run after one that is not counted."""
+    """Return the median seconds of several runs, after one that is not counted."""
     work()
     times = []
     for _ in range(repeats):
@@ -26,7 +26,7 @@ def _median(work: Callable[[], object], repeats: int) -> float:
 
 
 def _rates(words: list[str], preset: str, repeats: int) -> dict[str, Any]:
-    """Return cells per second of the starts of a preset, with and without the period."""
+    """Return cells per second for the starts of a preset, with and without the period."""
     spec = sweep.SweepSpec.from_words(preset, words)
     starts = np.stack(list(whole(spec).values()))
 
@@ -41,14 +41,14 @@ def _rates(words: list[str], preset: str, repeats: int) -> dict[str, Any]:
 
 
 def measure(quick: bool, repeats: int) -> dict[str, Any]:
-    """Return cells per second with and without the period, all threads: of rolling disks, and of the presets.
+    """Return cells per second with and without the period, all threads, for rolling disks and for the presets.
 
-    Circling disks are released next to separatrices, where a period takes several times as many places.
+    Circling disks are released next to separatrices, where a period needs several times as many points.
     """
     side = 300 if quick else 1000
     threads = most_threads()
     use_threads(threads)
     rolling = _rates([f"roll_rate=2:4:{side}", f"tilt=0.001deg:5deg:{side}:log"], "rolling", repeats)
     presets = {name: _rates([], name, repeats) for name in ("rolling", "spinning", "circling")}
-    print(f"benchmark: {rolling['cells']} cells reduced, and those of the presets", file=sys.stderr)
+    print(f"benchmark: {rolling['cells']} cells reduced, and the cells of the presets", file=sys.stderr)
     return {**rolling, "threads": threads, "presets": presets}

@@ -1,4 +1,4 @@
-"""How near the lane kernel is to the machine's rate of multiply-adds, and how far from a plain loop."""
+"""The lane kernel's speed relative to the machine's rate of multiply-adds, and to a plain loop."""
 
 import statistics
 import time
@@ -17,16 +17,16 @@ from kernels.native.compiler import KernelCompiler
 from sweep.model.disk.model import DISK
 from sweep.platforms import most_threads
 
-#: Steps [s]: the first, 0.044 sqrt(R/g), is about the engine's own; with the second the ends of cells hardly count.
+#: Steps [s]: the first, 0.044 sqrt(R/g), is about the engine's own; with the second, the ends of cells hardly count.
 _STEPS = (0.01, 0.001)
 _LOOSE = 0.1  # rad: no cell is integrated twice, so that steps can be counted
 
-#: Independent chains per vector, and links per chain, of the measurement: 12 chains hide the latency of two units.
+#: Independent chains per vector, and links per chain, of the measurement; 12 chains hide the latency of two units.
 _CHAINS, _LINKS = 12, 40
 
 
 class _Counted:
-    """A number that counts the arithmetic done with it; an addition of a fresh product is one multiply-add."""
+    """A number that counts the arithmetic done with it; adding a fresh product is one multiply-add."""
 
     slots = 0
 
@@ -53,7 +53,7 @@ class _Counted:
 
 
 def multiply_adds() -> int:
-    """Return the multiply-adds of one RK4 step: its own source, run on numbers that count."""
+    """Return the multiply-adds of one RK4 step, by running its source on numbers that count."""
     plain = type(rk4.lane_step.py_func)
     parts = {"slopes": disk.slopes.py_func, "_along": rk4._along.py_func, "_summed": rk4._summed.py_func}
     step = plain(rk4.lane_step.py_func.__code__, rk4.lane_step.py_func.__globals__ | parts)
@@ -63,7 +63,7 @@ def multiply_adds() -> int:
 
 
 def _probe() -> Callable[..., None]:
-    """Return a kernel of nothing but multiply-adds, written out so that they vectorise over its elements."""
+    """Return a kernel that consists only of multiply-adds, written out so that it vectorizes over its elements."""
     lines = ["def chains(row, rounds, a, b):", " for _ in range(rounds):", "  for k in range(row.size):"]
     lines += ["   x0 = row[k]", *(f"   x{n} = x0 + {n}.0" for n in range(1, _CHAINS))]
     lines += [f"   x{n} = x{n} * a + b" for _ in range(_LINKS) for n in range(_CHAINS)]
@@ -86,8 +86,8 @@ def _probe() -> Callable[..., None]:
 
 
 def _seconds(work: Callable[[], object]) -> float:
-    # One thread is timed in processor time, beside any other work of the machine; threads that wait for each other
-    # spend that too, so several are timed by the clock.
+    # One thread is timed in processor time, which other work hardly affects. Threads that wait for each other spend
+    # processor time too, so several threads are timed by the wall clock.
     clock = time.process_time if numba.get_num_threads() == 1 else time.perf_counter
     began = clock()
     work()
@@ -97,7 +97,7 @@ def _seconds(work: Callable[[], object]) -> float:
 def measure(quick: bool, repeats: int) -> list[dict[str, Any]]:
     """Return steps/s of the lane kernel and of the plain loop, multiply-adds/s, and their ratios.
 
-    A row for each step and for one thread and all.
+    There is one row for each step, with one thread and with all.
     """
     most = most_threads()
     return [_measure(quick, repeats, threads, step) for threads in sorted({1, most}) for step in _STEPS]

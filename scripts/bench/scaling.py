@@ -1,4 +1,4 @@
-"""Time per cell against the number of cells and threads."""
+"""Time per cell against the numbers of cells and threads."""
 
 import statistics
 import sys
@@ -21,7 +21,7 @@ def grid(count: int) -> list[str]:
 
 
 def kernel_seconds(count: int, threads: int) -> float:
-    """Return the seconds in the kernel, block by block as a run does it."""
+    """Return the seconds in the kernel, block by block as in a run."""
     use_threads(threads)
     spec = sweep.SweepSpec.from_words("rolling", grid(count))
     settings = np.array([spec.duration, 0.0, FALL_TILT, spec.tolerance])
@@ -36,12 +36,12 @@ def kernel_seconds(count: int, threads: int) -> float:
 
 
 def measure(quick: bool, repeats: int) -> list[dict[str, Any]]:
-    """Return the time per cell [us] for numbers of cells, with one thread and with all, in turn."""
+    """Return the time per cell [us] for numbers of cells, with one thread and with all, by turns."""
     most = most_threads()
     rows: list[dict[str, Any]] = []
     for power in range(3, 6 if quick else 8):
         count = 10**power
-        # short ones more often: the median of few is that of the machine's other users
+        # short runs more often: a median of few would depend on the machine's other users
         rounds = 1 if power == 7 else max(repeats, 50 if power == 3 else 0)
         taken: dict[int, list[float]] = {threads: [] for threads in sorted({1, most})}
         for _ in range(rounds):

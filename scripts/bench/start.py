@@ -1,4 +1,4 @@
-"""What commands take on few cells: their start, with kernels in the cache and without."""
+"""The time of commands on few cells: their start, with and without kernels in the cache."""
 
 import os
 import subprocess
@@ -16,7 +16,8 @@ _GRID = ("roll_rate=2:4:50", "tilt=0.001deg:5deg:50:log")
 def measure(repeats: int) -> dict[str, Any]:
     """Return the least seconds of each command on 2,500 cells, and of bare imports of the same libraries.
 
-    `warm` with all kernels in the cache, `cold` with an empty cache: all that a command needs is compiled then.
+    `warm` has all kernels in the cache; `cold` starts with an empty cache, so that a command compiles everything it
+    needs.
     """
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
@@ -27,12 +28,12 @@ def measure(repeats: int) -> dict[str, Any]:
             if name == "run":
                 cold[name] = _seconds(commands[name], environment)
                 continue
-            # the atlas that it reads is made before
+            # the atlas that the command reads is created before
             _seconds(commands["run"], os.environ)
             cold[name] = _seconds(commands[name], environment)
         for command in commands.values():
             _seconds(command, os.environ)
-        # in turns, so that a busy minute hits all of them
+        # by turns, so that a busy minute affects all of them
         taken: dict[str, list[float]] = {name: [] for name in ("bare", *commands)}
         for _ in range(repeats):
             for name, seconds in taken.items():

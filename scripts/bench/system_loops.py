@@ -1,6 +1,6 @@
-"""Systems by other means: DOP853 in a compiled loop over cells with libm, and SciPy's.
+"""Systems by other means: DOP853 in a compiled loop over cells with libm, and SciPy's DOP853.
 
-The loop is what one would write in C: every stage unrolled, in local variables, powers as products and roots.
+The loop is what one would write in C: every stage is unrolled in local variables, and powers are products and roots.
 """
 
 import math
@@ -19,7 +19,7 @@ _STAGES = table.N_STAGES
 
 
 def _rates_source(definition: Definition) -> str:
-    """Return the right-hand side as the source of a function of the states, the time and the parameters."""
+    """Return the right-hand side as source of a function of the states, the time and the parameters."""
     lines: list[str] = []
     names: dict[int, str] = {}
 
@@ -53,7 +53,7 @@ def _terms(coefficients: Array, state: int) -> str:
 
 
 def _loop_source(definition: Definition) -> str:
-    """Return the source of the loop over cells: steps of DOP853 with the error and step control of Hairer."""
+    """Return the source of the loop over cells: steps of DOP853 with Hairer's error and step control."""
     states, count = range(len(definition.states)), len(definition.states)
     given = ", ".join(f"p{i}" for i in range(len(definition.parameters)))
 
@@ -119,7 +119,7 @@ class Loop:
 
 
 class Scipy:
-    """SciPy's DOP853, a right-hand side in Python.
+    """SciPy's DOP853 with a right-hand side in Python.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
-"""Systems of ten lines: what one integration takes at equal error, beside heyoka, a compiled loop and SciPy.
+"""Systems of ten lines: the cost of one integration at equal error, compared with heyoka, a compiled loop and SciPy.
 
-The error of a cell is the largest of those of its states at the end of the duration; 90 % of the cells have at most
-`TARGET`. Each contender is timed at the two settings whose errors lie on either side of it, and the time between them
-is interpolated. The truth is heyoka's in long double. `eulerdisk` is one pass; a whole run makes four passes and
-states errors.
+The error of a cell is the largest error of its states at the end of the duration; 90 % of the cells must be within
+`TARGET`. Each contender is timed at the two settings whose errors are on either side of it, and the time is
+interpolated between them. The truth is heyoka's in long double. `eulerdisk` is one pass; a whole run makes four passes
+and states errors.
 """
 
 import math
@@ -43,11 +43,11 @@ _CELLS, _SCIPY_CELLS = 1024, 12
 
 
 def measure(quick: bool, repeats: int) -> dict[str, Any] | None:
-    """Return the costs of ten systems, one thread each; None without heyoka, which knows the truth."""
+    """Return the costs of ten systems, one thread each; None without heyoka, which provides the truth."""
     try:
         import heyoka  # noqa: F401 - only whether it is there
     except (ImportError, OSError) as missing:
-        print(f"benchmark: systems are left out: {missing}", file=sys.stderr)
+        print(f"benchmark: systems are skipped: {missing}", file=sys.stderr)
         return None
     use_threads(1)
     cells = 256 if quick else _CELLS
@@ -94,7 +94,7 @@ def pendulum(angle=0.2, rate=0.0, *, damping=0.5, torque=0.9, drive=0.6667, t):
 
 
 def _commands() -> dict[str, float]:
-    """Return the processor seconds of a run of 2,500 cells: the first of a new file, and one with another parameter."""
+    """Return the processor seconds of a run of 2,500 cells, for a new file and with another parameter."""
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         (place / "mine.py").write_text(_FILE, encoding="utf-8")
@@ -119,9 +119,10 @@ def _commands() -> dict[str, float]:
 
 
 def _disk(cells: int, repeats: int) -> dict[str, float]:
-    """Return what a unit of scaled time of the thin disk takes: its own kernels, and the disk as a system.
+    """Return the cost of a unit of scaled time of the thin disk, with its own kernels and as a system.
 
-    The own kernels find the turning point after half a period; the system is followed for the median of these times.
+    The disk's own kernels find the turning point after half a period; the system is followed for the median of these
+    times.
     """
     given = some(problem.starts(), cells)
     state, constants = scaled(given)
@@ -151,7 +152,7 @@ def _disk(cells: int, repeats: int) -> dict[str, float]:
 
 
 class Pass:
-    """One pass of a system: of passes with equal tolerances, of which each takes its share of the time."""
+    """One pass of a system: a call makes several, with equal tolerances, and each counts its share of the time."""
 
     def __init__(self, definition: Definition) -> None:
         self._model = model_of(definition)
@@ -159,7 +160,7 @@ class Pass:
         self._entry = integrate.entry_point(*given)
         self._entry.make_ready()
 
-    #: Passes that a call makes.
+    #: Number of passes per call.
     share = len(LEGS)
 
     def __call__(self, starts: Array, tolerance: float) -> Array:
@@ -172,7 +173,7 @@ class Pass:
 
 
 class _Batches:
-    """heyoka with one batch size, made for each tolerance once."""
+    """heyoka with one batch size, created once for each tolerance."""
 
     def __init__(self, definition: Definition, width: int) -> None:
         self._definition, self._width, self._made = definition, width, dict[float, Heyoka]()
@@ -203,7 +204,7 @@ def _bracket(
 
 
 def _cost(solve: _Solve, given: Array, bracket: list[tuple[float, float]]) -> float:
-    """Return the processor time of a cell at the error `TARGET`, between two settings."""
+    """Return the processor time per cell at the error `TARGET`, interpolated between two settings."""
     times: list[float] = []
     for setting, _ in bracket:
         began = time.process_time()
@@ -217,7 +218,7 @@ def _cost(solve: _Solve, given: Array, bracket: list[tuple[float, float]]) -> fl
 
 
 def _whole(definition: Definition, given: Array, tolerance: float, truth: Array) -> dict[str, float]:
-    """Return what all passes and stated errors take, from starts to columns, and how good they are."""
+    """Return the cost of all passes and stated errors, from starts to columns, and their accuracy."""
     model = model_of(definition)
     spec = sweep.SweepSpec(model=model).replace(tolerance=tolerance)
     starts = dict(zip(model.parameters, given, strict=True))

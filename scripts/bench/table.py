@@ -1,4 +1,4 @@
-"""What was measured as a table for a terminal, and all records as the table of docs/speed.md."""
+"""The measurements as a table for a terminal, and all records as the table in docs/speed.md."""
 
 import re
 from collections.abc import Iterator
@@ -13,14 +13,14 @@ _BLOCK = re.compile(r"(?<=<!-- benchmark -->\n).*?(?=<!-- end of benchmark -->)"
 
 
 def text(found: dict[str, Any]) -> str:
-    """Return all of it as a table for a terminal."""
+    """Return all measurements as a table for a terminal."""
     return "\n".join(_lines(found))
 
 
 def _lines(found: dict[str, Any]) -> Iterator[str]:
     held = found["machine"]
     yield f"{held['processor']} {held['vectors']}, {held['processors']} processors, {held['day']}"
-    yield f"(load {held['load']:.1f} before it began: by the clock, seconds of a busy machine mean little)"
+    yield f"(load {held['load']:.1f} at the start: on a busy machine, wall times mean little)"
     yield ""
     yield f"Peak tilt of cells released at rest ({found['field']['task']}), one thread each:"
     yield f"{'':22}{'setting':>9}{'cells':>9}{'error':>10}{'us/cell':>12}{'times eulerdisk rk4':>28}"
@@ -64,7 +64,7 @@ def _lines(found: dict[str, Any]) -> Iterator[str]:
 
 
 def _losses_lines(found: dict[str, Any]) -> Iterator[str]:
-    """Yield what the disk with losses takes, beside the contenders in its task."""
+    """Yield lines about the cost of the disk with losses, compared with the contenders in its task."""
     if "losses" not in found:
         return
     held, toys = found["losses"], found["losses"]["toys"]
@@ -87,10 +87,10 @@ def _losses_lines(found: dict[str, Any]) -> Iterator[str]:
     first, middle, last = toys["times"]
     yield (
         f"{toys['cells']} toys of {middle:.0f} s ({first:.0f} to {last:.0f}), {toys['threads']} thread(s): "
-        f"{toys['seconds']:.1f} s, of processors {toys['processor_seconds']:.1f} s"
+        f"{toys['seconds']:.1f} s, {toys['processor_seconds']:.1f} s of processor time"
     )
     yield (
-        f"  {toys['steps_per_cell']:.0f} steps per cell and {toys['ns_per_step']:.1f} ns for each, with those of the "
+        f"  {toys['steps_per_cell']:.0f} steps per cell and {toys['ns_per_step']:.1f} ns for each, including the "
         f"{100 * toys['repeated']:.0f} % of the cells that were repeated"
     )
     yield (
@@ -100,7 +100,7 @@ def _losses_lines(found: dict[str, Any]) -> Iterator[str]:
 
 
 def _bodies_lines(found: dict[str, Any]) -> Iterator[str]:
-    """Yield what other bodies take beside the thin disk, and their errors."""
+    """Yield lines about the cost of other bodies compared with the thin disk, and their errors."""
     if "bodies" not in found:
         return
     steps = found["bodies"]["ns_per_step"]
@@ -119,7 +119,7 @@ def _bodies_lines(found: dict[str, Any]) -> Iterator[str]:
 
 
 def _systems_lines(found: dict[str, Any]) -> Iterator[str]:
-    """Yield what systems of ten lines take at equal error, beside the contenders."""
+    """Yield lines about the cost of systems of ten lines at equal error, compared with the contenders."""
     if not found.get("systems"):
         return
     held, disk = found["systems"], found["systems"]["disk"]
@@ -131,15 +131,15 @@ def _systems_lines(found: dict[str, Any]) -> Iterator[str]:
         cost, ratio = row["us_per_cell"], row["ratio"]
         theirs = "".join(f"{cost[name]:14.4g} ({ratio[name]:6.3g})" for name in others)
         yield f"{row['name']:16}{cost['eulerdisk']:9.3g}{row['whole_us_per_cell']:10.3g}{theirs}"
-    yield f"The thin disk written so takes {disk['ratio']:.2f} times the time of its own kernels"
+    yield f"The thin disk written as a system takes {disk['ratio']:.2f} times the time of its own kernels"
     compiled = [row["compiled_s"] for row in held["rows"]]
-    yield f"  compiling one pass of a system: {min(compiled):.1f} to {max(compiled):.1f} s of a processor"
+    yield f"  compiling one pass of a system: {min(compiled):.1f} to {max(compiled):.1f} s of processor time"
     first, changed = held["first_s"], held["changed_s"]
     yield f"  a run of 2,500 cells: {first:.1f} s for a new file, {changed:.1f} s with another parameter"
 
 
 def _whole_lines(found: dict[str, Any]) -> Iterator[str]:
-    """Yield what whole commands take: on many cells, on few, and against what `plan` says."""
+    """Yield lines about the time of whole commands: on many cells, on few, and compared with `plan`."""
     for name, row in found.get("whole", {}).items():
         least, file = row["least_possible"], f", file {row['file_MB']:.0f} MB" if "file_MB" in row else ""
         yield f"eulerdisk {name}, {row['cells']} cells: {row['seconds']:.2f} s, {row['memory_MB']:.0f} MB{file}"
@@ -155,7 +155,7 @@ def _whole_lines(found: dict[str, Any]) -> Iterator[str]:
 
 
 def page_block(records: dict[str, dict[str, Any]]) -> str:
-    """Return the page's table: a column for each kind of processor."""
+    """Return the page's table, with one column for each kind of processor."""
     names = [plain_name(found["machine"]) for found in records.values()]
     lines = [f"| | error (rad) | {' | '.join(names)} |", "|---|---|" + "---|" * len(names)]
     columns = [
@@ -173,12 +173,12 @@ def page_block(records: dict[str, dict[str, Any]]) -> str:
     return "\n".join(lines).replace("e+0", "e").replace("e-0", "e-")
 
 
-#: Columns of the table of systems: title, and the contenders of which the fastest counts.
+#: Columns of the table of systems: title, and the prefix of the contenders, of which the fastest counts.
 _BESIDE = (("heyoka", "heyoka"), ("DOP853, compiled", "compiled"), ("SciPy DOP853", "SciPy"))
 
 
 def _systems_table(found: dict[str, Any]) -> list[str]:
-    """Return the page's table of systems of one processor: microseconds per cell, and how many times one pass."""
+    """Return the page's table of systems of one processor: microseconds per cell, and multiples of one pass."""
     if not found.get("systems"):
         return []
     held = found["systems"]
@@ -204,8 +204,8 @@ def _systems_table(found: dict[str, Any]) -> list[str]:
     return [
         *lines,
         "",
-        f"The thin disk written so takes {times} times as long as its own kernels. A run of 2,500 cells of a new file "
-        f"takes {first} s of a processor, most of it to compile; with another parameter {changed} s.",
+        f"The thin disk written as a system takes {times} times as long as its own kernels. A run of 2,500 cells of a "
+        f"new file takes {first} s of processor time, most of it to compile; with another parameter {changed} s.",
         "",
     ]
 
@@ -216,15 +216,15 @@ def _fastest(row: dict[str, Any], first: str) -> str:
 
 
 def _cost(row: dict[str, Any]) -> str:
-    # beside itself it shows the noise of the pairs, which the terminal's table has
+    # compared with itself, it would show the noise of the pairs, which the terminal's table contains
     ratio = 1.0 if row["name"] == "eulerdisk rk4" else row["ratio"]["median"]
     return f"{_two(row['us_per_cell']['median'])} µs ({_two(ratio)} ×)"
 
 
 def _in_words(found: dict[str, Any]) -> str:
-    """Return how far the kernel is from a plain loop and from the machine's rate, in one line."""
+    """Return the kernel's speed relative to a plain loop and to the machine's rate, in one line."""
     held, (kernel, long) = found["machine"], found["kernel"][:2]
-    # a record made before whole commands were measured has a run alone
+    # records from before whole commands were measured contain only a run
     run = found.get("whole", {}).get("run") or found["run"]
     return (
         f"- {plain_name(held)}, {held['vectors']}, {held['day']}: at equal steps {kernel['ratio']['median']:.0f} × as "
@@ -236,7 +236,7 @@ def _in_words(found: dict[str, Any]) -> str:
 
 
 def _best_methods(rows: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Yield the rows in their order, of a library of many methods only the fastest."""
+    """Yield the rows in order; of a library with many methods, only the fastest."""
     for row in rows:
         library = row["name"].split()[0]
         rivals = [each for each in rows if each["name"].startswith(library)]
@@ -247,7 +247,7 @@ def _best_methods(rows: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
 
 
 def _two(value: float) -> str:
-    """Return two significant digits, written out."""
+    """Return a number with two significant digits, written out."""
     return f"{float(f'{value:.2g}'):,.10g}"
 
 
@@ -258,6 +258,6 @@ def write_page(records: dict[str, dict[str, Any]], path: Path = PAGE) -> None:
 
 
 def block_in(path: Path = PAGE) -> str:
-    """Return what stands between the markers of the page."""
+    """Return the text between the markers of the page."""
     found = _BLOCK.search(path.read_text(encoding="utf-8"))
     return found[0] if found else ""

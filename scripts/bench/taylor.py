@@ -1,6 +1,6 @@
-"""heyoka in the same task: Taylor series of high order, batches driven by hand, and its ensemble mode.
+"""heyoka for the same task: Taylor series of high order, batches driven explicitly, and its ensemble mode.
 
-It gets the polynomial form of the equations, which suits it as well as us.
+It gets the polynomial form of the equations, which suits it as well as the engine.
 """
 
 import itertools
@@ -77,9 +77,10 @@ def _batch() -> Solve:
 
 
 def _ensemble() -> Solve:
-    """Ensemble mode; copying an integrator with events costs more than all else, so it is told when to stop.
+    """Return heyoka's ensemble mode, without events.
 
-    Its time is counted in halves of each cell's nutation, known from the exact reduction: it ends at the peak.
+    Copying an integrator with events costs more than everything else. Time is scaled by half of each cell's nutation
+    period, known from the exact reduction, so that the integration ends at the peak.
     """
     import heyoka
 

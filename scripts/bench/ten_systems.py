@@ -1,6 +1,6 @@
 """Ten systems with random starts, two chaotic ones, and heyoka on the same right-hand sides.
 
-Each of the ten has one event, at `level`, and two measures; `bare` leaves them out.
+Each of the ten has one event, at `level`, and two measures; `bare` removes them.
 """
 
 from collections.abc import Iterator, Mapping
@@ -109,13 +109,13 @@ def gaps(x=0.0, y=0.0, u=0.1, v=0.1):
 
 @system(duration="5")
 def thin_disk(tilt=0.05, w=0.0, o=0.0, s=1.0, *, alpha=0.5):
-    """The thin disk in scaled variables, as docs/theory.md has them."""
+    """The thin disk in scaled variables, as in docs/theory.md."""
     pull = o * tan(tilt)
     push = o * ((1 + alpha) * s - alpha / 2 * pull)
     return w, (sin(tilt) + push) / (1 + alpha / 2), w * (pull - 2 * s), -w * o / (1 + alpha)
 
 
-#: System -> ranges of its states and parameters; the others have their defaults.
+#: System -> ranges of its states and parameters; all others have their defaults.
 RANGES: Mapping[System, Mapping[str, tuple[float, float]]] = {
     lorenz: {"x": (-10, 10), "y": (-10, 10), "z": (15, 30), "r": (20, 30)},
     driven_pendulum: {"x": (-2, 2), "y": (-1, 1), "damping": (0.3, 0.6), "torque": (0.2, 0.9)},
@@ -140,12 +140,15 @@ def random_starts(chosen: System, count: int, rng: np.random.Generator) -> Array
 
 
 def bare(definition: Definition) -> Definition:
-    """Return a system without events and measures: what the integration alone takes."""
+    """Return a system without events and measures, to time only the integration."""
     return replace(definition, ends=(), measures=())
 
 
 class _Summits(list[Any]):
-    """Values of the second state where its rate falls through zero: heyoka calls it, and copies what it calls."""
+    """Values of the second state where its rate falls through zero.
+
+    Heyoka calls this object, and copies what it calls.
+    """
 
     def __call__(self, own: Any, time: Any, _: Any) -> None:
         own.update_d_output(time)
@@ -163,9 +166,10 @@ class Heyoka:
     definition : Definition
     tolerance : float
     kind : type
-        Of its numbers: ``float``, or ``numpy.longdouble``, whose rounding is 2,000 times as small.
+        Type of the numbers: ``float``, or ``numpy.longdouble``, whose rounding error is 2,000 times smaller.
     batch : int
-        Cells that are integrated at once; 0 for one cell, with its ending and the greatest value of its second state.
+        Number of cells that are integrated together; 0 for one cell, with its ending and the greatest value of its
+        second state.
     """
 
     def __init__(self, definition: Definition, tolerance: float, kind: Any = float, batch: int = 0) -> None:
@@ -199,7 +203,7 @@ class Heyoka:
         )  # fmt: skip
 
     def _given(self) -> int:
-        """Return how many parameters heyoka asks for: those up to the last one that is used."""
+        """Return how many parameters heyoka needs: all up to the last one that is used."""
         found = self._definition
         used = [*found.rates, *(each for event in found.ends for each in event.any_positive)]
         names = {name for each in used for name in symbols(each)}
@@ -220,7 +224,7 @@ class Heyoka:
         return self._known[id(node)]
 
     def ends(self, starts: Array) -> Array:
-        """Return the states of cells at the end of the duration, shape (states, n); a batch at a time, no events."""
+        """Return the states of cells at the end of the duration, shape (states, n), batch by batch, without events."""
         count, own, width = len(self._states), self._own, self._batch
         found = np.empty((count, starts.shape[1]))
         for first in range(0, starts.shape[1], width):
@@ -232,7 +236,7 @@ class Heyoka:
         return found
 
     def motions(self, starts: Array) -> tuple[Array, Array, Array, Array]:
-        """Return states at the end, times, endings (number of the event's expression, or -1) and greatest values."""
+        """Return states at the end, times, endings (index of the event's expression, or -1) and greatest values."""
         return tuple(map(np.array, zip(*self._motions(starts), strict=True)))  # type: ignore[return-value]
 
     def _motions(self, starts: Array) -> Iterator[tuple[Any, ...]]:

@@ -1,4 +1,4 @@
-"""Whole commands on many cells, against what nobody can save: the kernels' own time, and reading the file."""
+"""Whole commands on many cells, compared with the unavoidable time: the kernels' own time, and reading the file."""
 
 import subprocess
 import sys
@@ -17,7 +17,7 @@ from bench.scaling import grid, kernel_seconds
 from sweep.engine.grid import blocks, chunks, starts_of
 from sweep.platforms import most_threads
 
-#: Starts a command and prints the most memory [kB] that it had: what a child of this process had is not told apart.
+#: Starts a command and prints its peak memory [kB]; needed because the peak of a child is not reported separately.
 _RUNNER = (
     "import resource, subprocess, sys; subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL); "
     "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
@@ -26,7 +26,7 @@ _RUNNER = (
 
 def measure(quick: bool) -> dict[str, dict[str, Any]]:
     """Return seconds, memory and the least possible seconds of `run`, `verify` and `compare`, with all threads."""
-    # a few cells first: what an empty cache costs is a figure of `bench.start`
+    # a few cells first, because `bench.start` measures the cost of an empty cache
     _measured(10**4)
     found = _measured(10**6 if quick else 10**7)
     print(f"benchmark: {found['run']['cells']} cells run, verified and compared", file=sys.stderr)

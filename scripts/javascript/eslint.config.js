@@ -1,4 +1,4 @@
-// What eslint looks for in the explorer's page and its tests; types and unknown names are tsc's work, format is prettier's.
+// The rules of eslint for the explorer's page and its tests; tsc checks types and unknown names, prettier checks the format.
 import js from "@eslint/js";
 import globals from "globals";
 
