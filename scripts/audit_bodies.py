@@ -39,7 +39,7 @@ TOLERANCE, PERIOD, MOST_BEYOND = 1e-8, 1e-7, 1e-3
 NEAR = 1e-9
 
 
-def drawn(body: str, n: int, rng: np.random.Generator) -> Array:
+def draw_starts(body: str, n: int, rng: np.random.Generator) -> Array:
     """Return random starts of a body."""
     known = dict.fromkeys(PARAMETERS, np.zeros(n))
     if body == "torus":
@@ -76,7 +76,7 @@ def drawn(body: str, n: int, rng: np.random.Generator) -> Array:
     return np.stack([known[name] for name in PARAMETERS])
 
 
-def reduced(given: Array, body: str) -> tuple[dict[str, Array], npt.NDArray[np.int32]]:
+def reduce_starts(given: Array, body: str) -> tuple[dict[str, Array], npt.NDArray[np.int32]]:
     """Return the results of the reduction for starts, and their endings."""
     measures, counts = np.empty((len(REDUCED), given.shape[1])), np.empty((1, given.shape[1]), np.int32)
     kernel_of(body, "reduce").load()(given, float(NAMES.index(body)), FALL, 1, measures, counts)
@@ -90,9 +90,9 @@ def audit_errors(cells: int, rng: np.random.Generator) -> bool:
         f"{'':8}{'cells':>8}{'endings':>9}{'extremes':>10}{'beyond 2 x stated':>19}{'periods':>10}{'without':>9}"
     )
     for body in NAMES[:FIRST_WITH_POLES]:
-        given = drawn(body, cells, rng)
+        given = draw_starts(body, cells, rng)
         engine = body_runner.run(given, body, duration=1e5, fall_tilt=FALL)
-        exact, ending = reduced(given, body)
+        exact, ending = reduce_starts(given, body)
         other = int((engine.ending != ending).sum())
         apart = np.fmax(np.abs(engine.least - exact["tilt_min"]), np.abs(engine.greatest - exact["tilt_max"]))
         bounded = ending == BOUNDED
@@ -113,8 +113,8 @@ def audit_space(count: int, rng: np.random.Generator) -> bool:
     """Compare the reduction with rigid bodies in space; return whether all agree."""
     worst = 0.0
     for body in NAMES:
-        given = drawn(body, max(1, count // len(NAMES)), rng)
-        exact, ending = reduced(given, body)
+        given = draw_starts(body, max(1, count // len(NAMES)), rng)
+        exact, ending = reduce_starts(given, body)
         # at rest the first turn is not an event, and near a separatrix both lose digits
         known = (ending == BOUNDED) & (given[PARAMETERS.index("tilt_rate")] != 0.0)
         known &= ~(np.abs(exact["separatrix"]) < 1e-3)

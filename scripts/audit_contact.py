@@ -75,7 +75,7 @@ def _expand(y, alpha):  # type: ignore[no-untyped-def]  # compiled
 
 
 @njit
-def _at(y, row, t):  # type: ignore[no-untyped-def]  # compiled
+def _evaluate(y, row, t):  # type: ignore[no-untyped-def]  # compiled
     value = 0.0
     for k in range(_ORDER, -1, -1):
         value = value * t + y[row, k]
@@ -85,7 +85,7 @@ def _at(y, row, t):  # type: ignore[no-untyped-def]  # compiled
 @njit
 def _forces(y, t, alpha):  # type: ignore[no-untyped-def]  # compiled
     """Return normal force / weight, and the needed friction coefficient (infinite where the force is not positive)."""
-    th, w, p, r = _at(y, 0, t), _at(y, 1, t), _at(y, 2, t), _at(y, 3, t)
+    th, w, p, r = _evaluate(y, 0, t), _evaluate(y, 1, t), _evaluate(y, 2, t), _evaluate(y, 3, t)
     sin, cos = math.sin(th), math.cos(th)
     w1 = 2.0 / (2.0 + alpha) * sin + p * p * sin * cos + 2.0 * (1.0 + alpha) / (2.0 + alpha) * p * r * cos
     p1 = -2.0 * r * w / cos
@@ -148,7 +148,7 @@ def _crossing(y, row, level, low, high, sign):  # type: ignore[no-untyped-def]  
     """Return the time at which a row passes a level: sign (row - level) is positive at `low`, not at `high`."""
     for _ in range(60):
         t = 0.5 * (low + high)
-        if sign * (_at(y, row, t) - level) > 0.0:
+        if sign * (_evaluate(y, row, t) - level) > 0.0:
             low = t
         else:
             high = t
@@ -181,10 +181,10 @@ def _leg(start, alpha, fall, most, y, best):  # type: ignore[no-untyped-def]  # 
         ending, end, d = 0, h, h / _SAMPLES
         for i in range(1, _SAMPLES + 1):
             there = min(h, i * d)
-            if heading * _at(y, 1, there) < 0.0:
+            if heading * _evaluate(y, 1, there) < 0.0:
                 ending, end = BOUNDED, _crossing(y, 1, 0.0, there - d, there, heading)
-            if abs(_at(y, 0, end if ending else there)) >= fall:
-                sign = math.copysign(1.0, _at(y, 0, there))
+            if abs(_evaluate(y, 0, end if ending else there)) >= fall:
+                sign = math.copysign(1.0, _evaluate(y, 0, there))
                 ending, end = FELL, _crossing(y, 0, sign * fall, there - d, there, -sign)
             if ending:
                 break
@@ -192,12 +192,12 @@ def _leg(start, alpha, fall, most, y, best):  # type: ignore[no-untyped-def]  # 
         last = end if ending else h
         _search(y, first, last, max(3, math.ceil((last - first) / d)), alpha, best)
         if ending:
-            return ending, _at(y, 0, end), t + end
+            return ending, _evaluate(y, 0, end), t + end
         t += h
         if t >= most:
-            return HORIZON, _at(y, 0, h), t
+            return HORIZON, _evaluate(y, 0, h), t
         for row in range(4):
-            y[row, 0] = _at(y, row, h)
+            y[row, 0] = _evaluate(y, row, h)
     return 0, math.nan, t
 
 
@@ -255,13 +255,13 @@ def grazing_starts(count: int, rng: np.random.Generator, spec: SweepSpec) -> Col
     low, high, halvings = np.full(chosen.size, 1e-3), np.ones(chosen.size), rng.integers(5, 48, chosen.size)
     for number in range(halvings.max(initial=0)):
         middle = 0.5 * (low + high)
-        force = compute(spec, _scaled(fast, middle))["least_normal_force"]
+        force = compute(spec, _scale_rates(fast, middle))["least_normal_force"]
         low = np.where((number < halvings) & (force > 0.0), middle, low)
         high = np.where((number < halvings) & ~(force > 0.0), middle, high)
-    return _scaled(fast, low)
+    return _scale_rates(fast, low)
 
 
-def _scaled(starts: Columns, factor: Array) -> Columns:
+def _scale_rates(starts: Columns, factor: Array) -> Columns:
     return {name: values * (factor if name in PARAMETERS[1:4] else 1.0) for name, values in starts.items()}
 
 

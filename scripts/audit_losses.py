@@ -102,7 +102,7 @@ class Audit:
         return not self.broken and few and self.unresolved <= MOST_UNRESOLVED * self.cells
 
 
-def described(given: Array, air: str) -> str:
+def describe_start(given: Array, air: str) -> str:
     """Return the parameters of one start that are not the defaults, as Python code."""
     defaults = lossy_referee.DEFAULTS
     words = (
@@ -153,7 +153,7 @@ def compare(audit: Audit, run: Run, given: Array, air: str, *, slack: float = 1.
     for place, words in wrong.items():
         ends = f"{NAMES[int(found.ending[place])]} {found.end_time[place]:.9g} s, referee "
         ends += f"{NAMES[int(true.ending[place])]} {true.end_time[place]:.9g} s after {true.switches[place]} switches"
-        audit.broken.append(f"{'; '.join(words)}: {ends}: {described(given[:, place], air)}")
+        audit.broken.append(f"{'; '.join(words)}: {ends}: {describe_start(given[:, place], air)}")
 
 
 def audit_mixtures(
@@ -227,11 +227,11 @@ def audit_single(cells: int, rng: np.random.Generator, slack: float = 1.0) -> Au
     """Audit the same cells as single motions, with a quarter of the usual step."""
     audit = Audit()
     for air, given in lossy_cells.random_cells(cells, rng).items():
-        compare(audit, finely, given, air, duration=30.0, slack=slack)
+        compare(audit, run_finely, given, air, duration=30.0, slack=slack)
     return audit
 
 
-def finely(given: Array, **settings: Any) -> Any:
+def run_finely(given: Array, **settings: Any) -> Any:
     """Run single motions with small steps; the default steps are made for films."""
     return lossy_runner.run_single(given, relative_step=0.0125, **settings)
 
@@ -246,7 +246,7 @@ def audit_grazes(cells: int, rng: np.random.Generator, slack: float = 100.0) -> 
         needed = partial(lossy_runner.needed_friction, air=air)
         grazing = lossy_cells.barely_slipping(given, needed, rng)
         compare(audit, lossy_runner.run, grazing, air, duration=20.0, slack=slack)
-        compare(audit, finely, grazing, air, duration=20.0, slack=slack)
+        compare(audit, run_finely, grazing, air, duration=20.0, slack=slack)
     return audit
 
 
@@ -326,7 +326,7 @@ def audit_limits(cells: int, rng: np.random.Generator) -> Audit:
             verdict = np.maximum(np.abs(found.tilt_min), np.abs(found.tilt_max)) > limit
             beside = np.abs(free.peak - limit) <= differences[-1]
             audit.broken += [
-                f"{law}: verdict of {described(less[:, cell], air)}"
+                f"{law}: verdict of {describe_start(less[:, cell], air)}"
                 for cell in np.flatnonzero(reached & ~free.fell & ~beside & (verdict != (free.peak > limit)))
             ]
         judged = reached & ~free.fell & (differences[0] > 1e-6) & (differences[0] < 1e-2)
@@ -378,7 +378,8 @@ def audit_holding(cells: int, rng: np.random.Generator) -> Audit:
         right = kept & (found.ending == ending) if stays else ~kept
         audit.cells += cells
         audit.broken += [
-            f"{NAMES[int(found.ending[cell])]}, should {'stay' if stays else 'go'}: {described(given[:, cell], 'none')}"
+            f"{NAMES[int(found.ending[cell])]}, should {'stay' if stays else 'go'}: "
+            f"{describe_start(given[:, cell], 'none')}"
             for cell in np.flatnonzero(~right)
         ]
     return audit

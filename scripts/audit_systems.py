@@ -116,8 +116,8 @@ def audit_errors(count: int = 2000, seed: int = 1) -> int:
     # `all` is printed last
     every = tally.pop("all")
     for name, found_ratios in tally.items():
-        _told(name, np.concatenate(found_ratios))
-    return _told("all", np.concatenate(every))
+        _print_errors(name, np.concatenate(found_ratios))
+    return _print_errors("all", np.concatenate(every))
 
 
 def _ratios(found: Columns, name: str, true: Any, judged: npt.NDArray[np.bool_]) -> Array:
@@ -128,7 +128,7 @@ def _ratios(found: Columns, name: str, true: Any, judged: npt.NDArray[np.bool_])
         return np.asarray(np.where(tiny, np.inf, found[f"{name}_error"][judged] / off))
 
 
-def _told(name: str, ratios: Array) -> int:
+def _print_errors(name: str, ratios: Array) -> int:
     """Print a line; return 1 if a promise is broken."""
     exceeded, large = float((ratios < 1.0).mean()), float(np.median(ratios[np.isfinite(ratios)]))
     print(

@@ -53,17 +53,17 @@ SPECS: tuple[Callable[[dict[str, Any]], str], ...] = (
     lambda spec: json.dumps(spec | {"alpha": True}),
     lambda spec: json.dumps(spec | {"alpha": "1 kg/kg*(9**9**9)"}),
     lambda spec: json.dumps(spec | {"radius": "9**9**9 m"}),
-    lambda spec: json.dumps(_counted(spec, 10**400)),
-    lambda spec: json.dumps(_counted(spec, 2**62)),
-    lambda spec: json.dumps(_counted(spec, 2**33)),
-    lambda spec: json.dumps(_counted(spec, -1)),
-    lambda spec: json.dumps(_counted(spec, 7.0)),
-    lambda spec: json.dumps(_counted(spec, 7)),
+    lambda spec: json.dumps(_with_count(spec, 10**400)),
+    lambda spec: json.dumps(_with_count(spec, 2**62)),
+    lambda spec: json.dumps(_with_count(spec, 2**33)),
+    lambda spec: json.dumps(_with_count(spec, -1)),
+    lambda spec: json.dumps(_with_count(spec, 7.0)),
+    lambda spec: json.dumps(_with_count(spec, 7)),
     *(lambda spec, text=text: json.dumps(spec | {"title": text}) for text in TEXTS),
 )
 
 
-def _counted(spec: dict[str, Any], count: float) -> dict[str, Any]:
+def _with_count(spec: dict[str, Any], count: float) -> dict[str, Any]:
     name = spec["axes"][0]
     held = spec[name] if "count" in spec[name] else {"start": 1.0, "stop": 2.0, "spacing": "linear"}
     return spec | {name: held | {"count": count}}
@@ -390,7 +390,7 @@ EDITS = (
 )  # fmt: skip
 
 
-def damaged(path: Path, wholes: list[Path], dice: random.Random) -> str:
+def damage_file(path: Path, wholes: list[Path], dice: random.Random) -> str:
     """Write one damaged, edited or foreign file; return a description of it.
 
     Parameters

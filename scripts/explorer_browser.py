@@ -131,8 +131,8 @@ class Watch:
         self.page.on("pageerror", lambda error: self.problems.append(f"exception: {error.stack or error}"))
         self.page.on("crash", lambda _: self.problems.append("the page has crashed"))
         self.page.on("request", self._request)
-        self.page.on("requestfailed", self._failed)
-        self.page.on("requestfinished", self._finished)
+        self.page.on("requestfailed", self._note_failure)
+        self.page.on("requestfinished", self._forget)
         self.page.on("response", self._response)
 
     def waits_for(self) -> list[str]:
@@ -154,11 +154,11 @@ class Watch:
         if not request.url.startswith((*self.own, "data:", "blob:")):
             self.problems.append(f"a request to another address: {request.url}")
 
-    def _finished(self, request: Request) -> None:
+    def _forget(self, request: Request) -> None:
         self.under_way.pop(request, None)
 
-    def _failed(self, request: Request) -> None:
-        self._finished(request)
+    def _note_failure(self, request: Request) -> None:
+        self._forget(request)
         # the page itself aborts requests whose answers have become useless
         if request.failure != "net::ERR_ABORTED":
             self.problems.append(f"a request failed: {request.url} {request.failure}")

@@ -128,19 +128,21 @@ def settle(page: Page, watch: Watch) -> None:
         waits = watch.waits_for()
     late = f"the picture was not complete after {PATIENCE / 1000:g} s"
     if not any(" plan " in each for each in waits):
-        raise ProblemError(f"{late}, and no plan is under way: {waits or 'nothing is'}; {shown(page)}")
+        raise ProblemError(
+            f"{late}, and no plan is under way: {waits or 'nothing is'}; {describe_picture(page)}"
+        )
     print(f"{late}: the page waits for", *waits, sep="\n    ", file=sys.stderr, flush=True)
     try:
         page.wait_for_selector(COMPLETE, timeout=BUSY)
     except TooLateError:
         still = "\n    ".join(watch.waits_for())
         raise ProblemError(
-            f"the picture was not complete after {(PATIENCE + BUSY) / 1000:g} s; {shown(page)}\n    {still}"
+            f"the picture was not complete after {(PATIENCE + BUSY) / 1000:g} s; {describe_picture(page)}\n    {still}"
         ) from None
     print(f"it was complete after {time.monotonic() - began:.1f} s", file=sys.stderr, flush=True)
 
 
-def shown(page: Page) -> str:
+def describe_picture(page: Page) -> str:
     """Return the state of the page's picture as text."""
     lane, busy = (page.get_attribute(MAP, name) for name in ("data-lane", "aria-busy"))
     return f"lane {lane}, busy {busy}, notice {page.inner_text('#notice')!r}"

@@ -67,14 +67,14 @@ def main() -> None:
 
 def inject_faults(folder: Path, options: argparse.Namespace, dice: random.Random) -> int:
     """Kill, crash and damage runs; return the number of errors."""
-    whole, took = undisturbed(folder / "whole.nc")
+    whole, took = run_undisturbed(folder / "whole.nc")
     print(f"undisturbed run: {SPEC.size} cells, {took[0]:.2f} s, {len(whole)} bytes", flush=True)
     wrong = 0
     for threads in (1, 2):
         for block_cells in BLOCK_CELLS:
-            wrong += kills(folder, whole, took, threads, block_cells, options.moments, dice)
-    wrong += crashes(folder, whole, options.every)
-    return wrong + damages(folder, whole, options.damages, dice)
+            wrong += kill_runs(folder, whole, took, threads, block_cells, options.moments, dice)
+    wrong += crash_runs(folder, whole, options.every)
+    return wrong + damage_blocks(folder, whole, options.damages, dice)
 
 
 def child(work: Callable[[], object]) -> int:
@@ -91,7 +91,7 @@ def child(work: Callable[[], object]) -> int:
     return number
 
 
-def undisturbed(path: Path) -> tuple[bytes, tuple[float, float]]:
+def run_undisturbed(path: Path) -> tuple[bytes, tuple[float, float]]:
     """Return the bytes of the file of an undisturbed run, and its seconds in total and from the first block on."""
     took = (0.0, 0.0)
     for _ in range(2):  # the first may have to compile the kernels
@@ -108,7 +108,7 @@ def undisturbed(path: Path) -> tuple[bytes, tuple[float, float]]:
     return path.read_bytes(), took
 
 
-def kills(
+def kill_runs(
     folder: Path,
     whole: bytes,
     took: tuple[float, float],
@@ -189,7 +189,7 @@ def is_done(path: Path) -> bool:
     return path.exists() and not folder.exists()
 
 
-def crashes(folder: Path, whole: bytes, every: int) -> int:
+def crash_runs(folder: Path, whole: bytes, every: int) -> int:
     """Kill a run before every step that it takes on the disk; return the number of errors."""
     path, wrong, crashed, at, status = folder / "crashed.nc", 0, 0, 1, -1
 
@@ -224,7 +224,7 @@ def crashes(folder: Path, whole: bytes, every: int) -> int:
     return wrong
 
 
-def damages(folder: Path, whole: bytes, count: int, dice: random.Random) -> int:
+def damage_blocks(folder: Path, whole: bytes, count: int, dice: random.Random) -> int:
     """Damage blocks in every way; return how many damages were not noticed, or spoilt the file."""
     path, caught = folder / "damaged.nc", 0
 
@@ -238,14 +238,14 @@ def damages(folder: Path, whole: bytes, count: int, dice: random.Random) -> int:
     for _ in range(count):
         victim = dice.choice(held)
         good = victim.read_bytes()
-        victim.write_bytes(damaged(good, dice))
+        victim.write_bytes(damage(good, dice))
         missing, _ = journal.verify([int(victim.name[:6])])
         caught += len(missing)
         for each in (journal.folder / BLOCKS).glob(f"*{DAMAGED}"):
             each.unlink()
         victim.write_bytes(good)
     for victim in held[::2]:
-        victim.write_bytes(damaged(victim.read_bytes(), dice))
+        victim.write_bytes(damage(victim.read_bytes(), dice))
     os.waitpid(child(lambda: run_to_file(SPEC, path)), 0)
     same = path.exists() and path.read_bytes() == whole
     print(
@@ -254,7 +254,7 @@ def damages(folder: Path, whole: bytes, count: int, dice: random.Random) -> int:
     return count - caught + (not same)
 
 
-def damaged(good: bytes, dice: random.Random) -> bytes:
+def damage(good: bytes, dice: random.Random) -> bytes:
     """Return the content cut off, with a tail of zeros, or with one bit flipped."""
     place = dice.randrange(len(good))
     kind = dice.choice(("cut", "zeros", "bit"))

@@ -20,7 +20,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from damage import damaged
+from damage import damage_file
 from odd_words import spec_file, words
 
 from sweep.errors import printable
@@ -117,9 +117,9 @@ class Worker:
 
     def run(self, line: list[str], patience: float = PATIENCE) -> End:
         """Run one command line; stop it if it takes longer than `patience` or more than twice the allowed memory."""
-        if self._process is not None and _resident(self._process.pid) > _WORN:
+        if self._process is not None and _resident_memory(self._process.pid) > _WORN:
             self.close()
-        process = self._process or self._started()
+        process = self._process or self._start()
         assert process.stdin is not None
         assert process.stdout is not None
         process.stdin.write(json.dumps(line).encode() + b"\n")
@@ -134,7 +134,7 @@ class Worker:
                 fault = f"the process ended with {process.wait()}: {self._last_words()}"
             elif time.monotonic() - began > patience:
                 fault = f"it hung for more than {patience:.0f} s"
-            elif _resident(process.pid) > 2 * MOST_BYTES:
+            elif _resident_memory(process.pid) > 2 * MOST_BYTES:
                 fault = "more than 2 GB of resident memory"
         self.close()
         return End(None, "", "", time.monotonic() - began, 0, fault)
@@ -149,7 +149,7 @@ class Worker:
     def _last_words(self) -> str:
         return (self._folder / "err").read_text(encoding="utf-8", errors="replace").strip()[-300:]
 
-    def _started(self) -> subprocess.Popen[bytes]:
+    def _start(self) -> subprocess.Popen[bytes]:
         self._process = subprocess.Popen(
             [sys.executable, __file__, "--worker", str(self._folder)],
             stdin=subprocess.PIPE,
@@ -162,7 +162,7 @@ class Worker:
         return self._process
 
 
-def _resident(process: int) -> int:
+def _resident_memory(process: int) -> int:
     try:
         status = Path(f"/proc/{process}/status").read_text(encoding="ascii")
     except OSError:
@@ -177,13 +177,13 @@ def work(folder: Path) -> None:
     from sweep import cli
 
     for warm in (["verify", "rolling.nc"], ["plot", "rolling.nc", "--regimes", "-o", "OUT/warm.png"]):
-        _ended(cli.main, warm, folder)
+        _run_line(cli.main, warm, folder)
     print("ready", file=answers, flush=True)
     for line in sys.stdin:
-        print(json.dumps(_ended(cli.main, json.loads(line), folder)), file=answers, flush=True)
+        print(json.dumps(_run_line(cli.main, json.loads(line), folder)), file=answers, flush=True)
 
 
-def _ended(main: object, line: list[str], folder: Path) -> dict[str, object]:
+def _run_line(main: object, line: list[str], folder: Path) -> dict[str, object]:
     import traceback
 
     # C libraries write to the file descriptors, bypassing sys.stdout
@@ -192,7 +192,7 @@ def _ended(main: object, line: list[str], folder: Path) -> dict[str, object]:
         os.dup2(handle, number)
     sys.argv = ["eulerdisk", *line]
     _reset_peak()
-    began = _worked()
+    began = _processor_time()
     status: object = 0
     try:
         main()  # type: ignore[operator]
@@ -203,12 +203,12 @@ def _ended(main: object, line: list[str], folder: Path) -> dict[str, object]:
         traceback.print_exc()
     sys.stdout.flush()
     sys.stderr.flush()
-    seconds = _worked() - began
+    seconds = _processor_time() - began
     texts = [_text(handle) for handle in handles]
     return {"status": status, "out": texts[0], "err": texts[1], "seconds": seconds, "resident": _peak()}
 
 
-def _worked() -> float:
+def _processor_time() -> float:
     """Return the processor time [s] of this process and its finished children."""
     return sum(os.times()[:4])
 
@@ -242,7 +242,7 @@ def cases(folder: Path, options: argparse.Namespace) -> Iterator[tuple[str, list
     for number in range(options.first, options.first + options.count):
         dice = random.Random(f"{options.seed} file {number}")
         path = folder / f"case-{number}.nc"
-        how = damaged(path, wholes, dice)
+        how = damage_file(path, wholes, dice)
         for name in options.commands:
             line = READING[name].format(path.name).replace("WHOLE", dice.choice(wholes).name)
             yield f"file {number} ({how})", line.split()
@@ -264,7 +264,7 @@ def _remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def prepared(folder: Path) -> None:
+def prepare_atlases(folder: Path) -> None:
     """Compute the intact atlases in a folder."""
     import shlex
 
@@ -306,7 +306,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory(prefix="eulerdisk-fuzz-") as name:
         folder = options.keep or Path(name)
         folder.mkdir(exist_ok=True)
-        prepared(folder)
+        prepare_atlases(folder)
         wrong = fuzz(folder, options)
     if wrong:
         sys.exit(f"scripts/fuzz: {wrong} cases did not end well")

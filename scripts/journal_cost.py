@@ -43,7 +43,7 @@ def large(folder: Path, cells: int, pairs: int) -> None:
         processor, memory = used.ru_utime + used.ru_stime, used.ru_maxrss * 1024 / 1e9
         os.write(answer, struct.pack("4d", took, processor, spent[0], memory))
 
-    def measured(journaled: bool) -> tuple[float, ...]:
+    def measure(journaled: bool) -> tuple[float, ...]:
         reading, writing = os.pipe()
         number = os.fork()
         if number == 0:
@@ -63,7 +63,7 @@ def large(folder: Path, cells: int, pairs: int) -> None:
     print(f"large: {spec.size} cells; the disk takes {disk_rate(folder) / 1e6:.0f} MB/s", flush=True)
     for pair in range(pairs):
         # alternate the order, so that neither profits from the caches of the other
-        found = {journaled: measured(journaled) for journaled in ((True, False), (False, True))[pair % 2]}
+        found = {journaled: measure(journaled) for journaled in ((True, False), (False, True))[pair % 2]}
         (took, used, kept, memory), (bare_took, bare_used, *_) = found[True], found[False]
         print(
             f"large: {took:.0f} s ({spec.size / took:.3g} cells/s), {memory:.2f} GB resident at most, "

@@ -111,7 +111,7 @@ def _odd_value(dice: random.Random) -> str:
     )  # fmt: skip
 
 
-def _mutated(dice: random.Random) -> bytes:
+def _mutate(dice: random.Random) -> bytes:
     content = bytearray(
         b'roll_rate = "2:4:9"\ntilt = "1deg:5deg:4:log"\ncriterion = "departure:5deg"\ntitle = "a"\n'
     )
@@ -132,8 +132,8 @@ FILES: tuple[tuple[str, Callable[[Path, random.Random], None]], ...] = (
     ("odd value", _text(lambda dice: f"{dice.choice(_NAMES[:24])} = {_odd_value(dice)}\n")),
     ("odd value", _text(lambda dice: f"{dice.choice(_NAMES[:22])} = {_odd_value(dice)}\n")),
     ("odd title", _text(lambda dice: f'title = """{dice.choice(TEXTS)}"""\n')),
-    ("changed bytes", _text(_mutated)),
-    ("changed bytes", _text(_mutated)),
+    ("changed bytes", _text(_mutate)),
+    ("changed bytes", _text(_mutate)),
     ("noise", _text(lambda dice: dice.randbytes(dice.choice((1, 100, 10_000))))),
     ("nested arrays", _text(lambda dice: "a = " + "[" * dice.choice((900, 5000, 10**5)))),
     ("nested tables", _text(lambda dice: "a = " + "{b = " * dice.choice((300, 5000)))),

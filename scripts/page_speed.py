@@ -98,9 +98,12 @@ def _compare(page: "Page", preset: str, windows: list[tuple[int, int, str]], rou
         warm = [page.evaluate(WINDOW, asked)]
         while sum(warm) < WARM:
             warm.append(page.evaluate(WINDOW, asked))
-        _by_python(view, width, height, quantity)
+        _time_python(view, width, height, quantity)
         times = np.array(
-            [(page.evaluate(WINDOW, asked), _by_python(view, width, height, quantity)) for _ in range(rounds)]
+            [
+                (page.evaluate(WINDOW, asked), _time_python(view, width, height, quantity))
+                for _ in range(rounds)
+            ]
         )
         of_page, of_python = np.median(times, axis=0)
         least_page, least_python = times.min(axis=0)
@@ -110,7 +113,7 @@ def _compare(page: "Page", preset: str, windows: list[tuple[int, int, str]], rou
         print(f"{preset}, {quantity} {width} x {height}: {told}, {beside}, {ratios}", flush=True)
 
 
-def _by_python(view: View, width: int, height: int, quantity: str) -> float:
+def _time_python(view: View, width: int, height: int, quantity: str) -> float:
     """Return the time [ms] in which Python computes a window."""
     begun = time.perf_counter()
     x, y = np.meshgrid(view.x.values(width), view.y.values(height))

@@ -48,16 +48,16 @@ def main() -> None:
         for preset in given.presets:
             path = Path(folder) / f"{preset}.html"
             export(subject_of(preset, {}), path)
-            _tell(browser, f"page of {preset}", path.as_uri(), given.least)
+            _print_tasks(browser, f"page of {preset}", path.as_uri(), given.least)
         first = given.presets[0]
         with served(first) as running:
-            _tell(browser, f"explore {first}", running.url, given.least)
+            _print_tasks(browser, f"explore {first}", running.url, given.least)
 
 
-def _tell(browser: "Browser", name: str, address: str, least: float) -> None:
+def _print_tasks(browser: "Browser", name: str, address: str, least: float) -> None:
     """Print the longest tasks of each action on a page."""
     page = browser.new_page(viewport={"width": 1280, "height": 800}, reduced_motion="reduce")
-    for deed, do in _deeds(page, f"{address}#base="):
+    for deed, do in _actions(page, f"{address}#base="):
         tasks = [each for each in _tasks(browser, page, do) if each[0] >= least]
         told = "; ".join(
             f"{busy:.0f} ms of processor time in {passed:.0f} ms, {what}" for busy, passed, what in tasks[:3]
@@ -66,7 +66,7 @@ def _tell(browser: "Browser", name: str, address: str, least: float) -> None:
     page.close()
 
 
-def _deeds(page: "Page", address: str) -> Iterator[tuple[str, Callable[[], Any]]]:
+def _actions(page: "Page", address: str) -> Iterator[tuple[str, Callable[[], Any]]]:
     """Yield the actions on a page and their names, one after the other."""
     yield "opened", partial(page.goto, address)
     box = page.locator("#map .picture").bounding_box()

@@ -57,7 +57,7 @@ def compute(name: str, **changes: str) -> "xr.Dataset":
     return with_coefficients(sweep.run(sweep.SweepSpec(**{**SHARED, **MAPS[name], **changes})))
 
 
-def agreement(atlas: "xr.Dataset") -> str:
+def describe_agreement(atlas: "xr.Dataset") -> str:
     """Return how verdicts agree with the sign of k, and measured rates with its root, as text."""
     spec = sweep.SweepSpec.from_canonical(atlas.attrs["sweep_spec"])
     k, verdict = atlas.stability_coefficient.values, atlas.stability.values
@@ -207,7 +207,7 @@ def main() -> None:
     check_format(request.output)
     atlases = {name: compute(name) for name in MAPS}
     for name, atlas in atlases.items():
-        print(f"{TITLES[name]}:\n  {agreement(atlas)}")
+        print(f"{TITLES[name]}:\n  {describe_agreement(atlas)}")
         if request.atlases:
             sweep.save(atlas, request.atlases / f"steady-{name}.nc", overwrite=True)
     plots.save(figure(atlases), request.output)

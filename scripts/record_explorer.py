@@ -111,7 +111,7 @@ def settle(page: Page) -> None:
     page.wait_for_selector(COMPLETE)
 
 
-def on_screen(page: Page, across: float, up: float) -> tuple[float, float]:
+def window_position(page: Page, across: float, up: float) -> tuple[float, float]:
     """Return the position in the window of a place in the picture, from -1 to 1."""
     box = page.locator(f"{MAP} canvas.picture").bounding_box()
     assert box is not None
@@ -132,7 +132,7 @@ def zoom_in(page: Page, camera: Camera) -> None:
     """Turn the wheel over the boundary, and take a frame after each turn."""
     for turn in range(TURNS):
         if turn % AIM == 0:
-            page.mouse.move(*on_screen(page, *boundary(page, SMALL)))
+            page.mouse.move(*window_position(page, *boundary(page, SMALL)))
         page.mouse.wheel(0, TURN)
         camera.frames()
     settle(page)
@@ -144,14 +144,14 @@ def choose(page: Page, beside: float, *, second: bool) -> None:
     across, up = boundary(page)
     if second:
         page.keyboard.down("Shift")
-    page.mouse.click(*on_screen(page, across, up + beside))
+    page.mouse.click(*window_position(page, across, up + beside))
     if second:
         page.keyboard.up("Shift")
     page.wait_for_selector(f"#motions canvas >> nth={int(second)}")
 
 
 @contextmanager
-def opened(browser: Browser, url: str, size: dict[str, int], light: str) -> Iterator[Page]:
+def open_page(browser: Browser, url: str, size: dict[str, int], light: str) -> Iterator[Page]:
     """Open the page; raise an error if it reports a problem."""
     # frames may be slow, because the clock of the motions is set explicitly
     context = browser.new_context(viewport=size, color_scheme=light, reduced_motion="reduce")  # type: ignore[arg-type]
@@ -167,7 +167,7 @@ def opened(browser: Browser, url: str, size: dict[str, int], light: str) -> Iter
 
 def take_picture(browser: Browser, url: str, light: str, path: Path) -> None:
     """Take a picture of the page with the motions of two starts."""
-    with opened(browser, url, PICTURE, light) as page:
+    with open_page(browser, url, PICTURE, light) as page:
         for beside, second in ((-BESIDE, False), (BESIDE, True)):
             choose(page, beside, second=second)
         settle(page)
@@ -178,7 +178,7 @@ def take_picture(browser: Browser, url: str, light: str, path: Path) -> None:
 
 def record(browser: Browser, url: str, path: Path) -> None:
     """Film a zoom into the boundary and a click on each side of it."""
-    with tempfile.TemporaryDirectory() as folder, opened(browser, url, RECORDING, "light") as page:
+    with tempfile.TemporaryDirectory() as folder, open_page(browser, url, RECORDING, "light") as page:
         camera = Camera(page, Path(folder))
         camera.frames(RATE)
         zoom_in(page, camera)

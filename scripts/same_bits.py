@@ -56,7 +56,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         for name in given.only:
             before, now = (
-                computed(checkout, name, Path(folder) / f"{name}-{number}.nc")
+                compute(checkout, name, Path(folder) / f"{name}-{number}.nc")
                 for number, checkout in enumerate((given.other.resolve(), here))
             )
             for sentence in differences(before, now):
@@ -66,7 +66,7 @@ def main() -> int:
     return 1 if found else 0
 
 
-def computed(checkout: Path, name: str, path: Path) -> Path:
+def compute(checkout: Path, name: str, path: Path) -> Path:
     """Compute an atlas with the code of a checkout; return `path`, its file."""
     words = [sys.executable, "-m", "sweep", "run", "-q", *ATLASES[name].split(), "-o", str(path)]
     environment = {**os.environ, "PYTHONPATH": str(checkout), "SOURCE_DATE_EPOCH": "0"}

@@ -32,7 +32,7 @@ def npm() -> str:
     return found
 
 
-def fetched(package: dict[str, Any], folder: Path) -> bytes:
+def fetch(package: dict[str, Any], folder: Path) -> bytes:
     """Return the tarball of a package from npm."""
     wanted = f"{package['name']}@{package['version']}"
     done = subprocess.run(
@@ -43,12 +43,12 @@ def fetched(package: dict[str, Any], folder: Path) -> bytes:
     return (folder / done.stdout.split()[-1]).read_bytes()
 
 
-def integrity_of(tarball: bytes) -> str:
+def hash_tarball(tarball: bytes) -> str:
     """Return the hash of a tarball in npm's format."""
     return "sha512-" + base64.b64encode(hashlib.sha512(tarball).digest()).decode()
 
 
-def vendored(package: dict[str, Any], tarball: bytes, folder: Path) -> dict[str, bytes]:
+def read_files(package: dict[str, Any], tarball: bytes, folder: Path) -> dict[str, bytes]:
     """Return the content of each file of a package by its name in the vendor folder."""
     path = folder / "tarball"
     path.write_bytes(tarball)
@@ -80,7 +80,7 @@ def record(packages: list[dict[str, Any]], preface: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def preface_of(text: str) -> str:
+def read_preface(text: str) -> str:
     """Return the leading comment of SOURCES.toml."""
     return text[: text.index("[[packages]]")]
 
@@ -100,11 +100,11 @@ def main() -> None:
     differing = []
     with tempfile.TemporaryDirectory() as temporary:
         for package in packages:
-            tarball = fetched(package, Path(temporary))
-            if package.get("integrity") != integrity_of(tarball):
+            tarball = fetch(package, Path(temporary))
+            if package.get("integrity") != hash_tarball(tarball):
                 differing.append(f"the tarball of {package['name']}")
-                package["integrity"] = integrity_of(tarball)
-            files |= vendored(package, tarball, Path(temporary))
+                package["integrity"] = hash_tarball(tarball)
+            files |= read_files(package, tarball, Path(temporary))
             for file in package["files"]:
                 found = hashlib.sha256(files[file["to"]]).hexdigest()
                 if file.get("sha256") != found:
@@ -114,7 +114,7 @@ def main() -> None:
         raise SystemExit(f"Nothing was written, because these differ from {SOURCES}: {', '.join(differing)}.")
     for name, data in files.items():
         (VENDOR / name).write_bytes(data)
-    SOURCES.write_text(record(packages, preface_of(text)), encoding="utf-8")
+    SOURCES.write_text(record(packages, read_preface(text)), encoding="utf-8")
     print(f"{len(files)} files, {sum(map(len, files.values())) / 1000:.0f} kB, as in {SOURCES.name}.")
 
 

@@ -63,7 +63,7 @@ def _kernel() -> Callable[..., Any]:
     return LOSSY_DISK.integrator(sweep.SweepSpec.from_words("toy", list(TASK))).load()
 
 
-def _integrated(given: Array, tolerance: float) -> tuple[Array, npt.NDArray[np.int32]]:
+def _integrate(given: Array, tolerance: float) -> tuple[Array, npt.NDArray[np.int32]]:
     """Return the measures and counts of the engine."""
     n = given.shape[1]
     measures, counts = np.empty((len(MEASURES), n)), np.zeros((len(COUNTS), n), np.int32)
@@ -73,7 +73,7 @@ def _integrated(given: Array, tolerance: float) -> tuple[Array, npt.NDArray[np.i
 
 
 def _engine(given: Array, tolerance: float) -> tuple[Array, float]:
-    measures, counts = _integrated(given, tolerance)
+    measures, counts = _integrate(given, tolerance)
     return measures[END_TIME], float(counts[STEPS].sum())
 
 
@@ -87,7 +87,7 @@ def _true_times(given: Array) -> Array:
     return np.asarray(found.end_time)
 
 
-def _timed(solve: _Solve, given: Array, setting: float) -> tuple[float, Array, float]:
+def _time(solve: _Solve, given: Array, setting: float) -> tuple[float, Array, float]:
     """Return processor time, times until flat, and steps."""
     began = time.process_time()
     found, steps = solve(given, setting)
@@ -132,7 +132,7 @@ def _row(
 ) -> dict[str, Any]:
     """Return the row of a contender; the least of several times counts, because the machine may have other work."""
     solve, given, setting = task
-    runs = [_timed(solve, given, setting) for _ in range(repeats)]
+    runs = [_time(solve, given, setting) for _ in range(repeats)]
     seconds, steps = min(run[0] for run in runs), runs[0][2]
     each = 1e6 * seconds / given.shape[1]
     return {
@@ -153,7 +153,7 @@ def _toys(along: int) -> dict[str, Any]:
     given = starts(tuple(word.format(along) for word in LONG))
     use_threads(threads)
     began, spent = time.perf_counter(), time.process_time()
-    measures, counts = _integrated(given, TOLERANCE)
+    measures, counts = _integrate(given, TOLERANCE)
     clock, processor = time.perf_counter() - began, time.process_time() - spent
     use_threads(1)
     chunks, full = _chunk_by_chunk(given)
@@ -164,7 +164,7 @@ def _toys(along: int) -> dict[str, Any]:
         "threads": threads,
         "seconds": clock,
         "processor_seconds": processor,
-        "share_of_threads": sum(chunks) / (threads * _longest_of(chunks, threads)),
+        "share_of_threads": sum(chunks) / (threads * _longest_thread(chunks, threads)),
         "share_of_lanes": least / sum(chunks),
         "steps_per_cell": float(steps.mean()),
         "ns_per_step": 1e9 * sum(chunks) / float(steps.sum()),
@@ -186,17 +186,17 @@ def _chunk_by_chunk(given: Array) -> tuple[list[float], dict[int, float]]:
     for first in range(0, given.shape[1], CHUNK):
         chunk = np.ascontiguousarray(given[:, first : first + CHUNK])
         began = time.process_time()
-        _, counts = _integrated(chunk, TOLERANCE)
+        _, counts = _integrate(chunk, TOLERANCE)
         chunks.append(time.process_time() - began)
         for cell in np.linspace(0, chunk.shape[1] - 1, _SAMPLE).astype(int):
             copies = np.ascontiguousarray(np.repeat(chunk[:, cell : cell + 1], _COPIES, axis=1))
-            seconds, _, steps = _timed(_engine, copies, TOLERANCE)
+            seconds, _, steps = _time(_engine, copies, TOLERANCE)
             often = int(counts[REFINEMENTS, cell])
             spent[often] = spent.get(often, np.zeros(2)) + np.array([seconds, steps])
     return chunks, {often: float(seconds / steps) for often, (seconds, steps) in spent.items()}
 
 
-def _longest_of(chunks: list[float], threads: int) -> float:
+def _longest_thread(chunks: list[float], threads: int) -> float:
     """Return how long the last thread works if each thread takes the next chunk, as in the kernels."""
     stride, busy = coprime_stride(len(chunks)), [0.0] * threads
     for turn in range(len(chunks)):

@@ -32,7 +32,7 @@ FLAT_TILT = math.radians(89.9)
 _LONGEST = 1e6
 
 
-def scaled(given: Array) -> tuple[Array, Array, Array]:
+def scale_starts(given: Array) -> tuple[Array, Array, Array]:
     """Return scaled states (tilt and three rates) and constants (alpha, arm, drag) of starts, and the time unit [s]."""
     unit = np.sqrt(given[RADIUS] / given[GRAVITY])
     layer = np.sqrt(given[AIR_VISCOSITY] * given[AIR_DENSITY])
@@ -72,7 +72,7 @@ def _step(a, b, c, d, alpha, arm, drag, h):
 
 
 @numba.njit(error_model="numpy", parallel=True)
-def until_flat(states, constants, share, times, steps):
+def integrate_until_flat(states, constants, share, times, steps):
     """Integrate by RK4, cell by cell in a parallel loop, with steps of `share` divided by the present fastest rate."""
     for cell in numba.prange(states.shape[1]):
         a, b, c, d = states[0, cell], states[1, cell], states[2, cell], states[3, cell]
@@ -93,9 +93,9 @@ def until_flat(states, constants, share, times, steps):
 
 def plain(given: Array, share: float) -> tuple[Array, float]:
     """Return the times of the plain loop, and its number of steps."""
-    states, constants, unit = scaled(given)
+    states, constants, unit = scale_starts(given)
     times, steps = np.empty(unit.size), np.empty(unit.size, np.int64)
-    until_flat(states, constants, share, times, steps)
+    integrate_until_flat(states, constants, share, times, steps)
     return unit * times, float(steps.sum())
 
 
@@ -146,7 +146,7 @@ class Heyoka:
         if tolerance not in self._integrators:
             self._integrators[tolerance] = self._integrator(tolerance)
         integrator = self._integrators[tolerance]
-        (tilt, w, turning, f), constants, unit = scaled(given)
+        (tilt, w, turning, f), constants, unit = scale_starts(given)
         sin, cos = np.sin(tilt), np.cos(tilt)
         states = np.stack([sin, cos, w, turning * cos, (1.0 + constants[0]) * (f + turning * sin)])
         found = np.full(unit.size, math.nan)

@@ -53,7 +53,7 @@ def _wobbles(cells: int) -> tuple[Array, Array, Array]:
     return 0.5 * math.pi - inclination, rate, -rate * np.cos(inclination)
 
 
-def _without(cells: int) -> _Timed:
+def _prepare_without_losses(cells: int) -> _Timed:
     kernel = DISK.integrate.load()
     tilts, rates, rolls = _wobbles(cells)
     rows = (
@@ -74,7 +74,7 @@ def _without(cells: int) -> _Timed:
     return timed
 
 
-def _with(law: dict[str, float], cells: int) -> _Timed:
+def _prepare_with_law(law: dict[str, float], cells: int) -> _Timed:
     tilts, rates, rolls = _wobbles(cells)
     code = int("air_viscosity" in law) + int("air_density" in law)
     has = ("contour_friction" in law, "contour_damping" in law, "rolling_friction" in law)
@@ -102,7 +102,9 @@ def measure(repeats: int, cells: int = 240) -> dict[str, float]:
 
     Requires that one thread is set.
     """
-    timed = {"none": _without(cells)} | {name: _with(law, cells) for name, law in _LAWS.items()}
+    timed = {"none": _prepare_without_losses(cells)} | {
+        name: _prepare_with_law(law, cells) for name, law in _LAWS.items()
+    }
     least = dict.fromkeys(timed, math.inf)
     for _ in range(repeats):
         for name, solve in timed.items():

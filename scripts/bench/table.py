@@ -167,7 +167,7 @@ def page_block(records: dict[str, dict[str, Any]]) -> str:
         error = max(row["error"] for row in rows if row)
         cells = " | ".join(_cost(row) if row else "" for row in rows)
         lines.append(f"| {name} | {f'{error:.0e}' if error else 'reference'} | {cells} |")
-    lines += ["", *(_in_words(found) for found in records.values()), ""]
+    lines += ["", *(_summary_line(found) for found in records.values()), ""]
     for found in records.values():
         lines += _systems_table(found)
     return "\n".join(lines).replace("e+0", "e").replace("e-0", "e-")
@@ -221,7 +221,7 @@ def _cost(row: dict[str, Any]) -> str:
     return f"{_two(row['us_per_cell']['median'])} µs ({_two(ratio)} ×)"
 
 
-def _in_words(found: dict[str, Any]) -> str:
+def _summary_line(found: dict[str, Any]) -> str:
     """Return the kernel's speed relative to a plain loop and to the machine's rate, in one line."""
     held, (kernel, long) = found["machine"], found["kernel"][:2]
     # records from before whole commands were measured contain only a run

@@ -218,7 +218,7 @@ class Heyoka:
             number = self._pars.get(node.name)
             return self._heyoka.time if number is None else self._heyoka.par[number]
         if id(node) not in self._known:
-            self._known[id(node)] = _OPERATIONS.get(node.name, _called)(
+            self._known[id(node)] = _OPERATIONS.get(node.name, _call_function)(
                 self._heyoka, node.name, *map(self._expression, node.arguments)
             )
         return self._known[id(node)]
@@ -255,7 +255,7 @@ class Heyoka:
             yield own.state.copy(), own.time, -outcome - 1 if outcome > -1000 else -1, max(self._tops)
 
 
-def _called(heyoka: Any, name: str, argument: Any) -> Any:
+def _call_function(heyoka: Any, name: str, argument: Any) -> Any:
     return getattr(heyoka, name)(argument)
 
 

@@ -27,13 +27,13 @@ _RUNNER = (
 def measure(quick: bool) -> dict[str, dict[str, Any]]:
     """Return seconds, memory and the least possible seconds of `run`, `verify` and `compare`, with all threads."""
     # a few cells first, because `bench.start` measures the cost of an empty cache
-    _measured(10**4)
-    found = _measured(10**6 if quick else 10**7)
+    _measure(10**4)
+    found = _measure(10**6 if quick else 10**7)
     print(f"benchmark: {found['run']['cells']} cells run, verified and compared", file=sys.stderr)
     return found
 
 
-def _measured(count: int) -> dict[str, dict[str, Any]]:
+def _measure(count: int) -> dict[str, dict[str, Any]]:
     spec = sweep.SweepSpec.from_words("rolling", grid(count))
     threads = most_threads()
     with tempfile.TemporaryDirectory() as folder:

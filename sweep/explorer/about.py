@@ -71,7 +71,7 @@ def about(given: SweepSpec | None, stored: Stored | None = None) -> dict[str, An
     # a page has one module of kernels, either of the disk, or of a body, or of a system
     if not has_own_module(given):
         bases |= {name: preset(name) for name in base_names()}
-    by_base = {name: _shown(spec, stored if name == "" else None) for name, spec in bases.items()}
+    by_base = {name: _quantities(spec, stored if name == "" else None) for name, spec in bases.items()}
     shown = {name: each for held in by_base.values() for name, each in held.items()}
     peaks = {spec.model.peak for spec in bases.values()}
     rows = {
@@ -113,7 +113,7 @@ def _is_live(live: SweepSpec) -> bool:
     return live.method == "exact" or is_system(live)
 
 
-def _shown(spec: SweepSpec, stored: Stored | None) -> dict[str, Shown]:
+def _quantities(spec: SweepSpec, stored: Stored | None) -> dict[str, Shown]:
     """Return the quantities of a base that the map can show, from computed and from stored cells."""
     live = _live(spec)
     computed = shown_of(live) if stored is None or _is_live(live) else {}

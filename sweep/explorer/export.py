@@ -56,12 +56,12 @@ _STYLE = re.compile(r'<link rel="stylesheet" href="\./page/([^"]+)" ?/?>')
 _MAIN = re.compile(r'<script type="module" src="\./page/([^"]+)"></script>')
 
 
-def _go_on() -> None:
+def _continue() -> None:
     """Continue."""
 
 
 def export(
-    subject: Subject, path: Path, *, overwrite: bool = False, check: Callable[[], None] = _go_on
+    subject: Subject, path: Path, *, overwrite: bool = False, check: Callable[[], None] = _continue
 ) -> None:
     """Write the page, with the cells of an atlas if there is one. The file appears only when it is complete.
 
@@ -117,7 +117,7 @@ def _check_plane(spec: SweepSpec) -> View:
     return view
 
 
-def held_page(subject: Subject, check: Callable[[], None] = _go_on) -> dict[str, Any]:
+def held_page(subject: Subject, check: Callable[[], None] = _continue) -> dict[str, Any]:
     """Return the contents of the page; see the module, and `export` for `check`.
 
     Raises
@@ -160,7 +160,7 @@ def _stored_cells(view: View, stored: Stored, check: Callable[[], None]) -> dict
             where=stored.label,
         )
     cells = {
-        name: _narrowed(shown.values(spec, {need: stored.plane(need, view) for need in shown.needs}))
+        name: _narrow(shown.values(spec, {need: stored.plane(need, view) for need in shown.needs}))
         for name, shown in stored.quantities().items()
     }
     cells["verdict"] = stored.plane("stability", view).astype(np.uint8)
@@ -172,10 +172,10 @@ def _stored_cells(view: View, stored: Stored, check: Callable[[], None]) -> dict
     for name, values in cells.items():
         # compressing a large variable takes a second
         check()
-        packed[name] = _packed(values)
+        packed[name] = _pack(values)
     return {
-        "x": _packed(x),
-        "y": _packed(y),
+        "x": _pack(x),
+        "y": _pack(y),
         "cells": packed,
         "starts": {
             name: value for name, value in starts.items() if isinstance(value, float) and np.isfinite(value)
@@ -183,17 +183,17 @@ def _stored_cells(view: View, stored: Stored, check: Callable[[], None]) -> dict
     }
 
 
-def _narrowed(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def _narrow(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return values.astype(np.uint8 if values.dtype.kind in "iu" else np.float32)
 
 
-def _packed(values: npt.NDArray[Any]) -> dict[str, str]:
+def _pack(values: npt.NDArray[Any]) -> dict[str, str]:
     kind = f"{values.dtype.kind}{values.dtype.itemsize}"
     content = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).tobytes()
-    return {"type": kind, "data": _deflated(content)}
+    return {"type": kind, "data": _deflate(content)}
 
 
-def _deflated(content: bytes) -> str:
+def _deflate(content: bytes) -> str:
     return base64.b64encode(zlib.compress(content, 9)).decode()
 
 
@@ -211,7 +211,7 @@ def page_of(held: Mapping[str, Any], pages: Mapping[str, PageFile]) -> str:
     def text(path: str) -> str:
         return pages[path].content.decode()
 
-    kernels = _deflated(pages[KERNELS].content)
+    kernels = _deflate(pages[KERNELS].content)
 
     def main(found: re.Match[str]) -> str:
         content = json.dumps(held, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")

@@ -120,7 +120,7 @@ def theory(view: View) -> list[dict[str, Any]]:
     names = labels if view.spec.criterion.predictable else ("analytic",)
     for control in controls:
         along = view.x if view.x.name == control else view.y
-        parts = [(part, _edges(view, part, along)) for part in _of_one_sign(along)]
+        parts = [(part, _edges(view, part, along)) for part in _split_by_sign(along)]
         # the theory of a system may cover only one of its parameters
         if any(edges for _, edges in parts):
             break
@@ -138,7 +138,7 @@ def theory(view: View) -> list[dict[str, Any]]:
     ]
 
 
-def _of_one_sign(side: Side) -> list[Side]:
+def _split_by_sign(side: Side) -> list[Side]:
     """Return a side, or its negative and positive parts: theory has different edges for negative rates."""
     low, high = side.ends()
     if not low < 0.0 < high:
@@ -163,7 +163,7 @@ def _contours(view: View, part: Side, along: Side, edges: list[Array]) -> Iterat
     # the theory of a system does not say to which of the two edges its line belongs
     if len(edges) == 2 and not np.array_equal(edges[0], edges[1], equal_nan=True):
         middle, squared = 0.5 * (edges[0] + edges[1]), 0.25 * (edges[1] - edges[0]) ** 2
-        middle, squared = _continued(middle), _continued(squared)
+        middle, squared = _extrapolate(middle), _extrapolate(squared)
         field = (_COLUMNS - middle[:, None]) ** 2 - squared[:, None]
     elif edges:
         field = _COLUMNS - edges[0][:, None]
@@ -176,7 +176,7 @@ def _contours(view: View, part: Side, along: Side, edges: list[Array]) -> Iterat
         yield np.stack(sides if along is view.x else sides[::-1], axis=1).tolist()
 
 
-def _continued(values: Array) -> Array:
+def _extrapolate(values: Array) -> Array:
     """Return the values of the rows, extrapolated linearly by two rows where they are missing."""
     found = values.copy()
     for rows, known in ((found, values), (found[::-1], values[::-1])):

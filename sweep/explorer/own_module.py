@@ -62,11 +62,13 @@ def kernels_of(spec: SweepSpec | None) -> bytes | None:
     code = [f"kernels.page.{room}", "kernels.page.c_library", "kernels.native.wasm"]
     given = json.dumps(arguments)
     with _making:
-        return kept_bytes(f"page_{room}", code, given, lambda: _made(told, _BUILD.format(room=room), given))
+        return kept_bytes(
+            f"page_{room}", code, given, lambda: _make_module(told, _BUILD.format(room=room), given)
+        )
 
 
 @lru_cache(maxsize=8)
-def _made(told: str, program: str, given: str) -> bytes:
+def _make_module(told: str, program: str, given: str) -> bytes:
     """Return the output of a program that makes a module; raises as `kernels_of`."""
     notice(f"Compiling {told} for the page (ten to thirty seconds) ...")
     # Python looks for modules in this folder first: it contains the packages, and no files of the user

@@ -42,7 +42,7 @@ def page_files(kernels: bytes | None = None) -> dict[str, PageFile]:
     kernels : bytes, optional
         The page's WebAssembly module, if it is not the disk's.
     """
-    found = dict(_found(files("sweep.explorer") / "page", ""))
+    found = dict(_find_files(files("sweep.explorer") / "page", ""))
     if kernels is not None:
         found[KERNELS] = PageFile(_TYPES[".wasm"], kernels)
     return found | {
@@ -72,12 +72,12 @@ def with_imports(index: PageFile, addresses: Mapping[str, str]) -> PageFile:
     return PageFile(index.kind, _IMPORT_MAP.sub(lambda _: written, index.content))
 
 
-def _found(folder: Traversable, path: str) -> list[tuple[str, PageFile]]:
+def _find_files(folder: Traversable, path: str) -> list[tuple[str, PageFile]]:
     found: list[tuple[str, PageFile]] = []
     for each in sorted(folder.iterdir(), key=lambda entry: entry.name):
         ending = each.name[each.name.rfind(".") :]
         if each.is_dir():
-            found += _found(each, f"{path}{each.name}/")
+            found += _find_files(each, f"{path}{each.name}/")
         elif ending in _TYPES:
             found.append((path + each.name, PageFile(_TYPES[ending], each.read_bytes())))
     return found

@@ -93,19 +93,19 @@ def plan(view: View) -> dict[str, Any]:
     return {
         "cells": cells,
         "refused": refused,
-        "lossy": cells_of(_to_the_end(spec)) if lossy else None,
-        "disk": (cells or _unjudged(spec)) if rolls else None,
+        "lossy": cells_of(_extend_to_end(spec)) if lossy else None,
+        "disk": (cells or _plan_without_verdict(spec)) if rolls else None,
         "motion": _motion_of(spec) if rolls else None,
     }
 
 
-def _to_the_end(spec: SweepSpec) -> SweepSpec:
+def _extend_to_end(spec: SweepSpec) -> SweepSpec:
     """Return a spec whose cells are followed as long as the motion that is drawn."""
     usual = float(spec.model.settings["duration"].default)
     return spec.replace(duration=max(spec.duration, usual))
 
 
-def _unjudged(spec: SweepSpec) -> dict[str, Any]:
+def _plan_without_verdict(spec: SweepSpec) -> dict[str, Any]:
     """Return how the starts of a spec are completed and reduced without a verdict."""
     model = (BODY_MOTION if is_body(spec) else DISK_MOTION).model
     fall_tilt = getattr(spec, "fall_tilt", model.settings["fall_tilt"].default)
@@ -139,7 +139,7 @@ def _cells(spec: SweepSpec, model: Model) -> dict[str, Any]:
     return {
         "model": model.name,
         "parameters": list(model.parameters),
-        "held": {name: _held(spec, name) for name in model.parameters},
+        "held": {name: _fixed_value(spec, name) for name in model.parameters},
         "rates": [computed.get("precession_rate", 0), computed.get("roll_rate", 0)],
         "from_start": bool(spec.computed) and circling(spec),
         "settings": {name: getattr(spec, name, None) for name in settings},
@@ -160,7 +160,7 @@ def _cells(spec: SweepSpec, model: Model) -> dict[str, Any]:
     }
 
 
-def _held(spec: SweepSpec, name: str) -> float | None:
+def _fixed_value(spec: SweepSpec, name: str) -> float | None:
     """Return the value of a parameter that is no axis; None if it is not a number, or infinite."""
     value = spec.constants.get(name, getattr(spec, name))
     return value if isinstance(value, float) and math.isfinite(value) else None
@@ -250,7 +250,7 @@ def motion_tables() -> dict[str, Any]:
             **{
                 name: {"label": label, "unit": unit, "factor": 1.0} for name, (label, unit) in _SCALED.items()
             },
-            **{name: _described(each) for name, each in samples.items()},
+            **{name: _describe(each) for name, each in samples.items()},
         },
         "disk": _endings(DISK_MOTION),
         "lossy": _endings(LOSSY_MOTION),
@@ -271,7 +271,7 @@ def motion_tables() -> dict[str, Any]:
     }
 
 
-def _described(quantity: Quantity) -> dict[str, Any]:
+def _describe(quantity: Quantity) -> dict[str, Any]:
     unit = quantity.shown_units.replace(" s-1", "/s")
     return {"label": quantity.name.replace("_", " "), "unit": unit, "factor": quantity.plot_scale}
 

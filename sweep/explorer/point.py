@@ -55,7 +55,10 @@ def stored_point(view: View, stored: Stored | None, fields: Mapping[str, Any]) -
         return None
     start, columns = held
     return {
-        "start": {name: _told(stored.spec.model.parameters[name], value) for name, value in start.items()},
+        "start": {
+            name: _number_with_text(stored.spec.model.parameters[name], value)
+            for name, value in start.items()
+        },
         **numbers_of(stored.spec, columns),
         "stored": None,
     }
@@ -74,7 +77,7 @@ def numbers_of(spec: SweepSpec, cell: Columns) -> dict[str, Any]:
             "name": name,
             "label": name.replace("_", " "),
             "description": quantity.long_name,
-            **_told(quantity, float(cell[name][0])),
+            **_number_with_text(quantity, float(cell[name][0])),
         }
         for name, quantity in variables.items()
         if name not in LEFT_OUT and name in cell
@@ -82,7 +85,7 @@ def numbers_of(spec: SweepSpec, cell: Columns) -> dict[str, Any]:
     return {"numbers": numbers, "verdict": variables["stability"].flag(float(cell["stability"][0]))}
 
 
-def _told(quantity: Quantity, value: float) -> dict[str, Any]:
+def _number_with_text(quantity: Quantity, value: float) -> dict[str, Any]:
     if quantity.flags is not None:
         return {"value": value if np.isfinite(value) else None, "text": quantity.flag(value)}
     if not np.isfinite(value):
@@ -116,7 +119,7 @@ def _spec_of_motion(view: View, fields: Mapping[str, Any]) -> SweepSpec | None:
     return SweepSpec(model=model.name, criterion=view.spec.criterion, **words)
 
 
-def _computed(spec: SweepSpec) -> Columns:
+def _compute(spec: SweepSpec) -> Columns:
     """Return the columns of all cells of a small spec."""
     for kernel in spec.model.kernels(spec):
         # compiling takes seconds, in which maps continue
@@ -148,7 +151,7 @@ def explanation(view: View, stored: Stored | None, fields: Mapping[str, Any]) ->
     x, y = place(fields)
     at = {view.x.name: float(x[0]), view.y.name: float(y[0])}
     if alone := _spec_of_motion(view, fields):
-        return _explained(explain(assemble(alone, _computed(alone), "explorer"), {}).text, alone, at)
+        return _shorten_explanation(explain(assemble(alone, _compute(alone), "explorer"), {}).text, alone, at)
     if stored is not None and not view.is_live:
         return NO_CELL if stored.cell(view, *at.values()) is None else stored.explained(view, at)
     axes = {name: Values((value,)) for name, value in at.items()}
@@ -161,10 +164,10 @@ def explanation(view: View, stored: Stored | None, fields: Mapping[str, Any]) ->
         refined = {"boundary": f"refined:{bracket_width(view)!r}"}
     spec = view.live.replace(**axes, **refined)
     # computes single cells on one thread, like motions, in parallel with maps
-    return _explained(explain(assemble(spec, _computed(spec), "explorer"), at).text, spec, at)
+    return _shorten_explanation(explain(assemble(spec, _compute(spec), "explorer"), at).text, spec, at)
 
 
-def _explained(text: str, spec: SweepSpec, at: Mapping[str, float]) -> str:
+def _shorten_explanation(text: str, spec: SweepSpec, at: Mapping[str, float]) -> str:
     """Return the text for a cell that was computed for it, without the count of cells and without the file."""
     parameters = spec.model.parameters
     where = ", ".join(f"{name} {parameters[name].spell(value)}" for name, value in at.items())

@@ -133,9 +133,9 @@ class Server(ThreadingHTTPServer):
         name = INDEX if path == "" else path.removeprefix("page/") if path.startswith("page/") else None
         if request.method == "GET":
             if path == "about":
-                return self._made(lambda: self._answers.about)
+                return self._make_answer(lambda: self._answers.about)
             if name == KERNELS and self._answers.has_own_kernels:
-                return self._made(lambda: self._answers.kernels)
+                return self._make_answer(lambda: self._answers.kernels)
             if name in self._pages:
                 page = self._pages[name]
                 headers = {"Content-Security-Policy": self._policy} if name == INDEX else {}
@@ -143,13 +143,13 @@ class Server(ThreadingHTTPServer):
             if path in self._answers:
                 return _problem(405, "This address needs POST.", {"Allow": "POST"})
             return _problem(404, "There is nothing at this address.")
-        body = _body_of(request)
+        body = _read_body(request)
         if isinstance(body, Answer):
             return body
         if path not in self._answers:
             status = 405 if path == "about" or name is not None else 404
             return _problem(status, "This address does not accept POST.", {"Allow": "GET"})
-        return self._made(lambda: self._answers.answer(path, read_json(body), request.check))
+        return self._make_answer(lambda: self._answers.answer(path, read_json(body), request.check))
 
     def _refusal(self, path: str, headers: Mapping[str, str]) -> str:
         """Return why a request is refused; empty if it is accepted.
@@ -170,7 +170,7 @@ class Server(ThreadingHTTPServer):
             return "The address needs the token that eulerdisk explore printed."
         return ""
 
-    def _made(self, make: Callable[[], Answer]) -> Answer:
+    def _make_answer(self, make: Callable[[], Answer]) -> Answer:
         """Return the answer that `make` creates, or an answer that reports its error."""
         try:
             # values from a page may be arbitrarily large
@@ -217,7 +217,7 @@ class Server(ThreadingHTTPServer):
             traceback.print_exception(problem)
 
 
-def _body_of(request: Request) -> bytes | Answer:
+def _read_body(request: Request) -> bytes | Answer:
     """Return the body of a request, or an answer that says why it cannot be read."""
     length = request.headers.get("Content-Length", "")
     if request.headers.get("Transfer-Encoding") or not (length.isascii() and length.isdigit()):
@@ -227,10 +227,10 @@ def _body_of(request: Request) -> bytes | Answer:
     if request.headers.get("Content-Type", "").partition(";")[0].strip().lower() != JSON:
         return _problem(415, f"A request must be {JSON}.")
     body = request.body(int(length))
-    return _not_arrived() if body is None else body
+    return _late_answer() if body is None else body
 
 
-def _not_arrived() -> Answer:
+def _late_answer() -> Answer:
     return _problem(
         HTTPStatus.REQUEST_TIMEOUT, f"The request did not arrive completely within {_ARRIVAL:g} s."
     )
@@ -312,7 +312,7 @@ class _Handler(BaseHTTPRequestHandler):
         headers: Any = self.headers
         # it may lack lines, or the end of a line
         if self._arrival.is_late:
-            self._send(_not_arrived())
+            self._send(_late_answer())
             return
         self._send(self.server.app(Request(self.command, self.path, headers, self._read, self._check)))
 

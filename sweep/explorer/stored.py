@@ -210,7 +210,8 @@ class Stored:
         sides = (view.y.name, rows), (view.x.name, columns)
         size = math.prod(len(getattr(self.spec, side)) for side, _ in sides)
         parts = [
-            (side, *((0, None, 1) if size <= _MOST_CELLS else _thinned(places))) for side, places in sides
+            (side, *((0, None, 1) if size <= _MOST_CELLS else _choose_slice(places)))
+            for side, places in sides
         ]
         held = self._kept(name, tuple(place.items()), *parts)
         indices = (
@@ -241,7 +242,7 @@ def borders_of(values: Array) -> Array:
     return np.concatenate(([first], middles, [last]))
 
 
-def _thinned(places: npt.NDArray[np.intp]) -> tuple[int, int, int]:
+def _choose_slice(places: npt.NDArray[np.intp]) -> tuple[int, int, int]:
     """Return the start, end and step of a slice that covers the places, with only every k-th if they are many."""
     first, last = int(places[0]), int(places[-1])
     return first, last + 1, max(1, (last - first + 1) // int(np.sqrt(_MOST_CELLS)))

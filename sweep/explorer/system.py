@@ -22,12 +22,12 @@ def system_cells(model: SystemModel) -> dict[str, Any]:
     return {
         "passes": list(passes.PASSES),
         "states": [each.name for each in definition.states],
-        "state_ends": [_named(each.name + tables.AT_END) for each in definition.states],
+        "state_ends": [_with_error_name(each.name + tables.AT_END) for each in definition.states],
         "end_time": end_time,
         "end_time_stated": tables.stated(end_time),
         "measures": [
             {
-                **_named(each.name),
+                **_with_error_name(each.name),
                 "kind": each.kind,
                 "expressions": [_plain(node) for node in each.expressions],
             }
@@ -41,7 +41,7 @@ def system_cells(model: SystemModel) -> dict[str, Any]:
     }
 
 
-def _named(name: str) -> dict[str, str]:
+def _with_error_name(name: str) -> dict[str, str]:
     return {"name": name, "stated": tables.stated(name)}
 
 

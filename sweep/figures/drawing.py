@@ -141,14 +141,14 @@ def draw_profile(axes: "Axes", panel: Panel) -> None:
     flags = panel.shade.quantity.flags
     axes.plot(x, values, color="0.6", zorder=1, drawstyle="default" if flags is None else "steps-mid")
     for name, cells in (*panel.verdicts(), ("undecided", panel.undecided)):
-        some = _thinned(cells & np.isfinite(values))
+        some = _choose_cells(cells & np.isfinite(values))
         if some.size:
             marker, face = _VERDICTS[name]
             axes.plot(
                 x[some], values[some], marker, color=INK, markersize=3.5, markerfacecolor=face, label=name
             )
     if panel.marked.any():
-        some = _thinned(panel.marked & np.isfinite(values))
+        some = _choose_cells(panel.marked & np.isfinite(values))
         axes.plot(x[some], values[some], "+", color="#c8380a", markersize=5.0, label=panel.marking)
     set_scale(axes, "x", panel.x)
     _span(axes, panel, panel.no_result & np.isnan(values), panel.lost, **_LOST)
@@ -167,7 +167,7 @@ def draw_profile(axes: "Axes", panel: Panel) -> None:
     add_second_axis(axes, "x", panel.x)
 
 
-def _thinned(cells: Truths) -> Any:
+def _choose_cells(cells: Truths) -> Any:
     """Return the indices of the cells to draw, including the first and the last of every run."""
     places = np.flatnonzero(cells)
     step = -(-len(cells) // _MOST_CELLS)

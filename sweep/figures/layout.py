@@ -149,12 +149,12 @@ def figure_of(
         If there is no room, or there are several items for a caller's axes.
     """
     if axes is not None:
-        return _figure_in(axes, items, block, look, bar)
+        return _draw_in_axes(axes, items, block, look, bar)
     columns = columns or columns_of(len(items), look, *widths)
     with sheet(*size_of(columns, look, widths[0]), look.font_size, "none") as drawn:
         blocks = [block(drawn.add_axes((0.2, 0.2, 0.6, 0.6)), each) for each in items]
         if len(blocks) > 1:
-            _tell_apart(blocks, files)
+            _add_letters(blocks, files)
         drawn.set_label(_text(title, blocks, common or (), bar))
         layout = _Layout(drawn, blocks, columns, look, bar, title)
         layout.write_legends(common)
@@ -171,7 +171,7 @@ def figure_of(
     return drawn
 
 
-def _figure_in(
+def _draw_in_axes(
     axes: "Axes", items: Sequence[Any], block: "Callable[[Axes, Any], Block]", look: Look, bar: Bar | None
 ) -> "Figure":
     """Draw a panel into a caller's axes, which keep their position, with the legend below their labels.
@@ -291,7 +291,7 @@ class _Layout:
                 legend = _add_legend(block.lowest, named, block.caption, room, self.without, columns)
                 self.legends.append(legend)
             return
-        named = _together(found)
+        named = _merge_entries(found)
         # a legend has no numbers on its left
         room = self.empty * self._column() - 2.5 * self.letter
         if self.empty:
@@ -410,9 +410,9 @@ class _Layout:
         # unless the figure's height is given, the height of panels follows from their width
         lacking = least - (across if self.height is not None else min(across, up))
         if lacking > 0.0:
-            needed.append(f"width={_generous(self.width + lacking * self.columns)}")
+            needed.append(f"width={_round_up(self.width + lacking * self.columns)}")
         if up < least and self.height is not None:
-            needed.append(f"height={_generous(total + (least - up) * self.rows)}")
+            needed.append(f"height={_round_up(total + (least - up) * self.rows)}")
         raise RequestError(
             f"The figure has no room for its panels: after labels, numbers and legends in letters of "
             f"{72.0 * self.letter:g} points they would be {25.4 * max(across, 0.0):.0f} mm wide and "
@@ -442,7 +442,7 @@ class _Layout:
         return np.asarray(np.maximum(found, 0.0) / self.drawn.dpi)
 
 
-def _generous(inches: float) -> str:
+def _round_up(inches: float) -> str:
     """Return a length with a margin for labels that change with it: a tenth more, in steps of 5 mm."""
     return f"{5 * math.ceil(1.1 * 25.4 * inches / 5.0)}mm"
 
@@ -464,7 +464,7 @@ def _write_names(block: Block) -> None:
                 name_end(room, text, (0.0, height))
 
 
-def _together(found: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _merge_entries(found: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return the entries of several legends as those of a single one."""
     every = {label: handle for named in reversed(found) for label, handle in named.items()}
     order = dict.fromkeys(label for named in found for label in named)
@@ -473,7 +473,7 @@ def _together(found: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return joined({label: every[label] for label in once})
 
 
-def _tell_apart(blocks: Sequence[Block], files: Sequence[str]) -> None:
+def _add_letters(blocks: Sequence[Block], files: Sequence[str]) -> None:
     """Give panels of several atlases letters and the names of their files."""
     for i, (block, name) in enumerate(zip(blocks, files, strict=False)):
         block.letter = f"({ascii_lowercase[i] if i < len(ascii_lowercase) else i + 1})"
@@ -487,7 +487,7 @@ def _text(title: str, blocks: Sequence[Block], common: Sequence[str], bar: Bar |
     """
     parts = [title, *common]
     if common:
-        parts += _together([block.legend() for block in blocks])
+        parts += _merge_entries([block.legend() for block in blocks])
     else:
         parts += [
             part for each in blocks for part in (f"{each.letter} {each.title}", *each.caption, *each.legend())

@@ -433,12 +433,12 @@ def value_text(spec: SweepSpec, name: str) -> str:
     quantity = readable(spec.model.parameters[name], abs(getattr(spec, name)))
     # keep symbol, number and unit on one line
     unit = unit_of_label(quantity).replace(" ", "\u00a0")
-    number = _in_mathtext(getattr(spec, name) * quantity.plot_scale)
+    number = _spell_in_mathtext(getattr(spec, name) * quantity.plot_scale)
     symbol = quantity.symbol or quantity.name.replace("_", r"\_").join((r"\mathrm{", "}"))
     return f"${symbol} = {number}$\u00a0{unit}".rstrip("\u00a0")
 
 
-def _in_mathtext(value: float) -> str:
+def _spell_in_mathtext(value: float) -> str:
     """Return a number in mathtext, as a power of ten if that is shorter."""
     digits, _, power = number(value).partition("e")
     return rf"{digits}\times 10^{{{int(power)}}}" if power else digits

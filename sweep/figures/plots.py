@@ -186,21 +186,21 @@ def motion_figure(dataset: "xr.Dataset") -> Figure:
         If the dataset is not a motion.
     """
     check_motion(dataset)
-    drawn: Figure = _imported(kind_of(dataset).figure)(dataset)
+    drawn: Figure = _import_function(kind_of(dataset).figure)(dataset)
     return drawn
 
 
 def regimes(datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
     """Draw the kinds of motion of atlases with their model's function."""
-    return _as_models_do("regimes", datasets, look)
+    return _draw_by_model("regimes", datasets, look)
 
 
 def losses(datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
     """Draw how long the motions of atlases last and which loss took most, with their model's function."""
-    return _as_models_do("losses", datasets, look)
+    return _draw_by_model("losses", datasets, look)
 
 
-def _as_models_do(what: str, datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
+def _draw_by_model(what: str, datasets: "Sequence[xr.Dataset]", look: Look) -> Figure:
     """Draw maps with the function that the model names in the attribute `what`, which is also the option's name."""
     _check_any(datasets)
     if any(spec_named(each).is_list for each in datasets):
@@ -221,10 +221,10 @@ def of_the_model(model: Model, name: str, option: str) -> Callable[..., Figure]:
     """Return the drawing function that a model names in an attribute, or raise an error that names the option."""
     if not getattr(model, name):
         raise RequestError(f"The model {model.name} has no {name} to draw.", hint=f"Leave {option} out.")
-    return _imported(getattr(model, name))
+    return _import_function(getattr(model, name))
 
 
-def _imported(place: str) -> Callable[..., Figure]:
+def _import_function(place: str) -> Callable[..., Figure]:
     """Return the function that ``module:function`` names."""
     module, _, function = place.partition(":")
     found: Callable[..., Figure] = getattr(import_module(module), function)

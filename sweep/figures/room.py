@@ -168,10 +168,10 @@ def _name_region(room: Room, name: str, region: Truths) -> Truths:
     if not room.put(word, region, distance, region):
         return np.zeros_like(region)
     across, up = (int(part * _RASTER) for part in word.get_position())
-    return region & ~_connected(region, up, across)
+    return region & ~_find_connected(region, up, across)
 
 
-def _connected(region: Truths, row: int, column: int) -> Truths:
+def _find_connected(region: Truths, row: int, column: int) -> Truths:
     """Return the points of a region that are connected to one of its points."""
     part, size = np.zeros(np.add(region.shape, 2), bool), 0
     part[row + 1, column + 1] = True

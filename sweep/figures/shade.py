@@ -117,10 +117,10 @@ def _quantity(dataset: "xr.Dataset", spec: SweepSpec, name: str) -> Quantity:
             "quantity",
         )
     told: dict[str, Quantity] = {**spec.model.parameters, **spec.model.cell_variables(spec)}
-    return told[name] if name in told else _as_declared(name, dataset[name])
+    return told[name] if name in told else _declared_quantity(name, dataset[name])
 
 
-def _as_declared(name: str, variable: "xr.DataArray | xr.Variable") -> Quantity:
+def _declared_quantity(name: str, variable: "xr.DataArray | xr.Variable") -> Quantity:
     """Return the quantity that the attributes of a variable declare, for variables that the model does not define."""
     attrs = variable.attrs
     values, names = np.atleast_1d(attrs.get("flag_values", [])), str(attrs.get("flag_meanings", "")).split()

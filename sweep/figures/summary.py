@@ -66,8 +66,8 @@ def _rows(dataset: "xr.Dataset") -> Iterator[Row]:
         if lacks := _lacks(dataset):
             yield "", lacks
             return
-        yield from _labelled("grid", _axes(dataset))
-        yield from _labelled("fixed", _fixed(dataset))
+        yield from _label_rows("grid", _axes(dataset))
+        yield from _label_rows("fixed", _fixed(dataset))
         yield from _verdicts(dataset)
         yield from _boundaries(dataset)
     else:
@@ -89,7 +89,7 @@ def _text(attribute: object) -> str:
     return shown(printable(plain_text(attribute)))
 
 
-def _labelled(label: str, texts: Iterator[str]) -> Iterator[Row]:
+def _label_rows(label: str, texts: Iterator[str]) -> Iterator[Row]:
     for number, text in enumerate(texts):
         yield "" if number else label, text
 
@@ -184,10 +184,10 @@ def _boundaries(dataset: "xr.Dataset") -> Iterator[Row]:
             if other in dataset and dataset[other].shape == measured.shape:
                 theory = np.asarray(dataset[other].values, np.float64)[there]
                 has_theory |= bool(np.isfinite(theory).any()) and kind == "predicted"
-                yield from _held_against(kind, theory, measured[there], has_theory)
+                yield from _compare_with_theory(kind, theory, measured[there], has_theory)
 
 
-def _held_against(kind: str, theory: Any, measured: Any, comparable: bool) -> Iterator[Row]:
+def _compare_with_theory(kind: str, theory: Any, measured: Any, comparable: bool) -> Iterator[Row]:
     both = np.isfinite(theory) & (theory != 0.0)
     if both.any():
         words = {"predicted": "predicted for this criterion", "critical": "analytic limit"}[kind]
@@ -215,7 +215,7 @@ def _map(dataset: "xr.Dataset") -> str:
     middle = {name: count // 2 for name, count in ending.sizes.items() if name not in (up, across)}
     plane = dataset["stability"].isel(middle).transpose(up, across).values
     others = "".join(
-        f"; {name} = {_at(dataset, str(name), place)}" for name, place in middle.items() if name in dims
+        f"; {name} = {_spell_at(dataset, str(name), place)}" for name, place in middle.items() if name in dims
     )
     drawn = thumbnail(
         plane,
@@ -226,7 +226,7 @@ def _map(dataset: "xr.Dataset") -> str:
     return f"<div>{drawn}<br>{_key(others)}</div>"
 
 
-def _at(dataset: "xr.Dataset", name: str, place: int) -> str:
+def _spell_at(dataset: "xr.Dataset", name: str, place: int) -> str:
     values, scale, units = _values(dataset, name)
     return f"{values[place] * scale:.4g} {units}".rstrip()
 

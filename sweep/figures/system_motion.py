@@ -136,7 +136,7 @@ def _draw_state(axes: "Axes", motion: "xr.Dataset", kind: MotionKind, name: str,
             label="too sensitive to its start" if name == first else None,
             **shade,
         )
-    if _ended(motion):
+    if _has_ended(motion):
         axes.plot(times[-1], values[-1], **_END)
     label_times(axes, motion, quantity.plot_label)
     axes.set_xlabel(
@@ -157,13 +157,13 @@ def _draw_portrait(axes: "Axes", motion: "xr.Dataset", kind: MotionKind, across:
     label_axes(axes, one.plot_label, other.plot_label)
 
 
-def _ended(motion: "xr.Dataset") -> bool:
+def _has_ended(motion: "xr.Dataset") -> bool:
     return bool(float(motion["end_time"]) <= motion[TIME.name].values[-1])
 
 
 def _end(motion: "xr.Dataset", kind: MotionKind) -> str:
     """Return what the last sample is: the end of the motion, or the moment up to which it was followed."""
-    if _ended(motion) and ending_of(motion) in kind.endings:
+    if _has_ended(motion) and ending_of(motion) in kind.endings:
         return end_of(motion)
     return f"at {kind.time.spell(float(motion[TIME.name].values[-1]), 6)}"
 
@@ -189,17 +189,17 @@ def _levels(motion: "xr.Dataset", model: Model, name: str) -> Iterator[tuple[str
 def _caption(motion: "xr.Dataset", kind: MotionKind, names: list[str]) -> str:
     """Return the parameters, the start, the extremes and the end of the motion, in one line."""
     times = motion[TIME.name].values
-    fixed = [_told(name, kind.inputs[name].spell(float(motion[name]), 6)) for name in kind.fixed]
-    start = [_told(name, kind.variables[name].spell(float(motion[name][0]), 6)) for name in names]
-    reached = [_told(name, value) for name, value in peaks_of(motion)]
+    fixed = [_spell(name, kind.inputs[name].spell(float(motion[name]), 6)) for name in kind.fixed]
+    start = [_spell(name, kind.variables[name].spell(float(motion[name][0]), 6)) for name in names]
+    reached = [_spell(name, value) for name, value in peaks_of(motion)]
     if "conserved_change" in motion:
         reached.append(f"conserved to {float(motion['conserved_change'].max()):.1g}")
-    reached.append(end_of(motion) or _told("runs on after", kind.time.spell(float(times[-1]), 6)))
+    reached.append(end_of(motion) or _spell("runs on after", kind.time.spell(float(times[-1]), 6)))
     when = "start" if times[0] == 0.0 else "first sample"
     return "; ".join(filter(None, (", ".join(fixed), f"{when}: {', '.join(start)}", ", ".join(reached))))
 
 
-def _told(name: str, value: str) -> str:
+def _spell(name: str, value: str) -> str:
     """Return a name with its value, with powers in units as in print."""
     value = _POWER.sub(lambda power: power[0].translate(_RAISED), value)
     return f"{name.replace('_', ' ')} {value}"

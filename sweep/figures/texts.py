@@ -44,7 +44,7 @@ def fitted(text: str, size: float, width: float, weight: str = "bold") -> str:
     str
         Text to draw with ``parse_math=False``.
     """
-    spelled = _spelled(text[: _MOST + 1], weight)
+    spelled = _escape(text[: _MOST + 1], weight)
     if len(spelled) <= _MOST and _points(spelled, size, weight) <= 72.0 * width:
         return spelled
     low, high = 0, min(len(spelled), _MOST)
@@ -70,7 +70,7 @@ def wrapped(text: str, size: float, width: float, weight: str = "bold", most: in
     str
         The lines, to draw with ``parse_math=False``.
     """
-    words = _spelled(text[: _MOST + 1], weight).split(" ")
+    words = _escape(text[: _MOST + 1], weight).split(" ")
     lines = [words[0]]
     for i, word in enumerate(words[1:], 1):
         longer = f"{lines[-1]} {word}"
@@ -97,7 +97,7 @@ def broken(probe: "Text", text: str, width: float) -> list[str]:
     return lines
 
 
-def _spelled(text: str, weight: str) -> str:
+def _escape(text: str, weight: str) -> str:
     known = _font(weight).get_charmap()
     return "".join(
         each if ord(each) in known else each.encode("ascii", "backslashreplace").decode("ascii")

@@ -189,11 +189,11 @@ import os, signal, sys
 import sweep.explorer.export as export
 from sweep.cli import main
 
-pack = export._deflated
+pack = export._deflate
 def interrupted(content):
     os.kill(os.getpid(), signal.SIGINT)
     return pack(content)
-export._deflated = interrupted
+export._deflate = interrupted
 sys.argv = ["eulerdisk", "explore", "rolling", "roll_rate=2:3:8", "tilt=1deg:5deg:6", "--export", "p.html"]
 sys.exit(main())
 """

@@ -18,7 +18,9 @@ def test_the_module_of_a_page_is_kept(tmp_path, monkeypatch):
     """It is compiled once for all processes; a file that is not whole is made again."""
     monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
     made = []
-    monkeypatch.setattr("sweep.explorer.own_module._made", lambda *given: made.append(given) or b"a module")
+    monkeypatch.setattr(
+        "sweep.explorer.own_module._make_module", lambda *given: made.append(given) or b"a module"
+    )
     torus, ball = SweepSpec.preset("torus"), SweepSpec.preset("egg")
     assert kernels_of(torus) == kernels_of(torus.replace(tube=0.3)) == b"a module"
     assert (kernels_of(ball), len(made)) == (b"a module", 2)
@@ -37,7 +39,7 @@ def test_a_module_that_is_asked_for_twice_at_once_is_made_once(tmp_path, monkeyp
         time.sleep(0.2)
         return b"a module"
 
-    monkeypatch.setattr("sweep.explorer.own_module._made", make)
+    monkeypatch.setattr("sweep.explorer.own_module._make_module", make)
     with ThreadPoolExecutor(3) as pool:
         assert set(pool.map(kernels_of, 3 * [SweepSpec.preset("torus")])) == {b"a module"}
     assert len(made) == 1
@@ -48,7 +50,7 @@ def test_bodies_of_the_same_kernels_have_the_same_module(tmp_path, monkeypatch, 
     """A page has the entry points of its body, whichever body the module was compiled for."""
     made = []
     monkeypatch.setattr(
-        "sweep.explorer.own_module._made", lambda *given: made.append(given[-1]) or b"a module"
+        "sweep.explorer.own_module._make_module", lambda *given: made.append(given[-1]) or b"a module"
     )
     moments = {"axial_moment": 0.5, "transverse_moment": 0.4, "contact": records, "path": records}
     for body in NAMES:
@@ -65,7 +67,7 @@ def test_a_module_records_what_its_spec_asks_for(tmp_path, monkeypatch, asked):
     """Contact forces or where the contact point goes: each alone is not the other."""
     made = []
     monkeypatch.setattr(
-        "sweep.explorer.own_module._made", lambda *given: made.append(given[-1]) or b"a module"
+        "sweep.explorer.own_module._make_module", lambda *given: made.append(given[-1]) or b"a module"
     )
     monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
     kernels_of(SweepSpec(body="torus", tube=0.4, **{asked: "yes"}))

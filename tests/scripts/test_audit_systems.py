@@ -37,7 +37,7 @@ def test_what_counts_as_an_error():
 )
 def test_the_promises(ratios, status):
     """One in a thousand may be above what is stated, and the median at most 25."""
-    assert audit_systems._told("some", np.array(ratios)) == status
+    assert audit_systems._print_errors("some", np.array(ratios)) == status
 
 
 @pytest.mark.compiled

@@ -186,7 +186,7 @@ def test_many_toys_are_flat_and_their_lanes_are_timed():
     assert found["steps_per_cell"] > 50_000
     assert found["times"][0] < found["times"][1] < found["times"][2]
     assert min(found["share_of_threads"], found["share_of_lanes"]) > 0.0
-    assert losses._longest_of([1.0, 1.0, 1.0], 2) == 2.0
+    assert losses._longest_thread([1.0, 1.0, 1.0], 2) == 2.0
 
 
 def test_what_losses_cost_is_told_and_compared(records):

@@ -124,7 +124,7 @@ def test_the_map_of_steady_motions(tmp_path):
         for name, each in steady.MAPS.items()
     }
     for name, atlas in atlases.items():
-        assert " 0 of them against the sign of k" in steady.agreement(atlas), name
+        assert " 0 of them contradict the sign of k" in steady.describe_agreement(atlas), name
     drawn = steady.figure(atlases)
     # marks at the critical rates, which are roots
     marks = [each.get_text() for axes in drawn.axes for each in axes.texts if "\n" in each.get_text()]

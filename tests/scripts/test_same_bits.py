@@ -13,7 +13,7 @@ CHECKOUT = Path(__file__).parents[2]
 
 def test_a_changed_bit_and_a_changed_attribute_are_told(tmp_path):
     """A file is the same as itself; a bit, a type, a missing variable and an attribute are each a sentence."""
-    one = same_bits.computed(CHECKOUT, "cell", tmp_path / "one.nc")
+    one = same_bits.compute(CHECKOUT, "cell", tmp_path / "one.nc")
     other = Path(shutil.copy(one, tmp_path / "other.nc"))
     assert list(same_bits.differences(one, other)) == []
     with netCDF4.Dataset(other, "a") as file:

@@ -321,7 +321,7 @@ def view(
         # include the floor around the disk, so that the trail is visible
         seen.append(cameras[0].project(cameras[0].target * [1.0, 1.0, 0.0] + 0.7 * corners))
     points = np.concatenate(seen)
-    return View(cameras, *_framed(points.min(axis=0), points.max(axis=0), size, room), reach)
+    return View(cameras, *_fit_frame(points.min(axis=0), points.max(axis=0), size, room), reach)
 
 
 def dots_per_inch(size: tuple[int, int]) -> float:
@@ -355,7 +355,9 @@ def _standing(rims: Array, azimuth: float | None) -> tuple[list[Camera], float]:
     return [camera] * len(rims), reach
 
 
-def _framed(low: Array, high: Array, size: tuple[int, int], room: tuple[float, float]) -> tuple[Array, Array]:
+def _fit_frame(
+    low: Array, high: Array, size: tuple[int, int], room: tuple[float, float]
+) -> tuple[Array, Array]:
     """Return the rectangle with the picture's shape that contains another one between the texts."""
     above, below = (each * dots_per_inch(size) / size[1] for each in room)
     free = np.array([1.0 - 2.0 * _MARGIN, max(_LEAST_SHARE, 1.0 - above - below)])

@@ -250,7 +250,7 @@ def timing(dataset: "xr.Dataset", options: FilmOptions) -> Timing:
     times = dataset[TIME.name].values
     length = float(times[-1] - times[0])
     rates = _turning(dataset)
-    speed = _speed(length, rates, options.fps) if options.speed is None else options.speed
+    speed = _choose_speed(length, rates, options.fps) if options.speed is None else options.speed
     longest = MOST_FRAMES if options.speed is not None else min(MOST_FRAMES, round(_LONGEST * options.fps))
     step = speed / options.fps
     count = math.ceil(length / step * (1.0 - _ROUNDING)) + 1
@@ -284,7 +284,7 @@ def _turning(dataset: "xr.Dataset") -> Array:
     return np.asarray(np.interp(np.linspace(times[0], times[-1], times.size), times, rates))
 
 
-def _speed(length: float, rates: Array, fps: int) -> float:
+def _choose_speed(length: float, rates: Array, fps: int) -> float:
     """Return the speed for a film of suitable duration that shows the turning of the disk faithfully."""
     wanted = length / _SHORTEST if length < _SHORTEST else max(1.0, length / _USUAL)
     for share, turn in _TURNS.items():

@@ -165,12 +165,12 @@ def _colours(each: LossesMap, norm: Normalize) -> Array:
     found = np.ones((*each.times.shape, 4))
     for code, (_, measure) in enumerate([("", ""), *LOSSES.values()]):
         cells = np.isfinite(each.times) & (each.loss == code)
-        found[cells, :3] = _mixed(COLOURS.get(measure, _NONE), part[cells])
+        found[cells, :3] = _mix_with_white(COLOURS.get(measure, _NONE), part[cells])
     found[~np.isfinite(each.times), 3] = 0.0
     return found
 
 
-def _mixed(colour: str, part: Array) -> Array:
+def _mix_with_white(colour: str, part: Array) -> Array:
     """Return mixtures of white and a colour, shape (n, 3)."""
     strength = np.interp(part, (0.0, 1.0), _STRENGTH)[:, np.newaxis]
     return np.asarray(1.0 - strength * (1.0 - np.array(to_rgb(colour))))
@@ -178,7 +178,7 @@ def _mixed(colour: str, part: Array) -> Array:
 
 def _bar(norm: Normalize) -> Bar:
     """Return the bar that shows the time for each strength of a hue, in grey on behalf of all hues."""
-    greys = _mixed(_GREY, np.linspace(0.0, 1.0, 256))
+    greys = _mix_with_white(_GREY, np.linspace(0.0, 1.0, 256))
     colours = LinearSegmentedColormap.from_list("time", list(map(tuple, greys)))
     return Bar(ScalarMappable(norm, colours), "time aloft (s)")
 

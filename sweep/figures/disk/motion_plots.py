@@ -199,7 +199,7 @@ def draw_contact(axes: "Axes", dataset: "xr.Dataset") -> None:
 
 
 def _highest(normal: Array, needed: Array, friction: float, times: float) -> float:
-    """Return the largest number in view: the need, up to a multiple of the other numbers or of its own median."""
+    """Return the largest number in view: the needed coefficient, limited by the other numbers and by its median."""
     others = max(1.0, min(float(normal.max()), _IN_VIEW), friction)
     known = needed[np.isfinite(needed)]
     if not known.size:
