@@ -134,7 +134,7 @@ def audit_space(count: int, rng: np.random.Generator) -> bool:
             scale = np.array([1.0, 1.0, found[2]])
             apart = float((np.abs(found - [told[0], told[1], told[2] / unit]) / scale).max())
             if apart > NEAR:
-                print(f"{body}: off by {apart:.1e}: {one}")
+                print(f"{body}: difference {apart:.1e}: {one}")
             worst = max(worst, apart)
         print(f"{body:8}{known.sum():6d} motions, largest difference so far {worst:.1e}")
     return worst <= NEAR

@@ -68,7 +68,7 @@ def main() -> None:
             values, beyond = values + share.size, beyond + int((share > 1.0).sum())
             shares.append(f"{name} {share.max(initial=0.0):.2g}")
         print(f"tolerance {tolerance:g}, step {step}, {duration:g} s: {', '.join(shares)}", flush=True)
-    print(f"{beyond} of {values} values beyond what is allowed; {flips} other endings")
+    print(f"{beyond} of {values} values differ by more than allowed; {flips} different endings")
 
 
 if __name__ == "__main__":

@@ -338,9 +338,12 @@ class Tally:
         lines = [
             f"cells                     {self.cells}, with a motion {self.moving}",
             f"unresolved                {self.unresolved} ({self.unresolved / max(1, self.moving):.4%})",
-            f"other tilts than the reference (not judged) {self.other}",
-            *(f"largest error of {name}, over 1 + |x|: {off:.2e}" for name, off in self.largest.items()),
-            f"off by more than {_PROMISED:g} (1 + |x|)   {self.wrong}",
+            f"tilts that differ from the reference (not judged) {self.other}",
+            *(
+                f"largest error of {name}, divided by 1 + |x|: {off:.2e}"
+                for name, off in self.largest.items()
+            ),
+            f"errors above {_PROMISED:g} (1 + |x|)       {self.wrong}",
             f"images that differ in a bit            {self.unlike}",
             *(text for _, text in sorted(self.worst, reverse=True)[:8]),
         ]

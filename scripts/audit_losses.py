@@ -279,14 +279,14 @@ def audit_wobbles(turns: int, laws: tuple[str, ...] = lossy_wobble.LAWS) -> Audi
                 audit.note(f"{law} from {first}", np.array(off))
                 if not off <= limit:
                     audit.broken.append(
-                        f"{law}, alpha {alpha}: time from {first} to {last:.2g} off by {off:.2%}"
+                        f"{law}, alpha {alpha}: time from {first} to {last:.2g} differs by {off:.2%}"
                     )
             off = abs(
                 lossy_wobble.exponent(run, law, turns, alpha, 0.04, 0.008) - lossy_wobble.EXPONENTS[law]
             )
             audit.note(f"{law} exponent", np.array(off))
             if not off <= EXPONENT_ERROR:
-                audit.broken.append(f"{law}, alpha {alpha}: exponent off by {off:.3f}")
+                audit.broken.append(f"{law}, alpha {alpha}: exponent differs by {off:.3f}")
             audit.cells += 1
     return audit
 
@@ -337,7 +337,7 @@ def audit_limits(cells: int, rng: np.random.Generator) -> Audit:
         )
         audit.cells += int(judged.sum())
         if law in smooth and not (abs(middle - 2.0) < 0.05 and low > 1.7):
-            audit.broken.append(f"{law}: not in proportion")
+            audit.broken.append(f"{law}: not proportional")
         if not np.quantile(differences[2][judged] / differences[0][judged], 0.9) < 0.6:
             audit.broken.append(f"{law}: does not tend to the disk without losses")
     return audit

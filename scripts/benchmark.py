@@ -1,4 +1,4 @@
-"""Measure how fast the engine is, compared with its field, with the machine and with an earlier record.
+"""Measure how fast the engine is, compared with other software, with the machine and with an earlier record.
 
 All contenders do the same task on the same cells with one thread each, by turns in one run, timed in processor time,
 and are listed with the error that they reach. Seconds vary with the machine, so only ratios count.

@@ -42,7 +42,7 @@ FALL_TILT = math.radians(85.0)
 LONGEST = 30.0
 TARGET = 1e-8
 
-#: 300 tilts of all sizes, and rates around the critical rate of the disk, 2.557 rad/s.
+#: 200 tilts of all sizes, and 2,000 rates around the critical rate of the disk, 2.557 rad/s.
 TASK = ("roll_rate=2:4:2000", "tilt=0.1deg:5deg:200:log")
 
 

@@ -13,7 +13,7 @@ def test_random_cells_agree_as_far_as_they_state(monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["audit_compare.py", "400", "1"])
     audit_compare.main()
     *lines, total = capsys.readouterr().out.splitlines()
-    assert re.fullmatch(r"0 of \d{5} values beyond what is allowed; \d other endings", total)
+    assert re.fullmatch(r"0 of \d{5} values differ by more than allowed; \d different endings", total)
     assert len(lines) == len(audit_compare.SETTINGS)
     for line in lines:
         shares = [float(word) for word in re.findall(r"tilt_max ([\d.e-]+)", line)]
