@@ -90,6 +90,19 @@ def test_a_coordinate_has_each_value_once(edited):
     assert_facts(edited(edit), "roll_rate", "increasing")
 
 
+def test_three_problems_are_named_and_the_others_counted(edited):
+    """Of five variables with other units a message names three, and says that there are two more."""
+    wrong = ("peak_tilt", "tilt_min", "tilt_max", "nutation_period", "amplification")
+
+    def edit(file):
+        for name in wrong:
+            file[name].units = "kg"
+
+    told = edited(edit)
+    assert sum(not missing(told, [name]) for name in wrong) == 3
+    assert_facts(told, "2 more")
+
+
 def test_an_axis_that_runs_backwards(edited):
     """It is refused as what it is, with the way to turn it."""
 

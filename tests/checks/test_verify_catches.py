@@ -291,3 +291,11 @@ def test_a_file_of_this_processor_is_held_to_the_bit():
     period[place] = np.nextafter(period[place], np.inf)
     found = findings(verify(dataset.assign(nutation_period=dataset.nutation_period.copy(data=period))))
     assert next(each for each in found.wrong if each.name == "nutation_period").wrong == 1
+
+
+def test_errors_of_periods_have_no_sign():
+    """Periods that are all too short by a millionth: the median, 99 % and the largest error say so."""
+    found = findings(
+        verify(atlas("rolling").assign(nutation_period=lambda each: each.nutation_period * (1.0 - 1e-6)))
+    )
+    assert found.period == pytest.approx([1e-6] * 3, rel=0.05)

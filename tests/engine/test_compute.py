@@ -254,3 +254,22 @@ def test_verdicts_alone_are_those_of_all_columns(criterion):
     every, only = (compute.compute(spec, whole(spec), verdicts_only) for verdicts_only in (False, True))
     assert {STABLE, UNSTABLE} <= set(every["stability"].tolist())
     assert np.array_equal(only["stability"], every["stability"])
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    "words",
+    [
+        {"roll_rate": "2:4:3", "tilt": "1deg:9deg:3"},
+        {"roll_rate": "uniform:2:4", "tilt": 0.01, "samples": 7},
+        {"roll_rate": "steady", "tilt": "1deg:9deg:3", "precession_rate": "1:3:2"},
+    ],
+    ids=str,
+)
+def test_stored_quantities_are_the_variables_with_cells(words):
+    """What a block has, and what an atlas holds of each cell: the parameters that a list gives are among them."""
+    spec = SweepSpec(**words)
+    stored = compute.stored_quantities(spec)
+    atlas = sweep.run(spec)
+    cells = {name for name, each in atlas.variables.items() if each.dims == atlas.ending.dims}
+    assert stored.keys() == compute.compute(spec, whole(spec)).keys() == cells - {"start"}

@@ -72,6 +72,13 @@ def test_spellings_of_a_file(table):
         np.testing.assert_allclose(starts["tilt"], np.radians([1.0, 2.0]), rtol=1e-15)
 
 
+def test_a_column_of_a_body_that_is_not_named(table):
+    """A moment is one of another body than the thin disk: the column is named, and the bodies that have it."""
+    path = table("tilt [deg],axial_moment\n1,0.4\n2,0.5\n")
+    with refused("axial_moment", "column", "body=ball"):
+        SweepSpec.from_words("rolling", ["roll_rate=2", f"starts={path}"])
+
+
 def test_columns_in_memory():
     """Mappings, data frames and data arrays with units give the same table."""
     given = read(COLUMNS, DISK)

@@ -113,6 +113,11 @@ def test_what_is_refused():
             "air_viscosity",
             ["no law uses it", "air_law=moffatt", "air_viscosity=0"],
         ),
+        (
+            {"air_density": 1.2, "rolling_friction": 1e-5},
+            "air_density",
+            ["no law uses it", "air_law=bildsten"],
+        ),
         ({"air_law": "moffatt", "mass": 1}, "air_law", ["needs the viscosity", "Pa s"]),
         (FULL | {"air_density": 0}, "air_law", ["needs the density", "kg m-3"]),
         (FULL | {"air_law": "stokes"}, "air_law", ["none or moffatt or bildsten", "stokes"]),
