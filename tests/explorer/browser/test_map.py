@@ -8,6 +8,7 @@ import struct
 import xml.etree.ElementTree as ElementTree
 from decimal import Decimal
 from itertools import product
+from urllib.parse import parse_qsl, urlsplit
 
 import pytest
 from explorer_client import post
@@ -372,14 +373,16 @@ def test_axes_can_be_others(opened):
     assert axis(page, "x")[0] == "alpha"
     assert float(entries(page)["with.roll_rate"]) == 2.7
     assert page.locator("#slide-roll_rate").count() == 1
+    # a double click on its name: the middle of its axis in the preset
+    page.locator(".caption label", has_text="roll rate").dblclick()
+    page.wait_for_url(lambda url: float(dict(parse_qsl(urlsplit(url).fragment))["with.roll_rate"]) == 3.0)
     page.locator("#log-x").check()
     wait_for_picture(page)
     assert axis(page, "x")[3] == "log"
 
 
-@pytest.mark.release
 def test_window_is_saved(opened):
-    """PNG, SVG, CSV and netCDF of the window are files that other programs read."""
+    """PNG, SVG, CSV and netCDF of the window are files that other programs read; lines and text have their colours."""
     page = opened(BOTH, accept_downloads=True, viewport={"width": 400, "height": 400})
     files = {}
     for words in ("picture, PNG", "picture, SVG", "data, CSV", "data, netCDF"):
@@ -393,6 +396,14 @@ def test_window_is_saved(opened):
     picture = ElementTree.fromstring(files["picture, SVG"])
     assert "roll rate (rad s\u207b\u00b9)" in "".join(picture.itertext())
     assert any("image" in each.tag for each in picture)
+    drawn = {
+        kind: [each for each in picture.iter() if each.tag.endswith("}" + kind)]
+        for kind in ("text", "line", "path")
+    }
+    assert all(drawn.values())
+    assert {each.get("fill") for each in drawn["path"]} == {"none"}
+    assert all(each.get("fill", "").startswith(("rgb", "#")) for each in drawn["text"])
+    assert any(each.get("stroke", "").startswith(("rgb", "#")) for each in drawn["line"])
     rows = list(csv.reader(io.StringIO(files["data, CSV"].decode())))
     assert {"roll_rate", "tilt"} <= {name.split(" ")[0] for name in rows[0] if name}
     size = shown(page)
