@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { bodyOf } from "eulerdisk/compute/shapes";
-import { attitude, middleHeight, poseAt } from "eulerdisk/motion/disk_scene";
+import { Arrow, attitude, middleHeight, poseAt } from "eulerdisk/motion/disk_scene";
 import { niceLength } from "eulerdisk/motion/furniture";
 import { Samples } from "eulerdisk/motion/samples";
 import { meridianOf, reachOf } from "eulerdisk/motion/solid";
@@ -128,4 +128,17 @@ test("a disk leans by its tilt to its heading's side, and its painted radius tur
 test("a length is 1, 2 or 5 times a power of ten", () => {
   const lengths = [1, 1.9, 2, 4.9, 5, 9.9, 10, 0.03, 0.5].map(niceLength);
   [1, 1, 2, 2, 5, 5, 10, 0.02, 0.5].forEach((each, i) => near(lengths[i], each));
+});
+
+test("an arrow begins where it is put, points along its vector and is as long", () => {
+  const from = new Vector3(0.3, -0.2, 0.1);
+  for (const along of [new Vector3(0.4, -0.7, 1.2), new Vector3(0, 0, -0.05), new Vector3(1, 0, 0)]) {
+    const arrow = new Arrow(1, "#123456");
+    arrow.point(from, along);
+    arrow.updateMatrixWorld(true);
+    // a cone points along y, from half its height below its middle to half above
+    const { height } = arrow.head.geometry.parameters;
+    const tip = new Vector3(0, height / 2, 0).applyMatrix4(arrow.head.matrixWorld);
+    near(tip.distanceTo(from.clone().add(along)), 0);
+  }
 });

@@ -392,7 +392,7 @@ const HEAD = [0.07, 0.18];
 
 const UP = new Vector3(0, 1, 0);
 
-class Arrow extends Group {
+export class Arrow extends Group {
   /**
    * @param {number} unit  a length of the scene, to which the thickness is proportional
    * @param {string} colour
