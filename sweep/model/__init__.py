@@ -1,1 +1,1 @@
-"""Models: quantities, endings, starts, kernels, theory; and the models of the package."""
+"""Models: the base class with its quantities, endings and kernels, and the models of the package."""

@@ -10,11 +10,11 @@ from sweep.model.quantity import Array, Quantity, Truths
 class Audit:
     """The variables that `verify` stores for each cell, and the meaning of its codes.
 
-    `variables` is the table; its first enumerated quantity named ``audit`` has the codes. `other` is the code, one of
-    `disagreeing`, of a cell in which a variable is wrong that the model itself did not check; `ended_by_time`, if
-    there is one, that of a cell whose difference says nothing. `difference` names the variable whose distribution is
-    shown, in `units`, after the words `told`; `period` those with the error of the period, the exact period, and the
-    error over what is allowed, if there is a period. `summary` says what was done, for the file.
+    `variables` is the table; its enumerated quantity ``audit`` has the codes. `other`, one of `disagreeing`, is the
+    code of a cell with a wrong variable that the model itself did not check. `ended_by_time` is the code of a cell that
+    ran out of time, so that its difference means nothing. The report shows the distribution of the variable
+    `difference`, in `units`, after the words `told`. `period` names the variables with the error of the period, the
+    exact period, and the error over the allowed error. `summary` describes the audit in its file.
     """
 
     variables: Mapping[str, Quantity]
@@ -32,7 +32,7 @@ class Audit:
 
 @dataclass(frozen=True)
 class CellCheck:
-    """One variable of some cells compared with what it has to be.
+    """One variable of some cells, compared with its expected values.
 
     Parameters
     ----------
@@ -41,16 +41,16 @@ class CellCheck:
     against : str
         What it was compared with, in words.
     difference, allowed : array, shape (n,)
-        How far each value is from what it has to be, and how far it may be; NaN where a value is missing that has to be
-        there, or the reverse. In the unit of the variable.
+        Difference from the expected value, and the allowed difference, in the unit of the variable. NaN where a value
+        is missing and should not be, or the reverse.
     judged : array of bool, shape (n,)
-        Which cells were compared with anything.
+        Which cells were compared.
     promise : bool
         Whether only this version of the code promises it: files made by other code are not judged by it.
     share : float
-        Share of the judged cells that may be further off than is allowed.
+        Share of the judged cells that may exceed the allowed difference.
     unknown : array of bool, shape (n,), optional
-        Of which values it is not known what they have to be, only whether they are missing, or their range.
+        Which values have no expected value: only their range, or whether they are missing, was checked.
     """
 
     name: str
@@ -64,7 +64,7 @@ class CellCheck:
 
     @property
     def wrong(self) -> Truths:
-        """Which of the judged cells are further off than is allowed."""
+        """Which of the judged cells exceed the allowed difference."""
         # written so that NaN is wrong
-        found: Truths = self.judged & ~(self.difference <= self.allowed)
-        return found
+        wrong: Truths = self.judged & ~(self.difference <= self.allowed)
+        return wrong

@@ -1,4 +1,4 @@
-"""The cells of an atlas: the checks that are the same for every model, and how far what they state may be off."""
+"""The cells of an atlas: the checks that all models share, and the errors of their variables."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -10,30 +10,30 @@ from sweep.model.audit import CellCheck
 from sweep.model.description import Columns, Request, Starts
 from sweep.model.quantity import AMPLIFIED, EXTREME, PROMISED, Array, Quantity, Truths
 
-#: Share of a time that the errors of a small swing may come to: more would say nothing of it.
+#: Largest relative error of a time, however small the swing: a larger one would allow any value.
 _MOST_OF_A_TIME = 0.5
 
 
 def stated_error(
     quantity: Quantity, spec: Request, starts: Starts, columns: Columns, error: Array | float
 ) -> Array:
-    """Return how far the values of a variable may be off, in its units.
+    """Return the allowed error of the values of a variable, in its units.
 
     Parameters
     ----------
     quantity : Quantity
-        Its rule (`sweep.model.quantity.Tolerance`) says how that follows from the extremes.
+        Its rule (`sweep.model.quantity.Tolerance`) says how its error follows from that of the extremes.
     spec : Request
     starts : mapping of str to array, shape (...)
     columns : mapping of str to array, shape (...)
         `quantity` and the extremes of the cells.
     error : array of float or float
-        How far the extremes may be off, in the unit of the coordinate.
+        Error of the extremes, in the unit of the coordinate.
 
     Returns
     -------
     array of float, shape (...)
-        What the rule allows for a value that is missing or infinite is that for 0.
+        A missing or infinite value is allowed the same error as 0.
     """
     rule, model = quantity.tolerance, spec.model
     size = magnitude(columns[quantity.name])
@@ -41,7 +41,7 @@ def stated_error(
     if not rule.stated:
         return np.asarray(allowed)
     if rule.stated in columns:
-        # the cells state it themselves
+        # the cells state their own error
         return np.asarray(allowed + PROMISED * magnitude(columns[rule.stated]))
     if rule.stated == EXTREME:
         return np.asarray(allowed + error)
@@ -56,18 +56,18 @@ def stated_error(
 
 
 def magnitude(values: npt.NDArray[np.generic]) -> Array:
-    """Return magnitudes; 0 of what is missing or infinite, which allows no difference."""
+    """Return magnitudes; 0 for missing and infinite values, so that a relative tolerance allows them no difference."""
     numbers = np.abs(values.astype(np.float64))
     return np.where(np.isfinite(numbers), numbers, 0.0)
 
 
-#: Share of an error, which is 2e-14 at least, by which rounding may move the limit of what is known.
+#: Share of an error (2e-14 at least) by which rounding may move the bound of an extreme.
 _CLOSE = 0.02
 
-#: Relative rounding of what follows from stored values by a few operations, on any processor.
+#: Relative rounding error of a few operations on stored values, on any processor.
 ROUNDING = 1e-12
 
-#: Rounding of the coordinate in its unit: the last bit of a logarithm in an axis differs between processors.
+#: Rounding of the coordinate in its unit: the last bit of the logarithm in an axis differs between processors.
 LAST_BIT = 1e-15
 
 
@@ -79,7 +79,7 @@ class AuditedCells:
     spec : Request
     starts : mapping of str to array
     stored : mapping of str to array
-        What the atlas holds of the cells: another program may have left some out.
+        The variables of the cells in the atlas: another program may have dropped some.
     """
 
     def __init__(self, spec: Request, starts: Starts, stored: Columns) -> None:
@@ -98,28 +98,28 @@ class AuditedCells:
 
     @cached_property
     def reach(self) -> Array:
-        """How far the coordinate went by the stored extremes."""
+        """The largest distance of the coordinate from its undisturbed value, from the stored extremes."""
         with np.errstate(invalid="ignore"):
             return self.spec.model.reach(self.spec, self.starts, self.stored)
 
     @cached_property
     def derived(self) -> Columns:
-        """Variables that follow from the stored measures; a measure that the atlas lacks counts as missing."""
+        """Variables derived from the stored measures; a measure that the atlas lacks counts as missing."""
         model, missing = self.spec.model, np.full(self.every.shape, np.nan)
         measured = {**dict.fromkeys((*model.measures, *model.counts), missing), **self.stored}
         return {**model.derive(self.starts, measured), "amplification": amplification(self.reach, self.scale)}
 
     @cached_property
     def amplification_rounding(self) -> Array:
-        """By how much an amplification may differ between processors; not finite where there is none."""
+        """Largest difference of an amplification between processors; not finite where there is no amplification."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(ROUNDING * self.derived["amplification"] + LAST_BIT / self.scale)
 
     @cached_property
     def verdict_follows(self) -> Truths:
-        """Whether the stored verdict is that of the criterion on the stored values.
+        """Whether the criterion gives the stored verdict for the stored values.
 
-        Where an error reaches the limit or does not by rounding alone, either verdict will do.
+        Where only rounding decides whether the limit is within the error, both verdicts are accepted.
         """
         spec, columns = self.spec, {**self.stored, **self.derived}
         follows = np.zeros(self.every.shape, bool)
@@ -140,13 +140,13 @@ class AuditedCells:
         promise: bool = False,
         unknown: Truths | None = None,
     ) -> CellCheck:
-        """Return the check of a decision, which is right or wrong: the difference is 0 or 1."""
+        """Return the check of a decision: the difference is 0 if it is right, 1 if it is wrong."""
         difference = self.nothing if right.all() else np.where(right, 0.0, 1.0)
         judged = self.every if judged is None else judged
         return CellCheck(name, against, difference, self.nothing, judged, promise, unknown=unknown)
 
     def following(self) -> Iterator[CellCheck]:
-        """Yield the checks of what follows from the start and the stored measures."""
+        """Yield the checks of the variables that follow from the start and the stored measures."""
         rounding = self.amplification_rounding
         for name, against, values, allowed in (
             ("peak_tilt", "the stored extremes", self.derived["peak_tilt"], self.nothing),
@@ -158,22 +158,22 @@ class AuditedCells:
             ),
         ):
             yield self.same(name, against, values, allowed)
-        for name in [each for each in self.derived if each not in ("peak_tilt", "amplification")]:
+        for name in [name for name in self.derived if name not in ("peak_tilt", "amplification")]:
             if name in self.stored:
                 yield self.same(name, "the stored measures", np.asarray(self.derived[name], np.float64))
-        for rate in [each for each in ("precession_rate", "roll_rate") if each in self.stored]:
+        for rate in [name for name in ("precession_rate", "roll_rate") if name in self.stored]:
             known = np.isfinite(self.starts[rate]) & ~self.ended("not_computed")
             values = np.where(known, self.starts[rate], np.nan)
             yield self.same(rate, "the equation of steady motion", values)
 
     def same(self, name: str, against: str, values: Array, allowed: Array | None = None) -> CellCheck:
-        """Return the check of values that have to be others, or missing where those are, except for rounding."""
+        """Return the check that stored values equal expected ones to rounding, and are missing where those are."""
         if allowed is None:
             allowed = ROUNDING * np.abs(np.nan_to_num(values))
         return CellCheck(name, against, self.unless_same(self.stored[name], values), allowed, self.every)
 
     def unless_same(self, stored: Array, values: Array) -> Array:
-        """Return how far stored values are from others: 0 where they are the same, or both are missing."""
+        """Return the differences of stored values from others: 0 where they are the same, or both are missing."""
         right: Truths = stored == values
         if right.all():
             return self.nothing
@@ -183,6 +183,6 @@ class AuditedCells:
 
 
 def amplification(reach: Array, scale: Array) -> Array:
-    """Return a reach over the size of the perturbation; missing where nothing disturbs the motion."""
+    """Return the reach over the size of the perturbation; missing where nothing disturbs the motion."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(scale > 0.0, reach / scale, np.nan)

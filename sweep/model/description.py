@@ -1,7 +1,7 @@
-"""Models for the engine: the base class of all models, and its parts.
+"""The base class of all models, and its parts.
 
-A model is a mechanical system whose starts are integrated and judged. Every other room of `sweep` takes what it needs
-to know about the system from here; docs/architecture.md walks through a complete model.
+A model is a mechanical system whose starts are integrated and judged. The other rooms of `sweep` know the system only
+through this class; docs/architecture.md walks through a complete model.
 """
 
 from abc import ABC, abstractmethod
@@ -28,7 +28,7 @@ Starts = Mapping[str, Array]
 class Words:
     """CF and ACDD attributes that describe a model in the file of an atlas; ASCII.
 
-    `summary` has one place ``{}`` for how the cells were computed.
+    `summary` has one placeholder ``{}`` for how the cells were computed.
     """
 
     summary: str
@@ -43,13 +43,13 @@ class LineWords:
     Parameters
     ----------
     critical, predicted : str
-        What the file says of both, with one place for the parameter; ASCII.
+        Descriptions of the two lines in the file, with one placeholder for the parameter; ASCII.
     limit, told : str
-        The same of the value for one cell, as `explain` goes on after the number.
+        The words after the critical and the predicted value of one cell in `explain`.
     label : str
-        The predicted line in a legend, with one place for the criterion.
+        The predicted line in a legend, with one placeholder for the criterion.
     bound : bool
-        Whether the boundary may be well below the predicted line, which then says nothing of a range below it.
+        Whether the predicted line is only an upper bound: the boundary may be well below it.
     """
 
     critical: str = "analytic critical {}, the limit of a vanishing perturbation"
@@ -61,7 +61,7 @@ class LineWords:
 
 
 class Request(Protocol):
-    """The part of a spec that a model uses: values of its parameters, settings and options, by their names."""
+    """The part of a spec that a model uses: its parameters, settings and options, by their names."""
 
     @property
     def model(self) -> "Model":
@@ -88,33 +88,33 @@ class Reference(Protocol):
 
     @property
     def sampled(self) -> str:
-        """Which cells were compared with more than themselves, in words, where these are only a sample; else empty."""
+        """A description of the sample, if only a sample of cells is compared with another method; else empty."""
 
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
 
     def truth(self, spec: Request, starts: Starts, first: int, stored: Columns) -> Columns:
-        """Return what `check` holds cells with these starts, shape (n,), against: this calls kernels.
+        """Return the expected values of cells with these starts, shape (n,); this calls kernels.
 
-        `first` is the number of the first of them in the atlas, which holds `stored`.
+        `first` is the index of the first of these cells in the atlas; `stored` has their variables in the atlas.
         """
 
     def check(
         self, spec: Request, starts: Starts, stored: Columns, truth: Columns
     ) -> tuple[dict[str, npt.NDArray[Any]], Sequence[CellCheck]]:
-        """Hold cells with these starts and stored values, shape (n,), against their `truth`; this calls no kernel.
+        """Compare cells with these starts and stored values, shape (n,), with their `truth`; this calls no kernel.
 
-        `stored` has the variables `needed`, and others that the atlas holds of its cells. Returns the variables of
-        `audit`, and the check of each variable.
+        `stored` has the variables `needed`, and other variables of the cells. Returns the variables of `audit`, and
+        the check of each variable.
         """
 
 
 class ExactReference(Reference, Protocol):
-    """A way to the extremes of a motion without time stepping; a model may lack it."""
+    """A method that finds the extremes of a motion without time stepping; not all models have one."""
 
     @property
     def variables(self) -> Mapping[str, Quantity]:
-        """The table of what an atlas of ``method=exact`` holds besides."""
+        """The table of the variables that only an atlas of ``method=exact`` has."""
 
     @property
     def compared(self) -> tuple[str, ...]:
@@ -125,11 +125,11 @@ class ExactReference(Reference, Protocol):
     ) -> dict[str, npt.NDArray[Any]]:
         """Return the measures and counts of a model, and `variables`, for starts of shape (n,).
 
-        With `extremes_only` measures may be NaN that no verdict needs.
+        With `extremes_only`, measures that no verdict needs may be NaN.
         """
 
     def untimed(self, spec: Request) -> str:
-        """Return what an atlas of a spec does not know because it was made without time; empty if it knows all."""
+        """Return which variables an atlas of a spec lacks because it was made without time; empty if none."""
 
 
 class Model(ABC):
@@ -138,76 +138,77 @@ class Model(ABC):
     Attributes
     ----------
     name : str
-        What ``model=`` says.
+        The value of ``model=``.
     parameters : mapping of str to Input
         The start and the system, in the order of the rows of the kernels' array of starts; each can be an axis.
     settings : mapping of str to Input
-        Numbers that are the same for all cells, in the order of the kernels' array of settings; `duration`, `step` (0
-        where the request says ``auto``) and `tolerance` among them.
+        Numbers that are the same for all cells, in the order of the kernels' array of settings. They include
+        `duration`, `step` (0 for ``auto``) and `tolerance`.
     options : mapping of str to Word
-        Settings that are text, beside the engine's own.
+        Settings that are text, in addition to the engine's own.
     substitutes : mapping of str to Substitute
-        What a request may give instead of a parameter.
+        Quantities that a request may give instead of a parameter.
     methods, devices : tuple of str
-        How cells can be computed, the default first; ``exact`` needs `exact`. On what they can be integrated.
+        The methods that compute cells (``exact`` needs `exact`), and the devices that integrate them, the default
+        first.
     endings : Endings
     variables : mapping of str to Quantity
-        What an atlas holds of every cell, in the order of the file: ``ending``, ``stability``, all of `measures` and
-        `counts`, and what `derive` adds.
+        The variables of every cell, in the order of the file: ``ending``, ``stability``, all of `measures` and
+        `counts`, and the variables that `derive` adds.
     measures, counts : tuple of str
         Rows of the arrays that the kernel `integrate` writes, float64 and int32.
     coordinate : str
         The parameter whose distance from its undisturbed value a criterion limits; empty if there is none.
     extremes : tuple of two str
-        The measures with the smallest and the largest value of that coordinate; none without it.
+        The measures with the smallest and the largest value of the coordinate; empty without a coordinate.
     default_criterion : str
         The criterion of a request that names none.
     criterion_words : mapping of str to str
-        Text of a criterion -> what captions say instead: what makes a cell unstable.
+        Text of a criterion -> what makes a cell unstable, in the words of captions.
     text : str
-        What an atlas carries of the model, if that is more than its name.
+        The definition of the model that an atlas carries, if the name is not enough.
     error_name : str
         The measure with the estimated error of the extremes.
     of_criterion : tuple of str
-        Measures that depend on the criterion: an atlas that is judged by another one loses them.
+        Measures that depend on the criterion: they are dropped when an atlas is judged by another criterion.
     chosen_by : tuple of str
-        Words that choose the model in a request which names none, and which the model that it would have does not know.
+        Words that choose this model in a request that names none, if the default model does not know them.
     does_without : tuple of str
-        Words that a request leaves behind when it becomes one of this model: those of a file, or of another spec.
+        Words of a file or of another spec that are dropped when a request changes to this model.
     peak : str
-        The variable that reports and, unless `drawn` names another one, maps show.
+        The variable that reports show; maps show it too, unless `drawn` names another one.
     drawn : str
         The variable that gives maps their colour; empty for `peak`.
     shown : tuple of str
         Other variables that the explorer offers.
     lost_name : str
-        What happens to a motion that is lost, for captions; empty if none can be.
+        What happens to a lost motion, for captions; empty if no motion can be lost.
     presets : Path
         Folder of the specs that come with the model, NAME.toml.
     integrate : Kernel
-        integrate(starts, settings, measures, counts), which ``kernels.lanes.binding.bind`` has made of the LANE_MODEL
+        integrate(starts, settings, measures, counts), which ``kernels.lanes.binding.bind`` makes from the LANE_MODEL
         in the same module.
     words : Words
     line_words : LineWords
     synonyms : mapping of str to str
-        Names of the equations and of other books -> names of parameters and substitutes, for suggestions.
+        Letters of the equations and names in textbooks -> names of parameters and substitutes, for suggestions.
     ambiguous : mapping of str to str
-        Part of an unknown word -> what to say instead of it.
+        Part of an unknown word -> what to write instead.
     exact : ExactReference or None
     additions : mapping of str to mapping of str to Quantity
         Words of a request -> the variables of every cell that they add.
     unknown_to : mapping of str to sequence of str
-        Method -> variables of which it knows no value.
+        Method -> variables whose values it does not find.
     trajectory, regimes : str
         ``module:function`` that draws the motion of an explained cell (``explain --plot``), and the kinds of motion of
         atlases (``plot --regimes``); empty if the model has none.
     losses : str
         ``module:function`` that draws time and largest loss of atlases (``plot --losses``); empty if nothing is lost.
     motion : str
-        ``module:object``, the kind of its motions in time (a ``MotionKind``), or a function that makes
-        it of the model; empty if ``simulate`` follows none.
+        ``module:object``, the kind of its motions in time (a ``MotionKind``), or a function that makes it from the
+        model; empty if ``simulate`` does not know the model.
     in_time : str
-        ``module:function`` that follows one cell in time and returns what that says of its variables, for ``explain``:
+        ``module:function`` that follows one cell in time for ``explain`` and returns the variables that this gives:
         (spec, start, stored) -> mapping of str to (value, error); empty if the model has none.
     """
 
@@ -252,27 +253,27 @@ class Model(ABC):
 
     @abstractmethod
     def headline(self, spec: Request) -> str:
-        """Return what a spec without a title is about, in one line."""
+        """Return the title of a spec that has none, in one line."""
 
     @abstractmethod
     def undisturbed(self, spec: Request, starts: Starts) -> Array:
-        """Return the value of the coordinate in the motion that each start disturbs, in its SI unit."""
+        """Return the coordinate of the undisturbed motion of each start, in its SI unit."""
 
     @abstractmethod
     def perturbation(self, spec: Request, starts: Starts) -> Array:
-        """Return the size of the perturbation in each start, in the SI unit of the coordinate."""
+        """Return the size of the perturbation of each start, in the SI unit of the coordinate."""
 
     def disturbed_motion(self, spec: Request, start: Mapping[str, float]) -> str:
-        """Return the name of the motion that a start disturbs, in words."""
+        """Return the name of the undisturbed motion of a start, in words."""
         return "the undisturbed motion"
 
     def methods_for(self, values: Mapping[str, Any]) -> tuple[str, ...]:
-        """Return those of `methods` that compute the cells of a request with these values, the usual one first."""
+        """Return the `methods` that can compute the cells of a request with these values, the default first."""
         del values
         return self.methods
 
     def check(self, values: Mapping[str, Any]) -> None:
-        """Refuse values of a request that do not go together; by default all do.
+        """Refuse values of a request that do not fit together; by default all do.
 
         Raises
         ------
@@ -281,29 +282,29 @@ class Model(ABC):
         del values
 
     def complete(self, spec: Request, starts: Starts) -> Starts:
-        """Return starts with the parameters for which the request gives a word instead of a number."""
+        """Return starts completed by the parameters for which the request has a word instead of a number."""
         return starts
 
     def cell_variables(self, spec: Request) -> Mapping[str, Quantity]:
-        """Return the variables of an atlas with one value per cell, for the method and the options of a spec."""
+        """Return the variables of a cell for the method and the options of a spec."""
         exact = self.exact.variables if self.exact is not None and spec.method == "exact" else {}
         return {**self.variables, **exact}
 
     @property
     def measured(self) -> frozenset[str]:
-        """The variables that do not follow from others: by default all that the kernel writes."""
+        """The variables that cannot be derived from others: by default all that the kernel writes."""
         return frozenset({*self.measures, *self.counts})
 
     @property
     def from_extremes(self) -> frozenset[str]:
-        """The extremes, and the variables that follow from them and the start."""
+        """The extremes, and the variables derived from them and the start."""
         return frozenset(self.extremes) | (self.variables.keys() - self.measured)
 
     def reference(self, size: int, seed: int | None = None) -> Reference | None:
-        """Return what ``eulerdisk verify`` holds an atlas against; by default the exact reference, if there is one.
+        """Return the reference of ``eulerdisk verify``: by default the exact reference, or None.
 
-        The atlas has `size` cells; `seed` says which of them a sample has, where the reference takes one: fresh ones if
-        not given.
+        The atlas has `size` cells. If the reference draws a sample of them, `seed` determines it; without a seed every
+        sample differs.
         """
         return self.exact
 
@@ -312,32 +313,33 @@ class Model(ABC):
         return self.integrate
 
     def kernel_settings(self, spec: Request) -> Array:
-        """Return the array of settings that it is called with."""
+        """Return the array of settings with which `integrator` is called."""
         values = (getattr(spec, name) for name in self.settings)
         return np.array([0.0 if isinstance(value, str) else value for value in values])
 
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
-        """Return the compiled functions that compute the cells of a spec: their code decides the bits."""
+        """Return the compiled functions that compute the cells of a spec: their code determines the bits."""
         return (self.integrator(spec),)
 
     def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
-        """Return the code outside of the kernels that decides the bits of what is measured: modules and functions.
+        """Return the modules and functions, except the kernels, that determine the bits of the measures.
 
-        By default the module of the model, if it completes starts or measures more; `Model.kernels` are hashed besides.
+        By default the module of the model, if it overrides `complete` or `measure_more`. `Model.kernels` are hashed
+        in addition.
         """
         own = (type(self).complete, type(self).measure_more) != (Model.complete, Model.measure_more)
         return [type(self).__module__] if own else []
 
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
-        """Return measures that need a kernel of their own, from those that `integrate` or `exact` has found."""
+        """Return measures that need another kernel, from the measures of `integrate` or `exact`."""
         return {}
 
     def derive(self, starts: Starts, measured: Columns) -> Columns:
-        """Return the variables that follow from the measures, except for ``stability`` and ``amplification``."""
+        """Return the variables derived from the measures, except ``stability`` and ``amplification``."""
         return {}
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
-        """Return where theory puts the edges of the unstable band along an axis.
+        """Return the edges of the unstable band along an axis, from theory.
 
         Parameters
         ----------
@@ -345,13 +347,13 @@ class Model(ABC):
         axis : str
             A control parameter that is an axis of the spec.
         starts : mapping of str to array, shape (n,)
-            The starts of the rows along that axis, or of some of them; what they hold for the axis does not matter.
+            The starts of rows along that axis; their values of the axis itself do not matter.
 
         Returns
         -------
         dict of str to (critical, predicted)
-            ``"upper"`` (stable above) and ``"lower"`` (stable below), where theory has such an edge: two arrays, shape
-            (n,), in the SI unit of the axis: the limit of a vanishing perturbation, and the value at which the
+            ``"upper"`` (stable above) and ``"lower"`` (stable below), if theory has such an edge. Two arrays of shape
+            (n,) in the SI unit of the axis: the limit of a vanishing perturbation, and the value at which the
             criterion changes its verdict for the perturbation of the spec. NaN where theory has no value.
         """
         return {}
@@ -364,7 +366,7 @@ class Model(ABC):
         return ""
 
     def joined_edges(self, spec: Request) -> tuple[str, str] | None:
-        """Return what the two ends of the analytic line are called, where both edges are one curve over the coordinate.
+        """Return the names of the two ends of the analytic line, if both edges form one curve over the coordinate.
 
         In mathtext, the end of the upper edge first; both ends lie at zero of the coordinate. None for separate lines.
         """
@@ -373,7 +375,7 @@ class Model(ABC):
     def unit_of_square(self, spec: Request, axis: str) -> tuple[float, str] | None:
         """Return the unit in which the square of a control parameter is a pure number, and its name in mathtext.
 
-        None where cells differ in that unit, or the model has none.
+        None if that unit differs between cells, or the model has none.
         """
         return None
 
@@ -382,21 +384,21 @@ class Model(ABC):
         return self.endings.of(stored["ending"]).reason
 
     def open_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
-        """Return what ended a motion that may yet go further, for a cell with these stored values."""
+        """Return what ended a motion too early for a verdict, for a cell with these stored values."""
         return f"the duration of {spec.duration:g} s {self.endings.of(stored['ending']).reason}"
 
     def reason_without_verdicts(self, spec: Request) -> str:
-        """Return why many cells may have no verdict, and what to ask for instead; empty if nothing is known."""
+        """Return why many cells may have no verdict, and what to request instead; empty if nothing is known."""
         return ""
 
     def linear_prediction(
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
-        """Return lines that say what linear theory expects of one cell; none if the model has no such theory."""
+        """Return lines with the prediction of linear theory for one cell; none if the model has no such theory."""
         return ()
 
     def slipping(self, dataset: Any, friction: float) -> Any:
-        """Return which cells of an atlas need more than a friction coefficient, as an xarray.DataArray of bool.
+        """Return which cells of an atlas need more friction than a coefficient, as an xarray.DataArray of bool.
 
         Raises
         ------
@@ -409,7 +411,7 @@ class Model(ABC):
         )
 
     def reach(self, spec: Request, starts: Starts, measured: Columns) -> Array:
-        """Return how far the coordinate went from its undisturbed value, in its SI unit; NaN without extremes."""
+        """Return the largest distance of the coordinate from its undisturbed value [SI]; NaN without extremes."""
         steady = self.undisturbed(spec, starts)
         if not self.extremes:
             return np.full(steady.shape, np.nan)
@@ -421,17 +423,17 @@ class Model(ABC):
         return np.asarray(measured[self.error_name], np.float64)
 
     def may_be_lost(self, spec: Request, measured: Columns, error: Array) -> Truths:
-        """Return which cells end otherwise if their extremes are off by `error`: the motion may be lost."""
+        """Return which cells may be lost if their extremes are wrong by `error`."""
         return np.zeros(error.shape, bool)
 
     def drawn_of(self, spec: Request) -> str:
-        """Return the variable that maps of the cells of a spec show, unless another one is asked for."""
+        """Return the variable that maps of a spec show by default."""
         return self.drawn or self.peak
 
     def controls(self, axes: Iterable[str]) -> list[str]:
-        """Return the axes along which a boundary of stability is sought."""
+        """Return the axes along which the boundary of stability is searched."""
         return [name for name in axes if name in self.parameters and self.parameters[name].control]
 
     def upward(self, axes: Sequence[str]) -> str:
-        """Return which axis goes up in a map, in a figure and on the page: the first control, else the first of all."""
+        """Return the vertical axis of a map, in a figure and on the page: the first control, or else the first axis."""
         return next(iter(self.controls(axes)), axes[0])

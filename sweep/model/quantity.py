@@ -1,6 +1,6 @@
 """Quantities: everything that has a name, with its units, type, flags, labels and tolerance; and the endings of cells.
 
-A model lists its parameters, settings and variables as tables of these; a unit or a name stands there and nowhere else.
+A model lists its parameters, settings and variables in tables of quantities: no other place names a unit.
 """
 
 import math
@@ -15,10 +15,10 @@ import numpy.typing as npt
 
 from sweep.errors import RequestError
 
-#: Value in a file where a float is missing: netCDF's own default fill, because some readers mishandle NaN.
+#: Value of a missing float in a file: netCDF's default fill value, because some readers mishandle NaN.
 FILL = 9.969209968386869e36
 
-#: In a million random extremes all but one in a thousand are within this many times their stated error.
+#: Of a million random extremes, all but one in a thousand were within this many times their stated error.
 PROMISED = 2.0
 
 #: Verdicts of a criterion.
@@ -27,35 +27,35 @@ UNDECIDED, STABLE, UNSTABLE = 0, 1, 2
 Array = npt.NDArray[np.float64]
 Truths = npt.NDArray[np.bool_]
 
-#: Units of files -> units in which people think, where they differ.
+#: Units of files -> units of messages and figures, where they differ.
 _SHOWN: Mapping[str, str] = {"1": "", "rad": "deg"}
 
-#: Turns from which on an angle is told in turns.
+#: Angles of at least this many turns are shown in turns.
 _MANY_TURNS = 10.0
 
 #: A unit of a CF units string, and its power.
 _POWER = re.compile(r"([A-Za-z]+)(-?\d+)")
 
 
-# What else two atlases may differ by, because both state it (`sweep.checks.variables`).
-#: The errors of two extremes: of each atlas its tolerance, or the stated error of the cell where that is larger.
+# Further differences that two atlases may have, because the atlases state them (`sweep.checks.variables`).
+#: The errors of two extremes: the tolerance of each atlas, or the stated error of the cell where that is larger.
 EXTREME = "extreme"
 #: The errors of two extremes over the size of the perturbation.
 AMPLIFIED = "amplified"
-#: The errors of two extremes over the size of the swing, as a share of a time.
+#: The errors of two extremes over the size of the swing: a relative error of a time.
 TIMED = "timed"
 #: The half-widths of two brackets around the same place.
 BRACKET = "bracket"
-#: Meaning of undecided places between the ends of a bracket for its half-width.
+#: The difference of two half-widths, because cells without a verdict can end a bisection early.
 HALFWIDTH = "halfwidth"
 
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far two atlases may differ in a quantity, and why: |new - old| <= absolute + relative * |old| + stated.
+    """Largest difference of a quantity between two atlases, |new - old| <= absolute + relative * |old| + stated.
 
-    `stated` names what the two atlases themselves state, one of the words above, or the variable with the error of each
-    cell; empty if that is nothing.
+    `stated` is one of the words above, or the variable with the error of each cell; empty if the atlases state no
+    error. `reason` completes "this difference is allowed because".
     """
 
     absolute: float
@@ -64,35 +64,35 @@ class Tolerance:
     stated: str = ""
 
 
-DECISION = Tolerance(0.0, 0.0, "a decision is the same or it is not")
+DECISION = Tolerance(0.0, 0.0, "a decision is equal or different")
 GRID = Tolerance(0.0, 1e-12, "the logarithm in a range differs in its last bits between processors")
 MEASURED_EDGE = Tolerance(
     0.0,
     1e-12,
-    "both brackets hold the boundary; where both are cells of the grid, the cells are the same",
+    "both brackets contain the boundary; if both are cells of the grid, they are the same cells",
     BRACKET,
 )
 EDGE_HALFWIDTH = Tolerance(
-    0.0, 1e-12, "a bracket is bisected to its width, or as far as the errors leave a verdict open", HALFWIDTH
+    0.0, 1e-12, "a bracket is bisected to its width, or until the errors leave a verdict open", HALFWIDTH
 )
-CRITICAL_EDGE = Tolerance(0.0, 1e-12, "a closed expression, known to rounding")
+CRITICAL_EDGE = Tolerance(0.0, 1e-12, "it is a closed expression, known to rounding")
 PREDICTED_EDGE = Tolerance(
-    0.0, 1e-9, "a closed expression with a difference of like numbers, known to rounding"
+    0.0, 1e-9, "it is a closed expression with a difference of nearly equal numbers, known to rounding"
 )
-ERROR_GAUGE = Tolerance(1e-8, 0.0, "made of rounding: only the magnitude of an error estimate matters")
+ERROR_GAUGE = Tolerance(1e-8, 0.0, "rounding makes it: only the magnitude of an error estimate matters")
 STEP_COUNT = Tolerance(2.0, 0.0, "the last bit can move a turning point across the end of a step")
-EVENT_COUNT = Tolerance(0.0, 0.0, "the last bit moves an event, and adds none")
+EVENT_COUNT = Tolerance(0.0, 0.0, "the last bit moves an event, but adds none")
 
 #: Variables that depend on the steps and kernels of a run more than on the motion.
 OF_THE_RUN = (ERROR_GAUGE, STEP_COUNT, EVENT_COUNT)
 
 
-#: Sizes of errors from here on are read as numbers; smaller ones as powers of ten.
+#: Errors smaller than this are written with a power of ten.
 _READABLE = 1e-3
 
 
 def with_unit(number: str, units: str) -> str:
-    """Return a number with its unit; a pure number, whose unit is ``1``, has none."""
+    """Return a number with its unit; a pure number (unit ``1``) gets none."""
     return number if units in ("", "1") else f"{number} {units}"
 
 
@@ -119,7 +119,7 @@ class Quantity:
 
     @property
     def shown_units(self) -> str:
-        """Units in which people read the quantity, in plain text: deg for an angle, nothing for a pure number."""
+        """Units of the quantity in messages, in plain text: deg for an angle, nothing for a pure number."""
         return _SHOWN.get(self.units, self.units)
 
     @property
@@ -131,17 +131,17 @@ class Quantity:
 
     @property
     def plot_scale(self) -> float:
-        """Factor from the value in `units` to the value that people read."""
+        """Factor from the value in `units` to the value in `shown_units`."""
         return math.degrees(1.0) if self.units == "rad" else 1.0
 
     def spell(self, value: float, digits: int = 10) -> str:
-        """Return a value as a message says it, angles in degrees, those of many turns in turns."""
+        """Return a value as text for messages: angles in degrees, angles of many turns in turns."""
         if self.units == "rad" and abs(value) >= _MANY_TURNS * math.tau:
             return f"{value / math.tau:.{digits}g} turns"
         return f"{value * self.plot_scale:.{digits}g} {self.shown_units}".rstrip()
 
     def flag(self, code: float) -> str:
-        """Return the name of a code of an enumerated quantity, in words; of another number, the number."""
+        """Return the name of a code of an enumerated quantity, in words; an unknown code as a number."""
         return (self.flags or {}).get(code, f"{code:g}").replace("_", " ")  # type: ignore[call-overload, no-any-return]
 
     def attributes(self) -> dict[str, object]:
@@ -162,9 +162,9 @@ class Input(Quantity):
     """A quantity that a request may set: its default and the rule for its values.
 
     `allows` takes an array of values in `units` and returns an array of bool. Every rule is an interval, so a
-    range is allowed if both its ends are. `words` may be given instead of a number; `meaning` says of several what each
-    asks for; `constants` has those that stand for a number, which no request can write. The boundary of stability is
-    sought along every axis that is a `control`.
+    range is allowed if both its ends are. A request may give one of `words` instead of a number; `meaning` explains
+    them if there are several. `constants` maps those of `words` that stand for a number to the number. The boundary of
+    stability is searched along every axis that is a `control`.
     """
 
     default: float | str
@@ -178,11 +178,11 @@ class Input(Quantity):
 
 @dataclass(frozen=True, kw_only=True)
 class Substitute(Quantity):
-    """A quantity that may be given instead of a parameter, which follows from it: a scaled rate, speed or angle.
+    """A quantity that a request may give instead of a parameter: a scaled rate, speed or angle.
 
     substitute = (parameter - offset) * scale(values): `scale` takes a mapping with the values [SI] of the parameters
-    `needs`, for which a request gives no words, and returns a number that is not zero; of a substitute that grows while
-    the parameter falls it is negative. Requests alone know substitutes: specs and files hold the parameter.
+    `needs`, which must be numbers, and returns a nonzero number; a negative one if the substitute decreases with the
+    parameter. Only requests know substitutes: specs and files contain the parameter.
     """
 
     parameter: str
@@ -195,8 +195,8 @@ class Substitute(Quantity):
 class Word:
     """A setting that is text, not a number; one of `choices`, if there are any.
 
-    `decides` says whether it changes the cells of an atlas: one that only adds variables does not. `remark` says why
-    there are no other choices, where that helps.
+    `decides` is true if it changes the values of the cells, false if it only adds variables. `remark` may explain why
+    there are no other choices.
     """
 
     name: str
@@ -213,7 +213,7 @@ def table[Row: (Quantity, Input, Substitute, Word)](*rows: Row) -> Mapping[str, 
 
 
 def positive(values: Array) -> Truths:
-    """Return which values are above zero: the rule of many inputs."""
+    """Return which values are above zero."""
     return values > 0.0
 
 
@@ -234,18 +234,18 @@ STEP = Input(
 )  # fmt: skip
 
 
-# Roles: what an ending means for the verdict, under any name.
+# Roles: what an ending means for the verdict; the names of endings differ between models.
 #: The cell has not been integrated.
 MISSING = "missing"
-#: The extremes that were reached hold for all time; of a model that judges within the duration, for that.
+#: The extremes are final for all time, or for the duration if the model judges within it.
 FINAL = "final"
-#: Time ran out first: the motion may yet go further.
+#: Time ran out: the extremes could still grow.
 OPEN = "open"
 #: Unstable by any criterion that limits the coordinate.
 LOST = "lost"
 #: Nothing disturbs the motion: there is nothing to measure.
 UNDISTURBED = "undisturbed"
-#: Passes of different accuracy end in different ways: nothing can be said of the motion.
+#: Passes of different accuracy end differently: nothing is known about the motion.
 SENSITIVE = "sensitive"
 #: The cell could not be computed.
 FAILED = "failed"
@@ -255,9 +255,9 @@ FAILED = "failed"
 class Ending:
     """One way in which the integration of a cell can end.
 
-    `code` is the number that the kernels write, `name` and `meaning` stand in the file, `role` is one of the roles
-    above, `reason` says in a sentence why such a cell has the verdict that it has; empty where extremes decide.
-    `help` says what to do where a cell could not be computed.
+    `code` is the number that the kernels write. `name` and `meaning` are written to the file. `role` is one of the
+    roles above. `reason` explains the verdict of such a cell in a sentence; empty if its extremes decide. `help` says
+    what to do if a cell could not be computed.
     """
 
     code: int
@@ -274,37 +274,37 @@ class Endings:
     Parameters
     ----------
     *endings : Ending
-        The one whose role is MISSING has the code 0.
+        The ending with the role MISSING has the code 0.
     lost_time : str
-        The measure with the time at which a motion was lost; empty if there is none. Of another ending it has none, or
-        the time until that one.
+        The measure with the time at which a motion was lost; empty if there is none. For other endings it is missing,
+        or the time of that ending.
     """
 
     def __init__(self, *endings: Ending, lost_time: str = "") -> None:
         self._all, self.lost_time = endings, lost_time
-        self._codes = {each.name: each.code for each in endings}
+        self._codes = {ending.name: ending.code for ending in endings}
 
     def __iter__(self) -> Iterator[Ending]:
         """Yield the endings."""
         return iter(self._all)
 
     def code(self, name: str) -> int:
-        """Return the code of a name."""
+        """Return the code of the ending with a name."""
         return self._codes[name]
 
     def of(self, code: float) -> Ending:
-        """Return the ending of a code.
+        """Return the ending with a code.
 
         Raises
         ------
         RequestError
-            If there is none, as in a damaged file.
+            If there is none: the file is damaged.
         """
-        for each in self._all:
-            if each.code == code:
-                return each
+        for ending in self._all:
+            if ending.code == code:
+                return ending
         raise RequestError(
-            f"The file is damaged: a cell has the ending {code:g}, which is none of "
+            f"The file is damaged: a cell has the ending {code:g}; the endings are "
             f"{', '.join(map(str, self.flags))}.",
             hint="Check it with eulerdisk verify.",
             where="ending",
@@ -312,30 +312,30 @@ class Endings:
 
     def codes(self, *roles: str) -> list[int]:
         """Return the codes of all endings with one of the roles."""
-        return [each.code for each in self._all if each.role in roles]
+        return [ending.code for ending in self._all if ending.role in roles]
 
     def have(self, role: str, ending: npt.NDArray[Any]) -> Truths:
-        """Return which cells ended with a role; `ending` holds codes, any shape."""
+        """Return which cells have an ending with a role; `ending` is an array of codes, any shape."""
         codes = self.codes(role)
-        found: Truths = ending == codes[0] if len(codes) == 1 else np.isin(ending, codes)
-        return found
+        matches: Truths = ending == codes[0] if len(codes) == 1 else np.isin(ending, codes)
+        return matches
 
     def among(self, ending: npt.NDArray[Any], *names: str) -> Truths:
-        """Return which cells have one of the endings; `ending` holds codes, any shape."""
+        """Return which cells have one of the endings; `ending` is an array of codes, any shape."""
         # a tenth of the time of numpy.isin
-        found: Truths = ending == self._codes[names[0]]
+        matches: Truths = ending == self._codes[names[0]]
         for name in names[1:]:
-            found |= ending == self._codes[name]
-        return found
+            matches |= ending == self._codes[name]
+        return matches
 
     @property
     def flags(self) -> Mapping[int, str]:
-        """Each code with its name, as the file declares it."""
-        return MappingProxyType({each.code: each.name for each in self._all})
+        """The codes with their names, for the file."""
+        return MappingProxyType({ending.code: ending.name for ending in self._all})
 
     @property
     def quantity(self) -> Quantity:
-        """The variable of the file that holds the codes."""
-        meanings = "; ".join(f"{each.name}: {each.meaning}" for each in self._all)
+        """The variable with the codes, for the file."""
+        meanings = "; ".join(f"{ending.name}: {ending.meaning}" for ending in self._all)
         words = "how the integration of the cell ended"
         return Quantity("ending", "", "1", words, DECISION, meanings, "i1", self.flags)

@@ -1,7 +1,7 @@
-"""The models of a request that have a name of their own: the disk and other bodies, each without and with losses.
+"""The models that a request can name: the disk and other bodies, each without and with losses.
 
-A system of a user is a model too (`sweep.model.system.model`): a request carries it as text. A spec or a file can only
-name one of these: nothing in it is ever imported.
+A user's system is a model too (`sweep.model.system.model`), but a request carries it as text. A spec or a file can only
+name one of these models: nothing else is ever imported because of it.
 """
 
 from collections.abc import Iterable, Iterator, Mapping
@@ -12,10 +12,10 @@ from types import MappingProxyType
 from sweep.errors import RequestError, shown
 from sweep.model.description import Model
 
-#: The model of a request that names none, and has no word that chooses another one.
+#: The model of a request that names none and contains no word of another model.
 DEFAULT = "disk"
 
-#: Model that comes with this distribution -> the module and the object.
+#: Name of a model -> its module and its object there.
 _OWN: Mapping[str, tuple[str, str]] = MappingProxyType({
     DEFAULT: ("sweep.model.disk.model", "DISK"),
     "lossy_disk": ("sweep.model.lossy_disk.model", "LOSSY_DISK"),
@@ -23,7 +23,7 @@ _OWN: Mapping[str, tuple[str, str]] = MappingProxyType({
     "lossy_bodies": ("sweep.model.lossy_bodies.model", "LOSSY_BODIES"),
 })  # fmt: skip
 
-#: Two models, and that of a request which has words of both.
+#: Two models, and the model of a request with words of both.
 _OF_BOTH = {"lossy_disk", "bodies"}, "lossy_bodies"
 
 
@@ -39,17 +39,17 @@ def named(name: str) -> Model:
     Raises
     ------
     RequestError
-        If there is none.
+        If there is no such model.
     """
     if name not in _OWN:
         raise RequestError(
-            f"There is no model {shown(name)!r}. The models are {', '.join(names())}, and systems of your own.",
+            f"There is no model {shown(name)!r}. The models are {', '.join(names())}, and your own systems.",
             hint="Name one of these, or a file with a system, such as mine.py.",
             where="model",
         )
-    module, found = _OWN[name]
-    own: Model = getattr(import_module(module), found)
-    return own
+    module, attribute = _OWN[name]
+    model: Model = getattr(import_module(module), attribute)
+    return model
 
 
 def every() -> Iterator[Model]:
@@ -58,7 +58,7 @@ def every() -> Iterator[Model]:
 
 
 def chosen(strange: Iterable[str], beside: str = DEFAULT) -> Model | None:
-    """Return the model that some words choose (`sweep.model.description.Model.chosen_by`); None if none does.
+    """Return the model that unknown words of a request choose (`Model.chosen_by`); None if they choose none.
 
     Parameters
     ----------
@@ -68,8 +68,8 @@ def chosen(strange: Iterable[str], beside: str = DEFAULT) -> Model | None:
         The name of its model.
     """
     words = {*strange}
-    found = [model for model in every() if not words.isdisjoint(model.chosen_by)] if words else []
+    models = [model for model in every() if not words.isdisjoint(model.chosen_by)] if words else []
     two, both = _OF_BOTH
-    if found and two <= {beside, *(model.name for model in found)}:
+    if models and two <= {beside, *(model.name for model in models)}:
         return named(both)
-    return found[0] if found else None
+    return models[0] if models else None

@@ -1,9 +1,9 @@
-"""A rigid body of revolution that rolls without slipping, in space: Newton and Euler's equations, by SciPy.
+"""A rigid body of revolution that rolls without slipping: the Newton-Euler equations in space, solved with SciPy.
 
-There is no tilt and no rate of it: the state is the axis n and the angular velocity, both in space. The body is what
-lies within `edge` of a ring of radius `core`, whose middle is at `-shift` along the axis; its lowest point is the
-contact. If `square` is not 1, the tube of the ring is an ellipse, sqrt(square) times as far along the axis as across
-it. Units are m = g = R = 1. Nothing is shared with the kernels, so their results can be compared with it.
+The state is the axis n and the angular velocity, both in space; tilt and tilt rate do not occur. The body is the set
+of points within `edge` of a ring of radius `core`, whose center is at `-shift` along the axis; its lowest point is the
+contact. If `square` is not 1, the cross-section of the tube is an ellipse, sqrt(square) times as long along the axis
+as across it. Units are m = g = R = 1. It shares no code with the kernels, so it can check their results.
 """
 
 import math
@@ -16,12 +16,12 @@ from sweep.model.quantity import Array
 
 UP = np.array([0.0, 0.0, 1.0])
 
-#: Relative error per step that DOP853 is asked for.
+#: Relative tolerance per step of DOP853.
 _ACCURACY = 1e-12
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return the vector product: that of NumPy takes four times as long."""
+    """Return the vector product: numpy.cross takes four times as long."""
     (x, y, z), (u, v, w) = a.tolist(), b.tolist()
     return np.array((y * w - z * v, z * u - x * w, x * v - y * u))
 
@@ -38,7 +38,7 @@ class RigidBody:
     square: float = 1.0
 
     def contact(self, n: Array, n_rate: Array) -> tuple[Array, Array]:
-        """Return the contact point from the centre of mass, and its rate where the axis moves with `n_rate`.
+        """Return the contact point, from the center of mass, and its rate when the axis moves with `n_rate`.
 
         The lowest point of an ellipsoid with the matrix M is -M UP/sqrt(UP M UP): M = edge^2 (1 + (square - 1) n n).
         """
@@ -50,7 +50,7 @@ class RigidBody:
         low_rate = more * (sine_rate * n + sine * n_rate)
         r_rate = -self.shift * n_rate - self.edge * (low_rate - low * size_rate / size) / size
         if self.core:
-            # no number beyond flat, where a step may be tried
+            # NaN past the flat position, which a trial step may reach
             cosine = np.sqrt(1.0 - sine * sine)
             d = (UP - sine * n) / cosine
             d_rate = (-sine_rate * n - sine * n_rate + sine * sine_rate / cosine * d) / cosine
@@ -62,18 +62,18 @@ class RigidBody:
         return np.asarray(self.transverse * np.eye(3) + (self.axial - self.transverse) * np.outer(n, n))
 
     def right_side(self, _: float, y: Array) -> Array:
-        """Return the derivatives of axis and angular velocity."""
+        """Return the derivatives of the axis and the angular velocity."""
         n, turning = y[:3], y[3:]
         n_rate = cross(turning, n)
         r, r_rate = self.contact(n, n_rate)
         inertia = self.inertia(n)
-        # the centre of mass moves with -turning x r; force = its acceleration + weight
+        # the center of mass moves with -turning x r; contact force = its acceleration + weight
         known = -cross(turning, inertia @ turning) + cross(r, UP - cross(turning, r_rate))
         whole = inertia + (r @ r) * np.eye(3) - np.outer(r, r)
         return np.concatenate([n_rate, np.linalg.solve(whole, known)])
 
     def start(self, tilt: float, w: float, o: float, s: float) -> Array:
-        """Return the state with a tilt and scaled rates (`kernels.bodies.equations`)."""
+        """Return the state for a tilt and scaled rates (`kernels.bodies.equations`)."""
         n = np.array([-math.cos(tilt), 0.0, math.sin(tilt)])
         d = np.array([math.sin(tilt), 0.0, math.cos(tilt)])
         return np.concatenate([n, w * np.array([0.0, 1.0, 0.0]) + o * d + s * n])
@@ -89,13 +89,13 @@ class RigidBody:
         most: int = 0,
         **more: Any,
     ) -> Any:
-        """Return SciPy's solution to the time `end`, or until the tilt has turned `most` times: its events."""
+        """Return SciPy's solution until `end`, or until the `most`-th turning point of the tilt; these are events."""
         from scipy.integrate import solve_ivp
 
         def turns(_: float, y: Array) -> float:
             return float(cross(y[3:], y[:3])[2])
 
-        turns.terminal = most  # type: ignore[attr-defined]  # as SciPy asks for it
+        turns.terminal = most  # type: ignore[attr-defined]  # SciPy reads this attribute
         return solve_ivp(
             self.right_side, (0.0, end), self.start(tilt, w, o, s), method="DOP853", rtol=accuracy,
             atol=1e-2 * accuracy, events=turns, **more,
@@ -104,11 +104,11 @@ class RigidBody:
     def extremes(
         self, tilt: float, w: float, o: float, s: float, end: float = 300.0, accuracy: float = _ACCURACY
     ) -> tuple[float, float, float]:
-        """Return the extreme tilts and the scaled period of a motion that turns; NaN if it does not until `end`."""
-        found = self.motion(tilt, w, o, s, end, accuracy, most=4)
+        """Return the extreme tilts and the scaled period of a motion; NaN if `end` comes before a full period."""
+        solution = self.motion(tilt, w, o, s, end, accuracy, most=4)
         # a start at rest is a turning point: SciPy may see it as an event or not
-        later = found.t_events[0] > 0.0
-        times, states = found.t_events[0][later], found.y_events[0][later]
+        later = solution.t_events[0] > 0.0
+        times, states = solution.t_events[0][later], solution.y_events[0][later]
         if w == 0.0:
             times = np.concatenate([[0.0], times])
             states = np.concatenate([[self.start(tilt, w, o, s)], states.reshape(-1, 6)])

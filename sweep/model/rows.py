@@ -1,7 +1,7 @@
-"""Values of several parameters of a request together, for rules that hold in each cell.
+"""Values of several parameters of a request together, for rules that combine them.
 
-A grid has all values of one parameter with all of another, so the largest of one meet the least of another. A table of
-starts has only its rows.
+A grid combines all values of its parameters, so the largest value of one meets the smallest of another. A table of
+starts has only the combinations of its rows.
 """
 
 from collections.abc import Mapping
@@ -11,12 +11,12 @@ import numpy as np
 
 from sweep.model.quantity import Array, Truths
 
-#: Which of the values of a parameter may break a rule.
+#: The value of a parameter that can break a rule: the largest, the smallest, or the one with the largest magnitude.
 LARGEST, LEAST, SIZE = "largest", "least", "size"
 
 
 def ends_of(value: Any) -> tuple[float, float]:
-    """Return the smallest and the largest value of a word; 0 for a word that is no number."""
+    """Return the smallest and the largest value of a word; 0 for text."""
     if isinstance(value, str):
         return 0.0, 0.0
     low, high = value.ends() if hasattr(value, "ends") else (value, value)
@@ -29,20 +29,20 @@ def is_column(value: Any) -> bool:
 
 
 def worst_cases(values: Mapping[str, Any], which: Mapping[str, str]) -> dict[str, Array]:
-    """Return the values of parameters with which a rule is broken first.
+    """Return the values of parameters that break a rule first.
 
     Parameters
     ----------
     values : mapping of str to value
-        Of every word of a request.
+        The value of every word of a request.
     which : mapping of str to str
         Parameter -> which of its values: `LARGEST`, `LEAST`, or the one of the largest `SIZE`.
 
     Returns
     -------
     dict of str to array
-        In every row of the table, shape (n,), of a column: NaN where the values of a table are not here, for then they
-        were checked when it was given. Of every other value one number, shape ().
+        The rows of a column of a table, shape (n,), or one number, shape (). NaN, shape (), for a table whose values
+        were not loaded: they were checked when the request was made.
     """
     return {name: _worst(values[name], kind) for name, kind in which.items()}
 
@@ -57,8 +57,8 @@ def _worst(value: Any, kind: str) -> Array:
     return np.asarray(high if kind == LARGEST else low)
 
 
-def told(values: Mapping[str, Any], wrong: Truths, *names: str, unit: str = "") -> str:
-    """Return the values of parameters as they were given; of a table those of the first row that is wrong.
+def spell_values(values: Mapping[str, Any], wrong: Truths, *names: str, unit: str = "") -> str:
+    """Return the values of parameters as the request has them; for a table, the first row that breaks a rule.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def told(values: Mapping[str, Any], wrong: Truths, *names: str, unit: str = "") 
         Which rows break a rule, from `worst_cases`.
     *names : str
     unit : str
-        Behind the values of a table.
+        Unit of the values of a table, with a leading space.
     """
     if not wrong.ndim:
         return " ".join(f"{name}={values[name]}" for name in names)

@@ -1,4 +1,4 @@
-"""A sample of cells that the reduction has computed, followed in space by SciPy (`sweep.model.rigid_body`)."""
+"""A sample of cells from the reduction, computed again in space with SciPy (`sweep.model.rigid_body`)."""
 
 import math
 import secrets
@@ -14,47 +14,47 @@ from sweep.model.description import Columns, Starts
 from sweep.model.quantity import Array
 from sweep.model.rigid_body import RigidBody
 
-#: Cells that are drawn at most; seconds after which no further one is followed, if there are at least FEW.
+#: Largest number of cells drawn. After SECONDS no further cell is computed, once there are FEW.
 _CELLS, SECONDS, FEW = 200, 2.0, 8
 
-#: Longest scaled period that is followed; the least energy between a motion and a maximum of the potential, over m g R:
-#: closer to it the solution in space loses its digits.
+#: Longest scaled period in the sample; smallest energy between a motion and a maximum of the potential, over m g R:
+#: closer to the separatrix the solution in space loses its digits.
 _LONGEST, _LEAST_SEPARATRIX = 60.0, 1e-3
 
-#: Relative error per step of the solution in space, and of a second one that shows its error: next to an unstable
-#: pole a period loses digits.
+#: Relative tolerance of the solution in space, and of a second one that gives its error: a period loses digits near an
+#: unstable pole.
 _ACCURACIES = (1e-12, 3e-11)
 
-#: Least error of the solution in space: tilts [rad], and periods, relative. 2e-11 was seen in 1,000 random motions.
+#: Least error of the solution in space: tilts [rad], and periods, relative. In 1,000 random motions it was 2e-11.
 _TILT_ERROR, _PERIOD_ERROR = 1e-9, 1e-9
 
-#: Measures that are compared; `SpaceSample.follow` returns them and their errors under names with these prefixes.
+#: Measures compared; `SpaceSample.follow` returns them and their errors under names with these prefixes.
 COMPARED, PREFIX, ERROR = ("tilt_min", "tilt_max", "nutation_period"), "space_", "space_error_"
 
 _AGAINST = "DOP853 in space, of a sample"
 
 
 class SpaceSample:
-    """Cells that are drawn from an atlas, and their motions in space.
+    """Random cells of an atlas, and their motions in space.
 
     Parameters
     ----------
     size : int
         Number of cells of the atlas.
     seed : int, optional
-        Which cells are drawn; fresh ones if not given.
+        Seed of the random cells; a new one if not given.
 
     Attributes
     ----------
     seed : int
     followed : int
-        Cells so far that were followed.
+        Number of cells computed so far.
     """
 
     def __init__(self, size: int, seed: int | None) -> None:
         self.seed = secrets.randbelow(10**9) if seed is None else seed
         rng = np.random.default_rng(self.seed)
-        # of many cells the few that are drawn twice do not matter
+        # in a large atlas a few cells drawn twice do not matter
         drawn = rng.permutation(size) if size <= 10 * _CELLS else rng.integers(0, size, _CELLS)
         self._places, self._size = np.unique(drawn[:_CELLS]), size
         self.followed, self._spent = 0, 0.0
@@ -67,7 +67,7 @@ class SpaceSample:
         bounded: npt.NDArray[np.bool_],
         first: int,
     ) -> dict[str, Array]:
-        """Follow the drawn cells among those from `first` on.
+        """Compute the motions of the drawn cells among the n cells from `first` on.
 
         Parameters
         ----------
@@ -76,15 +76,15 @@ class SpaceSample:
         bodies : mapping of str to array, shape (n,)
             The fields of `RigidBody`.
         exact : mapping of str to array, shape (n,)
-            What the reduction says of them.
+            The results of the reduction.
         bounded : array of bool, shape (n,)
-            Which of them have both turning points.
+            Which cells have both turning points.
         first : int
 
         Returns
         -------
         dict of str to array, shape (n,)
-            `COMPARED` with `PREFIX`, and its error with `ERROR`; NaN where a cell was not followed.
+            `COMPARED` with `PREFIX`, and its error with `ERROR`; NaN for cells that were not computed.
         """
         n = bounded.size
         columns = {prefix + name: np.full(n, np.nan) for prefix in (PREFIX, ERROR) for name in COMPARED}
@@ -99,7 +99,7 @@ class SpaceSample:
             if self._spent > until and self.followed >= FEW:
                 break
             begin = time.monotonic()
-            values, rough = (_follow_cell(starts, bodies, int(cell), each) for each in _ACCURACIES)
+            values, rough = (_follow_cell(starts, bodies, int(cell), accuracy) for accuracy in _ACCURACIES)
             self._spent += time.monotonic() - begin
             for name, value, other in zip(COMPARED, values, rough, strict=True):
                 columns[PREFIX + name][cell], columns[ERROR + name][cell] = value, abs(value - other)
@@ -110,7 +110,7 @@ class SpaceSample:
 def _follow_cell(
     starts: Starts, bodies: Mapping[str, Array], cell: int, accuracy: float
 ) -> tuple[float, float, float]:
-    """Return extreme tilts [rad] and period [s] of a cell."""
+    """Return the extreme tilts [rad] and the period [s] of a cell."""
     unit = math.sqrt(starts["radius"][cell] / starts["gravity"][cell])
     body = RigidBody(**{name: float(values[cell]) for name, values in bodies.items()})
     tilt, turn = float(starts["tilt"][cell]), float(starts["precession_rate"][cell]) * unit
@@ -121,7 +121,7 @@ def _follow_cell(
 
 
 def is_sampled(truth: Columns) -> bool:
-    """Whether columns have those of `SpaceSample.follow`."""
+    """Return whether columns include the columns of `SpaceSample.follow`."""
     return PREFIX + COMPARED[0] in truth
 
 
@@ -131,16 +131,16 @@ def compare_with_space(stored: Columns, truth: Columns, tilt_allowed: Array) -> 
     Parameters
     ----------
     stored : mapping of str to array, shape (n,)
-        What the atlas holds.
+        The variables of the atlas.
     truth : mapping of str to array, shape (n,)
-        With the columns of `SpaceSample.follow`.
+        Includes the columns of `SpaceSample.follow`.
     tilt_allowed : array, shape (n,)
-        How far [rad] an extreme tilt may be from the right one.
+        Allowed error [rad] of an extreme tilt.
     """
     checks: list[CellCheck] = []
     for name in COMPARED:
         values: npt.NDArray[Any] = truth[PREFIX + name]
-        # a value that the reduction leaves open is missing in the atlas too
+        # a value that the reduction cannot find is missing in the atlas too
         judged = np.isfinite(values) & np.isfinite(truth[name])
         with np.errstate(invalid="ignore"):
             difference = np.abs(stored[name] - values)

@@ -1,4 +1,4 @@
-"""The reduction of a body to one degree of freedom, as a reference: extremes and period without time stepping."""
+"""The reduction of a body to one degree of freedom, as a method and a reference without time stepping."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -28,21 +28,21 @@ _KERNELS = {
 def kernel_of(body: str, name: str) -> Kernel:
     """Return the kernel `reduce`, `paths` or `contact` of a body.
 
-    Only the series of contact forces differ for a spheroid, whose meridian is not an arc of a circle.
+    Only the contact forces of a spheroid need another kernel, because its meridian is not an arc of a circle.
     """
     kernel = _KERNELS[name]
     return replace(kernel, function="contact_ellipses") if (body, name) == ("spheroid", "contact") else kernel
 
 
-#: What an atlas of the reduction holds besides: where every cell is another body, wells would take most of the time.
+#: Additional variables of an atlas of the reduction. Wells would take most of the time if every cell has another body.
 REDUCTION: Mapping[str, Quantity] = table(OF_THE_DISK["separatrix"])
 
-#: Variables of an audit that only the disk has.
+#: The variable of an audit that only the disk has.
 _OF_THE_DISK_ALONE = "wells"
 
 
 def path_of_bodies(spec: Request, starts: Starts) -> Columns:
-    """Return where the contact points of cells go: `sweep.model.disk.path.PATH_VARIABLES`, arrays of shape (n,)."""
+    """Return the paths of the contact points of cells: `sweep.model.disk.path.PATH_VARIABLES`, arrays of shape (n,)."""
     rows = np.stack([starts[name] for name in arrays.PARAMETERS])
     return path_columns(rows, shapes.NAMES.index(spec.body), spec.fall_tilt)
 
@@ -65,7 +65,7 @@ class BodyReduction(ExactReduction):
     audit = replace(
         AUDIT,
         variables=MappingProxyType(
-            {name: each for name, each in AUDIT.variables.items() if name != _OF_THE_DISK_ALONE}
+            {name: row for name, row in AUDIT.variables.items() if name != _OF_THE_DISK_ALONE}
         ),
     )
 
@@ -76,5 +76,5 @@ class BodyReduction(ExactReduction):
         return {name: np.broadcast_to(values, starts["tilt"].shape) for name, values in fields.items()}
 
     def rows(self, spec: Request, starts: Starts) -> tuple[Array, int]:
-        """Return the rows of starts (`kernels.bodies.arrays.PARAMETERS`), and the number of their body."""
+        """Return the rows of starts (`kernels.bodies.arrays.PARAMETERS`), and the number of their kind of body."""
         return np.stack([starts[name] for name in arrays.PARAMETERS]), shapes.NAMES.index(spec.body)

@@ -1,4 +1,4 @@
-"""Bodies of revolution: names, tables and functions for the rest of the program."""
+"""The model of bodies of revolution without losses."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -57,8 +57,8 @@ class Bodies(Model):
     in_time = DISK.in_time
     integrate = Kernel("kernels.bodies.integrate", "integrate", seconds=8.0)
     words = Words(
-        summary="Stability atlas of a body of revolution that rolls without slipping on a horizontal plane: for every "
-        "start of a grid the extreme tilts of the motion, {}, and the verdict of a criterion.",
+        summary="Stability atlas of a body of revolution that rolls without slipping on a horizontal plane. For every "
+        "start of a grid: the extreme tilts of the motion, {}, and the verdict of a criterion.",
         keywords="rolling body of revolution, torus, coin, nonholonomic dynamics, stability, parameter sweep",
         references="reduction: Chaplygin 1897; Borisov and Mamaev, Regul. Chaotic Dyn. 7 (2002) 177; equations: "
         "docs/bodies.md of this program",
@@ -66,8 +66,8 @@ class Bodies(Model):
     synonyms = DISK.synonyms
     ambiguous = {  # noqa: RUF012 - the base class declares it a Mapping
         **{part: text for part, text in DISK.ambiguous.items() if part != "flat_tilt"},
-        "alpha": "alpha is for the thin disk; of a body say axial_moment and transverse_moment, or leave both out.",
-        "speed": "Say roll_rate: the contact point of a body is not always at the same distance from its axis.",
+        "alpha": "alpha is for the thin disk; write axial_moment and transverse_moment for a body, or leave both out.",
+        "speed": "Write roll_rate: the distance of the contact point from the axis of a body is not constant.",
     }
 
     exact: BodyReduction = BodyReduction()
@@ -79,73 +79,73 @@ class Bodies(Model):
     unknown_to = DISK.unknown_to
 
     def headline(self, spec: Request) -> str:
-        """Return what is looked at, which follows from the rates and the body."""
+        """Return a title, from the rates and the body of the spec."""
         if all_on_end(spec):
             return f"Spinning on its end, a {spec.body}: stability of the vertical axis"
-        motion, _, looked_at = DISK.headline(spec).partition(": ")
+        motion, _, subject = DISK.headline(spec).partition(": ")
         article = "an" if tables.CALLED[spec.body][0] in "aeiou" else "a"
-        return f"{motion}, {article} {tables.CALLED[spec.body]}: {looked_at.replace('disk', 'body')}"
+        return f"{motion}, {article} {tables.CALLED[spec.body]}: {subject.replace('disk', 'body')}"
 
     def undisturbed(self, spec: Request, starts: Starts) -> Array:
-        """Return the tilt [rad] of the motion that each start disturbs: upright, circling, or a body on its end."""
+        """Return the tilt [rad] of the undisturbed motion of each start: upright, circling, or a body on its end."""
         vertical = np.copysign(math.pi / 2, starts["tilt"])
         return np.where(on_end(spec, starts), vertical, DISK.undisturbed(spec, starts))
 
     def perturbation(self, spec: Request, starts: Starts) -> Array:
-        """Return the size [rad] of the perturbation in each start.
+        """Return the size [rad] of the perturbation of each start.
 
         Notes
         -----
-        sqrt((tilt - steady tilt)^2 + (tilt_rate / W)^2), with W^2 = gravity / ((1 + transverse moment) radius): that of
+        sqrt((tilt - steady tilt)^2 + (tilt_rate / W)^2), with W^2 = gravity / ((1 + transverse moment) radius), as for
         the disk, whose transverse moment is alpha/2.
         """
-        # the coordinates of an atlas do not hold a moment that follows from the body
+        # an atlas has no coordinate for a moment that follows from the body
         known = starts if "transverse_moment" in starts else with_body(spec, starts)
         slow = np.sqrt((1.0 + known["transverse_moment"]) * starts["radius"] / starts["gravity"])
         return np.hypot(starts["tilt"] - self.undisturbed(spec, starts), starts["tilt_rate"] * slow)
 
     def drawn_of(self, spec: Request) -> str:
-        """Return what maps show: of a body on its end, whose largest tilt is that of its start, the amplification."""
+        """Return the variable of maps: the amplification for a body on its end, whose largest tilt is its start's."""
         return "amplification" if all_on_end(spec) else super().drawn_of(spec)
 
     def disturbed_motion(self, spec: Request, start: Mapping[str, float]) -> str:
-        """Return what a start disturbs."""
+        """Return the name of the undisturbed motion of a start."""
         if on_end(spec, start):
             return f"a {spec.body} that spins on its end, about the vertical"
         called = tables.CALLED[spec.body]
         return f"a {called} that circles at this tilt" if circling(spec) else f"the upright {called}"
 
     def methods_for(self, values: Mapping[str, Any]) -> tuple[str, ...]:
-        """Return the methods for a body: beside the poles of a ball or a spheroid RK4 loses the rates."""
+        """Return the methods for a body: RK4 loses the rates near the poles of a ball or a spheroid."""
         return ("exact",) if has_poles(values["body"]) else self.methods
 
     def check(self, values: Mapping[str, Any]) -> None:
-        """Refuse rates that do not follow from the others, and what no body is."""
+        """Refuse words that do not determine the rates, and impossible bodies."""
         check_steady_rates(values)
         check_shape(values)
         check_no_fall(values, tables.SETTINGS["fall_tilt"])
 
     def cell_variables(self, spec: Request) -> Mapping[str, Quantity]:
-        """Return the variables of an atlas; those that need an integration in time say so where there is none."""
-        held = {
+        """Return the variables of an atlas; without time, the variables that need it have a remark on that."""
+        variables = {
             **super().cell_variables(spec),
             **(PATH_VARIABLES if spec.path == "yes" else {}),
             **(tables.CONTACT_VARIABLES if spec.contact == "yes" else {}),
         }
-        return untimed(held) if spec.method == "exact" else held
+        return untimed(variables) if spec.method == "exact" else variables
 
     def reference(self, size: int, seed: int | None = None) -> BodyReduction:
-        """Return the reduction, with a sample of an atlas that came from it."""
+        """Return the reduction; if it made the atlas, it is checked with a sample of cells in space."""
         return BodyReduction(SpaceSample(size, seed))
 
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
-        """Return the kernel of the method, and those of the path and of the contact forces where they are asked for."""
-        asked = [name for name, word in (("paths", spec.path), ("contact", spec.contact)) if word == "yes"]
+        """Return the kernels of the method, and of path and contact forces if the spec asks for them."""
+        names = [name for name, word in (("paths", spec.path), ("contact", spec.contact)) if word == "yes"]
         first = kernel_of(spec.body, "reduce") if spec.method == "exact" else self.integrator(spec)
-        return (first, *(kernel_of(spec.body, name) for name in asked))
+        return (first, *(kernel_of(spec.body, name) for name in names))
 
     def complete(self, spec: Request, starts: Starts) -> Starts:
-        """Return starts with the moments of their bodies, and the rates that keep the tilt of each cell."""
+        """Return starts with the moments of their bodies, and the rates that keep the tilt of each cell constant."""
         return complete(spec, starts)
 
     def kernel_settings(self, spec: Request) -> Array:
@@ -153,7 +153,7 @@ class Bodies(Model):
         return np.append(super().kernel_settings(spec), float(shapes.NAMES.index(spec.body)))
 
     def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
-        """Return what completes starts and states settings."""
+        """Return the code that completes starts and makes settings, exact values, paths and contact forces."""
         return [
             "kernels.bodies.steady",
             "kernels.bodies.shapes",
@@ -170,14 +170,14 @@ class Bodies(Model):
         ]
 
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
-        """Return where the contact points go and the extremes of the contact forces, where they are asked for."""
+        """Return the paths of the contact points and the extremes of the contact forces, if the spec asks for them."""
         return {
             **(path_of_bodies(spec, starts) if spec.path == "yes" else {}),
             **(contact_columns(spec, starts) if spec.contact == "yes" else {}),
         }
 
     def slipping(self, dataset: Any, friction: float) -> Any:
-        """Return which cells need more than a friction coefficient, or lift off."""
+        """Return which cells need more friction than a coefficient, or lift off."""
         return slipping(dataset, friction)
 
     def derive(self, starts: Starts, measured: Columns) -> Columns:
@@ -185,30 +185,30 @@ class Bodies(Model):
         return DISK.derive(starts, measured)
 
     def may_be_lost(self, spec: Request, measured: Columns, error: Array) -> Truths:
-        """Return which cells come so near to fall_tilt that they could have fallen within the error."""
+        """Return which cells reach fall_tilt within the error."""
         if has_poles(spec.body):
             return np.zeros(error.shape, bool)
         return DISK.may_be_lost(spec, measured, error)
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
-        """Return the analytic lines and those that the criterion predicts; see `sweep.model.disk.theory.lines`."""
+        """Return the critical lines and the lines predicted for the criterion; see `sweep.model.disk.theory.lines`."""
         ends = on_end(spec, starts)
         if ends.all():
             return theory.pole_lines(spec, axis, starts)
         if not theory.has_steady_motion(spec):
             return {}
-        found = of_disk.lines(spec, axis, starts, theory.FORMULAS)
+        edges = of_disk.lines(spec, axis, starts, theory.FORMULAS)
         if not circling(spec):
             # upright, a prolate spheroid is stable at every rate
-            found = {edge: both for edge, both in found.items() if np.isfinite(both[0]).any()}
+            edges = {edge: both for edge, both in edges.items() if np.isfinite(both[0]).any()}
         if not spec.criterion.limits_reach:
-            found = {
-                edge: (critical, np.full_like(critical, np.nan)) for edge, (critical, _) in found.items()
+            edges = {
+                edge: (critical, np.full_like(critical, np.nan)) for edge, (critical, _) in edges.items()
             }
-        return theory.of_both(ends, theory.pole_lines(spec, axis, starts), found) if ends.any() else found
+        return theory.of_both(ends, theory.pole_lines(spec, axis, starts), edges) if ends.any() else edges
 
     def line_label(self, spec: Request, axis: str) -> str:
-        """Return the formula of the squared critical rate, or of the curve k = 0."""
+        """Return the formula of the squared critical rate, or k = 0."""
         if all_on_end(spec):
             return theory.critical_pole_square(spec) if axis == "roll_rate" else ""
         # one formula for all rows, or none
@@ -217,7 +217,7 @@ class Bodies(Model):
         return "k = 0" if circling(spec) else theory.critical_square(spec, axis)
 
     def unit_of_square(self, spec: Request, axis: str) -> tuple[float, str] | None:
-        """Return g/R, in which the square of a rate is a pure number."""
+        """Return g/R, the unit of squared rates."""
         return DISK.unit_of_square(spec, axis)
 
     def lost_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
@@ -225,31 +225,29 @@ class Bodies(Model):
         return DISK.lost_in_words(spec, stored)
 
     def open_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
-        """Return what ended a motion that may yet go further."""
+        """Return what ended a motion too early for a verdict."""
         if self.endings.among(np.array(stored["ending"]), "edge_change"):
             return self.endings.of(stored["ending"]).reason
         return super().open_in_words(spec, stored)
 
     def reason_without_verdicts(self, spec: Request) -> str:
-        """Return that a body on one of two edges has no upright motion, and which presets have a motion to disturb."""
+        """Return that a body with two edges has no steady upright motion, and the presets with a steady motion."""
         if all_on_end(spec) or theory.has_steady_motion(spec):
             return ""
         return (
-            f"upright, a {tables.CALLED[spec.body]} has no steady motion to disturb, and what reaches a tilt of 0 "
-            "goes on in a way that is left out. It has those that circle, as in the presets thick_coin and true_edge "
-            "(roll_rate=steady or wobble); the presets rolling, spinning and torus have upright ones"
+            f"a {tables.CALLED[spec.body]} has no steady upright motion, and the model does not follow a motion past a "
+            "tilt of 0. The presets thick_coin and true_edge disturb a circling body (roll_rate=steady or wobble); "
+            "the presets rolling, spinning and torus disturb an upright one"
         )
 
     def linear_prediction(
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
-        """Return what small oscillations about the steady motion say of a cell."""
+        """Return the prediction of small oscillations about the steady motion for a cell."""
         if on_end(spec, start):
             return (theory.pole_prediction(spec, start),)
         if not theory.has_steady_motion(spec):
-            return (
-                f"linear      no prediction: upright, a {tables.CALLED[spec.body]} has no steady motion to disturb",
-            )
+            return (f"linear      no prediction: a {tables.CALLED[spec.body]} has no steady upright motion",)
         return of_disk.linear_prediction(spec, start, stored, theory.FORMULAS)
 
 

@@ -1,4 +1,4 @@
-"""The tables of bodies of revolution: what a request may say of them, and what differs from the disk's tables."""
+"""The tables of bodies of revolution: the words of a request, and the differences from the disk's tables."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -25,23 +25,23 @@ from sweep.model.quantity import (
     table,
 )
 
-#: The word of a moment of inertia that follows from the body.
+#: The word for a moment of inertia that follows from the shape of a homogeneous body.
 OF_THE_BODY = "body"
 
-#: The word of a length that a body does not have, or that is 0.
+#: The word for a length that a body does not have, or that is 0.
 NONE = "none"
 
-#: Body -> the lengths that it has, those that have to be given first.
+#: Body -> its lengths, the required ones first.
 LENGTHS: Mapping[str, tuple[str, ...]] = MappingProxyType({
     "torus": ("tube",), "rounded": ("thickness",), "rim": ("thickness", "fillet"), "arc": ("fillet", "offset"),
     "ball": ("offset",), "spheroid": ("flattening", "offset"),
 })  # fmt: skip
 assert tuple(LENGTHS) == shapes.NAMES
 
-#: Those that may be left out: then they are 0.
+#: Lengths that default to 0.
 OPTIONAL = ("fillet", "offset")
 
-#: Body -> what it is called in a sentence.
+#: Body -> its name in a sentence.
 CALLED: Mapping[str, str] = MappingProxyType({
     "torus": "torus", "rounded": "disk with a semicircular edge", "rim": "disk with a rim",
     "arc": "body with an arc for its edge", "ball": "ball", "spheroid": "spheroid",
@@ -68,7 +68,7 @@ def _moment(name: str, symbol: str, long_name: str) -> Input:
 
 
 def _in_metres(name: str, symbol: str, long_name: str) -> Substitute:
-    """Return the length that may be given instead of its share of the radius, by the same word."""
+    """Return the substitute of a length over the radius: the length in metres, under the same name."""
     return Substitute(
         name, symbol, "m", long_name, GRID, parameter=name, needs=("radius",), scale=lambda body: body["radius"]
     )  # fmt: skip
@@ -83,10 +83,10 @@ PARAMETERS: Mapping[str, Input] = table(
     replace(disk.PARAMETERS["tilt"], long_name="initial tilt of the body: of its axis from the horizontal"),
     disk.PARAMETERS["tilt_rate"],
     replace(disk.PARAMETERS["precession_rate"], words=(disk.WOBBLE,),
-            meaning="beside roll_rate=wobble, the rate that keeps the tilt while the centre of mass rests"),
+            meaning="with roll_rate=wobble, the rate that keeps the tilt constant while the centre of mass rests"),
     _of_bodies(disk.PARAMETERS["roll_rate"],
-               description="times the distance of the contact point from the axis, the speed of that point along its "
-                           "path; positive: forwards"),
+               description="times the distance of the contact point from the axis, it is the speed of that point along "
+                           "its path; positive: forwards"),
     _length("tube", r"\rho", "radius of the tube of a torus", "0 <= tube < 1",
             lambda tube: (tube >= 0.0) & (tube < 1.0)),
     _length("thickness", "d", "thickness of a disk", "0 <= thickness <= 10",
@@ -96,10 +96,10 @@ PARAMETERS: Mapping[str, Input] = table(
     _length("offset", "e",
             "distance along the axis of the centre of mass from the centre of an arc, a ball or a spheroid",
             "-3 < offset < 3", lambda offset: np.abs(offset) < 3.0),
-    Input("flattening", "f", "1", "flattening of a spheroid, 1 minus the radius to a pole over that of the equator",
+    Input("flattening", "f", "1", "flattening of a spheroid, 1 minus the polar radius over the equatorial radius",
           GRID, "negative: prolate", default=NONE, rule="-2 <= flattening <= 0.8",
           allows=lambda flattening: (flattening >= -2.0) & (flattening <= 0.8), words=(NONE,),
-          meaning="the body is no spheroid", constants={NONE: 0.0}),
+          meaning="the body is not a spheroid", constants={NONE: 0.0}),
     _moment("axial_moment", "I", "moment of inertia about the axis of the body"),
     _moment("transverse_moment", "A", "moment of inertia about a line across the axis through the centre of mass"),
     replace(disk.PARAMETERS["radius"], long_name="outer radius of the body"),
@@ -118,20 +118,20 @@ SETTINGS: Mapping[str, Input] = table(*(_of_bodies(row) for row in disk.SETTINGS
 OPTIONS: Mapping[str, Word] = table(
     # the default is the body that needs no length
     Word("body", "what rolls", "ball", shapes.NAMES,
-         remark="disk, the thin one, is the model of a request without this word"),
+         remark="leave body out for the thin disk"),
     PATH,
     disk.OPTIONS["contact"],
-    Word("filling", "whether a torus is solid, or all its mass is in its surface", "solid", ("solid", "hollow")),
+    Word("filling", "whether a torus is solid, or has all its mass in its surface", "solid", ("solid", "hollow")),
 )
 
 ENDINGS = Endings(
     *disk.ENDINGS,
     Ending(code.EDGE_CHANGE, "edge_change", "the tilt reached 0: a disk with a rim stands on both of its edges", OPEN,
-           "the tilt reached 0, where the disk comes down on its other edge with a blow that this model leaves out"),
+           "the tilt reached 0, where the other edge hits the plane: this model does not include that impact"),
     lost_time=disk.ENDINGS.lost_time,
 )
 
-#: How far an undisturbed motion may tilt; likewise what follows.
+#: The variables of the disk, with the moment of the body in the scale of the perturbation.
 VARIABLES: Mapping[str, Quantity] = table(
     ENDINGS.quantity,
     *(replace(row, description=row.description.replace(

@@ -1,7 +1,7 @@
 """Theory of bodies without time stepping: edges of stability, small oscillations.
 
-Along any motion the two scaled rates s and o are linear combinations of two fixed functions of the tilt
-(`kernels.bodies.pair`), as for the disk, of which `sweep.model.disk.theory` tells the rest.
+As for the disk (`sweep.model.disk.theory`), along any motion the two scaled rates s and o are linear combinations of
+two fixed functions of the tilt (`kernels.bodies.pair`).
 """
 
 import math
@@ -19,14 +19,15 @@ from sweep.model.quantity import Array, Truths
 
 CARRY = Kernel("kernels.reduction.carry", "carry", seconds=4.0)
 
-#: Bodies that are in balance upright, with a tilt of 0; an arc and a spheroid if their centre is the centre of mass.
+#: Bodies that are in balance upright, at a tilt of 0; an arc and a spheroid only if their centre is the centre of mass.
 IN_BALANCE = ("torus", "rounded", "arc", "spheroid")
 
 
 def has_steady_motion(spec: Request) -> bool:
     """Return whether starts that are not on their end disturb a steady motion: circling, or upright in balance.
 
-    In balance upright is one of `IN_BALANCE`. A spheroid off its centre is on its end, an arc is not in balance.
+    The bodies in `IN_BALANCE` are in balance upright. With an offset, a spheroid is on its end and an arc is not in
+    balance.
     """
     if circling(spec):
         return True
@@ -53,7 +54,7 @@ def _unit(starts: Starts) -> Array:
 
 
 def _square(spec: Request, starts: Starts, axis: str) -> Array:
-    """Square of the scaled critical rate; negative where the upright body is stable at every rate."""
+    """Return the square of the scaled critical rate; negative where the upright body is stable at every rate."""
     body = body_of(spec, starts)
     if axis == "roll_rate":
         return np.asarray(steady.critical_spin_square(body))
@@ -74,18 +75,18 @@ def _marginal(spec: Request, starts: Starts, coefficient: Array | float) -> tupl
 
 
 def _turning(spec: Request, given: Starts, tilt: Array, axis: str) -> Array:
-    """Rate [rad/s] along `axis` with which a start turns back exactly at `tilt` [rad]; infinite where none does."""
+    """Return the rate [rad/s] along `axis` at which a start turns back exactly at `tilt` [rad]; infinite if none."""
     start, unit = given["tilt"], _unit(given)
     f = np.ones_like(start) if axis == "roll_rate" else np.sin(start)
     g = np.zeros_like(start) if axis == "roll_rate" else np.cos(start)
-    bodies = np.stack([np.broadcast_to(each, start.shape) for each in body_of(spec, given)])
+    bodies = np.stack([np.broadcast_to(values, start.shape) for values in body_of(spec, given)])
     squares = np.empty(start.size)
     CARRY.load()(np.stack([start, tilt, given["tilt_rate"] * unit]), bodies, np.stack([f, g]), squares)
     return np.asarray(np.sqrt(squares) / unit)
 
 
 def coefficient(spec: Request, start: Mapping[str, float]) -> float:
-    """Return k [rad2 s-2] of the steady motion that a cell disturbs: upright, or circling at its own tilt."""
+    """Return k [rad2 s-2] of the undisturbed motion of a cell: upright, or circling at its own tilt."""
     given = {name: np.array([value]) for name, value in start.items()}
     tilt, (o, s) = given["tilt"] if circling(spec) else 0.0 * given["tilt"], scaled_rates(spec, given)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -94,12 +95,12 @@ def coefficient(spec: Request, start: Mapping[str, float]) -> float:
 
 
 def _released(spec: Request, start: Mapping[str, float], axis: str) -> float:
-    """Return how many times its tilt a start at rest swings out at most, in linear theory.
+    """Return the largest tilt after a release from rest over the tilt of the start, in linear theory.
 
     Notes
     -----
     The release itself changes the steady motion: with r = (rate / critical rate)^2 the slope of the potential is
-    (r-1) t - c r t0, c = 1 rolling and (2+I-r0)/(1+A) spinning, where r0 is the radius of curvature upright.
+    (r-1) t - c r t0, with c = 1 if it rolls and (2+I-r0)/(1+A) if it spins; r0 is the radius of curvature upright.
     """
     given = {name: np.array([value]) for name, value in start.items()}
     body = body_of(spec, given)
@@ -112,7 +113,7 @@ def _released(spec: Request, start: Mapping[str, float], axis: str) -> float:
 
 
 def pole_lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
-    """Return the spin above which a body on its end stays there; nothing is predicted for a criterion."""
+    """Return the critical spin of bodies on their end, which is the upper edge; a criterion gets no prediction."""
     if axis != "roll_rate" or np.all(starts["precession_rate"] != 0.0):
         return {}
     along = spec.roll_rate.ends()
@@ -127,34 +128,33 @@ def pole_lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Arra
 def of_both(
     ends: Truths, on_end: Mapping[str, tuple[Array, Array]], upright: Mapping[str, tuple[Array, Array]]
 ) -> dict[str, tuple[Array, Array]]:
-    """Return lines of starts some of which are on their end: each edge has NaN where a start has none."""
+    """Return lines for starts of which some are on their end; NaN where a start has no such edge."""
     missing = np.full(ends.shape, np.nan)
-    none, found = (missing, missing), {}
+    none, lines = (missing, missing), {}
     for edge in {**upright, **on_end}:
-        (critical, predicted), (beside, held) = on_end.get(edge, none), upright.get(edge, none)
-        found[edge] = (
-            np.asarray(np.where(ends, critical, beside), np.float64),
-            np.asarray(np.where(ends, predicted, held), np.float64),
+        of_ends, of_others = on_end.get(edge, none), upright.get(edge, none)
+        lines[edge] = (
+            np.asarray(np.where(ends, of_ends[0], of_others[0]), np.float64),
+            np.asarray(np.where(ends, of_ends[1], of_others[1]), np.float64),
         )
-    return found
+    return lines
 
 
 def critical_pole_spin(spec: Request, start: Mapping[str, float]) -> float | None:
-    """Return the spin [rad s-1] above which a body stays on its end; None if it does at every spin."""
+    """Return the spin [rad s-1] above which a body on its end is stable; None if it is stable at every spin."""
     given = {name: np.array([value]) for name, value in start.items()}
     square = float(steady.critical_pole_spin_square(body_of(spec, given), np.copysign(1.0, given["tilt"]))[0])
     return math.sqrt(square) / float(_unit(given)[0]) if square > 0.0 else None
 
 
 def pole_prediction(spec: Request, start: Mapping[str, float]) -> str:
-    """Return what linear theory says of a cell whose body spins on its end."""
+    """Return the line of `explain` with the prediction of linear theory for a body that spins on its end."""
     critical = critical_pole_spin(spec, start)
     if critical is None:
         return "linear      stable on its end at every spin"
     spin = abs(start["roll_rate"] + start["precession_rate"] * math.sin(start["tilt"]))
-    verdict, beside = ("stable", "above") if spin > critical else ("unstable", "at or below")
-    held = f"its spin, {spin:.6g} rad/s, is {beside} the critical {critical:.6g} rad/s"
-    return f"linear      {verdict} on its end: {held}"
+    verdict, side = ("stable", "above") if spin > critical else ("unstable", "at or below")
+    return f"linear      {verdict} on its end: its spin, {spin:.6g} rad/s, is {side} the critical {critical:.6g} rad/s"
 
 
 FORMULAS = Formulas(_critical, _marginal, _turning, coefficient, _released)

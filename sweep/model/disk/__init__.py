@@ -1,1 +1,1 @@
-"""The thin disk that rolls without slipping and without losses, as the engine knows it."""
+"""The model of the thin disk that rolls without slipping and without losses."""

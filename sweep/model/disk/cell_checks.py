@@ -1,4 +1,4 @@
-"""The check of every variable that an atlas of the disk holds of its cells."""
+"""The checks of all variables of the cells in an atlas of the disk."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -13,45 +13,45 @@ from sweep.model.disk.tables import REDUCTION, VARIABLES
 from sweep.model.quantity import PROMISED, UNDECIDED, Array, Truths
 
 _EXACT = "the exact reduction"
-_PRESENT = "the ending, which says where it is missing"
+_PRESENT = "the ending, which decides where it is missing"
 
-#: Share of cells that may be further off than `tilt_error` promises.
+#: Share of cells whose error may exceed the promise of `tilt_error`.
 _SHARE = 1e-3
 
 #: Possible effect of rounding on an extreme tilt [rad], and on a difference of energies.
 _TILT_ROUNDING, _ENERGY_ROUNDING = 2e-14, 1e-12
 
 
-#: Relative error of a fall time: of the quadrature (8e-7 was seen in 6800 random falls), and over the tolerance of the
-#: integration (0.4 was seen).
+#: Relative error of a fall time: of the quadrature (at most 8e-7 in 6800 random falls), and of the integration, over
+#: its tolerance (at most 0.4).
 _FALL_TIME, _FALL_TOLERANCE = 1e-5, 20.0
 
-#: A value counts as checked only if the allowed difference is a smaller share of it than this.
+#: A value counts as checked only if the allowed difference is at most this share of it.
 _WIDE = 0.1
 
 #: Variables of an atlas that the audit reads.
 MEASURES = ("ending", "stability", "tilt_min", "tilt_max", "peak_tilt", "amplification", "nutation_period")
 
-#: An error of an extreme tilt changes the period by about its ratio to the width of the swing, and near a saddle by its
-#: ratio to the separatrix.
+#: The error of an extreme tilt changes the period, relatively, by about its ratio to the width of the swing; near a
+#: saddle by its ratio to the separatrix.
 _PERIOD_FACTOR = 2.0
 
-#: RK4 keeps time less well than energy: by a multiple of the tolerance that chose the step, and by at most the last
-#: where the step was given. See `ReducedCells.period_allowed` for what was measured.
+#: Relative error of the period from RK4, which keeps time less well than energy: rounding, a multiple of the tolerance
+#: if the engine chose the step, and a constant if the step was given. See `ReducedCells.period_allowed`.
 _PERIOD_ROUNDING, _PERIOD_TOLERANCE, _PERIOD_GIVEN_STEP = 1e-9, 10.0, 3e-6
 
-#: Both turning points are passed within one period; the rest allows for the error of the period.
+#: A motion passes both turning points within one period; the rest allows for the error of the period.
 _MOST_PERIODS = 1.01
 
 
 class ReducedCells(AuditedCells):
-    """Cells of an atlas of the disk beside what the exact reduction says of them, arrays of shape (n,).
+    """Cells of an atlas of the disk with their values from the exact reduction, arrays of shape (n,).
 
     Parameters
     ----------
     spec : Request
     starts, stored : mapping of str to array
-        As of `AuditedCells`.
+        As in `AuditedCells`.
     exact : mapping of str to array
         The measures of the same starts by the exact reduction (`sweep.model.disk.exact`).
     """
@@ -61,7 +61,7 @@ class ReducedCells(AuditedCells):
         self.exact = exact
 
     def exact_ended(self, *names: str) -> Truths:
-        """Return which cells have one of the endings by the reduction."""
+        """Return which cells have one of the endings in the reduction."""
         return self.spec.model.endings.among(self.exact["ending"], *names)
 
     @cached_property
@@ -71,34 +71,34 @@ class ReducedCells(AuditedCells):
 
     @cached_property
     def without_exact_period(self) -> Truths:
-        """Which cells lack only the period by the reduction: beside a separatrix rounding decides it."""
+        """Which cells lack only the period in the reduction: next to a separatrix rounding decides it."""
         return self.exact_ended("bounded") & np.isnan(self.exact["nutation_period"])
 
     @cached_property
     def resolved(self) -> Truths:
-        """Which cells both the atlas and the reduction have resolved."""
+        """Which cells are resolved both in the atlas and in the reduction."""
         vague = self.exact_ended("unresolved", "invalid") | self.without_exact_period
         return np.asarray(~vague & ~self.failed)
 
     @cached_property
     def allowed(self) -> Array:
-        """How far [rad] an extreme tilt may be from the exact one."""
+        """Allowed difference [rad] of an extreme tilt from the exact one."""
         return np.asarray(self.spec.tolerance + np.fmax(self.exact["tilt_error"], 0.0))
 
     @cached_property
     def differences(self) -> tuple[Array, Array]:
         """The differences [rad] of the smallest and of the largest tilt from the exact ones.
 
-        A run that time ended need only lie inside the exact extremes. Where a peak is within the tolerance of
-        fall_tilt, the atlas or the reduction may end with a fall and hold only the extremes before it: then the
-        extremes of one need only lie inside those of the other.
+        If a cell ran out of time, its extremes only need to lie inside the exact ones. If a peak is within the
+        tolerance of fall_tilt, the atlas or the reduction may end with a fall and know only the extremes before it:
+        then one pair of extremes only needs to lie inside the other.
         """
         stored, exact, fall_tilt = self.stored, self.exact, self.spec.fall_tilt
         low, high = stored["tilt_min"] - exact["tilt_min"], stored["tilt_max"] - exact["tilt_max"]
         least, greatest = np.abs(low), np.abs(high)
         fell, open_ = self.ended("fell") | self.exact_ended("fell"), self.ended("horizon")
         if fell.any():
-            ends = np.abs([each[name] for each in (stored, exact) for name in ("tilt_min", "tilt_max")])
+            ends = np.abs([columns[name] for columns in (stored, exact) for name in ("tilt_min", "tilt_max")])
             grazes = fell & np.any((ends < fall_tilt) & (ends >= fall_tilt - self.allowed), axis=0)
             inside = np.maximum(0.0, np.stack((-low, high)))
             around = np.maximum(0.0, np.stack((low, -high)))
@@ -111,22 +111,22 @@ class ReducedCells(AuditedCells):
 
     @cached_property
     def difference(self) -> Array:
-        """The larger difference [rad] of both extremes."""
+        """The larger of the differences [rad] of the two extremes."""
         return np.maximum(*self.differences)
 
     @cached_property
     def period_allowed(self) -> Array:
-        """How far [s] a period may be from the exact one.
+        """Allowed difference [s] of a period from the exact one.
 
-        Measured over 150000 random motions with rates over six decades, at tolerances from 1e-10 to 1e-2 and a step of
-        the engine's own: the period is off by at most 2.7 times the tolerance, relative, where its extremes allow no
-        more.
+        Measured over 150000 random motions with rates over six decades, at tolerances from 1e-10 to 1e-2 and with the
+        engine's own step: beyond the effect of the extremes, the relative error of the period is at most 2.7 times the
+        tolerance.
         """
         spec, exact, own_step = self.spec, self.exact, isinstance(self.spec.step, str)
         with np.errstate(divide="ignore", invalid="ignore"):
             # without a second well there is no saddle to linger at
             lingering = np.fmax(1.0 / np.abs(exact["separatrix"]), 0.0)
-            # a given step keeps the tolerance of the extremes, and the time of a small swing no better than that
+            # a given step keeps the extremes to the tolerance, and the period of a small swing no better than that
             apart = np.minimum(np.fmax(self.difference, 0.0), spec.tolerance) if own_step else spec.tolerance
             error = apart + np.fmax(exact["tilt_error"], 0.0) + LAST_BIT
             share = _PERIOD_FACTOR * error * (1.0 + 1.0 / (exact["tilt_max"] - exact["tilt_min"]) + lingering)
@@ -137,7 +137,7 @@ class ReducedCells(AuditedCells):
 
     @cached_property
     def has_period(self) -> Truths:
-        """Which cells have to have a period: of ``method=exact`` those of which the reduction has one."""
+        """Which cells must have a period: with ``method=exact``, the cells that have one in the reduction."""
         bounded = self.ended("bounded")
         if self.spec.method != "exact":
             return bounded
@@ -145,17 +145,17 @@ class ReducedCells(AuditedCells):
 
     @cached_property
     def decidable(self) -> bool:
-        """Whether the reduction knows all that the criterion needs: it has no time, so no duration and no fall_time."""
+        """Whether the reduction knows everything that the criterion needs: it has no duration and no fall_time."""
         return set(self.spec.criterion.needs(self.spec.model)) <= {*MEASURES, *REDUCTION}
 
     @cached_property
     def exact_reach(self) -> Array:
-        """How far the coordinate goes by the reduction."""
+        """The largest distance of the coordinate from its undisturbed value, from the reduction."""
         return self.spec.model.reach(self.spec, self.starts, self.exact)
 
     @cached_property
     def exact_derived(self) -> Columns:
-        """Checks of variables that follow from the exact extremes."""
+        """The variables that follow from the exact extremes."""
         least, greatest = self.exact["tilt_min"], self.exact["tilt_max"]
         return {
             "peak_tilt": np.maximum(np.abs(least), np.abs(greatest)),
@@ -164,7 +164,7 @@ class ReducedCells(AuditedCells):
 
     @cached_property
     def exact_stability(self) -> npt.NDArray[np.int8]:
-        """The verdict of the criterion on the exact values; undecided where the reduction does not know them."""
+        """The verdict of the criterion for the exact values; undecided where the reduction does not know them."""
         criterion = self.spec.criterion
         if not self.decidable and not criterion.limits_reach:
             return np.full(self.every.shape, UNDECIDED, np.int8)
@@ -177,13 +177,13 @@ class ReducedCells(AuditedCells):
 
     @cached_property
     def at_rest(self) -> Truths:
-        """Where the swing is within the tolerance, so that it may count as bounded or as steady."""
+        """Where the swing is within the tolerance, so that the cell may count as bounded or as steady."""
         both = self.ended("bounded", "steady") & self.exact_ended("bounded", "steady")
         return np.asarray(both & (self.exact["tilt_max"] - self.exact["tilt_min"] <= self.allowed))
 
     @cached_property
     def same_ending(self) -> Truths:
-        """Where endings are the same, or time may have ended the run first."""
+        """Where the endings are the same, or the cell may have run out of time."""
         agree: Truths = self.at_rest | (self.stored["ending"] == self.exact["ending"])
         open_ = self.ended("horizon")
         if open_.any():
@@ -192,11 +192,10 @@ class ReducedCells(AuditedCells):
 
     @cached_property
     def same_verdict(self) -> Truths:
-        """Where verdicts are the same, or the atlas has none that the reduction could give.
+        """Where the verdicts are the same, or cannot be compared.
 
-        A run that time ended may be undecided; by a criterion that does not limit the reach, its verdict is only that
-        of what was measured until then. Beside a separatrix the reduction may lack the period that a criterion judges
-        by.
+        A cell that ran out of time may be undecided; for a criterion that does not limit the reach, it is judged by the
+        measures until then. Next to a separatrix the reduction may lack the period that the criterion needs.
         """
         if not self.decidable:
             return self.every
@@ -211,10 +210,10 @@ class ReducedCells(AuditedCells):
 
     @cached_property
     def marginal(self) -> Truths:
-        """Where ending or verdict change within what is allowed of the extremes [rad] and of the period [s].
+        """Where ending or verdict change within the allowed differences of the extremes [rad] and the period [s].
 
-        A fall, for which the reduction has no turning point, is at fall_tilt: an atlas with another ending must agree
-        in its extremes, which are then within the tolerance of it.
+        A fall has no turning point in the reduction and ends at fall_tilt. If the atlas has another ending, its
+        extremes must still agree, so they are within the tolerance of fall_tilt.
         """
         if (self.same_ending & self.same_verdict).all():
             return np.zeros(self.every.shape, bool)
@@ -232,17 +231,17 @@ class ReducedCells(AuditedCells):
 
     @property
     def ending_right(self) -> Truths:
-        """Where the ending is the exact one, or may be another."""
+        """Where the ending is the exact one, or is allowed to differ from it."""
         return self.marginal | self.same_ending
 
     @property
     def verdict_right(self) -> Truths:
-        """Where the verdict is the exact one, or may be another."""
+        """Where the verdict is the exact one, or is allowed to differ from it."""
         return self.marginal | self.same_verdict
 
 
 def cell_checks(cells: ReducedCells) -> list[CellCheck]:
-    """Return the checks of all variables that the atlas holds.
+    """Return the checks of all variables that the atlas contains.
 
     Parameters
     ----------
@@ -255,16 +254,16 @@ def cell_checks(cells: ReducedCells) -> list[CellCheck]:
         *_of_the_integration(cells),
         *_of_the_reduction(cells),
     ]
-    return [each for each in checks if each.name in cells.stored]
+    return [check for check in checks if check.name in cells.stored]
 
 
 def _present(values: npt.NDArray[np.float64], wanted: Truths, difference: Array) -> Array:
-    """Return a difference that is NaN where a value is missing or is not wanted, and 0 where none is wanted."""
+    """Return a difference, but NaN where a value is wrongly missing or wrongly present, and 0 where rightly missing."""
     return np.where(np.isfinite(values) != wanted, np.nan, np.where(wanted, difference, 0.0))
 
 
 def _narrow(allowed: Array, values: Array) -> Truths:
-    """Return where a check says something of a value: beside a separatrix any time may be within the tolerance."""
+    """Return where a check is meaningful: next to a separatrix the tolerance may allow any time."""
     with np.errstate(invalid="ignore"):
         return np.asarray(allowed <= _WIDE * np.abs(values))
 
@@ -304,13 +303,13 @@ def _extremes(cells: ReducedCells) -> Iterator[CellCheck]:
 
 
 def _of_the_integration(cells: ReducedCells) -> Iterator[CellCheck]:
-    """Yield the checks of what only an integration in time knows."""
+    """Yield the checks of the variables that only an integration in time knows."""
     stored, integrated = cells.stored, cells.spec.method != "exact"
-    for name, there in (("fall_time", cells.ended("fell")), ("energy_drift", ~cells.failed)):
+    for name, present in (("fall_time", cells.ended("fell")), ("energy_drift", ~cells.failed)):
         if name in stored:
             values = stored[name]
-            right = (np.isfinite(values) == (there & integrated)) & ~(values < 0.0)
-            yield cells.decided(name, _PRESENT, right, unknown=there & integrated)
+            right = (np.isfinite(values) == (present & integrated)) & ~(values < 0.0)
+            yield cells.decided(name, _PRESENT, right, unknown=present & integrated)
     if "fall_time" in stored and integrated:
         yield _fall_time(cells)
     for name in ("steps", "refinements"):
@@ -323,7 +322,7 @@ def _of_the_integration(cells: ReducedCells) -> Iterator[CellCheck]:
 
 
 def _fall_time(cells: ReducedCells) -> CellCheck:
-    """Return the check of the fall times: like a period, they are the longer the nearer the saddle is passed."""
+    """Return the check of the fall times; like periods, they grow without bound towards the saddle."""
     stored, exact = cells.stored["fall_time"], cells.exact["fall_time"]
     fell = cells.ended("fell")
     judged = fell & np.isfinite(exact)
@@ -340,7 +339,7 @@ def _fall_time(cells: ReducedCells) -> CellCheck:
 
 
 def _stated_error(cells: ReducedCells) -> Iterator[CellCheck]:
-    """Yield the checks of the stated error: where it is above 0, and how often the true error is above twice it."""
+    """Yield the checks of the stated error: it is above 0, and the true error is rarely more than twice as large."""
     stored, failed = cells.stored, cells.failed
     error = np.asarray(stored["tilt_error"], np.float64)
     integrated = ~failed & (stored["steps"] != 0)
@@ -351,7 +350,7 @@ def _stated_error(cells: ReducedCells) -> Iterator[CellCheck]:
         yield cells.decided("tilt_error", _PRESENT, right, unknown=~failed)
         yield cells.decided(
             "tilt_error",
-            "0, which no integration states",
+            "0, which an integration never states",
             error > 0.0,
             integrated,
             promise=True,
@@ -361,7 +360,7 @@ def _stated_error(cells: ReducedCells) -> Iterator[CellCheck]:
         allowed = PROMISED * error + np.fmax(cells.exact["tilt_error"], 0.0) + _TILT_ROUNDING
     yield CellCheck(
         "tilt_error",
-        "the true error, of which it states half at least",
+        "half the true error, or more",
         cells.difference,
         allowed,
         judged,
@@ -372,7 +371,7 @@ def _stated_error(cells: ReducedCells) -> Iterator[CellCheck]:
 
 
 def _of_the_reduction(cells: ReducedCells) -> Iterator[CellCheck]:
-    """Yield the checks of what an atlas of ``method=exact`` holds besides."""
+    """Yield the checks of the variables that only an atlas of ``method=exact`` has."""
     if cells.spec.method != "exact":
         return
     stored, exact = cells.stored, cells.exact
@@ -380,8 +379,8 @@ def _of_the_reduction(cells: ReducedCells) -> Iterator[CellCheck]:
         if name not in stored:
             continue
         if quantity.flags is not None:
-            yield cells.decided(name, f"{_EXACT}, again", stored[name] == exact[name])
+            yield cells.decided(name, f"{_EXACT}, repeated", stored[name] == exact[name])
         else:
             difference = cells.unless_same(stored[name], exact[name])
             allowed = _ENERGY_ROUNDING * (1.0 + np.abs(np.nan_to_num(exact[name])))
-            yield CellCheck(name, f"{_EXACT}, again", difference, allowed, cells.every)
+            yield CellCheck(name, f"{_EXACT}, repeated", difference, allowed, cells.every)

@@ -1,4 +1,4 @@
-"""Contact forces: their extremes along the motions of cells, and where a disk would slip or lift off."""
+"""Contact forces: their extremes along the motions of cells, and the cells that slip or lift off."""
 
 from typing import TYPE_CHECKING
 
@@ -16,20 +16,20 @@ CONTACT_EXTREMES = Kernel("kernels.disk.contact_extremes", "contact_extremes", s
 
 
 def contact_columns(starts: Starts, measured: Columns, fall_tilt: float) -> Columns:
-    """Find the extremes of the contact forces along the motions of cells.
+    """Return the extremes of the contact forces along the motions of cells.
 
     Parameters
     ----------
     starts : mapping of str to array, shape (n,)
     measured : mapping of str to array, shape (n,)
-        With ``tilt_min``, ``tilt_max`` and ``tilt_error`` [rad], NaN where there is no motion, and ``ending``.
+        Includes ``ending``, and ``tilt_min``, ``tilt_max``, ``tilt_error`` [rad], NaN where there is no motion.
     fall_tilt : float
         Tilt [rad] at which motions end.
 
     Returns
     -------
     mapping of str to array, shape (n,)
-        The variables of `tables.CONTACT_VARIABLES`; NaN where a cell has no motion, or where they are not known.
+        The variables of `tables.CONTACT_VARIABLES`; NaN where a cell has no motion or they are not known.
     """
     rows = np.stack([starts[name] for name in arrays.PARAMETERS])
     extents = np.stack([measured[name] for name in motion_arrays.EXTENT])
@@ -41,9 +41,9 @@ def contact_columns(starts: Starts, measured: Columns, fall_tilt: float) -> Colu
 
 
 def slipping(dataset: "xr.Dataset", friction: float) -> "xr.DataArray":
-    """Return which cells need more than a friction coefficient, or lift off: array of bool on the grid of the atlas.
+    """Return which cells need more friction than a coefficient, or lift off: array of bool on the grid of the atlas.
 
-    Cells whose forces are not known are among them: they nearly lift off, and no coefficient is known to be enough.
+    They include the cells whose forces are not known: these nearly lift off, and no coefficient is known to be enough.
 
     Parameters
     ----------
@@ -55,18 +55,17 @@ def slipping(dataset: "xr.Dataset", friction: float) -> "xr.DataArray":
     Raises
     ------
     RequestError
-        If the atlas holds no contact forces.
+        If the atlas has no contact forces.
     """
     names = (*motion_arrays.CONTACT, "contact_state")
     if missing := [name for name in names if name not in dataset]:
         raise RequestError(
-            f"This atlas does not hold the contact forces that friction={friction:g} needs: it lacks "
-            f"{', '.join(missing)}.",
-            hint="Make it again with eulerdisk run SPEC contact=yes.",
+            f"This atlas lacks the contact forces that friction={friction:g} needs: {', '.join(missing)}.",
+            hint="Compute it again with eulerdisk run SPEC contact=yes.",
             where=shown(plain_text(dataset.attrs.get("title", ""))) or None,
         )
     least_force, needed, state = (dataset[name] for name in names)
-    found: xr.DataArray = (
+    slips: xr.DataArray = (
         (least_force <= 0.0) | (needed > friction) | (state == motion_arrays.UNRESOLVED_FORCES)
     )
-    return found.rename(f"slips or lifts off at friction {friction:g}")
+    return slips.rename(f"slips or lifts off at friction {friction:g}")

@@ -1,4 +1,4 @@
-"""The exact reduction of the disk to one degree of freedom, as a reference: extremes without time stepping."""
+"""The exact reduction of the disk to one degree of freedom, as a method and a reference without time stepping."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -24,15 +24,17 @@ EXTREMES_DIFFER, ENDING_DIFFERS, PERIOD_DIFFERS, VERDICT_DIFFERS, CONTRADICTORY,
     DISAGREEING
 ) = range(7, 13)
 
-_AUDIT_TILT = Tolerance(1e-8, 0.0, "a difference from the exact value is as large as the error it measures")
+_AUDIT_TILT = Tolerance(
+    1e-8, 0.0, "it is a difference from the exact value, as large as an error of the atlas"
+)
 
 # fmt: off
 _VARIABLES: Mapping[str, Quantity] = table(
     *REDUCTION.values(),
-    Quantity("audit", "", "1", "the cell of the atlas against the exact reduction", DECISION,
-             "within: time ended the run inside the exact extremes; marginal: ending or verdict differ, but within the "
-             "tolerance of where they change; contradictory: its numbers do not follow from its own extremes; "
-             "other_values_differ: a variable beside the extremes and the period is wrong", "i1",
+    Quantity("audit", "", "1", "comparison of the cell with the exact reduction", DECISION,
+             "within: the cell ran out of time inside the exact extremes; marginal: ending or verdict differ, but they "
+             "change within the tolerance; contradictory: its numbers do not follow from its own extremes; "
+             "other_values_differ: a variable other than the extremes and the period is wrong", "i1",
              {
                  NOT_COMPUTED: "not_computed", AGREES: "agrees", WITHIN: "within", MARGINAL: "marginal",
                  ATLAS_UNRESOLVED: "unresolved_in_the_atlas", EXACT_UNRESOLVED: "unresolved_by_the_reduction",
@@ -40,13 +42,13 @@ _VARIABLES: Mapping[str, Quantity] = table(
                  PERIOD_DIFFERS: "period_differs", VERDICT_DIFFERS: "verdict_differs",
                  CONTRADICTORY: "contradictory", OTHER_DIFFERS: "other_values_differ"}),
     Quantity("tilt_difference", r"\Delta\theta", "rad", "larger difference of the extreme tilts from the exact ones",
-             _AUDIT_TILT, "of a run that time ended: how far its extremes lie beyond the exact ones"),
+             _AUDIT_TILT, "if the cell ran out of time: distance of its extremes outside the exact ones"),
     Quantity("period_difference", r"\Delta P", "s", "nutation period minus the exact one", _AUDIT_TILT),
-    Quantity("period_share", "", "1", "magnitude of period_difference over what the tolerance allows", _AUDIT_TILT),
+    Quantity("period_share", "", "1", "magnitude of period_difference over its allowed value", _AUDIT_TILT),
     Quantity("exact_tilt_min", r"\theta_{\min}", "rad", "exact smallest tilt of the motion", _AUDIT_TILT, "signed"),
     Quantity("exact_tilt_max", r"\theta_{\max}", "rad", "exact largest tilt of the motion", _AUDIT_TILT, "signed"),
     Quantity("exact_period", "P", "s", "exact nutation period", _AUDIT_TILT),
-    Quantity("exact_stability", "", "1", "verdict of the criterion on the exact extremes", DECISION, "", "i1",
+    Quantity("exact_stability", "", "1", "verdict of the criterion for the exact extremes", DECISION, "", "i1",
              VARIABLES["stability"].flags),
 )
 # fmt: on
@@ -76,7 +78,7 @@ def check(
     spec : Request
     starts : mapping of str to array, shape (n,)
     stored : mapping of str to array, shape (n,)
-        `MEASURES` as the atlas has them, the rate that each cell computed, if there is one, and what else it holds.
+        `MEASURES` from the atlas, the rates that each cell computed, and other variables of the atlas.
     exact : mapping of str to array, shape (n,)
         The measures of the same starts by the exact reduction (`sweep.model.disk.exact`).
 
@@ -85,7 +87,7 @@ def check(
     variables : dict of str to array, shape (n,)
         The variables of `AUDIT`.
     checks : list of CellCheck
-        One or more of each variable that the atlas holds of its cells.
+        One or more for each variable of the cells in the atlas.
     """
     cells = ReducedCells(spec, starts, stored, exact)
     period_difference = stored["nutation_period"] - exact["nutation_period"]
@@ -118,7 +120,7 @@ def check(
 
 
 def _follows(cells: ReducedCells, checks: Sequence[CellCheck]) -> Truths:
-    """Return where all numbers that follow from the start, the extremes and the ending do follow from them."""
+    """Return where the numbers derived from the start, the extremes and the ending are right."""
     follows: Truths = cells.verdict_follows & (
         np.isfinite(cells.stored["nutation_period"]) == cells.has_period
     )
@@ -126,16 +128,17 @@ def _follows(cells: ReducedCells, checks: Sequence[CellCheck]) -> Truths:
     beyond = cells.spec.model.may_be_lost(cells.spec, cells.stored, np.zeros_like(peak))
     follows &= beyond == cells.ended("fell")
     names = ("peak_tilt", "amplification", *computed_rates(cells.spec))
-    for each in checks:
-        if each.name in names and each.difference is not cells.nothing:
-            follows &= ~each.wrong
+    for check_ in checks:
+        if check_.name in names and check_.difference is not cells.nothing:
+            follows &= ~check_.wrong
     return follows
 
 
 def _mark_failed_cells(code: npt.NDArray[np.int8], cells: ReducedCells, follows: Truths) -> None:
     """Write the codes of cells that the atlas or the reduction could not compute.
 
-    A cell of which the reduction lacks only the period, beside a separatrix, is none of them: all else is held.
+    A cell that lacks only the period in the reduction, next to a separatrix, is not one of them: its other values are
+    compared.
     """
     impossible, refused = cells.exact_ended("invalid"), cells.ended("invalid")
     for cells_apart, name in (
@@ -149,28 +152,28 @@ def _mark_failed_cells(code: npt.NDArray[np.int8], cells: ReducedCells, follows:
     code[cells.ended("not_computed")] = NOT_COMPUTED
 
 
-#: Extremes and periods, and wells, of any body: a thin disk is a torus without a tube.
+#: The extremes and periods, and the wells, of all bodies: a thin disk is a torus without a tube.
 REDUCE = Kernel("kernels.reduction.cells", "reduce", seconds=6.0)
 WELLS = Kernel("kernels.reduction.wells", "wells", seconds=4.0)
 
 FALL_TIMES = Kernel("kernels.reduction.falls", "fall_times", seconds=6.0)
 
-#: Fall times computed per call at most: a tenth of a second. They also come out of a repeated integration.
+#: Most fall times computed per call, in a tenth of a second. Repeating the integration checks all of them anyway.
 _MOST_FALLS = 20_000
 
 
 def reduce_bodies(rows: Array, body: int, fall_tilt: float, timed: bool) -> dict[str, npt.NDArray[Any]]:
-    """Return what the reduction measures of bodies, and their endings, by name.
+    """Return the measures and endings of bodies from the reduction, by name.
 
     Parameters
     ----------
     rows : array, shape (len(kernels.bodies.arrays.PARAMETERS), n)
     body : int
-        Its number (`kernels.bodies.shapes`).
+        Number of the kind of body (`kernels.bodies.shapes`).
     fall_tilt : float
         Tilt [rad] at which motions end.
     timed : bool
-        Whether the period is wanted.
+        Whether to compute the period.
     """
     n = rows.shape[1]
     measures, counts = np.empty((len(arrays.REDUCED), n)), np.empty((1, n), np.int32)
@@ -179,7 +182,7 @@ def reduce_bodies(rows: Array, body: int, fall_tilt: float, timed: bool) -> dict
 
 
 def count_wells(rows: Array, body: int) -> npt.NDArray[np.int64]:
-    """Return how many wells the potentials of bodies have, 0 where there is no such start; as `reduce_bodies`."""
+    """Return the number of wells of the potential of bodies, 0 for invalid starts; arguments as for `reduce_bodies`."""
     counts = np.empty(rows.shape[1], np.int64)
     call_by_body(WELLS, rows, (float(body),), (counts,))
     return counts
@@ -191,7 +194,7 @@ class ExactReduction:
     Parameters
     ----------
     sample : SpaceSample, optional
-        Which cells of an atlas of ``method=exact`` are followed in space; none if not given.
+        The sample of cells of an atlas of ``method=exact`` to compute again in space; none if not given.
     """
 
     variables = REDUCTION
@@ -203,13 +206,13 @@ class ExactReduction:
 
     @property
     def sampled(self) -> str:
-        """Which cells were followed in space."""
+        """A description of the sample that was computed in space; empty if there is none."""
         if self._sample is None or not self._sample.followed:
             return ""
         return f"{counted(self._sample.followed, 'cell')}, drawn with seed {self._sample.seed}, by DOP853 in space"
 
     def rows(self, spec: Request, starts: Starts) -> tuple[Array, int]:
-        """Return the rows of starts (`kernels.bodies.arrays.PARAMETERS`), and the number of their body."""
+        """Return the rows of starts (`kernels.bodies.arrays.PARAMETERS`), and the number of their kind of body."""
         return rows_of_disk(starts), shapes.TORUS
 
     def rigid_bodies(self, spec: Request, starts: Starts) -> dict[str, Array]:
@@ -221,7 +224,7 @@ class ExactReduction:
         }  # fmt: skip
 
     def _with_sample(self, spec: Request, starts: Starts, first: int, exact: Columns) -> Columns:
-        """Return what the reduction says, and the motions of a sample in space if the atlas came from it."""
+        """Return the values of the reduction and, if the atlas was made by it, the motions of the sample in space."""
         if spec.method != "exact" or self._sample is None:
             return exact
         bounded = spec.model.endings.among(exact["ending"], "bounded")
@@ -231,32 +234,32 @@ class ExactReduction:
     def measures(
         self, spec: Request, starts: Starts, extremes_only: bool = False
     ) -> dict[str, npt.NDArray[Any]]:
-        """Return what the exact reduction says of cells, without time stepping (`kernels.reduction`).
+        """Compute cells with the exact reduction, without time stepping (`kernels.reduction`).
 
         Parameters
         ----------
         spec : Request
         starts : mapping of str to array, shape (n,)
         extremes_only : bool
-            Leave out the nutation period, which costs several times as much as the rest, and the wells.
+            Skip the nutation period, which costs several times as much as the rest, and the wells.
 
         Returns
         -------
         dict of str to array, shape (n,)
-            The measures and counts of the model and `variables`; NaN or 0 where the reduction has none. A cell whose
-            extremes are not known to the tolerance of the spec (on a separatrix) is unresolved. The period of a cell is
-            right to 1e-9, or NaN: beside a separatrix rounding may decide more of it than that.
+            The measures and counts of the model and `variables`; NaN or 0 where the reduction has no value. A cell
+            whose extremes are not known to the tolerance of the spec (on a separatrix) is unresolved. A period is right
+            to 1e-9, or NaN: next to a separatrix rounding may change it by more.
         """
         rows, body = self.rows(spec, starts)
-        found = reduce_bodies(rows, body, spec.fall_tilt, not extremes_only)
+        columns = reduce_bodies(rows, body, spec.fall_tilt, not extremes_only)
         if "wells" in self.variables:
-            # an integrated atlas does not hold them
+            # an integrated atlas has no such variable
             known = spec.method == "exact" and not extremes_only
-            found["wells"] = count_wells(rows, body) if known else np.zeros(rows.shape[1], np.int64)
-        return without_vague(found, spec)
+            columns["wells"] = count_wells(rows, body) if known else np.zeros(rows.shape[1], np.int64)
+        return without_vague(columns, spec)
 
     def with_wells(self, spec: Request, starts: Starts) -> dict[str, npt.NDArray[Any]]:
-        """Return `measures` without periods, and how many wells the potential has, 0 if unknown."""
+        """Return `measures` without periods, and the number of wells of the potential, 0 if unknown."""
         wells = count_wells(*self.rows(spec, starts))
         return {**self.measures(spec, starts, extremes_only=True), "wells": wells}
 
@@ -266,7 +269,7 @@ class ExactReduction:
         return tuple(dict.fromkeys(needed))
 
     def truth(self, spec: Request, starts: Starts, first: int, stored: Columns) -> Columns:
-        """Return what `check` holds cells against: `measures`, the fall times of some cells, and a sample in space."""
+        """Return the expected values for `check`: `measures`, fall times of some cells, and the sample in space."""
         exact = self.measures(spec, starts)
         # endings are compared many times
         exact["ending"] = exact["ending"].astype(np.int8)
@@ -288,45 +291,45 @@ class ExactReduction:
         return variables, [*checks, *in_space]
 
     def untimed(self, spec: Request) -> str:
-        """Return what an atlas of ``method=exact`` does not know: the reduction has no time."""
+        """Return which variables an atlas of ``method=exact`` lacks: the reduction has no time."""
         return "no duration and no fall time" if spec.method == "exact" else ""
 
 
-def without_vague(found: Columns, spec: Request) -> dict[str, npt.NDArray[Any]]:
-    """Return what the reduction has found, where it is known to the tolerance of a spec; other cells are unresolved.
+def without_vague(columns: Columns, spec: Request) -> dict[str, npt.NDArray[Any]]:
+    """Return the values of the reduction; cells that are not known to the tolerance of a spec become unresolved.
 
     Parameters
     ----------
-    found : mapping of str to array, shape (n,)
-        Its measures and ``ending``; those of vague cells become NaN in place. Measures and counts of the model that are
-        not among them are NaN and 0.
+    columns : mapping of str to array, shape (n,)
+        Measures and ``ending`` from the reduction; vague cells become NaN in place. Other measures of the model become
+        NaN, other counts 0.
     spec : Request
     """
-    vague = found["tilt_error"] > spec.tolerance
+    vague = columns["tilt_error"] > spec.tolerance
     # no number is better known than its last bit
-    last_bit = np.finfo(float).eps * np.fmax(np.abs(found["tilt_min"]), np.abs(found["tilt_max"]))
-    np.copyto(found["tilt_error"], last_bit, where=last_bit > found["tilt_error"])
+    last_bit = np.finfo(float).eps * np.fmax(np.abs(columns["tilt_min"]), np.abs(columns["tilt_max"]))
+    np.copyto(columns["tilt_error"], last_bit, where=last_bit > columns["tilt_error"])
     for name in ("tilt_min", "tilt_max", "nutation_period", "tilt_error"):
-        found[name][vague] = np.nan
+        columns[name][vague] = np.nan
     missing, none = np.full(vague.size, np.nan), np.zeros(vague.size, np.int32)
     return {
         **dict.fromkeys(spec.model.measures, missing),
         **dict.fromkeys(spec.model.counts, none),
-        **found,
-        "ending": np.where(vague, spec.model.endings.code("unresolved"), found["ending"]),
+        **columns,
+        "ending": np.where(vague, spec.model.endings.code("unresolved"), columns["ending"]),
     }
 
 
 def _fall_times(spec: Request, starts: Starts, exact: Columns, rows: Array, kind: int) -> Array:
-    """Return the fall times [s] of cells that fall, or of every k-th of them; NaN for the others.
+    """Return the fall times [s] of the cells that fall, or of every k-th of them; NaN for the others.
 
     Parameters
     ----------
     spec : Request
     starts, exact : mapping of str to array, shape (n,)
-        The starts, and what the reduction says of them.
+        The starts, and their values from the reduction.
     rows, kind
-        As of `ExactReduction.rows`.
+        As from `ExactReduction.rows`.
     """
     fallen = np.flatnonzero(
         spec.model.endings.among(exact["ending"], "fell") & (np.abs(starts["tilt"]) < spec.fall_tilt)
@@ -334,8 +337,8 @@ def _fall_times(spec: Request, starts: Starts, exact: Columns, rows: Array, kind
     chosen = fallen[:: max(1, -(-fallen.size // _MOST_FALLS))]
     times = np.full(exact["ending"].shape, np.nan)
     if chosen.size:
-        found = np.empty(chosen.size)
-        few = np.ascontiguousarray(rows[:, chosen])
-        call_by_body(FALL_TIMES, few, (float(kind), float(spec.fall_tilt)), (found,))
-        times[chosen] = found
+        chosen_times = np.empty(chosen.size)
+        chosen_rows = np.ascontiguousarray(rows[:, chosen])
+        call_by_body(FALL_TIMES, chosen_rows, (float(kind), float(spec.fall_tilt)), (chosen_times,))
+        times[chosen] = chosen_times
     return times

@@ -1,4 +1,4 @@
-"""The starts of the disk: the rates that a cell computes for itself so that its tilt stays constant."""
+"""Initial conditions of the disk: the rates that each cell computes so that its tilt stays constant."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -17,20 +17,21 @@ from sweep.model.disk.tables import STEADY_PRECESSION, STEADY_ROLL, WOBBLE
 
 
 def computed_rates(spec: Request) -> tuple[str, ...]:
-    """Return the rates that each cell computes for itself, from its tilt and the other rate; none if all are given."""
+    """Return the rates that each cell computes from its tilt and the other rate; empty if all are given."""
     return tuple(name for name in ("precession_rate", "roll_rate") if isinstance(getattr(spec, name), str))
 
 
 def circling(spec: Request) -> bool:
-    """Whether each cell has the rates that keep its tilt: then it disturbs circling at its tilt, otherwise upright.
+    """Return whether the undisturbed motion of each cell is circling at its own tilt, instead of the upright disk.
 
-    A disk whose centre rests keeps its tilt at one precession rate only: at any other it nutates.
+    Then the cell computes rates that keep its tilt constant. With the centre at rest, only one precession rate does so:
+    at any other rate the disk nutates about upright.
     """
     return isinstance(spec.precession_rate, str) or spec.roll_rate == STEADY_ROLL
 
 
 def check_steady_rates(values: Mapping[str, Any]) -> None:
-    """Refuse steady rates that do not follow from the others.
+    """Refuse words for steady rates that do not determine the rates.
 
     Raises
     ------
@@ -39,20 +40,20 @@ def check_steady_rates(values: Mapping[str, Any]) -> None:
     roll, precession = values["roll_rate"], values["precession_rate"]
     if precession == WOBBLE and roll != WOBBLE:
         raise RequestError(
-            f"precession_rate=wobble is the rate at which a disk keeps its tilt while its centre rests: then it rolls "
-            f"with roll_rate=wobble; got roll_rate={roll}.",
+            f"precession_rate=wobble is the rate that keeps the tilt constant while the centre of the disk rests. It "
+            f"needs roll_rate=wobble; got roll_rate={roll}.",
             hint="Add roll_rate=wobble, or give a number for precession_rate.",
             where="precession_rate",
         )
     if roll == WOBBLE and precession in STEADY_PRECESSION:
         raise RequestError(
-            f"precession_rate={precession} follows from a given roll_rate; got roll_rate=wobble.",
-            hint="Say precession_rate=wobble, or give a number for one of them.",
+            f"precession_rate={precession} needs a number for roll_rate; got roll_rate=wobble.",
+            hint="Write precession_rate=wobble, or give a number for one of them.",
             where="precession_rate",
         )
     if roll == STEADY_ROLL and precession in STEADY_PRECESSION:
         raise RequestError(
-            f"roll_rate=steady and precession_rate={precession} leave both rates open: one of them has to be given.",
+            f"roll_rate=steady and precession_rate={precession} leave both rates open: one of them must be given.",
             hint="Give a number, a list or a range for one of them, as in roll_rate=-8:8:400.",
             where="precession_rate",
         )
@@ -61,7 +62,7 @@ def check_steady_rates(values: Mapping[str, Any]) -> None:
         and (precession.ends().any() if hasattr(precession, "ends") else precession) == 0.0
     ):
         raise RequestError(
-            f"No roll rate keeps the tilt constant without precession: roll_rate=steady needs a precession_rate "
+            f"Without precession no roll rate keeps the tilt constant: roll_rate=steady needs a precession_rate "
             f"other than 0; got precession_rate={precession}.",
             hint="Give a precession_rate, as in precession_rate=0.05:5:400, or a number for roll_rate.",
             where="precession_rate",
@@ -69,24 +70,24 @@ def check_steady_rates(values: Mapping[str, Any]) -> None:
 
 
 def complete(spec: Request, starts: Starts) -> Starts:
-    """Return starts with the rates that the spec leaves to the cell, not finite where no such rate exists.
+    """Return starts with the rates that the spec leaves to the cell; not finite where no such rate exists.
 
     Parameters
     ----------
     spec : Request
     starts : mapping of str to array, shape (n,)
-        Every parameter but the computed rates, in SI; a value that it has for those is not looked at.
+        Every parameter except the computed rates, in SI; values for those are ignored.
     """
     tilt, disk = starts["tilt"], [starts[name] for name in ("alpha", "radius", "gravity")]
-    found = dict(starts)
+    completed = dict(starts)
     with np.errstate(divide="ignore", invalid="ignore"):
         if spec.precession_rate == WOBBLE:
-            found["precession_rate"] = wobble_precession_rate(tilt, *disk)
+            completed["precession_rate"] = wobble_precession_rate(tilt, *disk)
         elif isinstance(spec.precession_rate, str):
             both = steady_precession_rates(tilt, starts["roll_rate"], *disk)
-            found["precession_rate"] = both[STEADY_PRECESSION.index(spec.precession_rate)]
+            completed["precession_rate"] = both[STEADY_PRECESSION.index(spec.precession_rate)]
         if spec.roll_rate == WOBBLE:
-            found["roll_rate"] = centred_roll_rate(tilt, found["precession_rate"])
+            completed["roll_rate"] = centred_roll_rate(tilt, completed["precession_rate"])
         elif isinstance(spec.roll_rate, str):
-            found["roll_rate"] = steady_roll_rate(tilt, starts["precession_rate"], *disk)
-    return found
+            completed["roll_rate"] = steady_roll_rate(tilt, starts["precession_rate"], *disk)
+    return completed

@@ -34,13 +34,13 @@ _MOTIONS = {
 }
 
 
-def untimed(held: Mapping[str, Quantity]) -> dict[str, Quantity]:
-    """Return variables of an atlas of which those that need an integration in time say that there is none."""
+def untimed(variables: Mapping[str, Quantity]) -> dict[str, Quantity]:
+    """Return variables of an atlas without time, with a remark on those that need an integration in time."""
     return {
-        name: replace(each, description="; ".join(filter(None, (each.description, tables.UNTIMED[name]))))
+        name: replace(row, description="; ".join(filter(None, (row.description, tables.UNTIMED[name]))))
         if name in tables.UNTIMED
-        else each
-        for name, each in held.items()
+        else row
+        for name, row in variables.items()
     }
 
 
@@ -58,8 +58,8 @@ class Disk(Model):
     presets = Path(__file__).with_name("presets")
     integrate = Kernel("kernels.disk.integrate", "integrate", seconds=4.0)
     words = Words(
-        summary="Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane: for every "
-        "start of a grid the extreme tilts of the motion, {}, and the verdict of a criterion.",
+        summary="Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane. For every "
+        "start of a grid: the extreme tilts of the motion, {}, and the verdict of a criterion.",
         keywords="rolling disk, Euler's disk, nonholonomic dynamics, stability, parameter sweep",
         references="equations: McDonald and McDonald, arXiv:physics/0008227; integrals: Chaplygin 1897, Appell 1900, "
         "Korteweg 1899; stability: Borisov, Mamaev and Kilin, Regul. Chaotic Dyn. 8 (2003) 201",
@@ -77,8 +77,8 @@ class Disk(Model):
     }
     # a disk spins about the vertical, and about its own axis
     ambiguous = {  # noqa: RUF012 - likewise
-        "spin": "Say roll_rate, about the disk's own axis, or precession_rate, about the vertical.",
-        "flat_tilt": "Say fall_tilt; flat_tilt is a word of the disk with losses, as with rolling_friction=0.1mm.",
+        "spin": "Write roll_rate, about the disk's own axis, or precession_rate, about the vertical.",
+        "flat_tilt": "Write fall_tilt; flat_tilt needs the disk with losses, as in rolling_friction=0.1mm.",
     }
     exact: ExactReduction = ExactReduction()
     additions = {  # noqa: RUF012 - likewise
@@ -92,7 +92,7 @@ class Disk(Model):
     motion = "sweep.motion.tables:DISK_MOTION"
 
     def headline(self, spec: Request) -> str:
-        """Return what is looked at, which follows from the rates."""
+        """Return a title, from the rates of the spec."""
         if circling(spec):
             return "Circling at constant tilt: stability of the steady motion"
         if computed_rates(spec):
@@ -101,55 +101,55 @@ class Disk(Model):
         return f"{_MOTIONS[rolls, turns]}: stability of the upright disk"
 
     def undisturbed(self, spec: Request, starts: Starts) -> Array:
-        """Return the tilt [rad] of the steady motion that each start disturbs: its own if circling, else upright."""
+        """Return the tilt [rad] of the undisturbed motion of each start: its own tilt if circling, 0 if upright."""
         return starts["tilt"] if circling(spec) else np.zeros_like(starts["tilt"])
 
     def perturbation(self, spec: Request, starts: Starts) -> Array:
-        """Return the size [rad] of the perturbation in each start.
+        """Return the size [rad] of the perturbation of each start.
 
         Notes
         -----
-        sqrt((tilt - steady tilt)^2 + (tilt_rate / W)^2), with W^2 = 2 gravity / ((2 + alpha) radius). A disk standing
-        still falls from upright with tilt ~ exp(W t): W turns a kick into the tilt that the kick is worth.
+        sqrt((tilt - steady tilt)^2 + (tilt_rate / W)^2), with W^2 = 2 gravity / ((2 + alpha) radius). An upright disk
+        at rest falls with tilt ~ exp(W t), so a kick tilt_rate is worth a tilt of tilt_rate / W.
         """
         fall_rate = np.sqrt(2.0 * starts["gravity"] / ((2.0 + starts["alpha"]) * starts["radius"]))
         return np.hypot(starts["tilt"] - self.undisturbed(spec, starts), starts["tilt_rate"] / fall_rate)
 
     def disturbed_motion(self, spec: Request, start: Mapping[str, float]) -> str:
-        """Return what a start disturbs."""
+        """Return the name of the undisturbed motion of a start."""
         return "steady circling at this tilt" if circling(spec) else "the upright disk"
 
     def check(self, values: Mapping[str, Any]) -> None:
-        """Refuse steady rates that do not follow."""
+        """Refuse words for steady rates that do not determine the rates."""
         check_steady_rates(values)
 
     def complete(self, spec: Request, starts: Starts) -> Starts:
-        """Return starts with the rate that keeps the tilt of each cell constant, where the request asks for it."""
+        """Return starts with the rates that keep the tilt of each cell constant, if the request asks for them."""
         return complete(spec, starts)
 
     def cell_variables(self, spec: Request) -> Mapping[str, Quantity]:
-        """Return the variables of an atlas, with contact forces and the path where they are asked for.
+        """Return the variables of an atlas, with contact forces and path if the spec asks for them.
 
-        Those that need an integration in time say so where there is none.
+        With ``method=exact``, the variables that need an integration in time have a remark on that.
         """
         contact = tables.CONTACT_VARIABLES if spec.contact == "yes" else {}
         path = PATH_VARIABLES if spec.path == "yes" else {}
-        held = {**super().cell_variables(spec), **contact, **path}
-        return untimed(held) if spec.method == "exact" else held
+        variables = {**super().cell_variables(spec), **contact, **path}
+        return untimed(variables) if spec.method == "exact" else variables
 
     def reference(self, size: int, seed: int | None = None) -> ExactReduction:
-        """Return the reduction, with a sample of an atlas that came from it."""
+        """Return the reduction; if it made the atlas, it is checked with a sample of cells in space."""
         return ExactReduction(SpaceSample(size, seed))
 
     def kernels(self, spec: Request) -> tuple[Kernel, ...]:
-        """Return the kernel of the method, and those of the contact forces and of the path where they are asked for."""
+        """Return the kernels of the method, and of contact forces and path if the spec asks for them."""
         contact = (CONTACT_EXTREMES,) if spec.contact == "yes" else ()
         path = (PATHS,) if spec.path == "yes" else ()
         first = (REDUCE, WELLS) if spec.method == "exact" else (self.integrate,)
         return (*first, *contact, *path)
 
     def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
-        """Return what completes starts, arranges exact values and adds contact forces, where a spec asks for it."""
+        """Return the code that completes starts and adds exact values, contact forces and the path, as a spec needs."""
         code: list[str | Callable[..., Any]] = [Disk.complete, Disk.measure_more]
         code += ["kernels.disk.steady", complete] if computed_rates(spec) else []
         if spec.method == "exact":
@@ -161,7 +161,7 @@ class Disk(Model):
         return code
 
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
-        """Return the extremes of the contact forces and where the contact point goes, where they are asked for."""
+        """Return the extremes of the contact forces and the path of the contact point, if the spec asks for them."""
         return {
             **(contact_columns(starts, measured, spec.fall_tilt) if spec.contact == "yes" else {}),
             **(path_of_disk(starts, spec.fall_tilt) if spec.path == "yes" else {}),
@@ -173,35 +173,35 @@ class Disk(Model):
         return {"peak_tilt": np.maximum(np.abs(least), np.abs(greatest))}
 
     def slipping(self, dataset: Any, friction: float) -> Any:
-        """Return which cells need more than a friction coefficient, or lift off."""
+        """Return which cells need more friction than a coefficient, or lift off."""
         return slipping(dataset, friction)
 
     def may_be_lost(self, spec: Request, measured: Columns, error: Array) -> Truths:
-        """Return which cells come so near to fall_tilt that they could have fallen within the error."""
+        """Return which cells reach fall_tilt within the error."""
         low, high = (np.asarray(measured[name], np.float64) for name in self.extremes)
         return np.asarray(np.maximum(high, -low) + error >= spec.fall_tilt)
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
-        """Return the analytic lines and those that the criterion predicts; see `sweep.model.disk.theory.lines`."""
-        found = theory.lines(spec, axis, starts)
+        """Return the critical lines and the lines predicted for the criterion; see `sweep.model.disk.theory.lines`."""
+        edges = theory.lines(spec, axis, starts)
         if spec.criterion.limits_reach:
-            return found
-        # theory has no time, and knows of no other variable
-        return {edge: (critical, np.full_like(critical, np.nan)) for edge, (critical, _) in found.items()}
+            return edges
+        # theory predicts only the reach, no time and no other variable
+        return {edge: (critical, np.full_like(critical, np.nan)) for edge, (critical, _) in edges.items()}
 
     def line_label(self, spec: Request, axis: str) -> str:
-        """Return the formula of the squared critical rate, or of the curve k = 0."""
+        """Return the formula of the squared critical rate, or k = 0."""
         return "k = 0" if circling(spec) else theory.critical_square(spec, axis)
 
     def joined_edges(self, spec: Request) -> tuple[str, str] | None:
-        """Return the names of the ends of the curve k = 0: spinning and rolling upright."""
+        """Return the names of the ends of the curve k = 0: spinning upright and rolling upright."""
         if not circling(spec):
             return None
         fast, slow = (theory.critical_square(spec, rate) for rate in ("precession_rate", "roll_rate"))
         return rf"spinning: $\dot\psi^2 = {fast}$", rf"rolling: $\dot\phi^2 = {slow}$"
 
     def unit_of_square(self, spec: Request, axis: str) -> tuple[float, str] | None:
-        """Return g/R, in which the square of a rate is a pure number."""
+        """Return g/R, the unit of squared rates."""
         if isinstance(spec.radius, float) and isinstance(spec.gravity, float):
             return spec.gravity / spec.radius, "g/R"
         return None
@@ -215,7 +215,7 @@ class Disk(Model):
     def linear_prediction(
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
-        """Return what small oscillations about the steady motion say of a cell."""
+        """Return the prediction of small oscillations about the steady motion for a cell."""
         return theory.linear_prediction(spec, start, stored)
 
 

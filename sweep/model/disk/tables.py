@@ -43,31 +43,31 @@ from sweep.model.quantity import (
     table,
 )
 
-#: The word for `roll_rate` that asks for the roll rate which keeps the tilt constant.
+#: The word for the roll rate that keeps the tilt constant.
 STEADY_ROLL = "steady"
 
-#: The words for `precession_rate` that ask for the slower or the faster rate which keeps the tilt constant.
+#: The words for the slower and the faster precession rate that keep the tilt constant.
 STEADY_PRECESSION = ("steady-slow", "steady-fast")
 _TWO_RATES = (
-    "two precession rates keep the tilt constant at a given roll_rate; steady-slow asks for the slower one, "
-    "steady-fast for the faster one; wobble, beside roll_rate=wobble, for the rate that keeps it while the centre rests"
+    "two precession rates keep the tilt constant at a given roll_rate: steady-slow is the slower one, steady-fast "
+    "the faster one; wobble, together with roll_rate=wobble, keeps the tilt constant while the centre of the disk rests"
 )
 
-#: The word that asks for the rates of the wobble, circling with the centre of the disk at rest.
+#: The word for the rates of a wobble: circling with the centre of the disk at rest.
 WOBBLE = "wobble"
 _CENTRED = (
-    "steady asks for the rate that keeps the tilt constant at a given precession_rate, wobble for the one with which "
-    "the centre of the disk is at rest"
+    "steady is the rate that keeps the tilt constant at a given precession_rate; wobble is the rate at which the "
+    "centre of the disk rests"
 )
 
 _TILT = Tolerance(1e-13, 0.0, "each extreme tilt is as near to the true one as its atlas states", EXTREME)
 _AMPLIFICATION = Tolerance(
-    0.0, 1e-12, "the errors of both extreme tilts, over the size of the perturbation", AMPLIFIED
+    0.0, 1e-12, "it contains the errors of both extreme tilts over the size of the perturbation", AMPLIFIED
 )
 _TIME = Tolerance(
     0.0,
     1e-6,
-    "the errors of both extreme tilts, over the size of the swing; RK4 keeps time less well than energy",
+    "it contains the errors of both extreme tilts over the size of the swing; RK4 keeps time less well than energy",
     TIMED,
 )
 _FORCE = Tolerance(2e-6, 2e-6, "each known extreme of the forces is within 1e-6 (1 + |x|) of the exact one")
@@ -106,11 +106,11 @@ def _rate(
 
 
 def _scaled(rate: str, symbol: str) -> Substitute:
-    """Return the pure number that may be given instead of a rate: the rate in units of sqrt(gravity/radius)."""
+    """Return the substitute of a rate: the rate in units of sqrt(gravity/radius)."""
     return Substitute(
         f"scaled_{rate}", rf"{symbol}\sqrt{{R/g}}", "1", f"{rate} in units of sqrt(gravity/radius)", GRID,
         parameter=rate, needs=("radius", "gravity"),
-        # not a product with sqrt(gravity/radius): of the default disk some rates of the presets are none to the bit
+        # a division by sqrt(gravity/radius) would change the last bit of some rates in the presets
         scale=lambda disk: math.sqrt(disk["radius"] / disk["gravity"]),
     )  # fmt: skip
 
@@ -118,13 +118,11 @@ def _scaled(rate: str, symbol: str) -> Substitute:
 #: The cells in which an extreme is missing.
 _NO_EXTREME = "missing where ending is not_computed, unresolved or invalid"
 
-#: The unit of the amplification.
+#: The formula of the scale of the perturbation, the denominator of the amplification.
 AMPLIFICATION_SCALE = "scale = sqrt((tilt - steady tilt)^2 + tilt_rate^2 (2 + alpha) radius / (2 gravity))"
 
 #: The meaning of the sign of an extreme.
-_SIGNED = (
-    f"signed, as the coordinate tilt: a negative one is on the side away from positive starts; {_NO_EXTREME}"
-)
+_SIGNED = f"signed like the coordinate tilt: negative on the side opposite to positive starts; {_NO_EXTREME}"
 
 
 def _upright(tilt: Array) -> Truths:
@@ -143,23 +141,23 @@ ENDINGS = Endings(
     Ending(
         code.STEADY, "steady", "an exact steady motion with nothing to disturb it: there is nothing to measure",
         UNDISTURBED,
-        "it is an exact steady motion and nothing disturbs it: whether it is stable cannot be measured from it",
+        "it is an exact steady motion that nothing disturbs, so its stability cannot be measured",
     ),
     Ending(
         code.HORIZON, "horizon", "the duration was over before both turning points were passed", OPEN,
-        "was over before both turning points were passed: it may yet go further",
+        "was over before both turning points were passed: it may still go further",
     ),
     Ending(
         code.FELL, "fell", "the tilt reached fall_tilt", LOST,
         "the tilt reached fall_tilt, and a fall is unstable by this criterion",
     ),
     Ending(
-        code.UNRESOLVED, "unresolved", "the estimated error stayed over the tolerance, or the steps were too many",
-        FAILED, "the error of the integration stayed over the tolerance even at the smallest step",
+        code.UNRESOLVED, "unresolved", "the estimated error stayed above the tolerance, or there were too many steps",
+        FAILED, "the error of the integration stayed above the tolerance even at the smallest step",
     ),
     Ending(
-        code.INVALID, "invalid", "no such start: not finite, or outside the domain of a parameter", FAILED,
-        "there is no such start: nothing was integrated",
+        code.INVALID, "invalid", "impossible start: not finite, or outside the domain of a parameter", FAILED,
+        "the start is impossible: nothing was integrated",
     ),
     lost_time="fall_time",
 )  # fmt: skip
@@ -168,7 +166,7 @@ ENDINGS = Endings(
 PARAMETERS: Mapping[str, Input] = table(
     _input("tilt", r"\theta_0", "rad", "initial tilt of the plane of the disk from the vertical",
            0.0, "|tilt| < 90 deg", _upright,
-           description="0 upright; positive: it leans to the right of where a positive roll_rate takes it"),
+           description="0: upright; positive: it leans to the right of its direction at a positive roll_rate"),
     _rate("tilt_rate", r"\dot\theta_0", "initial rate of the tilt"),
     _rate("precession_rate", r"\dot\psi_0", "initial rate of the heading about the vertical",
           (*STEADY_PRECESSION, WOBBLE), _TWO_RATES, control=True,
@@ -186,7 +184,7 @@ SUBSTITUTES: Mapping[str, Substitute] = table(
     _scaled("tilt_rate", r"\dot\theta_0"),
     _scaled("precession_rate", r"\dot\psi_0"),
     _scaled("roll_rate", r"\dot\phi_0"),
-    # equal arcs on the rim and on the plane: that is rolling without slipping
+    # rolling without slipping: equal arcs on the rim and on the plane
     Substitute("speed", "v", "m s-1", "speed of the contact point along its path", GRID,
                parameter="roll_rate", needs=("radius",), scale=lambda disk: disk["radius"]),
     Substitute("inclination", "a", "rad", "angle of the plane of the disk from the table: 90 deg less the tilt", GRID,
@@ -228,26 +226,26 @@ VARIABLES: Mapping[str, Quantity] = table(
     Quantity("energy_drift", r"|\Delta E|/E", "1", "largest relative change of the energy at the events of the cell",
              ERROR_GAUGE, "the exact motion conserves energy, so this is an error of the integration", "f4"),
     Quantity("tilt_error", r"\delta\theta", "rad", "estimated error of the extreme tilts", ERROR_GAUGE,
-             "what the invariants of the motion have lost, over the force at the turning point", "f4"),
-    Quantity("steps", "n", "1", "steps of the accepted integration", STEP_COUNT, "", "i4"),
-    Quantity("refinements", "", "1", "how often the step was reduced to meet the tolerance", STEP_COUNT, "", "i1"),
+             "change of the invariants of the motion, over the force at the turning point", "f4"),
+    Quantity("steps", "n", "1", "number of steps of the accepted integration", STEP_COUNT, "", "i4"),
+    Quantity("refinements", "", "1", "number of step reductions to meet the tolerance", STEP_COUNT, "", "i1"),
 )
 
 #: Additional variables with ``contact=yes``.
 CONTACT_VARIABLES: Mapping[str, Quantity] = table(
     Quantity("least_normal_force", r"\min N/mg", "1", "least normal force of the motion over the weight", _FORCE,
              "the disk would lift off where it is not positive"),
-    Quantity("friction_needed", r"\max\mu", "1", "largest friction coefficient that rolling without slip needs",
-             _FORCE, "missing where the normal force is not positive all the time"),
-    Quantity("contact_state", "", "1", "what is known of the contact forces", DECISION,
-             "unresolved: an error of the extremes may be over 1e-6 (1 + |x|); what is not known is missing", "i1",
+    Quantity("friction_needed", r"\max\mu", "1", "friction coefficient that rolling without slipping needs",
+             _FORCE, "missing where the normal force is not always positive"),
+    Quantity("contact_state", "", "1", "knowledge of the contact forces", DECISION,
+             "unresolved: the error of an extreme may exceed 1e-6 (1 + |x|); such an extreme is missing", "i1",
              {motion.NO_MOTION: "no_motion", motion.PRESSES: "presses", motion.LIFTS_OFF: "lifts_off",
               motion.UNRESOLVED_FORCES: "unresolved"}),
 )
 
 _NO_TIME = "method=exact has no time: "
 
-#: Comments on variables that need an integration in time, in an atlas of the exact reduction.
+#: Remarks on the variables that need an integration in time, for an atlas of the exact reduction.
 UNTIMED: Mapping[str, str] = MappingProxyType({
     "ending": _NO_TIME + "the duration is not used, and no cell ends at the horizon",
     "fall_time": _NO_TIME + "no fall time is known, and all values are missing",
@@ -259,11 +257,11 @@ UNTIMED: Mapping[str, str] = MappingProxyType({
 #: Additional variables of an atlas of the exact reduction.
 REDUCTION: Mapping[str, Quantity] = table(
     Quantity("wells", "", "1", "wells of the potential that belongs to the constants of the motion", DECISION,
-             "two wells: the tilt has a saddle between them", "i1", {0: "unknown", 1: "one_well", 2: "two_wells"}),
-    Quantity("separatrix", "", "1", "maximum of the potential beside the motion minus its energy, over m g R",
-             Tolerance(1e-12, 1e-9, "a difference of energies, each known to rounding"),
-             "of the nearest maximum that the motion passes (negative) or turns below (positive), from the parabola "
-             "there: the nearer, the more exact; missing: it passes none, and none is near enough to bend the "
-             "potential down where it turns"),
+             "two wells: the potential has a maximum between them", "i1",
+             {0: "unknown", 1: "one_well", 2: "two_wells"}),
+    Quantity("separatrix", "", "1", "nearest maximum of the potential minus the energy of the motion, over m g R",
+             Tolerance(1e-12, 1e-9, "it is a difference of energies, each known to rounding"),
+             "negative: the motion passes the maximum; positive: it turns below; from a parabola at the maximum, so "
+             "most exact near 0; missing: the motion passes no maximum and turns far from any"),
 )
 # fmt: on

@@ -1,7 +1,7 @@
 """Theory of the disk without time stepping: edges of stability, folds of the potential, small oscillations.
 
-No time stepping. Along any motion of the disk the two scaled rates s and o are linear combinations of two fixed
-functions of the tilt (Chaplygin 1897), so what a start must have to turn back at a given tilt is a closed expression.
+Along any motion of the disk the two scaled rates s and o are linear combinations of two fixed functions of the tilt
+(Chaplygin 1897), so the rate at which a start turns back at a given tilt is a closed expression.
 """
 
 import math
@@ -23,28 +23,28 @@ from sweep.model.disk.initial_conditions import circling, computed_rates
 from sweep.model.disk.tables import PARAMETERS
 from sweep.model.quantity import Array
 
-#: The terms fall like sin(tilt)**n: this many suffice for 1e-15 up to the steepest fall_tilt that makes sense.
+#: The terms decrease like sin(tilt)**n: this many give 1e-15 up to the steepest useful fall_tilt.
 _MOST_TERMS = 200_000
 
-#: Places on the way to the limit at which a barrier is looked for, and how many are computed at once.
+#: Number of tilts on the way to the limit at which a barrier is searched, and the most values computed at once.
 _ON_THE_WAY, _AT_ONCE = 32, 4096
 
 
 class Formulas(NamedTuple):
-    """Functions of the disk or another body that theory needs; arguments are the spec and then starts.
+    """The formulas of the disk or another body that theory needs; the first argument is the spec.
 
     Attributes
     ----------
     critical : callable
-        (starts, rate) -> the critical rate [rad/s] of the upright body that only rolls, or only spins.
+        (starts, rate) -> critical rate [rad/s] of the upright body that only rolls, or only spins.
     marginal : callable
-        (starts, k) -> precession rates [rad/s] of circling with that coefficient [rad2/s2]: the slow and the fast one.
+        (starts, k) -> slow and fast precession rate [rad/s] of circling with the coefficient k [rad2/s2].
     turning : callable
-        (starts, tilt, rate) -> the rate [rad/s] with which starts turn back at a tilt; infinite where none does.
+        (starts, tilt, rate) -> rate [rad/s] at which starts turn back at a tilt; infinite if there is none.
     coefficient : callable
-        (start of one cell) -> k [rad2/s2] of the steady motion that it disturbs.
+        (start of one cell) -> k [rad2/s2] of its undisturbed motion.
     released : callable
-        (start of one cell, rate) -> how many times its tilt it swings out when it is released at rest.
+        (start of one cell, rate) -> largest tilt after a release from rest, over the tilt of the start.
     """
 
     critical: Callable[[Request, Starts, str], Array]
@@ -67,7 +67,7 @@ def lines(
     starts : mapping of str to array, shape (n,)
         The starts of the rows along the axis.
     formulas : Formulas, optional
-        Those of the disk if not given.
+        By default those of the disk.
 
     Returns
     -------
@@ -77,7 +77,7 @@ def lines(
     """
     of, along = formulas or FORMULAS, getattr(spec, axis).ends()
     if computed_rates(spec) and not circling(spec):
-        # a start whose centre rests rolls and precesses at once
+        # a start with its centre at rest rolls and precesses at the same time
         return {}
     if circling(spec):
         slow, fast = _circling_edges(spec, starts, of) if axis == "precession_rate" else (None, None)
@@ -87,10 +87,10 @@ def lines(
         return {}
     if along[0] < 0.0 < along[1]:
         return {"upper": fast, "lower": _signed(fast, -1.0)}
-    # the motion is symmetric under a change of sign of its rates: on a negative axis the band lies mirrored
+    # the motion is symmetric under a change of sign of its rates: a negative axis has the mirrored band
     sign, outer, inner = (1.0, "upper", "lower") if along[1] > 0.0 else (-1.0, "lower", "upper")
-    found = {outer: _signed(fast, sign)}
-    return found if slow is None else found | {inner: _signed(slow, sign)}
+    edges = {outer: _signed(fast, sign)}
+    return edges if slow is None else edges | {inner: _signed(slow, sign)}
 
 
 def _signed(edges: tuple[Array, Array], sign: float) -> tuple[Array, Array]:
@@ -108,16 +108,16 @@ def critical_square(spec: Request, rate: str) -> str:
 
 
 def _limit(spec: Request, starts: Starts) -> Array:
-    """How far [rad] the tilt of each cell may leave its steady value before the criterion says unstable."""
+    """Return the departure [rad] from the steady tilt at which the criterion calls each cell unstable."""
     return np.asarray(np.nan_to_num(spec.criterion.allowed(spec.model.perturbation(spec, starts))))
 
 
 def _circling_edges(
     spec: Request, given: Starts, of: Formulas
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-    """Slow and fast edge of the band in which circling is unstable, each (critical, predicted).
+    """Return the slow and the fast edge of the band of unstable circling, each (critical, predicted).
 
-    A kick e swings a stable steady motion out by e/sqrt(k): the criterion's limit L is met at k = (e/L)^2.
+    A kick e swings a stable steady motion out by e/sqrt(k), so the limit L of the criterion is met at k = (e/L)^2.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         slow, fast = of.marginal(spec, given, 0.0)
@@ -126,7 +126,7 @@ def _circling_edges(
 
 
 def _upright_edges(spec: Request, given: Starts, axis: str, of: Formulas) -> tuple[Array, Array] | None:
-    """(critical, predicted) rate for an upright disk that only rolls or only spins; None where it does both."""
+    """Return the (critical, predicted) rate of an upright disk that only rolls or only spins; None if all do both."""
     other = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}.get(axis)
     if other is None or np.all(given[other] != 0.0):
         return None
@@ -145,34 +145,34 @@ def _upright_edges(spec: Request, given: Starts, axis: str, of: Formulas) -> tup
 
 
 def _holding_rate(spec: Request, given: Starts, tilt: Array, axis: str, of: Formulas) -> Array:
-    """Least rate [rad/s] along `axis` with which a start turns back on its way to `tilt` [rad]; infinite if none does.
+    """Return the least rate [rad/s] along `axis` at which a start turns back before `tilt` [rad]; infinite if none.
 
-    Usually it is the rate that turns it back at `tilt`; a tilted disk that is pushed towards upright may meet a barrier
-    before. NaN for a start beyond `tilt`.
+    Usually it is the rate at which the start turns back at `tilt`, but a tilted disk that is pushed towards upright may
+    meet a barrier earlier. NaN for a start beyond `tilt`.
     """
-    found = np.full_like(given["tilt"], np.nan)
-    # the series of a steep start has many terms: it is not summed where the result is not used
+    rates = np.full_like(given["tilt"], np.nan)
+    # the series of a steep start has many terms: skip it where the result is not used
     inside = np.flatnonzero(np.abs(given["tilt"]) < np.abs(tilt))
     few = {name: values[inside] for name, values in given.items()}
     start, end = few["tilt"], tilt[inside]
     shares = np.arange(1, _ON_THE_WAY + 1) / _ON_THE_WAY
     if inside.size * _ON_THE_WAY <= _AT_ONCE:
-        # a sum over a short array takes as long as one over a long array: all places at once
-        each = {name: np.tile(values, _ON_THE_WAY) for name, values in few.items()}
-        places = (start + shares[:, None] * (end - start)).reshape(-1)
-        found[inside] = of.turning(spec, each, places, axis).reshape(_ON_THE_WAY, inside.size).min(axis=0)
-        return found
+        # a sum over a short array takes as long as one over a long array: all tilts at once
+        tiled = {name: np.tile(values, _ON_THE_WAY) for name, values in few.items()}
+        tilts = (start + shares[:, None] * (end - start)).reshape(-1)
+        rates[inside] = of.turning(spec, tiled, tilts, axis).reshape(_ON_THE_WAY, inside.size).min(axis=0)
+        return rates
     least = np.full_like(start, np.inf)
     for share in shares:
         least = np.minimum(least, of.turning(spec, few, start + share * (end - start), axis))
-    found[inside] = least
-    return found
+    rates[inside] = least
+    return rates
 
 
 def _turning_rate(given: Starts, tilt: Array, axis: str) -> Array:
-    """Rate [rad/s] along `axis` with which a start turns back exactly at `tilt` [rad]; infinite where none does.
+    """Return the rate [rad/s] along `axis` at which a start turns back exactly at `tilt` [rad]; infinite if none.
 
-    The scaled rates are s = p f, o = p g with p the rate sought and f, g fixed functions of the tilt, so that energy
+    The scaled rates are s = p f, o = p g, with the wanted rate p and fixed functions f, g of the tilt, so energy
     conservation is linear in p^2.
     """
     start, alpha = given["tilt"], given["alpha"]
@@ -190,14 +190,14 @@ def _turning_rate(given: Starts, tilt: Array, axis: str) -> Array:
 
 
 def carried_rates(start: Array, tilt: Array, s0: Array, o0: Array, alpha: Array) -> tuple[Array, Array]:
-    """Return the scaled rates s and o at `tilt` of a motion that has s0 and o0 at `start`.
+    """Return the scaled rates s and o at `tilt` of a motion with s0 and o0 at `start`.
 
     Parameters
     ----------
     start, tilt : array, shape (n,)
         Tilts [rad], inside +-90 deg.
     s0, o0 : array, shape (n,)
-        s = roll rate + precession rate * sin(tilt), o = precession rate * cos(tilt), in any one unit.
+        s = roll rate + precession rate * sin(tilt), o = precession rate * cos(tilt), in the same unit.
     alpha : array, shape (n,)
         Mass distribution [1].
 
@@ -221,7 +221,7 @@ def carried_rates(start: Array, tilt: Array, s0: Array, o0: Array, alpha: Array)
 
 
 def _legendre(u: Array, alpha: Array) -> tuple[Array, Array, Array, Array]:
-    """Even and odd solution of Legendre's equation, s(0) = 1 or s'(0) = 1, and their derivatives in u."""
+    """Return the even and the odd solution of Legendre's equation, s(0) = 1 or s'(0) = 1, and their derivatives."""
     constant = 2.0 / (1.0 + alpha)
     solutions = []
     for first in (0, 1):
@@ -229,7 +229,7 @@ def _legendre(u: Array, alpha: Array) -> tuple[Array, Array, Array, Array]:
         total, slope = term.copy(), np.zeros_like(u) if first == 0 else np.ones_like(u)
         for n in range(first, _MOST_TERMS, 2):
             coefficient = (n * (n + 1) + constant) / ((n + 1) * (n + 2))
-            # the derivative of the new term is (n + 2) * its value / u, written without the division
+            # the derivative of the new term, (n + 2) * its value / u, without the division
             slope_term = coefficient * (n + 2) * term * u
             term = coefficient * term * u * u
             total += term
@@ -241,50 +241,50 @@ def _legendre(u: Array, alpha: Array) -> tuple[Array, Array, Array, Array]:
     return even, odd, even_slope, odd_slope
 
 
-#: Nodes on the curve; between them it is interpolated, to 4e-8 of the rate.
+#: Number of nodes on the curve of folds; the interpolated rate has a relative error of 4e-8.
 _NODES = 4000
 
-#: The curve's ends: where the disk only rolls (0) and where it only spins (1), k = 0 upright.
+#: Tilt [rad] of the ends of the curve: upright, where the disk only rolls or only spins.
 _UPRIGHT = 1e-7
 
-#: No steady motion with k = 0 is steeper, for any alpha.
+#: An upper bound of the tilt [rad] of steady motions with k = 0, for any alpha.
 _STEEPEST = np.radians(20.0)
 
 
 def saddle_node_rates(tilt: Array, axis: str, alpha: float) -> Array:
-    """Return the rate at which the potential of a disk that only rolls, or only spins, changes from two wells to one.
+    """Return the rate at which the potential changes from two wells to one, for a disk that only rolls or only spins.
 
     Parameters
     ----------
     tilt : array, shape (n,)
         Tilt of the start [rad], inside +-90 deg.
     axis : {"roll_rate", "precession_rate"}
-        The rate that the start has; the other one is zero.
+        The nonzero rate of the start.
     alpha : float
         Mass distribution [1].
 
     Returns
     -------
     array, shape (n,)
-        Rate over sqrt(gravity/radius): below it there are two wells, above it one.
+        Rate over sqrt(gravity/radius): below it the potential has two wells, above it one.
 
     Notes
     -----
-    The rate of the tilt does not matter: it is no constant of the potential.
+    The tilt rate does not matter: the potential does not depend on it.
     """
     zero, one = np.zeros_like(tilt), np.ones_like(tilt)
     s0, o0 = (one, zero) if axis == "roll_rate" else (np.sin(tilt), np.cos(tilt))
     s, o = carried_rates(tilt, zero, s0, o0, alpha * one)
     direction, size = _curve(alpha)
-    found: Array = np.interp(np.arctan2(np.abs(o), np.abs(s)), direction, size) / np.hypot(s, o)
-    return found
+    rate: Array = np.interp(np.arctan2(np.abs(o), np.abs(s)), direction, size) / np.hypot(s, o)
+    return rate
 
 
 @lru_cache(maxsize=8)
 def _curve(alpha: float) -> tuple[Array, Array]:
-    """The curve of folds in polar coordinates of (s, o) at upright: angle, increasing from 0 to pi/2, and radius."""
+    """Return the curve of folds in polar coordinates of (s, o) at upright: angle, from 0 to pi/2, and radius."""
     steepest = _steepest(alpha)
-    # the two branches meet at the steepest tilt like the sides of a parabola
+    # the two branches meet at the steepest tilt like the two sides of a parabola
     tilt = steepest * (1.0 - np.linspace(0.0, np.sqrt(1.0 - _UPRIGHT), _NODES) ** 2)
     one = np.ones_like(tilt)
     branches = []
@@ -299,7 +299,7 @@ def _curve(alpha: float) -> tuple[Array, Array]:
 
 
 def _steepest(alpha: float) -> float:
-    """The steepest tilt [rad] of a steady motion with k = 0, by bisection; at 1e-12 rad below it there is one."""
+    """Return the steepest tilt [rad] of a steady motion with k = 0, by bisection to 1e-12 rad from below."""
     low, high = _UPRIGHT, float(_STEEPEST)
     while high - low > 1e-12:
         middle = 0.5 * (low + high)
@@ -317,11 +317,11 @@ def linear_prediction(
     stored: Mapping[str, float],
     formulas: "Formulas | None" = None,
 ) -> Iterator[str]:
-    """Yield the lines with the prediction for a cell, from its start and its stored measures [SI]."""
+    """Yield the lines of `explain` with the prediction for a cell, from its start and its stored measures [SI]."""
     if not all(np.isfinite(list(start.values()))):
         return
     if not circling(spec) and start["roll_rate"] and start["precession_rate"]:
-        yield "linear      no prediction: a disk that rolls and precesses at once has no upright steady motion"
+        yield "linear      no prediction: a disk that both rolls and precesses has no upright steady motion"
         return
     of = formulas or FORMULAS
     k = of.coefficient(spec, start)
@@ -330,22 +330,20 @@ def linear_prediction(
         return
     if k <= 0.0:
         growth = math.sqrt(-k)
-        speed = (
-            f"a small tilt doubles every {math.log(2.0) / growth:.4g} s" if growth else "a small tilt grows"
-        )
-        yield f"linear      unstable: k = {k:.6g} rad2 s-2 < 0, {speed} until it is no longer small"
+        speed = f"doubles every {math.log(2.0) / growth:.4g} s" if growth else "grows"
+        yield f"linear      unstable: k = {k:.6g} rad2 s-2 < 0, a tilt {speed} while it is small"
         return
     period = 2.0 * math.pi / math.sqrt(k)
     measured = stored["nutation_period"]
-    beside = f" (the cell has {measured:.6g} s)" if np.isfinite(measured) else ""
-    yield f"linear      stable: k = {k:.6g} rad2 s-2 > 0, small oscillations of period {period:.6g} s{beside}"
+    in_cell = f" (the cell has {measured:.6g} s)" if np.isfinite(measured) else ""
+    yield f"linear      stable: k = {k:.6g} rad2 s-2 > 0, small oscillations with a period of {period:.6g} s{in_cell}"
     reach = small_reach(spec, start, k, of)
     if reach is not None:
-        yield f"            that leave the steady tilt by {_angle(reach)}"
+        yield f"            with a largest departure of {_angle(reach)} from the steady tilt"
 
 
 def coefficient(spec: Request, start: Mapping[str, float]) -> float:
-    """Return k [rad2 s-2] of the steady motion that a cell disturbs: upright, or circling at its own tilt."""
+    """Return k [rad2 s-2] of the undisturbed motion of a cell: upright, or circling at its own tilt."""
     tilt = start["tilt"] if circling(spec) else 0.0
     rates = np.array([start["precession_rate"], start["roll_rate"]])
     with np.errstate(over="ignore", invalid="ignore"):
@@ -355,12 +353,12 @@ def coefficient(spec: Request, start: Mapping[str, float]) -> float:
 def small_reach(
     spec: Request, start: Mapping[str, float], k: float, formulas: "Formulas | None" = None
 ) -> float | None:
-    """Return the largest departure [rad] that linear theory predicts for a stable cell; None for mixed starts.
+    """Return the largest departure [rad] in linear theory of a stable cell; None for a start with tilt and tilt rate.
 
     Notes
     -----
-    A kick e swings out by e/sqrt(k). A release from the tilt t swings, about a steady motion that the release itself
-    has changed, out to t (1 + 2/(r-1)) rolling and t (3 + 4/(r-1)) spinning, r = (rate / critical rate)^2.
+    A kick e swings out by e/sqrt(k). A release from the tilt t changes the steady motion, and the disk swings out to
+    t (1 + 2/(r-1)) if it rolls and t (3 + 4/(r-1)) if it spins, with r = (rate / critical rate)^2.
     """
     if circling(spec) or start["tilt"] == 0.0:
         return abs(start["tilt_rate"]) / math.sqrt(k)
@@ -394,7 +392,7 @@ def _angle(value: float) -> str:
     return PARAMETERS["tilt"].spell(value, 6)
 
 
-#: Those of the disk.
+#: The formulas of the disk.
 FORMULAS = Formulas(
     _critical_rate,
     _marginal_rates,

@@ -1,7 +1,7 @@
-"""Energy and motion of bodies with losses by other means than the kernels: for the audit of an atlas.
+"""Energy and motion of bodies with losses, independent of the kernels, for the audit of an atlas.
 
-What DOP853 integrates shares nothing with the kernels but the laws: tilt and rates with their sines and cosines,
-torques about the contact point, signs of dry friction taken anew at every step.
+The equations for DOP853 have only the laws in common with the kernels. They use tilt and rates with sines and cosines,
+torques about the contact point, and signs of dry friction that are evaluated at every step.
 """
 
 import math
@@ -19,7 +19,7 @@ from sweep.model.quantity import Array
 
 
 def _height(spec: Request, starts: Starts, tilt: Array) -> Array:
-    """Return the height of the centre of mass over R at tilts of bodies, shape (n,)."""
+    """Return the height of the centre of mass over R at the tilts of bodies, shape (n,)."""
     body = body_of(spec, with_body(spec, starts))
     return np.asarray(body.core * np.cos(tilt) + body.shift * np.sin(tilt) + body.edge)
 
@@ -36,7 +36,7 @@ def _energy(spec: Request, starts: Starts) -> Array:
 
 
 def _smooth_motion(spec: Request, start: Mapping[str, float]) -> dict[str, float]:
-    """Return the measures of a motion that ends flat or with the duration; see `sweep.model.lossy_disk.sample`."""
+    """Return the measures of a motion that ends flat or after the duration; see `sweep.model.lossy_disk.sample`."""
     return followed(spec, start, _equations(spec, start))
 
 
@@ -45,14 +45,14 @@ def _equations(spec: Request, start: Mapping[str, float]) -> Callable[[float, An
 
     Notes
     -----
-    With the force F along the track that rolling needs without losses, and torques M about the contact point along the
-    tilt axis, the diameter through the contact, and the axis of the body:
+    F is the force along the track that rolling needs without losses. The torques M about the contact point are along
+    the tilt axis, the diameter through the contact, and the axis of the body:
     B w' = l (1 + r w^2) + o [I s - A T o + (a - b T)(a s + b o)] + M_t,
     o' = w (T o - I s/A) - b F/A + [(I + a^2) M_d - a b M_n]/D, s' = -a F/I + [(A + b^2) M_n - a b M_d]/D.
     """
     given = {name: np.array([value]) for name, value in start.items()}
     core, shift, edge, _, axial, transverse, ratio = (
-        float(np.ravel(each)[0]) for each in body_of(spec, given)
+        float(np.ravel(values)[0]) for values in body_of(spec, given)
     )
     radius, mass, unit = start["radius"], start["mass"], math.sqrt(start["radius"] / start["gravity"])
     rolling, pivoting, contour = (
@@ -68,7 +68,7 @@ def _equations(spec: Request, start: Mapping[str, float]) -> Callable[[float, An
         )
 
     def right(_: float, y: Any) -> list[float]:
-        tilt, w, o, s = (float(each) for each in y[:4])
+        tilt, w, o, s = (float(value) for value in y[:4])
         sin, cos = math.sin(tilt), math.cos(tilt)
         tan, a, b = sin / cos, core + edge * cos, -shift - edge * sin
         lever, height = a * sin + b * cos, a * cos - b * sin
@@ -78,7 +78,7 @@ def _equations(spec: Request, start: Mapping[str, float]) -> Callable[[float, An
         horizontal = math.hypot(w, across) or 1.0
         gyroscopic = axial * s - transverse * tan * o + (a - b * tan) * (a * s + b * o)
         pull = (lever * (1.0 + edge * w * w) + o * gyroscopic) / tilting
-        # the normal force depends on the acceleration of the tilt, which rolling friction depends on
+        # the normal force depends on the tilt acceleration, and that, through rolling friction, on the normal force
         share = rolling * w / (horizontal * tilting)
         normal = (1.0 + (edge - height) * w * w - lever * pull) / (1.0 - lever * share)
         drag = (film / cos + layer * math.sqrt(abs(run))) * run

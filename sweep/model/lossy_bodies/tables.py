@@ -1,4 +1,4 @@
-"""The tables of bodies with losses: those of bodies, with the losses and the measures of the disk with losses."""
+"""The tables of bodies with losses: the tables of bodies, plus the losses and measures of the disk with losses."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,13 +10,13 @@ from sweep.model.bodies import tables as bodies
 from sweep.model.lossy_disk import tables as disk
 from sweep.model.quantity import OPEN, Ending, Endings, Input, Quantity, Word, table
 
-#: Those that lie flat at the end: what rolls on through its poles has no losses.
+#: Bodies that end up lying flat: the model has no losses for bodies that roll on through their poles.
 BODIES = NAMES[:FIRST_WITH_POLES]
 
-#: The body of a request that names none; bodies that have a flat face, under which air is.
+#: The body of a request that names none; bodies with a flat face, under which there is air.
 DEFAULT, FACED = "torus", ("rounded", "rim")
 
-#: Lengths that may be left out: then they are 0. A torus without a tube is a hoop.
+#: Lengths that default to 0. A torus without a tube is a hoop.
 OPTIONAL = (*bodies.OPTIONAL, "tube")
 
 
@@ -50,28 +50,31 @@ OPTIONS: Mapping[str, Word] = table(
         bodies.OPTIONS["body"],
         default=DEFAULT,
         choices=BODIES,
-        remark="disk, the thin one, is the model of a request without this word",
+        remark="leave body out for the thin disk",
     ),
     bodies.OPTIONS["filling"],
     *disk.OPTIONS.values(),
 )
 
 ENDINGS = Endings(
-    *(replace(each, meaning=_in_words(each.meaning), reason=_in_words(each.reason)) for each in disk.ENDINGS),
+    *(
+        replace(ending, meaning=_in_words(ending.meaning), reason=_in_words(ending.reason))
+        for ending in disk.ENDINGS
+    ),
     Ending(
         code.EDGE_CHANGE,
         "edge_change",
         "the tilt reached 0: a disk with a rim stands on both of its edges",
         OPEN,
-        "the tilt reached 0, where the disk comes down on its other edge with a blow that this model leaves out",
+        "the tilt reached 0, where the other edge hits the plane: this model does not include that impact",
     ),
     lost_time="end_time",
 )
 
 _CHANGED: Mapping[str, Mapping[str, object]] = {
     "path_length": {
-        "long_name": "way of the contact point along its circle on the body",
-        "description": "its way across that, by which a rounded edge rolls to and fro, is not counted; "
+        "long_name": "path length of the contact point along its circle on the body",
+        "description": "without the motion across that circle when a rounded edge rolls to and fro; "
         + disk.VARIABLES["path_length"].description,
     },
 }

@@ -1,4 +1,4 @@
-"""Theory of bodies with losses: the time of a steady wobble near flat, and the slowing of upright bodies."""
+"""Theory of bodies with losses: the duration of a steady wobble near flat, and the slowing of upright bodies."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -17,13 +17,13 @@ from sweep.model.lossy_disk import upright
 from sweep.model.lossy_disk.tables import BILDSTEN, MOFFATT
 from sweep.model.quantity import Array
 
-#: Nodes of an integral over the logarithm of an inclination; beyond this inclination [rad] leading order is off by
-#: more than a few per cent.
+#: Number of nodes of an integral over the logarithm of the inclination; inclination [rad] above which the error of the
+#: leading order is more than a few per cent.
 _NODES, _STEEP = 2000, math.radians(30.0)
 
 
 def lines(spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
-    """Return the critical rate of the body upright without losses, and an estimate with them.
+    """Return the critical rate of the upright body without losses, and an estimate with losses.
 
     See `sweep.model.lossy_disk.upright.lines`.
     """
@@ -43,16 +43,17 @@ def _upright(spec: Request, starts: Starts) -> upright.Upright:
 
 
 def wobble_time(spec: Request, start: Mapping[str, float]) -> float:
-    """Return how long [s] a steady wobble lasts from the tilt of a start to flat_tilt, to leading order near flat.
+    """Return the time [s] of a steady wobble from the tilt of a start to flat_tilt, to leading order near flat.
 
     Notes
     -----
-    Losses act on the roll rate f alone, with a torque Q: q = integral of Q dt over the inclination e follows from the
-    equation for o, and the time is that of q/Q (`_drift`). For a thin disk q f is the slope of the energy, 3/2.
+    Losses act only on the roll rate f, with a torque Q. The integral of Q dt, q per unit of the inclination e, follows
+    from the equation for o (`_drift`), and the time is the integral of q/Q. For a thin disk q f is the slope of the
+    energy, 3/2.
     """
     given = with_body(spec, {name: np.array([value]) for name, value in start.items()})
-    body = Body(*(float(np.ravel(each)[0]) for each in body_of(spec, given)))
-    # the mirror image of what leans to the other side
+    body = Body(*(float(np.ravel(values)[0]) for values in body_of(spec, given)))
+    # the mirror image of a body that leans to the other side
     body = body._replace(shift=math.copysign(1.0, start["tilt"]) * body.shift)
     high, low = (math.pi / 2 - abs(tilt) for tilt in (start["tilt"], float(spec.flat_tilt)))
     inclination = np.geomspace(high, low, _NODES)
@@ -65,13 +66,13 @@ def wobble_time(spec: Request, start: Mapping[str, float]) -> float:
 
 
 def _drift(body: Body, inclination: Array) -> tuple[Array, Array]:
-    """Return o and q of a wobble that begins with its centre at rest, at falling inclinations.
+    """Return o and q of a wobble that begins with its centre at rest, at decreasing inclinations.
 
     Notes
     -----
     Near flat a and b are constants, and a steady wobble with y = s/o has o^2 = L a e/A, L = A/(A + b^2 + a b y); its
-    centre rests where y = -b/a. Per unit of q the losses change o by -(I + a^2)/(e D) and s by a b/(e D), and o grows
-    like 1/e besides. So unless b = 0 the centre does not stay at rest: with k = a b/(I + a^2),
+    centre rests if y = -b/a. Per unit of q the losses change o by -(I + a^2)/(e D) and s by a b/(e D); without losses o
+    grows like 1/e. So unless b = 0 the centre does not stay at rest: with k = a b/(I + a^2),
     dy/d ln e = -(y + 3 k)/2 / [1 - (y + k) L a b/(2 A)], and q = D (o + e do/de)/(I + a^2).
     """
     A, I = float(body.transverse), float(body.axial)  # noqa: N806, E741
@@ -97,29 +98,29 @@ def _drift(body: Body, inclination: Array) -> tuple[Array, Array]:
 
 
 def _torque(spec: Request, start: Mapping[str, float], inclination: Array, roll: Array, core: float) -> Array:
-    """Return what all laws take from the roll rate of a wobble near flat, over m g R."""
+    """Return the torque of all laws against the roll of a wobble near flat, over m g R."""
     radius, gravity, mass = (start[name] for name in ("radius", "gravity", "mass"))
     unit = math.sqrt(radius / gravity)
-    found = (start["contour_friction"] * core + start["rolling_friction"] * inclination) / radius
-    found = found + start["contour_damping"] * unit / (mass * radius**2) * core**2 * roll
+    torque = (start["contour_friction"] * core + start["rolling_friction"] * inclination) / radius
+    torque = torque + start["contour_damping"] * unit / (mass * radius**2) * core**2 * roll
     if spec.air_law == MOFFATT:
         film = 0.25 * math.pi * start["air_viscosity"] * radius * unit / mass
-        found = found + film * core**3 * roll / inclination
+        torque = torque + film * core**3 * roll / inclination
     if spec.air_law == BILDSTEN:
         layer = math.sqrt(0.5 * start["air_viscosity"] * start["air_density"] * unit) * radius**2 / mass
-        found = found + layer * core**4 * roll**1.5
-    return np.asarray(found)
+        torque = torque + layer * core**4 * roll**1.5
+    return np.asarray(torque)
 
 
 def predictions(spec: Request, start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
-    """Yield what theory says of one cell, from its start and its stored measures [SI]."""
+    """Yield the lines of `explain` with the predictions for a cell, from its start and its stored measures [SI]."""
     if not all(math.isfinite(start[name]) for name in ("tilt", "precession_rate", "roll_rate")):
         return
     if spec.precession_rate == WOBBLE:
         yield from _of_a_wobble(spec, start, stored)
     elif theory.has_steady_motion(spec) and not circling(spec):
         starts = {name: np.array([value]) for name, value in start.items()}
-        yield from upright.told(spec, start, _upright(spec, starts), CALLED[spec.body])
+        yield from upright.describe_slowing(spec, start, _upright(spec, starts), CALLED[spec.body])
 
 
 def _of_a_wobble(spec: Request, start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
@@ -128,9 +129,9 @@ def _of_a_wobble(spec: Request, start: Mapping[str, float], stored: Mapping[str,
         return
     time = wobble_time(spec, start)
     if not math.isfinite(time):
-        yield "theory      a steady wobble near flat loses no energy to these losses"
+        yield "theory      these losses take no energy from a steady wobble near flat"
         return
     measured = stored["end_time"]
-    beside = f" (the cell has {measured:.6g} s)" if math.isfinite(measured) else ""
+    in_cell = f" (the cell has {measured:.6g} s)" if math.isfinite(measured) else ""
     flat = SETTINGS["flat_tilt"].spell(spec.flat_tilt, 6)
-    yield f"theory      the energy of a steady wobble lasts {time:.6g} s to {flat}{beside}, to leading order near flat"
+    yield f"theory      a steady wobble reaches {flat} after {time:.6g} s{in_cell}, to leading order near flat"

@@ -1,1 +1,1 @@
-"""The thin disk with losses: friction of its contact with the table, and drag of the air."""
+"""The thin disk with losses: friction at its contact with the table, and drag of the air."""

@@ -1,7 +1,7 @@
-"""The audit of an atlas with losses: every cell by its own rules, and a sample by a second computation.
+"""The audit of an atlas with losses: the consistency of every cell, and a second computation of a sample.
 
-There is no exact reduction of a motion with losses. In every cell the ledger, the ending and the verdict have to follow
-from one another; a sample of cells is integrated with half the step, and some of these by another integrator.
+A motion with losses has no exact reduction. In every cell, ledger, ending and verdict must be consistent. A sample of
+cells is integrated with half the step, and a few of these by another integrator.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -22,22 +22,22 @@ from sweep.model.quantity import DECISION, OPEN, PROMISED, Array, Quantity, Tole
 
 NOT_COMPUTED, CONSISTENT, AGREES, UNRESOLVED, INVALID, CONTRADICTORY, DIFFERS, OTHER_DIFFERS = range(8)
 
-_AUDITED = Tolerance(1e-8, 0.0, "a difference is as large as the error that it measures")
+_AUDITED = Tolerance(1e-8, 0.0, "it is a difference, as large as the error that it measures")
 
 # fmt: off
 AUDIT = Audit(
     variables=table(
-        Quantity("audit", "", "1", "what was found of the cell", DECISION,
-                 "consistent: ending, ledger and verdict follow from one another; agrees: a second computation too; "
-                 "other_values_differ: another variable is wrong", "i1",
+        Quantity("audit", "", "1", "result of the audit of the cell", DECISION,
+                 "consistent: ending, ledger and verdict agree with each other; agrees: also with a second "
+                 "computation; other_values_differ: another variable is wrong", "i1",
                  {
                      NOT_COMPUTED: "not_computed", CONSISTENT: "consistent", AGREES: "agrees",
                      UNRESOLVED: "unresolved_in_the_atlas", INVALID: "invalid", CONTRADICTORY: "contradictory",
                      DIFFERS: "differs", OTHER_DIFFERS: "other_values_differ"}),
-        Quantity("time_difference", r"\Delta t", "s", "difference of end_time from that of a second computation",
-                 _AUDITED, "missing where the cell is not one of the sample"),
-        Quantity("ledger_difference", r"\Delta E", "1", "energy at the start less all losses, less the least that the "
-                 "ending leaves, over mass * gravity * radius", _AUDITED,
+        Quantity("time_difference", r"\Delta t", "s", "difference of end_time from a second computation",
+                 _AUDITED, "missing where the cell is not in the sample"),
+        Quantity("ledger_difference", r"\Delta E", "1", "energy at the start minus all losses and the potential energy "
+                 "at the ending, over mass * gravity * radius", _AUDITED,
                  "0 or above; 0 where the disk is at rest"),
     ),
     agreeing=(CONSISTENT, AGREES),
@@ -46,26 +46,27 @@ AUDIT = Audit(
     other=OTHER_DIFFERS,
     difference="time_difference",
     units="s",
-    told="times        of the sample differ from those of a second computation by",
-    summary="Every cell of a stability atlas checked by its own rules, its ledger of energy and its criterion, and a "
-    "sample by a second computation.",
+    told="times        of the sample differ from a second computation by",
+    summary="Every cell of a stability atlas checked against its own ending, ledger of energy and criterion, and a "
+    "sample of cells against a second computation.",
 )
 # fmt: on
 
 _LOSSES = tuple(measure for _, measure in tables.LOSSES.values())
-_ENDING = "the ending, which says where it is missing"
+_ENDING = "the ending, which decides where it is missing"
 
-#: A stated error is a magnitude: a second computation may be this many times as far off, and by this share and number.
+#: A stated error is only a magnitude: a second computation may differ by this multiple of it, plus this share of the
+#: value, plus this number.
 _TIMES, _SHARE, _LEAST = 10.0, 1e-8, 1e-10
 
-#: Values whose error a cell states, and by which variable; those that have no rounding of sums beside it.
+#: Values whose error a cell states -> the variable with the error; and those of them without a rounding error of sums.
 _STATED = {
     "end_time": "time_error", "tilt_min": "tilt_error", "tilt_max": "tilt_error", "end_tilt": "tilt_error",
     "heading_turned": "heading_error", "path_length": "path_error",
 }  # fmt: skip
 _EXACTLY = ("end_time", "tilt_min", "tilt_max")
 
-#: Share of the cells in which a force only just reaches its limit, so that another step finds it at another moment.
+#: Share of the cells in which a force barely reaches its limit, so that another step finds another moment.
 _GRAZING = 0.01
 
 
@@ -78,9 +79,9 @@ class Mechanics:
     energy : callable
         Energy over m g R of starts, shape (n,).
     height : callable
-        Height of the centre of mass over R, of starts at other tilts [rad], shape (n,).
+        Height of the centre of mass over R, for starts and other tilts [rad], shape (n,).
     smooth : callable
-        `sweep.model.lossy_disk.sample.smooth_motion`, or that of another body.
+        `sweep.model.lossy_disk.sample.smooth_motion`, or the same for another body.
     """
 
     energy: Callable[[Request, Starts], Array]
@@ -107,14 +108,14 @@ THIN_DISK = Mechanics(_energy_of_disk, _height_of_disk, smooth_motion)
 
 
 class SampledAudit:
-    """See `sweep.model.description.Reference`; one for each audit.
+    """See `sweep.model.description.Reference`; each audit needs its own.
 
     Parameters
     ----------
     size : int
         Number of cells of the atlas.
     seed : int, optional
-        Which cells are drawn.
+        Seed of the sample.
     mechanics : Mechanics
     """
 
@@ -125,10 +126,10 @@ class SampledAudit:
 
     @property
     def sampled(self) -> str:
-        """Which cells were computed a second time, and how."""
-        found, seed = self._sample, self._sample.seed
-        drawn = f"{counted(found.count, 'cell')}, drawn with seed {seed}, by half the step"
-        return f"{drawn}, {found.others} of them by DOP853 too"
+        """A description of the sample: its cells, and how they were computed again."""
+        sample = self._sample
+        cells = f"{counted(sample.count, 'cell')}, drawn with seed {sample.seed}"
+        return f"{cells}, with half the step, {sample.others} of them also by DOP853"
 
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
@@ -146,13 +147,13 @@ class SampledAudit:
         return tuple(dict.fromkeys((*own, *more, *spec.criterion.reads(spec.model))))
 
     def truth(self, spec: Request, starts: Starts, first: int, stored: Columns) -> Columns:
-        """Return what a second computation says of the cells from `first` on that are drawn."""
+        """Return the second computation of the drawn cells among the cells from `first` on."""
         return self._sample.of(spec, starts, first)
 
     def check(
         self, spec: Request, starts: Starts, stored: Columns, truth: Columns
     ) -> tuple[dict[str, npt.NDArray[Any]], list[CellCheck]]:
-        """Hold cells against themselves and against their second computation."""
+        """Check the consistency of cells, and compare them with their second computation."""
         cells = _SampledCells(spec, starts, stored, truth, self._mechanics)
         checks = [
             *_decisions(cells), *_of_the_ending(cells), *_ledger(cells), *cells.following(), *_second(cells),
@@ -161,9 +162,9 @@ class SampledAudit:
         code[cells.drawn] = AGREES
         code[cells.ended("unresolved")] = UNRESOLVED
         code[cells.ended("invalid")] = INVALID
-        for each in checks:
-            if not each.share:
-                code[each.wrong] = DIFFERS if each.against.startswith(_AGAIN) else CONTRADICTORY
+        for check in checks:
+            if not check.share:
+                code[check.wrong] = DIFFERS if check.against.startswith(_AGAIN) else CONTRADICTORY
         code[cells.ended("not_computed")] = NOT_COMPUTED
         with np.errstate(invalid="ignore"):
             apart = np.abs(stored["end_time"] - truth[f"{AGAIN}end_time"])
@@ -171,7 +172,7 @@ class SampledAudit:
 
 
 class _SampledCells(AuditedCells):
-    """Cells of an atlas with losses, some of them with their second computation, arrays of shape (n,)."""
+    """Cells of an atlas with losses, and the second computation of some of them, arrays of shape (n,)."""
 
     def __init__(
         self, spec: Request, starts: Starts, stored: Columns, truth: Columns, mechanics: Mechanics
@@ -186,12 +187,12 @@ class _SampledCells(AuditedCells):
 
     @cached_property
     def drawn(self) -> Truths:
-        """Which cells have numbers and were computed a second time with numbers."""
+        """Which cells have numbers, and also in the second computation."""
         return np.asarray(self.moved & np.isfinite(self.truth[f"{AGAIN}end_time"]))
 
     @cached_property
     def left(self) -> Array:
-        """Energy at the start less all losses, less the potential energy at the ending, over m g R."""
+        """Energy at the start minus all losses and the potential energy at the ending, over m g R."""
         spec, starts, stored = self.spec, self.starts, self.stored
         with np.errstate(invalid="ignore", over="ignore"):
             lost = np.sum([stored[name] for name in _LOSSES], axis=0)
@@ -200,30 +201,30 @@ class _SampledCells(AuditedCells):
 
     @cached_property
     def slack(self) -> Array:
-        """By how much the ledger may be off: its stated imbalance, and rounding of the energy."""
+        """Allowed error of the ledger: a multiple of its stated imbalance, plus rounding of the energy."""
         energy = np.abs(self.left) + np.sum([np.abs(self.stored[name]) for name in _LOSSES], axis=0) + 1.0
         return np.asarray(_TIMES * np.nan_to_num(self.stored["energy_imbalance"]) + ROUNDING * energy)
 
 
-#: The beginning of what a second computation is called.
+#: The first words of all descriptions of a second computation.
 _AGAIN = "a second computation"
 
 
 def _leaving(spec: Request) -> tuple[str, ...]:
     """Return the endings of motions that leave the model."""
-    return tuple(each.name for each in spec.model.endings if each.role == OPEN)
+    return tuple(ending.name for ending in spec.model.endings if ending.role == OPEN)
 
 
 def _decisions(cells: _SampledCells) -> Iterator[CellCheck]:
     """Yield the checks of ending and verdict."""
     endings = cells.spec.model.endings
     known = endings.among(cells.stored["ending"], *endings.flags.values())
-    yield cells.decided("ending", "the codes that there are", known)
+    yield cells.decided("ending", "the codes of endings", known)
     yield cells.decided("stability", "the criterion, on the stored values", cells.verdict_follows)
 
 
 def _of_the_ending(cells: _SampledCells) -> Iterator[CellCheck]:
-    """Yield the checks of what an ending says of time, tilt and of which values are missing."""
+    """Yield the checks of missing values, times and tilts, which the ending determines."""
     stored, moved, spec = cells.stored, cells.moved, cells.spec
     for name in ("end_time", "end_tilt", "tilt_min", "tilt_max", *_LOSSES):
         yield cells.decided(name, _ENDING, np.isfinite(stored[name]) == moved)
@@ -256,7 +257,7 @@ def _of_the_ending(cells: _SampledCells) -> Iterator[CellCheck]:
 def _ledger(cells: _SampledCells) -> Iterator[CellCheck]:
     """Yield the checks of the energy and of the losses."""
     stored, moved, left = cells.stored, cells.moved, cells.left
-    # at rest nothing but the height is left, else what moves has energy above that
+    # at rest only the potential energy is left; a moving disk has more
     apart = np.where(cells.ended("rest"), np.abs(left), np.maximum(-left, 0.0))
     for name in _LOSSES:
         yield CellCheck(
@@ -275,29 +276,29 @@ def _ledger(cells: _SampledCells) -> Iterator[CellCheck]:
 
 
 def _second(cells: _SampledCells) -> Iterator[CellCheck]:
-    """Yield the checks of the sample by its second computations.
+    """Yield the checks of the sample against its second computations.
 
-    Where the motion leaves the model, a force only just reaches its limit once in a while: with another step it may be
-    found a swing later. So a few such cells may be further off.
+    A motion leaves the model when a force reaches its limit. Sometimes it barely does, and another step finds this one
+    swing later, so a few of these cells may differ by more than is allowed.
     """
     again, leaving = cells.truth[f"{AGAIN}ending"], _leaving(cells.spec)
     left = cells.ended(*leaving) | cells.spec.model.endings.among(again, *leaving)
     for prefix, words in ((AGAIN, f"{_AGAIN} with half the step"), (OTHER, f"{_AGAIN} by DOP853")):
-        there = cells.moved & np.isfinite(cells.truth[f"{prefix}end_time"])
+        computed = cells.moved & np.isfinite(cells.truth[f"{prefix}end_time"])
         for judged, share, which in (
-            (there & ~left, 0.0, "of a sample"),
-            (there & left, _GRAZING, "where it leaves the model"),
+            (computed & ~left, 0.0, "of a sample"),
+            (computed & left, _GRAZING, "where it leaves the model"),
         ):
             against = f"{words}, {which}"
             if prefix == AGAIN:
                 apart = np.where(_endings_agree(cells) | ~judged, 0.0, 1.0)
                 yield CellCheck("ending", against, apart, np.zeros(apart.shape), judged, share=share)
             same_end = judged & ((prefix == OTHER) | (again == cells.stored["ending"]))
-            for name in (each for each in COMPARED[1:] if each in cells.stored):
+            for name in (name for name in COMPARED[1:] if name in cells.stored):
                 values = cells.truth[f"{prefix}{name}"]
                 known = same_end & np.isfinite(values)
                 if name == "breach_time":
-                    # a tilt that only just reaches the limit does so with one step and not with the other
+                    # a tilt that barely reaches the limit may do so with one step and not with the other
                     known &= np.isfinite(cells.stored[name])
                 with np.errstate(invalid="ignore"):
                     apart = np.where(known, np.abs(cells.stored[name] - values), 0.0)
@@ -305,7 +306,7 @@ def _second(cells: _SampledCells) -> Iterator[CellCheck]:
 
 
 def _endings_agree(cells: _SampledCells) -> Truths:
-    """Return where endings are the same, or the motion ends as the duration does."""
+    """Return where the endings are the same, or the motion ends at about the end of the duration."""
     again = cells.truth[f"{AGAIN}ending"]
     with np.errstate(invalid="ignore"):
         late = np.abs(cells.truth[f"{AGAIN}end_time"] - cells.spec.duration) <= _allowed(
@@ -315,7 +316,7 @@ def _endings_agree(cells: _SampledCells) -> Truths:
 
 
 def _allowed(cells: _SampledCells, name: str, values: Array) -> Array:
-    """Return how far a value may be from a second computation of it, in its unit."""
+    """Return the allowed difference of a value from its second computation, in its unit."""
     size = np.abs(np.nan_to_num(values))
     rule = tables.VARIABLES[name].tolerance
     own = _SHARE * size + _LEAST if name in _EXACTLY else rule.absolute + rule.relative * size
@@ -323,15 +324,15 @@ def _allowed(cells: _SampledCells, name: str, values: Array) -> Array:
 
 
 def _error(cells: _SampledCells, name: str, size: Array) -> Array:
-    """Return the error of a value that a cell states, itself or with that of other values."""
+    """Return the error of a value, as stated by the cell or from the stated errors of other values."""
     if name in _STATED:
         return _number(cells, _STATED[name])
-    # an error of the tilt is at most as large a share of the energy
+    # an error of the tilt [rad] changes the energy over m g R by at most as much
     error = _number(cells, "tilt_error")
     if name == "breach_time":
         return np.asarray(error + _number(cells, "time_error"))
     if name in _LOSSES:
-        # a law takes more for as much longer as the motion lasts
+        # a longer motion loses more, in proportion to its time
         time = np.nan_to_num(cells.stored["end_time"])
         longer = np.divide(_number(cells, "time_error"), time, out=np.zeros(time.shape), where=time > 0.0)
         return np.asarray(error + size * np.minimum(longer, 1.0))

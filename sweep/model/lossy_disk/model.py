@@ -1,4 +1,4 @@
-"""The disk with losses: names, tables and functions for the rest of the program."""
+"""The model of the disk with losses."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
@@ -18,16 +18,16 @@ from sweep.model.lossy_disk import tables, theory, upright
 from sweep.model.lossy_disk.audit import SampledAudit
 from sweep.model.lossy_disk.tables import ARMS, BILDSTEN, MOFFATT, NO_AIR, UNKNOWN, some
 from sweep.model.quantity import Array, Input
-from sweep.model.rows import LARGEST, LEAST, told, worst_cases
+from sweep.model.rows import LARGEST, LEAST, spell_values, worst_cases
 
 
 def check_losses(values: Mapping[str, Any]) -> None:
-    """Refuse a law without what it needs, and what no law uses.
+    """Refuse a law without its parameters, and parameters that no law uses.
 
     Parameters
     ----------
     values : mapping of str to value
-        Of every word of a request.
+        The value of every word of a request.
 
     Raises
     ------
@@ -39,13 +39,13 @@ def check_losses(values: Mapping[str, Any]) -> None:
     elif not viscous:
         raise RequestError(
             f"air_law={law} needs the viscosity of the air: air_viscosity is 0.",
-            hint="Add air_viscosity=1.8e-5, in Pa s, that of air at room temperature.",
+            hint="Add air_viscosity=1.8e-5, in Pa s, for air at room temperature.",
             where="air_law",
         )
     if law == BILDSTEN and not some(values["air_density"]):
         raise RequestError(
             f"air_law={law} needs the density of the air: air_density is 0.",
-            hint="Add air_density=1.2, in kg m-3, that of air at room temperature.",
+            hint="Add air_density=1.2, in kg m-3, for air at room temperature.",
             where="air_law",
         )
     if values["mass"] == UNKNOWN:
@@ -57,20 +57,21 @@ def _refuse_unused_air(values: Mapping[str, Any]) -> None:
     for name in ("air_viscosity", "air_density"):
         if some(values[name]):
             raise RequestError(
-                f"{name} is given, and no law uses it: air_law is {NO_AIR}.",
-                hint=f"Add air_law={MOFFATT} or air_law={BILDSTEN}, or say {name}=0.",
+                f"{name} is given, but no law uses it: air_law is {NO_AIR}.",
+                hint=f"Add air_law={MOFFATT} or air_law={BILDSTEN}, or write {name}=0.",
                 where=name,
             )
 
 
 def _check_arms(values: Mapping[str, Any]) -> None:
-    """Refuse a lever arm as long as the radius: what has it would not move at all."""
+    """Refuse a lever arm as long as the radius: such a disk would not move at all."""
     for name in ARMS:
         worst = worst_cases(values, {name: LARGEST, "radius": LEAST})
         if (wrong := worst[name] >= worst["radius"]).any():
+            lengths = spell_values(values, wrong, name, "radius", unit=" m")
             raise RequestError(
-                f"A lever arm must be shorter than the radius; got {told(values, wrong, name, 'radius', unit=' m')}.",
-                hint="Give a shorter arm: that of a coin on glass is some micrometres, as in 10um.",
+                f"A lever arm must be shorter than the radius; got {lengths}.",
+                hint="Give a shorter arm, such as 10um: a coin on glass has some micrometres.",
                 where=name,
             )
 
@@ -80,18 +81,21 @@ def _check_no_mass(values: Mapping[str, Any], law: str) -> None:
     needing += [f"air_law={law}"] if law != NO_AIR else []
     if needing:
         raise RequestError(
-            f"{' and '.join(needing)} {'need' if len(needing) > 1 else 'needs'} the mass of the disk: a torque that "
-            "does not grow with the weight slows a heavy disk less.",
-            hint="Add the mass, as in mass=0.4kg.",
+            f"{' and '.join(needing)} {'need' if len(needing) > 1 else 'needs'} the mass of the disk, because this "
+            "torque does not grow with the weight.",
+            hint="Add the mass, for example mass=0.4kg.",
             where="mass",
         )
 
 
 def with_constants(spec: Request, starts: Starts, parameters: Mapping[str, Input]) -> dict[str, Array]:
-    """Return starts with the numbers of words that stand for one: of no mass, and of a friction without a limit."""
-    named = {name: parameters[name].constants.get(getattr(spec, name)) for name in ("mass", "friction")}
+    """Return starts with the numbers that the words for an unknown mass and an unlimited friction stand for."""
+    constants = {name: parameters[name].constants.get(getattr(spec, name)) for name in ("mass", "friction")}
     size = starts["tilt"].shape
-    return {**starts, **{name: np.full(size, value) for name, value in named.items() if value is not None}}
+    return {
+        **starts,
+        **{name: np.full(size, value) for name, value in constants.items() if value is not None},
+    }
 
 
 _MODULE = "kernels.lossy_disk.integrate"
@@ -108,7 +112,7 @@ def integrator(
     slips: bool,
     module: str = _MODULE,
 ) -> Kernel:
-    """Return the kernel with some laws and no others, as `kernels.lossy_disk.integrate.variant` names it.
+    """Return the kernel with exactly these laws, under the name that `kernels.lossy_disk.integrate.variant` gives it.
 
     Parameters
     ----------
@@ -119,21 +123,21 @@ def integrator(
     slips : bool
         Whether the friction that rolling needs is compared with a friction coefficient.
     module : str
-        Where the kernels of what rolls are.
+        The module with the kernels of the body.
     """
-    # the kernels themselves, which would say the name, are not imported before they are used
+    # spelled out here, because the kernels are not imported before they are used
     rubbing = ("" if contour else "_viscous") if damping else ("_dry" if contour else "_bare")
     drag = "" if air == NO_AIR else f"_{air}"
     laws = (rubbing, "_rolling" * rolling, "_pivoting" * pivoting, drag, "_slipping" * slips)
     return Kernel(module, "integrate" + "".join(laws), seconds=8.0)
 
 
-#: Kinds of a criterion whose first breach the kernels look for -> their numbers (`kernels.lossy_disk.arrays`).
+#: Kinds of criterion whose first breach the kernels find -> their numbers (`kernels.lossy_disk.arrays`).
 _LIMITED = {"departure": 1.0, "amplification": 2.0}
 
 
 class LossyDisk(Model):
-    """The thin disk that rolls without slipping, against friction of its contact and drag of the air."""
+    """The thin disk that rolls without slipping, with friction at its contact and drag of the air."""
 
     name = "lossy_disk"
     parameters, settings, options = tables.PARAMETERS, tables.SETTINGS, tables.OPTIONS
@@ -155,8 +159,9 @@ class LossyDisk(Model):
     motion = "sweep.motion.tables:LOSSY_MOTION"
     words = Words(
         summary="Stability atlas of a thin rigid disk that rolls without slipping on a horizontal plane and loses "
-        "energy by friction of its contact and drag of the air: for every start of a grid how long the disk stays "
-        "aloft, what each loss takes and the extreme tilts of the motion, {}, and the verdict of a criterion.",
+        "energy to friction at its contact and drag of the air. For every start of a grid: how long the disk stays "
+        "aloft, the energy that each loss takes and the extreme tilts of the motion, {}, and the verdict of a "
+        "criterion.",
         keywords="rolling disk, Euler's disk, dissipation, dry friction, air drag, finite-time singularity, parameter "
         "sweep",
         references="equations: McDonald and McDonald, arXiv:physics/0008227; friction: Leine, Arch. Appl. Mech. 79 "
@@ -165,58 +170,58 @@ class LossyDisk(Model):
     )
     line_words = LineWords(
         critical="analytic critical {} of the disk without losses, the limit of a vanishing perturbation",
-        predicted="estimate of the {} at the boundary: losses take it down to the edge of stability by the end",
+        predicted="estimated {} at the boundary: losses reduce it to the edge of stability by the end",
         limit="without losses, in the limit of no perturbation",
-        told="estimated for this start and this criterion: losses take it down to the edge of stability by the end",
+        told="estimated for this start and this criterion: losses reduce it to the edge of stability by the end",
         label="estimated, {}",
         bound=True,
     )
     synonyms = DISK.synonyms
     ambiguous = {  # noqa: RUF012 - the base class declares it a Mapping
         **DISK.ambiguous,
-        "fall_tilt": "With losses say flat_tilt, the tilt at which the disk counts as flat.",
+        "fall_tilt": "With losses write flat_tilt, the tilt at which the disk counts as flat.",
     }
 
     def headline(self, spec: Request) -> str:
-        """Return what is looked at, and which losses there are."""
-        losses = [
+        """Return a title, from the rates and the losses of the spec."""
+        names = [
             name.replace("_", " ")
             for name, (given, _) in tables.LOSSES.items()
             if tables.some(getattr(spec, given))
         ]
-        told = f"with {', '.join(losses)}" if losses else "without any loss"
-        motion, _, looked_at = DISK.headline(spec).partition(": ")
+        losses = f"with {', '.join(names)}" if names else "without any loss"
+        motion, _, subject = DISK.headline(spec).partition(": ")
         if spec.criterion.kind == "aloft":
-            looked_at = "how long the disk stays aloft"
-        return f"{motion} {told}: {looked_at}"
+            subject = "how long the disk stays aloft"
+        return f"{motion} {losses}: {subject}"
 
     def undisturbed(self, spec: Request, starts: Starts) -> Array:
-        """Return the tilt [rad] of the motion that each start disturbs, as of the disk without losses."""
+        """Return the tilt [rad] of the undisturbed motion of each start, as for the disk without losses."""
         return DISK.undisturbed(spec, starts)
 
     def perturbation(self, spec: Request, starts: Starts) -> Array:
-        """Return the size [rad] of the perturbation in each start, as of the disk without losses."""
+        """Return the size [rad] of the perturbation of each start, as for the disk without losses."""
         return DISK.perturbation(spec, starts)
 
     def disturbed_motion(self, spec: Request, start: Mapping[str, float]) -> str:
-        """Return what a start disturbs."""
+        """Return the name of the undisturbed motion of a start."""
         return DISK.disturbed_motion(spec, start)
 
     def check(self, values: Mapping[str, Any]) -> None:
-        """Refuse rates that do not follow from the others, and a law without what it needs."""
+        """Refuse words that do not determine the rates, and laws without their parameters."""
         check_steady_rates(values)
         check_losses(values)
 
     def complete(self, spec: Request, starts: Starts) -> Starts:
-        """Return starts with the rates that cells compute, and the numbers of words that stand for one."""
+        """Return starts with the rates that cells compute, and numbers for an unknown mass and unlimited friction."""
         return complete(spec, with_constants(spec, starts, self.parameters))
 
     def reference(self, size: int, seed: int | None = None) -> Reference:
-        """Return the check of every cell against itself, and of a sample against a second computation."""
+        """Return the audit: the consistency of every cell, and a sample of cells computed by another method."""
         return SampledAudit(size, seed)
 
     def integrator(self, spec: Request) -> Kernel:
-        """Return the kernel with the laws that the cells of a spec need, and no others."""
+        """Return the kernel with exactly the laws that the cells of a spec need."""
         return integrator(
             contour=tables.some(spec.contour_friction),
             damping=tables.some(spec.contour_damping),
@@ -228,7 +233,7 @@ class LossyDisk(Model):
         )
 
     def kernel_settings(self, spec: Request) -> Array:
-        """Return the settings, what the criterion limits, and the law of the air."""
+        """Return the settings, the limit of the criterion, and the law of the air."""
         limited = _LIMITED.get(spec.criterion.kind, 0.0)
         limit = spec.criterion.limit if limited else 0.0
         judged = [limited, limit, float(circling(spec)), float(tables.AIR_LAWS.index(spec.air_law))]
@@ -239,7 +244,7 @@ class LossyDisk(Model):
         return (self.integrator(spec),)
 
     def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
-        """Return what completes starts and states settings."""
+        """Return the code that completes starts and makes settings."""
         return [
             LossyDisk.complete,
             LossyDisk.kernel_settings,
@@ -249,14 +254,14 @@ class LossyDisk(Model):
         ]
 
     def derive(self, starts: Starts, measured: Columns) -> Columns:
-        """Return the peak tilt, and which loss took most."""
+        """Return the peak tilt and the largest loss."""
         least, greatest = measured["tilt_min"], measured["tilt_max"]
         lost = np.stack([np.nan_to_num(measured[measure]) for _, measure in tables.LOSSES.values()])
         largest: npt.NDArray[np.int64] = np.where(lost.max(axis=0) > 0.0, 1 + lost.argmax(axis=0), 0)
         return {"peak_tilt": np.maximum(np.abs(least), np.abs(greatest)), "largest_loss": largest}
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
-        """Return the critical rate without losses, and an estimate with them: `upright.lines`."""
+        """Return the critical rate without losses, and an estimate with losses: `upright.lines`."""
         return upright.lines(spec, axis, starts, upright.thin(starts))
 
     def line_label(self, spec: Request, axis: str) -> str:
@@ -264,11 +269,11 @@ class LossyDisk(Model):
         return DISK.line_label(spec, axis)
 
     def unit_of_square(self, spec: Request, axis: str) -> tuple[float, str] | None:
-        """Return g/R, in which the square of a rate is a pure number."""
+        """Return g/R, the unit of squared rates."""
         return DISK.unit_of_square(spec, axis)
 
     def may_be_lost(self, spec: Request, measured: Columns, error: Array) -> npt.NDArray[np.bool_]:
-        """Return which cells come so near to flat_tilt that they could have been flat within the error."""
+        """Return which cells reach flat_tilt within the error."""
         low, high = (np.asarray(measured[name], np.float64) for name in self.extremes)
         return np.asarray(np.maximum(high, -low) + error >= spec.flat_tilt)
 
@@ -281,13 +286,13 @@ class LossyDisk(Model):
         )
 
     def open_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
-        """Return what ended a motion that may go further than the model knows."""
-        return f"{self.endings.of(stored['ending']).reason} after {stored['end_time']:.6g} s: it may yet go further"
+        """Return what ended a motion too early for a verdict."""
+        return f"{self.endings.of(stored['ending']).reason} after {stored['end_time']:.6g} s: it may still go further"
 
     def linear_prediction(
         self, spec: Request, start: Mapping[str, float], stored: Mapping[str, float]
     ) -> Iterable[str]:
-        """Return how long losses take to slow an upright disk, or to bring a wobble to flat."""
+        """Return the predictions of theory for a cell: a wobble near flat, or the slowing of an upright disk."""
         return theory.predictions(spec, start, stored)
 
 

@@ -1,8 +1,8 @@
-"""Cells of an atlas with losses, computed a second time: with half the step, and some by SciPy's DOP853.
+"""A sample of cells of an atlas with losses, computed again: with half the step, and a few by SciPy's DOP853.
 
-What DOP853 integrates shares nothing with the kernels but the laws: tilt and rates with their sines and cosines,
-torques about the contact point as in the literature (Leine, Arch. Appl. Mech. 79 (2009) 1063), signs of dry friction
-taken anew at every step. It follows motions in which dry friction neither holds nor turns round.
+The equations for DOP853 have only the laws in common with the kernels. They use tilt and rates with sines and cosines,
+torques about the contact point as in the literature (Leine, Arch. Appl. Mech. 79 (2009) 1063), and signs of dry
+friction that are evaluated at every step. They are for motions in which dry friction neither sticks nor reverses.
 """
 
 import math
@@ -18,10 +18,10 @@ from sweep.model.lossy_disk import tables
 from sweep.model.lossy_disk.tables import BILDSTEN, LOSSES, MOFFATT
 from sweep.model.quantity import Array
 
-#: Relative and absolute error per step that DOP853 is asked for.
+#: Relative and absolute tolerance per step of DOP853.
 _RELATIVE, _ABSOLUTE = 1e-11, 1e-14
 
-#: Measures that come out of it.
+#: Measures from DOP853.
 MEASURES = (
     "end_time",
     "tilt_min",
@@ -33,7 +33,7 @@ MEASURES = (
 
 
 def smooth_motion(spec: Request, start: Mapping[str, float]) -> dict[str, float]:
-    """Return `MEASURES` of a motion of the disk that ends flat or with the duration.
+    """Return `MEASURES` of a motion of the disk that ends flat or after the duration.
 
     Parameters
     ----------
@@ -44,7 +44,8 @@ def smooth_motion(spec: Request, start: Mapping[str, float]) -> dict[str, float]
     Notes
     -----
     Scaled: theta'' = [S + o ((1+alpha) s - alpha o T / 2) + M_t] / (1 + alpha/2), o' = w (o T - 2 s) + 2 M_b / alpha,
-    s' = (M_n - w o) / (1+alpha), torques over m g R about the tilt axis, the diameter through the contact, the axis.
+    s' = (M_n - w o) / (1+alpha). M_t, M_b, M_n: torques over m g R about the tilt axis, the diameter through the
+    contact, and the axis of the disk.
     """
     unit = math.sqrt(start["radius"] / start["gravity"])
     return followed(spec, start, _equations(spec, start, unit))
@@ -53,7 +54,7 @@ def smooth_motion(spec: Request, start: Mapping[str, float]) -> dict[str, float]
 def followed(
     spec: Request, start: Mapping[str, float], motion: Callable[[float, Any], list[float]]
 ) -> dict[str, float]:
-    """Return `MEASURES` of a motion that ends flat or with the duration.
+    """Return `MEASURES` of a motion that ends flat or after the duration.
 
     Parameters
     ----------
@@ -76,12 +77,16 @@ def followed(
     def turning(_: float, y: Array) -> float:
         return float(y[1])
 
-    flat.terminal = True  # type: ignore[attr-defined]  # as SciPy asks for it
-    found = solution(motion, [*first, *[0.0] * (len(LOSSES) + 2)], spec.duration / unit, [flat, turning])
+    flat.terminal = True  # type: ignore[attr-defined]  # SciPy reads this attribute
+    integration = solution(
+        motion, [*first, *[0.0] * (len(LOSSES) + 2)], spec.duration / unit, [flat, turning]
+    )
     # most extreme tilts lie between steps
-    tilts = np.concatenate([found.y[0, [0, -1]], *(events[:, 0] for events in found.y_events if len(events))])
-    *sums, path = found.y[4:, -1]
-    values = (unit * found.t[-1], tilts.min(), tilts.max(), *sums, start["radius"] * path)
+    tilts = np.concatenate(
+        [integration.y[0, [0, -1]], *(events[:, 0] for events in integration.y_events if len(events))]
+    )
+    *sums, path = integration.y[4:, -1]
+    values = (unit * integration.t[-1], tilts.min(), tilts.max(), *sums, start["radius"] * path)
     return dict(zip(MEASURES, values, strict=True))
 
 
@@ -91,7 +96,7 @@ def solution(
     end: float,
     events: list[Callable[[float, Array], float]],
 ) -> Any:
-    """Return what SciPy's DOP853 finds of a motion from a state to a time, with its events."""
+    """Return the solution of SciPy's DOP853 from a state to a time, with its events."""
     from scipy.integrate import solve_ivp
 
     return solve_ivp(
@@ -113,14 +118,14 @@ def _equations(spec: Request, start: Mapping[str, float], unit: float) -> Callab
     inertia = 1.0 + 0.5 * alpha
 
     def right(_: float, y: Any) -> list[float]:
-        tilt, w, o, s = (float(each) for each in y[:4])
+        tilt, w, o, s = (float(value) for value in y[:4])
         sin, cos = math.sin(tilt), math.cos(tilt)
         tan = sin / cos
         along, turning = s - o * tan, o * cos + s * sin
         across = cos * along
         horizontal = math.hypot(w, across) or 1.0
         pull = (sin + o * ((1.0 + alpha) * s - 0.5 * alpha * o * tan)) / inertia
-        # the normal force depends on the acceleration of the tilt, which rolling friction depends on
+        # the normal force depends on the tilt acceleration, and that, through rolling friction, on the normal force
         share = rolling * w / (horizontal * inertia)
         normal = (1.0 - w * w * cos - sin * pull) / (1.0 - sin * share)
         drag = (film / cos + layer * math.sqrt(abs(along))) * along
@@ -146,22 +151,22 @@ def _equations(spec: Request, start: Mapping[str, float], unit: float) -> Callab
     return right
 
 
-#: Cells of an atlas that are integrated with half the step, and of these by another integrator; steps of such a cell at
-#: most: some seconds of work in all.
+#: Most cells integrated with half the step; most of them integrated by DOP853, and most steps of such a cell: some
+#: seconds of work in total.
 CELLS, _FEW, _MOST_STEPS = 200, 8, 20_000
 
-#: Half the step is this much less of the tolerance, for a method of the fourth order; and the least tolerance that long
+#: With half the step, a fourth-order method meets a tolerance smaller by this factor; the smallest tolerance that long
 #: motions meet in double precision.
 _FINER, _LEAST_TOLERANCE = 16.0, 5e-13
 
-#: The variables that are compared, and the prefixes of the values of both second computations.
+#: The variables compared, and the prefixes of their values from half the step and from DOP853.
 COMPARED = (
     "ending",
     "end_time",
     "end_tilt",
     "tilt_min",
     "tilt_max",
-    *(each for _, each in tables.LOSSES.values()),
+    *(measure for _, measure in tables.LOSSES.values()),
     "heading_turned",
     "path_length",
     "breach_time",
@@ -170,14 +175,14 @@ AGAIN, OTHER = "again_", "other_"
 
 
 class Sample:
-    """Cells that are drawn from an atlas, and what a second computation says of them.
+    """Random cells of an atlas, and their second computation.
 
     Parameters
     ----------
     size : int
         Number of cells of the atlas.
     seed : int or None
-        Which cells are drawn; fresh ones if None.
+        Seed of the random cells; a new one if None.
     smooth : callable
         `smooth_motion` of the model.
 
@@ -185,9 +190,9 @@ class Sample:
     ----------
     seed : int
     count : int
-        Number of cells that are drawn.
+        Number of cells drawn.
     others : int
-        Cells so far that were integrated by SciPy.
+        Number of cells integrated by SciPy so far.
     """
 
     def __init__(
@@ -199,39 +204,39 @@ class Sample:
         self._smooth = smooth
         self.seed = secrets.randbelow(10**9) if seed is None else seed
         rng = np.random.default_rng(self.seed)
-        # of many cells the few that are drawn twice do not matter
+        # in a large atlas a few cells drawn twice do not matter
         drawn = rng.permutation(size) if size <= 10 * CELLS else rng.integers(0, size, CELLS)
         self._places = np.unique(drawn[:CELLS])
         self.count, self.others = self._places.size, 0
 
     def of(self, spec: Request, starts: Starts, first: int) -> dict[str, npt.NDArray[Any]]:
-        """Return what is known of the cells from `first` on with these starts, shape (n,); NaN of what is not drawn."""
+        """Compute the drawn cells among the n cells from `first` on; `starts` has shape (n,). NaN for other cells."""
         n = starts["tilt"].size
-        there = self._places[(self._places >= first) & (self._places < first + n)] - first
-        found = {f"{prefix}{name}": np.full(n, np.nan) for prefix in (AGAIN, OTHER) for name in COMPARED}
-        if there.size:
-            few = {name: values[there] for name, values in starts.items()}
-            again = _again(spec, few)
+        places = self._places[(self._places >= first) & (self._places < first + n)] - first
+        columns = {f"{prefix}{name}": np.full(n, np.nan) for prefix in (AGAIN, OTHER) for name in COMPARED}
+        if places.size:
+            drawn = {name: values[places] for name, values in starts.items()}
+            again = _compute_again(spec, drawn)
             for name in COMPARED:
-                found[AGAIN + name][there] = again[name]
-            self._by_another(spec, few, again, there, found)
-        return found
+                columns[AGAIN + name][places] = again[name]
+            self._integrate_smooth(spec, drawn, again, places, columns)
+        return columns
 
-    def _by_another(
-        self, spec: Request, starts: Starts, again: Columns, places: npt.NDArray[np.intp], found: Columns
+    def _integrate_smooth(
+        self, spec: Request, starts: Starts, again: Columns, places: npt.NDArray[np.intp], columns: Columns
     ) -> None:
-        """Write what another integrator says of the first short motions in which friction neither held nor turned."""
+        """Integrate the first short motions in which friction never stuck or reversed with `smooth`."""
         ends = spec.model.endings.among(again["ending"], "flat", "horizon")
         smooth = ends & (again["switches"] == 0) & (again["steps"] <= _MOST_STEPS)
         smooth &= np.abs(starts["tilt"]) < spec.flat_tilt
         for k in np.flatnonzero(smooth)[: _FEW - self.others]:
-            start = {name: float(each[k]) for name, each in starts.items()}
+            start = {name: float(values[k]) for name, values in starts.items()}
             for name, value in self._smooth(spec, start).items():
-                found[OTHER + name][places[k]] = value
+                columns[OTHER + name][places[k]] = value
             self.others += 1
 
 
-def _again(spec: Request, starts: Starts) -> dict[str, Array]:
+def _compute_again(spec: Request, starts: Starts) -> dict[str, Array]:
     """Return the measures and counts of cells, integrated with half the step."""
     model = spec.model
     rows = np.stack([starts[name] for name in model.parameters])

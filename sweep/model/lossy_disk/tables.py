@@ -1,7 +1,7 @@
 """The tables of the disk with losses: parameters, settings, options, endings and variables.
 
-Their order is the order of the rows of the kernels' arrays (`kernels.lossy_disk.arrays`) and of the file. What the disk
-without losses has too is taken from its tables.
+Their order is the order of the rows of the kernels' arrays (`kernels.lossy_disk.arrays`) and of the file. Rows that the
+disk without losses has too come from its tables.
 """
 
 import math
@@ -38,7 +38,7 @@ from sweep.model.quantity import (
     table,
 )
 
-#: The words of a mass that no law needs, and of a friction coefficient without a limit.
+#: The words for a mass that no law needs, and for a friction coefficient without a limit.
 UNKNOWN, UNLIMITED = "unknown", "unlimited"
 
 #: The laws of the air, in the order of their codes (`kernels.lossy_disk.arrays`).
@@ -46,7 +46,7 @@ NO_AIR, MOFFATT, BILDSTEN = AIR_LAWS = ("none", "moffatt", "bildsten")
 
 
 def some(value: Any) -> bool:
-    """Return whether any cell has a value other than 0 of a parameter, from its value in a request."""
+    """Return whether a parameter is not 0 in some cell, from its value in a request."""
     return bool(value.ends().any()) if hasattr(value, "ends") else value != 0.0
 
 
@@ -55,14 +55,14 @@ def _not_negative(values: Array) -> Truths:
 
 
 def _loss(name: str, symbol: str, units: str, long_name: str, description: str = "") -> Input:
-    """Return a coefficient of a loss, 0 unless it is given."""
+    """Return the row of a coefficient of a loss, with the default 0."""
     return Input(
         name, symbol, units, long_name, GRID, description,
         default=0.0, rule=f"{name} >= 0", allows=_not_negative,
     )  # fmt: skip
 
 
-_ARM = "its torque is this arm times the normal force, against the sense of that turning"
+_ARM = "its torque is this arm times the normal force, opposite to that rotation"
 
 # fmt: off
 PARAMETERS: Mapping[str, Input] = table(
@@ -70,17 +70,17 @@ PARAMETERS: Mapping[str, Input] = table(
     Input("mass", "m", "kg", "mass of the disk", GRID,
           f"{UNKNOWN}: no law of the request needs it",
           default=UNKNOWN, rule="mass > 0", allows=positive, words=(UNKNOWN,), constants={UNKNOWN: 1.0}),
-    _loss("rolling_friction", "c_r", "m", "lever arm of dry rolling friction, against turning about the horizontal",
+    _loss("rolling_friction", "c_r", "m", "lever arm of dry rolling friction, against rotation about the horizontal",
           _ARM),
-    _loss("pivoting_friction", "c_p", "m", "lever arm of dry pivoting friction, against turning about the vertical",
+    _loss("pivoting_friction", "c_p", "m", "lever arm of dry pivoting friction, against rotation about the vertical",
           _ARM),
     _loss("contour_friction", "c_c", "m", "lever arm of dry contour friction, against rolling along the rim", _ARM),
     _loss("contour_damping", "k_c", "N m s", "viscous contour friction: torque against rolling along the rim, over "
           "roll_rate"),
     _loss("air_viscosity", r"\mu", "Pa s", "dynamic viscosity of the air", "used by the law that air_law names"),
-    _loss("air_density", r"\rho", "kg m-3", "density of the air", "used by air_law=bildsten alone"),
+    _loss("air_density", r"\rho", "kg m-3", "density of the air", "used only by air_law=bildsten"),
     Input("friction", r"\mu_s", "1", "friction coefficient of disk and plane", GRID,
-          f"the disk slips where more is needed; {UNLIMITED}: it never slips",
+          f"the disk slips where rolling needs more; {UNLIMITED}: it never slips",
           default=UNLIMITED, rule="friction > 0", allows=positive, words=(UNLIMITED,), constants={UNLIMITED: math.inf}),
 )
 
@@ -89,7 +89,7 @@ SUBSTITUTES = disk.SUBSTITUTES
 #: Lever arms of dry friction.
 ARMS = ("rolling_friction", "pivoting_friction", "contour_friction")
 
-#: The parameters that no disk without losses has.
+#: The parameters that only a disk with losses has.
 LOSS_PARAMETERS = (*ARMS, "contour_damping", "air_viscosity", "air_density")
 
 SETTINGS: Mapping[str, Input] = table(
@@ -98,7 +98,7 @@ SETTINGS: Mapping[str, Input] = table(
     replace(disk.SETTINGS["fall_tilt"], name="flat_tilt", long_name="tilt at which the disk counts as flat",
             default=math.radians(89.9), rule="0 deg < flat_tilt < 90 deg"),
     replace(disk.SETTINGS["tolerance"], units="1", rule="1e-12 <= tolerance <= 0.1",
-            long_name="largest imbalance of the energy of a cell, over m g R: the length of its steps follows it"),
+            long_name="largest imbalance of the energy of a cell, over m g R: it determines the length of the steps"),
 )
 
 OPTIONS: Mapping[str, Word] = table(
@@ -119,7 +119,7 @@ ENDINGS = Endings(
         "dry friction holds it at rest, so that this holds for all time",
     ),
     Ending(
-        code.HORIZON, "horizon", "the duration was over; what is stated of the motion holds within it", FINAL,
+        code.HORIZON, "horizon", "the duration was over; all values hold within it", FINAL,
         "the duration was over, and within it this holds",
     ),
     Ending(
@@ -133,24 +133,23 @@ ENDINGS = Endings(
     Ending(
         code.UNDISTURBED, "undisturbed", "upright with nothing to disturb it: there is nothing to measure",
         UNDISTURBED,
-        "it stands exactly upright and nothing disturbs it: whether it is stable cannot be measured from it",
+        "it stands exactly upright and nothing disturbs it, so its stability cannot be measured",
     ),
     Ending(
         code.UNRESOLVED, "unresolved",
-        "the imbalance of the energy stayed over the tolerance although the steps were made shorter, or the steps or "
-        "the switches of friction were too many, or rolling friction only just did not hold the disk", FAILED,
-        "its energy was not balanced within the tolerance although the steps were made shorter, or it took too many "
-        "steps or switches of friction, or rolling friction only just did not hold it",
+        "the imbalance of the energy stayed above the tolerance even with shorter steps, or there were too many steps "
+        "or switches of friction, or rolling friction was barely too weak to hold the disk", FAILED,
+        "the imbalance of its energy stayed above the tolerance even with shorter steps, or it took too many steps or "
+        "switches of friction, or rolling friction was barely too weak to hold it",
     ),
     Ending(
-        code.INVALID, "invalid", "no such start: not finite, or outside the domain of a parameter", FAILED,
-        "there is no such start: nothing was integrated",
+        code.INVALID, "invalid", "impossible start: not finite, or outside the domain of a parameter", FAILED,
+        "the start is impossible: nothing was integrated",
     ),
     lost_time="end_time",
 )
 
-#: Laws of losses -> (parameter that gives the law its strength, measure of the energy lost to it), in the order of the
-#: ledger.
+#: Law -> (parameter with the strength of the law, measure of the energy lost to it), in the order of the ledger.
 LOSSES: Mapping[str, tuple[str, str]] = MappingProxyType({
     "rolling_friction": ("rolling_friction", "rolling_loss"),
     "pivoting_friction": ("pivoting_friction", "pivoting_loss"),
@@ -162,13 +161,13 @@ LOSSES: Mapping[str, tuple[str, str]] = MappingProxyType({
 _NO_NUMBERS = "missing where ending is not_computed, undisturbed, unresolved or invalid"
 _TIME = Tolerance(0.0, 1e-9, "each time is as near to the true one as time_error states", "time_error")
 _STATE = Tolerance(1e-6, 1e-5, "the state at the ending is known less well than its time")
-_LATE = Tolerance(1e-6, 1e-5, "slow past a maximum of its potential a motion is late: tilt_error tells by how much",
-                  "tilt_error")
-_TURNED = Tolerance(1e-6, 1e-5, "a motion that is late has turned by another angle: heading_error tells by how much",
+_LATE = Tolerance(1e-6, 1e-5, "a motion gets delayed when it passes a maximum of its potential slowly: tilt_error "
+                  "states the effect", "tilt_error")
+_TURNED = Tolerance(1e-6, 1e-5, "a delayed motion has turned by another angle: heading_error states the difference",
                     "heading_error")
-_ROLLED = Tolerance(1e-7, 1e-5, "a motion that is late has rolled another way: path_error tells by how much",
+_ROLLED = Tolerance(1e-7, 1e-5, "a delayed motion has rolled another distance: path_error states the difference",
                     "path_error")
-_SUM = Tolerance(1e-7, 1e-5, "integrals along the motion, each to the order of the method")
+_SUM = Tolerance(1e-7, 1e-5, "it is an integral along the motion, to the order of the method")
 
 
 def _lost_to(law: str, measure: str) -> Quantity:
@@ -177,7 +176,7 @@ def _lost_to(law: str, measure: str) -> Quantity:
 
 
 def _as_without_losses(name: str, description: str) -> Quantity:
-    """Return the row of the disk without losses, whose values have another origin here."""
+    """Return a row of the disk without losses with another description."""
     return replace(disk.VARIABLES[name], description=description)
 
 
@@ -185,40 +184,40 @@ VARIABLES: Mapping[str, Quantity] = table(
     ENDINGS.quantity,
     _as_without_losses("stability", "within the duration; follows from ending, tilt_min and tilt_max; flat is "
                                     "unstable, an unresolved cell undecided"),
-    _as_without_losses("tilt_min", f"signed, as the coordinate tilt, until the ending; {_NO_NUMBERS}"),
-    _as_without_losses("tilt_max", f"signed, as the coordinate tilt, until the ending; {_NO_NUMBERS}"),
+    _as_without_losses("tilt_min", f"signed like the coordinate tilt, until the ending; {_NO_NUMBERS}"),
+    _as_without_losses("tilt_max", f"signed like the coordinate tilt, until the ending; {_NO_NUMBERS}"),
     _as_without_losses("peak_tilt", f"the larger of |tilt_min| and |tilt_max|; {_NO_NUMBERS}"),
     _as_without_losses("amplification", f"{disk.AMPLIFICATION_SCALE}; missing where that is 0, and "
                                         f"{_NO_NUMBERS.removeprefix('missing ')}"),
     Quantity("end_time", "t_e", "s", "time until the ending", _TIME,
-             "where ending is flat the time aloft, where it is rest the time until the disk stood still, else how long "
-             f"the motion was followed; {_NO_NUMBERS}"),
+             "where ending is flat: the time aloft; rest: the time until the disk stopped; otherwise: the time for "
+             f"which the motion was computed; {_NO_NUMBERS}"),
     Quantity("end_tilt", r"\theta_e", "rad", "tilt at the ending", _LATE, f"signed; {_NO_NUMBERS}"),
     Quantity("heading_turned", r"\Delta\psi", "rad", "angle by which the heading turned", _TURNED,
-             f"signed, as precession_rate; {_NO_NUMBERS}"),
+             f"signed like precession_rate; {_NO_NUMBERS}"),
     Quantity("path_length", r"\ell", "m", "length of the path of the contact point on the plane", _ROLLED,
              _NO_NUMBERS),
     *(_lost_to(law, measure) for law, (_, measure) in LOSSES.items()),
-    Quantity("largest_loss", "", "1", "the loss that took most energy", DECISION, "none where nothing was lost", "i1",
+    Quantity("largest_loss", "", "1", "the loss that took most energy", DECISION, "none: nothing was lost", "i1",
              MappingProxyType(dict(enumerate(("none", *LOSSES))))),
     Quantity("breach_time", "t_b", "s", "time until the criterion of the request was first broken", _STATE,
-             "missing where it was not, and for a criterion that limits no departure"),
+             "missing where it was not broken, and for a criterion that does not limit the departure"),
     Quantity("energy_imbalance", r"|\Delta E|", "1",
              "largest imbalance of the energy and all losses, over mass * gravity * radius", ERROR_GAUGE,
              "the exact motion has none, so this is an error of the integration", "f4"),
     replace(disk.VARIABLES["tilt_error"], long_name="estimated error of tilt_min, tilt_max and end_tilt",
-            description="from tolerance and imbalance of the energy, and from how slowly a motion passes maxima of "
-                        "its potential"),
+            description="from the tolerance, the imbalance of the energy, and the slow passages over maxima of the "
+                        "potential"),
     Quantity("time_error", r"\delta t", "s", "estimated error of end_time", ERROR_GAUGE,
-             "from tolerance, imbalance of the energy, all that was lost, and how slowly a motion passes maxima of its "
+             "from the tolerance, the imbalance of the energy, all losses, and the slow passages over maxima of the "
              "potential; 0 where ending is horizon", "f4"),
     Quantity("heading_error", r"\delta\psi", "rad", "estimated error of heading_turned", ERROR_GAUGE,
-             "from tolerance, time, path and heading, and from how slowly a motion passes maxima of its potential",
-             "f4"),
+             "from the tolerance, time, path and heading, and the slow passages over maxima of the potential", "f4"),
     Quantity("path_error", r"\delta\ell", "m", "estimated error of path_length", ERROR_GAUGE,
-             "as heading_error", "f4"),
+             "like heading_error", "f4"),
     disk.VARIABLES["steps"],
     disk.VARIABLES["refinements"],
-    Quantity("switches", "", "1", "how often dry friction changed its sense, held or let go", EVENT_COUNT, "", "i4"),
+    Quantity("switches", "", "1", "number of times that dry friction reversed, stuck or let go", EVENT_COUNT, "",
+             "i4"),
 )
 # fmt: on

@@ -1,4 +1,4 @@
-"""Theory of losses without integration: the time of a wobble near flat; the rest is in `upright`."""
+"""Theory of a wobble near flat with losses: its duration, without integration. `upright` treats upright bodies."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -11,20 +11,20 @@ from sweep.model.disk.tables import WOBBLE
 from sweep.model.lossy_disk import upright
 from sweep.model.lossy_disk.tables import BILDSTEN, MOFFATT, SETTINGS
 
-#: Nodes of an integral over the logarithm of an inclination: it is then known to 1e-9.
+#: Number of nodes of an integral over the logarithm of the inclination, for an error of 1e-9.
 _NODES = 400
 
-#: Beyond this inclination [rad] the closed forms of the wobble are off by more than a few per cent.
+#: Inclination [rad] above which the error of the closed forms of the wobble is more than a few per cent.
 _STEEP = math.radians(30.0)
 
 
 def wobble_time(spec: Request, start: Mapping[str, float]) -> float:
-    """Return how long [s] a steady wobble lasts from the tilt of a start to flat_tilt, to leading order near flat.
+    """Return the time [s] of a steady wobble from the tilt of a start to flat_tilt, to leading order near flat.
 
     Notes
     -----
-    Energy balance: 3/2 a' = -power, with roll rate^2 = 2/(alpha a) (scaled): the closed forms of each law in one
-    integral. Pivoting friction takes no power: it holds the turning about the vertical.
+    Energy balance: 3/2 a' = -power, with roll rate^2 = 2/(alpha a) (scaled): the closed forms of all laws in one
+    integral. Pivoting friction takes no power: it stops the rotation about the vertical.
     """
     high, low = (math.pi / 2 - abs(tilt) for tilt in (start["tilt"], float(spec.flat_tilt)))
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
@@ -46,14 +46,14 @@ def wobble_time(spec: Request, start: Mapping[str, float]) -> float:
 
 
 def predictions(spec: Request, start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
-    """Yield lines with what theory says of one cell, from its start and its stored measures [SI]."""
+    """Yield the lines of `explain` with the predictions for a cell, from its start and its stored measures [SI]."""
     if not all(math.isfinite(start[name]) for name in ("tilt", "precession_rate", "roll_rate")):
         return
     if spec.precession_rate == WOBBLE:
         yield from _of_a_wobble(spec, start, stored)
     elif not circling(spec):
         starts = {name: np.array([value]) for name, value in start.items()}
-        yield from upright.told(spec, start, upright.thin(starts), "disk")
+        yield from upright.describe_slowing(spec, start, upright.thin(starts), "disk")
 
 
 def _of_a_wobble(spec: Request, start: Mapping[str, float], stored: Mapping[str, float]) -> Iterator[str]:
@@ -62,9 +62,9 @@ def _of_a_wobble(spec: Request, start: Mapping[str, float], stored: Mapping[str,
         return
     time = wobble_time(spec, start)
     if not math.isfinite(time):
-        yield "theory      a steady wobble near flat loses no energy to these losses"
+        yield "theory      these losses take no energy from a steady wobble near flat"
         return
     measured = stored["end_time"]
-    beside = f" (the cell has {measured:.6g} s)" if math.isfinite(measured) else ""
+    in_cell = f" (the cell has {measured:.6g} s)" if math.isfinite(measured) else ""
     flat = SETTINGS["flat_tilt"].spell(spec.flat_tilt, 6)
-    yield f"theory      the energy of a steady wobble lasts {time:.6g} s to {flat}{beside}, to leading order near flat"
+    yield f"theory      a steady wobble reaches {flat} after {time:.6g} s{in_cell}, to leading order near flat"

@@ -1,15 +1,15 @@
-"""Theory of an upright body with losses, without integration: how losses slow it, and where its boundary lies.
+"""Theory of an upright body with losses, without integration: its slowing, and the position of its boundary.
 
-An upright body that rolls is slowed by friction along its edge and by the air, one that spins by pivoting friction.
-Until its rate has sunk to the critical one without losses a perturbation grows by no more than a factor, and afterwards
-falling takes time. So the boundary of a vanishing perturbation is about the rate that sinks to the critical one by the
-end. That of a finite perturbation of a body that rolls is above it, for the factor is not 1: a path that is slowed
+Friction along the edge and the air slow an upright body that rolls; pivoting friction slows one that spins. Until the
+rate has dropped to the critical rate without losses, a perturbation grows by a bounded factor; after that, the fall
+takes time. So for a vanishing perturbation the boundary is about the rate that drops to the critical rate by the end.
+For a finite perturbation of a rolling body it is higher, because of the factor: the path of a body that slows down
 winds up (`grown`).
 
-What brakes the roll rate of a disk that spins upright (contour friction, damping, air) lets its tilt grow at every
-rate: with a small viscous friction k like exp(k t/(1+alpha) (1 + q)/(q - 1)), q = (1 + alpha/2) P^2 (scaled), and dry
-friction holds it. Pivoting friction holds the turning about the vertical of a disk that rolls upright: while it does
-the critical rate is 1/sqrt(1 + alpha), above that of the disk without losses. Such bodies have no line.
+Losses that brake the roll rate of a disk that spins upright (contour friction, damping, air) make its tilt grow at
+every rate. With a small viscous friction k it grows like exp(k t/(1+alpha) (1 + q)/(q - 1)), q = (1 + alpha/2) P^2
+(scaled); dry friction holds the disk. If pivoting friction stops the rotation about the vertical of a disk that rolls
+upright, the critical rate is 1/sqrt(1 + alpha), higher than for the disk without losses. Such bodies have no line.
 """
 
 import math
@@ -25,24 +25,24 @@ from sweep.model.disk.initial_conditions import computed_rates
 from sweep.model.lossy_disk.tables import BILDSTEN, MOFFATT
 from sweep.model.quantity import Array
 
-#: Steps in which a rate is followed back in time, and nodes of an integral over a rate: both are then known to 1e-9.
+#: Number of steps of a rate back in time, and of nodes of an integral over a rate, both for an error of 1e-9.
 _STEPS, _NODES = 256, 400
 
-#: Logarithms to base 10 of the least and the largest excess of (rate/critical rate)^2 over 1 at the end that is looked
-#: at, and halvings between them: to 1e-9 of the logarithm.
+#: Range of a bisection over the excess of (rate/critical rate)^2 over 1 at the end, as logarithms to base 10, and its
+#: number of halvings, to 1e-9 of the logarithm.
 _LEAST, _LARGEST, _HALVINGS = -12.0, 8.0, 34
 
 _OTHER = {"roll_rate": "precession_rate", "precession_rate": "roll_rate"}
 
-#: The meaning of `unsteadied` for a rolling and for a spinning body.
+#: Why there is no prediction for an `unsteadied` body that rolls, or spins.
 _UNSTEADIED = {
-    "roll_rate": "pivoting friction holds the turning of a {} that rolls upright, and another rate is critical",
-    "precession_rate": "what brakes the roll rate leaves no {} stable that spins upright",
+    "roll_rate": "pivoting friction stops the rotation of the {} about the vertical, so another rate is critical",
+    "precession_rate": "friction or drag against its roll rate makes the {} that spins upright unstable at every rate",
 }
 
 
 class Upright(NamedTuple):
-    """Bodies that stand upright: arrays, shape (n,).
+    """Upright bodies: arrays, shape (n,).
 
     Attributes
     ----------
@@ -51,9 +51,9 @@ class Upright(NamedTuple):
     axial, transverse : array
         Moments of inertia over m R^2.
     sharpness : array
-        1 less the radius of curvature of the edge over the outer radius.
+        1 minus the radius of curvature of the edge over the outer radius.
     face : array or float
-        Radius of the face over the air, over the outer radius.
+        Radius of the flat face over the outer radius.
     """
 
     rolling: Array
@@ -64,7 +64,7 @@ class Upright(NamedTuple):
     face: Array | float = 1.0
 
     def critical(self, axis: str) -> Array:
-        """Return the critical rate [rad/s] of the body that has this rate."""
+        """Return the critical value [rad/s] of a rate."""
         return self.rolling if axis == "roll_rate" else self.spinning
 
 
@@ -76,7 +76,7 @@ def thin(starts: Starts) -> Upright:
 
 
 def lines(spec: Request, axis: str, starts: Starts, body: Upright) -> dict[str, tuple[Array, Array]]:
-    """Return the critical rate without losses, and an estimate of where the boundary lies with them.
+    """Return the critical rate without losses, and an estimate of the boundary with losses.
 
     Parameters
     ----------
@@ -90,8 +90,8 @@ def lines(spec: Request, axis: str, starts: Starts, body: Upright) -> dict[str, 
     Returns
     -------
     dict of str to (critical, predicted)
-        As `sweep.model.description.Model.lines`, in rad/s. NaN for a body that rolls and precesses at once, and for one
-        that is `unsteadied`.
+        As in `sweep.model.description.Model.lines`, in rad/s. NaN for a body that both rolls and precesses, and for an
+        `unsteadied` one.
     """
     if computed_rates(spec) or axis not in _OTHER:
         return {}
@@ -110,10 +110,10 @@ def lines(spec: Request, axis: str, starts: Starts, body: Upright) -> dict[str, 
 
 
 def _estimate(spec: Request, axis: str, starts: Starts, body: Upright, critical: Array) -> Array:
-    """Return the rate [rad/s] at the start of a body that is stable until the end, shape (n,); NaN where none is known.
+    """Return the least initial rate [rad/s] of bodies that are stable until the end, shape (n,); NaN if not known.
 
-    By an amplification, and for the departure of a body that rolls, the rate from which a perturbation grows to the
-    limit of the criterion by the end (`grown`); else the rate that sinks to the critical one by then.
+    For the departure or amplification of a body that rolls, it is the rate from which a perturbation grows to the limit
+    of the criterion by the end (`grown`); otherwise the rate that drops to the critical rate by then.
     """
     slowed, time = slowing(spec, starts, axis, body), lasting(spec)
     sinks = rate_before(critical, time, slowed)
@@ -121,8 +121,8 @@ def _estimate(spec: Request, axis: str, starts: Starts, body: Upright, critical:
         return sinks if spec.criterion.kind != "amplification" else np.full_like(sinks, np.nan)
     limit = spec.criterion.allowed(spec.model.perturbation(spec, starts))
 
-    def tried(excess: Array) -> tuple[Array, Array]:
-        """Rates at the start of bodies with an excess of (rate/critical rate)^2 over 1 at the end; which go too far."""
+    def initial_rate(excess: Array) -> tuple[Array, Array]:
+        """Return the initial rate for an excess of (rate/critical rate)^2 over 1 at the end; which exceed the limit."""
         end = critical * np.sqrt(1.0 + 10.0**excess)
         start = rate_before(end, time, slowed)
         return start, grown(starts, body, (critical, start, end), slowed) > limit
@@ -130,27 +130,27 @@ def _estimate(spec: Request, axis: str, starts: Starts, body: Upright, critical:
     low, high = np.full_like(critical, _LEAST), np.full_like(critical, _LARGEST)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        _, far = tried(middle)
+        _, far = initial_rate(middle)
         low, high = np.where(far, middle, low), np.where(far, high, middle)
-    found, far = tried(high)
-    found = np.where(far, np.nan, np.where(tried(low)[1], found, sinks))
-    return np.where(np.hypot(starts["tilt"], starts["tilt_rate"]) > 0.0, found, sinks)
+    rate, far = initial_rate(high)
+    rate = np.where(far, np.nan, np.where(initial_rate(low)[1], rate, sinks))
+    return np.where(np.hypot(starts["tilt"], starts["tilt_rate"]) > 0.0, rate, sinks)
 
 
 def grown(
     starts: Starts, body: Upright, rates: tuple[Array, Array, Array], slowed: tuple[Array, Array, Array]
 ) -> Array:
-    """Return how far [rad] from upright a body that rolls has come while losses took its rate from one to another.
+    """Return the largest tilt [rad] of a rolling body while losses reduce its rate from one value to another.
 
     Parameters
     ----------
     starts : mapping of str to array, shape (n,)
-        With small tilts and tilt rates, and without a precession rate.
+        Small tilts and tilt rates, no precession rate.
     body : Upright
     rates : (critical, first, last), arrays of shape (n,)
-        The critical rate, and those at start and end, which are above it [rad/s].
+        The critical rate, and the rates at start and end, which are above it [rad/s].
     slowed
-        As of `slowing`.
+        The coefficients from `slowing`.
 
     Returns
     -------
@@ -158,11 +158,11 @@ def grown(
 
     Notes
     -----
-    docs/losses-theory.md. With A and I the transverse and the axial moment and k the sharpness of the edge, the losses
-    that slow the rolling leave dc = -k theta ds of the small c = A o + I s theta, which without them is an invariant.
-    The tilt swings about r c / (I s (r - 1)), r = (rate/critical)^2, so c grows as (r - 1)^(-k/(2 I)); the volume of
-    (theta, w, c) is conserved, so c times the adiabatic invariant of the swing is constant. A kick leaves a little c,
-    as the body is slowed while it is tilted. Close to r = 1, where r changes much within a swing, all of it grows less.
+    See docs/losses-theory.md. A and I are the transverse and the axial moment, k is the sharpness of the edge. The
+    small c = A o + I s theta is an invariant without losses; losses change it by dc = -k theta ds. The tilt swings
+    about r c / (I s (r - 1)), r = (rate/critical)^2, so c grows as (r - 1)^(-k/(2 I)). The volume of (theta, w, c) is
+    conserved, so c times the adiabatic invariant of the swing is constant. A kick leads to a small c, because the body
+    slows down while it is tilted. Close to r = 1, where r changes much within a swing, everything grows less.
     """
     critical, first, last = rates
     dry, viscous, layer = slowed
@@ -175,14 +175,14 @@ def grown(
     growth = (r - 1.0) / ((last / critical) ** 2 - 1.0)
     swing, middle = np.hypot(middle - tilt, kick), np.abs(middle)
     at_end = middle * s * growth ** (1.0 + 0.5 * exponent) + swing * growth ** (0.25 - 0.25 * exponent)
-    found: Array = np.maximum(middle + swing, at_end)
-    return found
+    largest: Array = np.maximum(middle + swing, at_end)
+    return largest
 
 
 def unsteadied(spec: Request, starts: Starts, axis: str) -> npt.NDArray[np.bool_]:
-    """Whether a loss acts on the small motions that keep an upright body upright which has a rate; shape (n,).
+    """Return whether a loss acts on the small motions that keep a body with this rate upright; shape (n,).
 
-    Of one that rolls that is turning about the vertical, of one that spins rolling along the rim.
+    For a body that rolls, these are rotations about the vertical; for one that spins, rolling along the rim.
     """
     if axis == "roll_rate":
         return np.asarray(starts["pivoting_friction"] > 0.0)
@@ -195,21 +195,21 @@ def unsteadied(spec: Request, starts: Starts, axis: str) -> npt.NDArray[np.bool_
 
 
 def lasting(spec: Request) -> float:
-    """Return the time [s] for which the criterion asks that a motion lasts; NaN if it asks something else."""
+    """Return the time [s] that a motion must last for the criterion; NaN for other criteria."""
     if spec.criterion.kind in ("departure", "amplification"):
         return float(spec.duration)
     return float(spec.criterion.limit) if spec.criterion.kind == "aloft" else math.nan
 
 
 def slowing(spec: Request, starts: Starts, axis: str, body: Upright) -> tuple[Array, Array, Array]:
-    """Return how losses slow an upright body: the coefficients (a, b, d) of rate' = -(a + b rate + d rate^(3/2)).
+    """Return the coefficients (a, b, d) of the slowing of an upright body, rate' = -(a + b rate + d rate^(3/2)).
 
     Parameters
     ----------
     spec : Request
     starts : mapping of str to array, shape (n,)
     axis : {"roll_rate", "precession_rate"}
-        The rate that it has.
+        The nonzero rate.
     body : Upright
 
     Returns
@@ -219,8 +219,8 @@ def slowing(spec: Request, starts: Starts, axis: str, body: Upright) -> tuple[Ar
 
     Notes
     -----
-    With the moment of inertia (1 + I) m R^2 about the contact for rolling, A m R^2 about the vertical for spinning. An
-    upright body weighs m g on the contact. Drag as in `kernels.lossy_disk.loss_laws`.
+    The moment of inertia is (1 + I) m R^2 about the contact for rolling, and A m R^2 about the vertical for spinning.
+    The normal force on an upright body is m g. Drag as in `kernels.lossy_disk.loss_laws`.
     """
     radius, gravity, mass = (starts[name] for name in ("radius", "gravity", "mass"))
     none = np.zeros_like(radius)
@@ -239,14 +239,14 @@ def slowing(spec: Request, starts: Starts, axis: str, body: Upright) -> tuple[Ar
 
 
 def rate_before(rate: Array, time: float, slowed: tuple[Array, Array, Array]) -> Array:
-    """Return the rate [rad/s] that sinks to `rate` within a time [s], shape (n,); see `slowing`."""
+    """Return the rate [rad/s] that drops to `rate` within a time [s], shape (n,); see `slowing`."""
     dry, viscous, layer = slowed
     if not np.any(layer):
-        # (rate + a/b) exp(b t) - a/b, also where b vanishes
+        # (rate + a/b) exp(b t) - a/b, also for b = 0
         exponent = viscous * time
-        grown = np.where(exponent > 0.0, np.expm1(exponent) / np.where(exponent > 0.0, exponent, 1.0), 1.0)
-        found: Array = rate * np.exp(exponent) + dry * time * grown
-        return found
+        factor = np.where(exponent > 0.0, np.expm1(exponent) / np.where(exponent > 0.0, exponent, 1.0), 1.0)
+        before: Array = rate * np.exp(exponent) + dry * time * factor
+        return before
 
     def gain(value: Array) -> Array:
         return np.asarray(dry + viscous * value + layer * value * np.sqrt(value))
@@ -262,7 +262,7 @@ def rate_before(rate: Array, time: float, slowed: tuple[Array, Array, Array]) ->
 
 
 def time_between(rate: float, critical: float, slowed: tuple[float, float, float]) -> float:
-    """Return the time [s] in which a rate sinks to the critical one; infinite without losses."""
+    """Return the time [s] in which a rate drops to the critical rate; infinite without losses."""
     dry, viscous, layer = slowed
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     rates = 0.5 * (rate + critical) + 0.5 * (rate - critical) * nodes
@@ -270,29 +270,29 @@ def time_between(rate: float, critical: float, slowed: tuple[float, float, float
     return 0.5 * (rate - critical) * float(np.sum(weights / power)) if power.min() > 0.0 else math.inf
 
 
-def told(spec: Request, start: Mapping[str, float], body: Upright, called: str) -> Iterator[str]:
-    """Yield what theory says of a cell with an upright body, which is `called` so."""
+def describe_slowing(spec: Request, start: Mapping[str, float], body: Upright, called: str) -> Iterator[str]:
+    """Yield the line of `explain` with the prediction for a cell with an upright body; `called` is its name."""
     axis = next((name for name in _OTHER if start[name] != 0.0 and start[_OTHER[name]] == 0.0), None)
     if axis is None:
         return
     arrays = {name: np.array([value]) for name, value in start.items()}
     rate, critical = abs(start[axis]), float(body.critical(axis)[0])
-    words = axis.replace("_", " ")
+    name = axis.replace("_", " ")
     if not math.isfinite(critical):
-        yield f"theory      without losses the upright {called} is stable at every {words}"
+        yield f"theory      without losses the upright {called} is stable at every {name}"
         return
     if unsteadied(spec, arrays, axis)[0]:
         yield f"theory      no prediction: {_UNSTEADIED[axis].format(called)}"
         return
     if rate <= critical:
-        yield f"theory      the {words} is below {critical:.6g} rad s-1, the critical one without losses"
+        yield f"theory      the {name} is below {critical:.6g} rad s-1, the critical rate without losses"
         return
-    a, b, d = (float(each[0]) for each in slowing(spec, arrays, axis, body))
+    a, b, d = (float(coefficient[0]) for coefficient in slowing(spec, arrays, axis, body))
     time = time_between(rate, critical, (a, b, d))
     if math.isfinite(time):
         yield (
-            f"theory      losses take the {words} of the upright {called} down to {critical:.6g} rad s-1, the critical "
-            f"one without losses, in {time:.6g} s; after a vanishing perturbation it falls later"
+            f"theory      losses reduce the {name} of the upright {called} to {critical:.6g} rad s-1, the critical "
+            f"rate without losses, in {time:.6g} s; after a vanishing perturbation it falls later"
         )
     else:
-        yield f"theory      the {words} is above {critical:.6g} rad s-1, the critical one, and no loss slows it"
+        yield f"theory      the {name} is above {critical:.6g} rad s-1, the critical rate, and no loss slows it"

@@ -388,7 +388,7 @@ def test_what_explain_says():
     assert_facts(told({"roll_rate": 10.0}, rolling_friction="20um"), "below", "16.5076 rad s-1")
     assert_facts(told({"precession_rate": 60.0}, rolling_friction="20um"), "no loss")
     assert_facts(told({"roll_rate": 40.0}, pivoting_friction="20um"), "critical")
-    assert_facts(told({"precession_rate": 60.0}, contour_friction="20um"), "no disk", "stable")
+    assert_facts(told({"precession_rate": 60.0}, contour_friction="20um"), "disk", "unstable")
     assert told({"precession_rate": 60.0, "roll_rate": 1.0}, contour_friction="20um") == ""
     wobble = {"inclination": "5deg", "precession_rate": "wobble", "roll_rate": "wobble"}
     assert_facts(told(wobble, contour_friction="20um"), "3.5 s")
