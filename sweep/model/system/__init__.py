@@ -1,1 +1,1 @@
-"""Systems of users: a right-hand side, its endings and its measures, as data."""
+"""Users' systems: right-hand side, endings and measures, as data."""

@@ -1,7 +1,7 @@
-"""A system of ordinary differential equations as data: what an atlas carries, and what kernels are made of.
+"""A system of ordinary differential equations as data, for the atlas that carries it and for its kernels.
 
-An expression is a tree of numbers, names and operations; nothing of it is ever run by Python. Units are those of
-files: SI, in CF's spelling; ``1`` for a pure number. All numbers are in these units.
+An expression is a tree of numbers, names and operations; Python never executes it. Units are SI, as in files, in CF's
+spelling; ``1`` for a pure number. All numbers are in these units.
 """
 
 from collections.abc import Iterator
@@ -29,8 +29,8 @@ class Operation:
     Parameters
     ----------
     name : str
-        ``+``, ``-``, ``*``, ``/`` of two; ``**`` of an expression and a `Constant`; ``neg`` and the functions of
-        `FUNCTIONS` of one.
+        ``+``, ``-``, ``*``, ``/`` of two expressions; ``**`` of an expression and a `Constant`; ``neg`` and the
+        functions in `FUNCTIONS` of one expression.
     arguments : tuple of Constant, Symbol or Operation
     """
 
@@ -49,7 +49,7 @@ TIME = "t"
 
 @dataclass(frozen=True)
 class Declared:
-    """A state or a parameter: its name, its units, and its value where a request gives none."""
+    """A state or a parameter: its name, its units, and its default value."""
 
     name: str
     units: str
@@ -58,9 +58,9 @@ class Declared:
 
 @dataclass(frozen=True)
 class Event:
-    """A condition that is true once one of its expressions is positive.
+    """A condition that is true if one of its expressions is positive.
 
-    ``abs(x) > 2`` is that of ``x - 2`` and ``-x - 2``; ``a > 1 or b > 1`` that of ``a - 1`` and ``b - 1``.
+    ``abs(x) > 2`` has ``x - 2`` and ``-x - 2``; ``a > 1 or b > 1`` has ``a - 1`` and ``b - 1``.
     """
 
     name: str
@@ -69,9 +69,9 @@ class Event:
 
 @dataclass(frozen=True)
 class Label:
-    """A name for where a motion is at its end: all of some expressions are positive there; the first that fits counts.
+    """A name for the place where a motion ends, if all expressions are positive there; the first fitting label counts.
 
-    Without expressions it is the name of what nothing else fits.
+    A label without expressions fits everywhere.
     """
 
     name: str
@@ -80,17 +80,17 @@ class Label:
 
 @dataclass(frozen=True)
 class Measure:
-    """A number that a motion leaves behind.
+    """A number that a motion yields.
 
     Parameters
     ----------
     name, units : str
     kind : {"max", "min", "last"}
-        The greatest or the least value of one of some expressions over the motion, or the value of the first one at
-        its end. ``max abs(x)`` is the greatest value of ``x`` and ``-x``.
+        The greatest or the least value of any of the expressions over the motion, or the value of the first expression
+        at its end. ``max abs(x)`` is the greatest value of ``x`` and ``-x``.
     expressions : tuple of Node
     text : str
-        As it was written.
+        The measure as the user wrote it.
     """
 
     name: str
@@ -101,7 +101,7 @@ class Measure:
 
     @property
     def tops(self) -> int:
-        """How many greatest values are sought for it."""
+        """The number of greatest values that it needs."""
         return 0 if self.kind == "last" else len(self.expressions)
 
 
@@ -112,9 +112,9 @@ class Meridian:
     Parameters
     ----------
     height : Node
-        The height of the centre of mass over the plane, which is the support function of the meridian: of the tilt.
+        The height of the centre of mass over the plane as a function of the tilt: the support function of the meridian.
     curvature : Node
-        The radius of curvature of the meridian: the height and its second derivative by the tilt.
+        The radius of curvature of the meridian: the height plus its second derivative with respect to the tilt.
     axial, transverse : Node
         The moments of inertia about the centre of mass, about the axis and across it.
     """
@@ -127,36 +127,35 @@ class Meridian:
 
 @dataclass(frozen=True)
 class Definition:
-    """A system: its states, its parameters, its right-hand side, and what is looked at.
+    """A system: its states, its parameters, its right-hand side, and its outputs.
 
     Parameters
     ----------
     name : str
-        Of its function.
+        The name of its function.
     title : str
         Its docstring, one line; may be empty.
     states, parameters : tuple of Declared
     time_units : str
-        ``s``, or ``1`` where the system has no units.
+        ``s``, or ``1`` if the system has no units.
     duration : float
-        How long a motion is followed where a request says nothing.
+        The default duration.
     rates : tuple of Node
         The rate of change of each state.
     ends : tuple of Event
-        In their order; a motion ends with the first that happens.
+        A motion ends with the first event that happens.
     measures : tuple of Measure
     labels : tuple of Label
     conserved : tuple of Node
-        What the right-hand side leaves as it is; empty if nothing is known.
+        Expressions that are constant along a motion; empty if none are known.
     stable : str
-        When a cell is stable: ``runs on``, or the text of a criterion's expression; empty if the system says nothing.
+        The condition for a stable cell: ``runs on``, or the expression of a criterion; empty for the default.
     theory : tuple of (str, Node)
-        Parameter -> an expression of the other parameters and the start: where theory puts the boundary along it.
+        Parameter -> its value at the boundary in theory, an expression of the other parameters and the start.
     meridian : Meridian, optional
-        Of a body of revolution, from which its rates follow.
+        The meridian of a body of revolution, which determines the rates.
     text : str
-        The file that it was read from, in one spelling for all files that say the same: reading it gives this
-        definition again.
+        Its file in canonical spelling, the same for equivalent files; reading it gives this definition again.
     """
 
     name: str
@@ -178,13 +177,13 @@ class Definition:
     @property
     def autonomous(self) -> bool:
         """Whether no rate depends on the time."""
-        return not any(TIME in symbols(each) for each in self.rates)
+        return not any(TIME in symbols(rate) for rate in self.rates)
 
 
 def symbols(node: Node) -> Iterator[str]:
-    """Yield the names in an expression, each as often as it stands there."""
+    """Yield the names in an expression, each as often as it occurs."""
     if isinstance(node, Symbol):
         yield node.name
     elif isinstance(node, Operation):
-        for each in node.arguments:
-            yield from symbols(each)
+        for argument in node.arguments:
+            yield from symbols(argument)

@@ -1,4 +1,4 @@
-"""The value of an expression, in plain Python with the functions of `math`."""
+"""Values of expressions in plain Python, with the functions of `math`."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -23,7 +23,7 @@ _CALLS: Mapping[str, Callable[..., float]] = {
 
 
 def operate(name: str, *values: float) -> float:
-    """Return the value of an operation; NaN or infinity where it has none, such as 1/0."""
+    """Return the value of an operation; NaN if it is not defined, such as 1/0, infinity if it overflows."""
     try:
         return _CALLS[name](*values)
     except (ValueError, ZeroDivisionError):
@@ -33,13 +33,13 @@ def operate(name: str, *values: float) -> float:
 
 
 def evaluated(nodes: Iterable[Node], values: Mapping[str, float]) -> tuple[float, ...]:
-    """Return the values of expressions; a part that stands in several of them, as one object, is computed once.
+    """Return the values of expressions; a part that occurs several times as the same object is computed once.
 
     Parameters
     ----------
     nodes : iterable of Node
     values : mapping of str to float
-        The value of each name in them, in the units of the system.
+        The values of all names, in the units of the system.
     """
     known: dict[int, float] = {}
 

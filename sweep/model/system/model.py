@@ -1,4 +1,4 @@
-"""A user's system as a model: what every other room asks of it, from its definition."""
+"""The model of a user's system, made from its definition."""
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -20,7 +20,7 @@ from sweep.model.system.passes import PASSES, Passes
 from sweep.model.system.program import Program
 from sweep.model.system.reference import SampledReference
 
-#: Seconds of compiling at most: a system that takes longer is refused.
+#: Longest time [s] to compile a system: one that takes longer is refused.
 MOST_SECONDS = 60.0
 
 
@@ -31,7 +31,7 @@ def model_of(definition: Definition) -> "SystemModel":
 
 
 class SystemModel(Model):
-    """A system of ordinary differential equations that a user wrote down.
+    """A user's system of ordinary differential equations.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class SystemModel(Model):
 
     methods, devices = ("taylor",), ("cpu",)
     coordinate, extremes = "", ()
-    # a system has none: those of the examples are found by `sweep.request.spec_file`
+    # a system has no presets: `sweep.request.spec_file` finds those of the examples
     presets = Path(__file__).with_name("none")
     motion = "sweep.motion.system_path:motion_of_system"
     trajectory = "sweep.figures.system_motion:figure_of_cell"
@@ -51,27 +51,29 @@ class SystemModel(Model):
         self.endings = tables.endings(definition)
         self.variables = tables.variables(definition, self.endings)
         self.integrate = _kernel(definition)
-        states = [each.name for each in definition.states]
-        tops = [f"{each.name} {number}" for each in definition.measures for number in range(each.tops)]
+        states = [state.name for state in definition.states]
+        tops = [
+            f"{measure.name} {number}" for measure in definition.measures for number in range(measure.tops)
+        ]
         rows = [*states, tables.END_TIME, *tops, *(f"largest {name}" for name in states)]
-        self.measures = tuple(f"{each}: {name}" for each in PASSES for name in rows)
-        self.counts = (*(f"{each}: ending" for each in PASSES), "steps", "unproved")
-        values = (*(each.name for each in definition.measures), tables.END_TIME)
+        self.measures = tuple(f"{leg}: {name}" for leg in PASSES for name in rows)
+        self.counts = (*(f"{leg}: ending" for leg in PASSES), "steps", "unproved")
+        values = (*(measure.name for measure in definition.measures), tables.END_TIME)
         self.drawn = "label" if definition.labels else "" if definition.measures else "ending"
-        self.shown = ("label", "ending", *(each.name for each in definition.measures))
+        self.shown = ("label", "ending", *(measure.name for measure in definition.measures))
         self.peak, self.error_name = values[0], tables.stated(values[0])
         self.default_criterion = _criterion(definition.stable)
         self.criterion_words = {_criterion("runs on"): "the motion ends before its duration is over"}
         title = definition.title or f"The system {definition.name}"
         self.words = Words(
-            summary=f"{title.rstrip('.')}: how the motion of every start ends, {{}}, and what it leaves behind.",
+            summary=f"{title.rstrip('.')}: how the motion of every start ends, {{}}, and its measures.",
             keywords="ordinary differential equations, parameter sweep, stability",
             references="method: Jorba and Zou, Experimental Mathematics 14 (2005) 99",
         )
-        self.line_words = LineWords(critical="line of the system's theory along {}", label="theory")
+        self.line_words = LineWords(critical="{} at the boundary in the system's own theory", label="theory")
 
     def __eq__(self, other: object) -> bool:
-        """Return whether two models are of the same system."""
+        """Return whether two models have the same system."""
         return isinstance(other, SystemModel) and self.definition == other.definition
 
     def __hash__(self) -> int:
@@ -79,12 +81,12 @@ class SystemModel(Model):
         return hash(self.text)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return what pickle makes the model again from."""
+        """Return the function and the arguments with which pickle makes the model again."""
         return model_of, (self.definition,)
 
     @property
     def measured(self) -> frozenset[str]:
-        """All but the verdict is measured: the passes themselves are not kept."""
+        """All variables except the verdict: the passes that they follow from are not stored."""
         return frozenset(self.variables.keys() - {"stability"})
 
     def headline(self, spec: Request) -> str:
@@ -92,24 +94,24 @@ class SystemModel(Model):
         return self.definition.title.rstrip(".") or f"The system {self.name}"
 
     def check(self, values: Mapping[str, Any]) -> None:
-        """Refuse values of which no body rolls, if the system is a body of revolution."""
+        """Refuse values that make no body that rolls, if the system is a body of revolution."""
         if self.definition.meridian is not None:
             check_body(self.definition, values)
 
     def undisturbed(self, spec: Request, starts: Starts) -> Array:
-        """Return NaN: no coordinate of a system has a steady value that is known."""
+        """Return NaN: the undisturbed motion of a system is not known."""
         return np.full(next(iter(starts.values())).shape, np.nan)
 
     def perturbation(self, spec: Request, starts: Starts) -> Array:
-        """Return NaN, likewise."""
+        """Return NaN: the undisturbed motion of a system is not known."""
         return self.undisturbed(spec, starts)
 
     def code(self, spec: Request) -> Sequence[str | Callable[..., Any]]:
-        """Return what makes the values of an atlas of the passes."""
+        """Return the code that computes the variables of an atlas from the passes."""
         return [__name__, Passes.__module__, evaluated.__module__]
 
     def measure_more(self, spec: Request, starts: Starts, measured: Columns) -> Columns:
-        """Return what an atlas holds, from all passes; nothing where these are not known."""
+        """Return the variables of an atlas from the passes; nothing without them."""
         if self.measures[0] not in measured:
             return {}
         return Passes(
@@ -117,7 +119,7 @@ class SystemModel(Model):
         ).columns()
 
     def lines(self, spec: Request, axis: str, starts: Starts) -> dict[str, tuple[Array, Array]]:
-        """Return where the system's own theory puts the boundary: which edge that is, is not said."""
+        """Return the boundary in the system's own theory as both edges: the theory does not say which one it is."""
         node = dict(self.definition.theory).get(axis)
         if node is None:
             return {}
@@ -126,52 +128,52 @@ class SystemModel(Model):
         return dict.fromkeys(("upper", "lower"), (line, np.full(line.shape, np.nan)))
 
     def upward(self, axes: Sequence[str]) -> str:
-        """Return the first parameter among the axes, else the second of two states, as planes of states are drawn."""
+        """Return the vertical axis of a map: the first parameter or, in a plane of two states, the second state."""
         return next(iter(self.controls(axes)), axes[min(1, len(axes) - 1)])
 
     def open_in_words(self, spec: Request, stored: Mapping[str, float]) -> str:
-        """Return why nothing more is known of a cell."""
+        """Return why nothing more is known about a cell."""
         return self.endings.of(stored["ending"]).reason
 
     def reference(self, size: int, seed: int | None = None) -> Reference | None:
-        """Return the rules of the system, and the sample that DOP853 follows."""
+        """Return the reference: the rules of the system, and a sample computed by DOP853."""
         return SampledReference(self.definition, self.endings, size, seed)
 
 
 def _criterion(stable: str) -> str:
-    """Return the criterion, which says what is unstable, of a text that says what is stable."""
+    """Return the criterion of unstable cells for the condition of stable cells."""
     if stable in ("", "runs on"):
         return f"ending != {tables.RUNNING}"
     return f"not ({stable})"
 
 
 def _kernel(definition: Definition) -> Kernel:
-    """Return the kernel of a system: its name is its program, which `kernels.system.integrate` compiles."""
+    """Return the kernel of a system; its program, which `kernels.system.integrate` compiles, is its function name."""
     program = Program(definition)
     rates = program.add(definition.rates)
     tops: Iterable[Node] = (
-        _signed(each.kind, node)
-        for each in definition.measures
-        if each.kind != "last"
-        for node in each.expressions
+        _signed(measure.kind, node)
+        for measure in definition.measures
+        if measure.kind != "last"
+        for node in measure.expressions
     )
     extremes = program.add(tops)
-    events = [(number, node) for number, each in enumerate(definition.ends) for node in each.any_positive]
-    happened = program.add(node for _, node in events)
-    name = json.dumps([program.instructions, rates, extremes, happened, [number for number, _ in events]])
-    # two thirds of what was measured on a busy machine, of 2 to 32 states, up to 24 endings and 16 greatest values
+    events = [(number, node) for number, event in enumerate(definition.ends) for node in event.any_positive]
+    conditions = program.add(node for _, node in events)
+    name = json.dumps([program.instructions, rates, extremes, conditions, [number for number, _ in events]])
+    # two thirds of the time on a busy machine, for 2 to 32 states, up to 24 endings and 16 greatest values
     seconds = 5.0 + 0.2 * len(program.instructions) + 0.8 * len(extremes)
     if seconds > MOST_SECONDS:
         raise RequestError(
-            f"This system takes about {seconds:.0f} s to compile, and at most {MOST_SECONDS:.0f} s are allowed: it has "
+            f"This system takes about {seconds:.0f} s to compile; at most {MOST_SECONDS:.0f} s are allowed. It has "
             f"{counted(len(definition.states), 'state')}, {counted(len(events), 'condition')} that end it, "
             f"{counted(len(extremes), 'greatest value')}, and {counted(len(program.instructions), 'operation')}.",
-            hint="Divide endings and measures between two systems, or leave some out.",
+            hint="Split endings and measures between two systems, or leave some out.",
             where=f"the system {definition.name}",
         )
     return Kernel("kernels.system.integrate", name, seconds=seconds, told=f"the system {definition.name}")
 
 
 def _signed(kind: str, node: Node) -> Node:
-    """Return an expression that is greatest where a measure's expression is."""
+    """Return the expression whose greatest value gives a measure: the negative one for a least value."""
     return node if kind == "max" else Operation("neg", (node,))

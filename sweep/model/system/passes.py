@@ -1,4 +1,4 @@
-"""Results of a cell from its passes: ending, whether it is decided, and stated errors."""
+"""Results of a cell from its passes: ending, values and stated errors."""
 
 from collections.abc import Iterator
 from functools import cached_property
@@ -18,39 +18,40 @@ from sweep.model.system.definition import TIME, Definition, Label, Measure
 #: The names of the kernel's passes (`kernels.system.lanes.LEGS`).
 PASSES = ("first", "second", "third", "fourth")
 
-#: A cell is decided if the last two passes end within this share of the duration, and of the largest value of each
-#: state. Within 1e-2 of it one of 25,000 cells of the three magnets had a wrong label, within 1e-3 none of 13,000
-#: others (`scripts/audit_systems.py labels`).
+#: A cell is decided if the last two passes agree within this share of the duration, and of the largest value of each
+#: state. With 1e-2 for the states, one of 25,000 cells of the three magnets had a wrong label; with 1e-3, none of
+#: 13,000 others (`scripts/audit_systems.py labels`).
 SAME_TIME, SAME_PLACE = 1e-4, 1e-3
 
-#: Each pass has a hundredth of the tolerance of the one before and, in the median, a 150th of its error. So the
-#: difference of two neighbours is about the error of the earlier one: over these numbers, several times that of the
-#: last pass. One difference is small by chance in one cell of some ten, so all three count, as a root of squares.
+#: Each pass has a hundredth of the tolerance of the pass before and, in the median, a 150th of its error. So the
+#: difference of successive passes is about the error of the earlier one; divided by these numbers, it is several times
+#: the error of the last pass. In about one cell of ten a difference is small by chance, so all three count, as the
+#: root of the sum of squares.
 #:
-#: With what follows, of 500,000 values of ten systems, at tolerances from 1e-8 to 1e-13, 0.085 % are further off than
-#: is stated; in the median 21.5 times the true error is stated: `scripts/audit_systems.py errors`, on seeds that the
-#: numbers were not chosen by. Other weights, or the ratio of the differences of a cell, did no better there.
+#: With this and the numbers below, of 500,000 values of ten systems at tolerances from 1e-8 to 1e-13, 0.085 % exceed
+#: their stated error; the median stated error is 21.5 times the true one. Measured by `scripts/audit_systems.py errors`
+#: on other seeds than those used to choose the numbers. Other weights, or the ratio of the differences, did no better.
 _SHARES = (1.5e6, 5000.0, 26.0)
 
-#: All differences of a value can be small by chance, so the largest of the states, over their sizes, count as well,
-#: with this share.
+#: Weight of the largest relative difference of the states: all differences of one value can be small by chance.
 _OF_STATES = 0.15
 
-#: A motion of few steps ends somewhere in one, so that the differences of its passes follow no rule. The first share of
-#: the tolerance is stated at least, and the second one, over the steps of all passes, more.
+#: A motion of few steps ends within one of them, so the differences of its passes follow no rule. The stated error is
+#: at least the tolerance times the size times this sum: the first number, plus the second over the steps of all passes.
 _LEAST, _FEW_STEPS = 0.022, 0.7
 
-#: A time is off by less than the states beside it: this share of it stands for its size.
+#: Size of a time in the stated errors, over its value: the error of a time is smaller than that of the states.
 _OF_TIMES = 0.6
 
-#: Rounding: of the largest value that a motion's steps add up to; and of each step, which grows as the error of a pass
-#: does, whose steps are off by about a hundredth of its tolerance. It adds up as the root of the number of steps.
+#: Rounding errors: of the largest value that the steps of a motion add up to; and of each step. The second grows like
+#: the error of a pass, whose steps have an error of about a hundredth of its tolerance, and like the root of the number
+#: of steps.
 _ROUNDING, _GROWN = 16.0 * np.finfo(np.float64).eps, 0.7 * np.finfo(np.float64).eps
 
-#: Change of what is conserved, over its largest term, that the rounding of a whole motion may make.
+#: Change of a conserved quantity, over its largest term, from the rounding errors of a whole motion.
 CONSERVED = 1e-9
 
-#: All of these numbers, under the names by which a page knows them.
+#: These numbers under the names that the explorer's page uses.
 NUMBERS = {
     "runs_on": RUNS_ON, "different": DIFFERENT, "same_time": SAME_TIME, "same_place": SAME_PLACE, "shares": _SHARES,
     "of_states": _OF_STATES, "least": _LEAST, "few_steps": _FEW_STEPS, "of_times": _OF_TIMES,
@@ -67,7 +68,7 @@ class Passes:
     endings : Endings
     starts : mapping of str to array
     measured : mapping of str to array
-        What the kernel found, under the names of `SystemModel.measures` and `SystemModel.counts`.
+        The output of the kernel, under the names of `SystemModel.measures` and `SystemModel.counts`.
     duration, tolerance : float
     """
 
@@ -83,52 +84,52 @@ class Passes:
         self._definition, self._starts, self._measured = definition, starts, measured
         self._duration, self._tolerance = duration, tolerance
         self._places = [
-            {each.name: measured[f"{name}: {each.name}"] for each in definition.states} for name in PASSES
+            {state.name: measured[f"{name}: {state.name}"] for state in definition.states} for name in PASSES
         ]
         self._times = [measured[f"{name}: {tables.END_TIME}"] for name in PASSES]
 
     def columns(self) -> Columns:
-        """Return all that is measured of the cells."""
-        measured, found = self._measured, dict[str, npt.NDArray[Any]]()
+        """Return all measured variables of the cells."""
+        measured, columns = self._measured, dict[str, npt.NDArray[Any]]()
         ending = self._ending()
         known = ~np.isin(ending, FAILURES)
         for name, passes, size, largest in self._values():
-            # no -0, which reports would show
-            # of one that could not be followed the end is until when it was
-            value = self._followed_until() if name == tables.END_TIME else np.nan
-            found[name] = np.where(known, passes[-1] + 0.0, value)
+            # the end time of a cell that could not be computed is the time that it reached
+            value = self._time_reached() if name == tables.END_TIME else np.nan
+            # adding 0 turns -0, which reports would show, into 0
+            columns[name] = np.where(known, passes[-1] + 0.0, value)
             error = self._error(passes, size) + _ROUNDING * largest
-            found[tables.stated(name)] = np.where(known, error, np.nan)
+            columns[tables.stated(name)] = np.where(known, error, np.nan)
         if self._definition.labels:
-            found["label"] = self._label(ending, found)
+            columns["label"] = self._label(ending, columns)
         if self._definition.conserved:
-            found["conserved_change"] = np.where(known, self._change(), np.nan)
-        return {**found, "ending": ending, "steps": measured["steps"], "unproved": measured["unproved"]}
+            columns["conserved_change"] = np.where(known, self._change(), np.nan)
+        return {**columns, "ending": ending, "steps": measured["steps"], "unproved": measured["unproved"]}
 
     def _ending(self) -> Array:
-        """Return the code of each ending: that of the last pass, if the one before it says the same."""
+        """Return the code of each ending: that of the last pass, if the pass before has the same result."""
         first, second = (self._measured[f"{name}: ending"] for name in PASSES[-2:])
         same: Truths = (first == second) & (
             np.abs(self._times[-2] - self._times[-1]) <= SAME_TIME * self._duration
         )
-        for each in self._definition.states:
-            one, other = (place[each.name] for place in self._places[-2:])
+        for state in self._definition.states:
+            one, other = (place[state.name] for place in self._places[-2:])
             with np.errstate(invalid="ignore"):
-                same &= np.abs(one - other) <= SAME_PLACE * self._size(each.name)
+                same &= np.abs(one - other) <= SAME_PLACE * self._size(state.name)
         known = np.where(same, second, DIFFERENT)
         return np.where(np.isin(second, FAILURES), second, np.where(np.isin(first, FAILURES), first, known))
 
-    def _followed_until(self) -> Array:
-        """Return until when the pass went on that could not be followed, the last of two."""
+    def _time_reached(self) -> Array:
+        """Return the time at which the last pass failed, or the pass before if the last one did not."""
         last = np.isin(self._measured[f"{PASSES[-1]}: ending"], FAILURES)
-        # a step that failed at once may have led before the start
+        # a first step that failed may have gone to a time before the start
         return np.maximum(np.where(last, self._times[-1], self._times[-2]), 0.0)
 
     def _size(self, state: str) -> Array:
         return self._measured[f"{PASSES[-1]}: largest {state}"]
 
     def _error(self, passes: list[Array], size: Array) -> Array:
-        """Return how far the last pass may be off, from what each says of a value, and the size of the value."""
+        """Return the stated error of the last pass, from the values of all passes and the size of the value."""
         steps = np.maximum(self._measured["steps"], 1)
         rounding = _GROWN * np.sqrt(steps) / self._tolerance
         squares = ((_LEAST + _FEW_STEPS / steps) * self._tolerance * size) ** 2
@@ -138,33 +139,35 @@ class Passes:
             weight = 1.0 / _SHARES[number] + rounding * 100.0 ** (number + 1 - len(_SHARES))
             with np.errstate(invalid="ignore", over="ignore"):
                 apart = np.hypot(weight * (other - one), weight * _OF_STATES * size * states)
-            # an earlier pass may have found nothing
+            # an earlier pass may have no value
             squares = squares + np.where(np.isfinite(apart), apart, 0.0) ** 2
         return np.asarray(np.sqrt(squares))
 
     @cached_property
     def _differences(self) -> list[Array]:
-        """The largest difference of a state of each pass from the next, over its size."""
-        found = []
+        """The largest difference of a state between each pass and the next, over its size."""
+        differences = []
         for one, other in pairwise(self._places):
             with np.errstate(invalid="ignore", divide="ignore"):
-                found.append(
+                differences.append(
                     np.fmax.reduce([np.abs(other[name] - one[name]) / self._size(name) for name in one])
                 )
-        return found
+        return differences
 
     def _values(self) -> Iterator[tuple[str, list[Array], Array, Array]]:
-        """Yield each value with what the passes say of it, its size, and the largest that its steps add up to."""
-        for each in self._definition.measures:
-            found = self._of_measure(each)
-            terms = np.max(np.broadcast_arrays(*sizes(each.expressions, self._at_end(-1)), found[-1]), axis=0)
-            size = np.fmax(np.abs(found[-1]), terms)
-            yield each.name, found, size, size
+        """Yield the name of each value, its passes, its size, and the largest value that its steps add up to."""
+        for measure in self._definition.measures:
+            passes = self._of_measure(measure)
+            terms = np.max(
+                np.broadcast_arrays(*sizes(measure.expressions, self._at_end(-1)), passes[-1]), axis=0
+            )
+            size = np.fmax(np.abs(passes[-1]), terms)
+            yield measure.name, passes, size, size
         whole = np.full(self._times[0].shape, self._duration)
         yield tables.END_TIME, self._times, _OF_TIMES * self._times[-1], whole
         for state in self._definition.states:
-            found = [place[state.name] for place in self._places]
-            yield f"{state.name}{tables.AT_END}", found, self._size(state.name), self._size(state.name)
+            passes = [place[state.name] for place in self._places]
+            yield f"{state.name}{tables.AT_END}", passes, self._size(state.name), self._size(state.name)
 
     def _of_measure(self, measure: Measure) -> list[Array]:
         if measure.kind == "last":
@@ -174,47 +177,48 @@ class Passes:
             np.stack([self._measured[f"{name}: {measure.name} {row}"] for row in rows]).max(axis=0)
             for name in PASSES
         ]
-        return tops if measure.kind == "max" else [-each for each in tops]
+        return tops if measure.kind == "max" else [-top for top in tops]
 
     def _at_end(self, number: int) -> dict[str, Array]:
         """Return parameters, states and time at the end of a pass."""
         return {**self._starts, **self._places[number], TIME: self._times[number]}
 
-    def _label(self, ending: Array, found: Columns) -> npt.NDArray[np.int8]:
-        """Return the first label that fits in any case; none where one before it may fit as well."""
-        errors = {TIME: found[tables.stated(tables.END_TIME)]}
+    def _label(self, ending: Array, columns: Columns) -> npt.NDArray[np.int8]:
+        """Return the first label that certainly fits; none where an earlier label may fit."""
+        errors = {TIME: columns[tables.stated(tables.END_TIME)]}
         errors |= {
-            each.name: found[tables.stated(each.name + tables.AT_END)] for each in self._definition.states
+            state.name: columns[tables.stated(state.name + tables.AT_END)]
+            for state in self._definition.states
         }
         decided = ~np.isin(ending, (DIFFERENT, *FAILURES))
-        label, open_ = np.zeros(ending.shape, np.int8), decided.copy()
-        for number, each in enumerate(self._definition.labels, 1):
-            surely, possibly = self._fits(each, errors)
-            label[open_ & surely] = number
+        numbers, open_ = np.zeros(ending.shape, np.int8), decided.copy()
+        for number, label in enumerate(self._definition.labels, 1):
+            surely, possibly = self._fits(label, errors)
+            numbers[open_ & surely] = number
             open_ &= ~possibly
-        return label
+        return numbers
 
     def _fits(self, label: Label, errors: Columns) -> tuple[Truths, Truths]:
-        """Return where a label fits at the end in any case, and where it may within what its expressions are off by."""
+        """Return where a label certainly fits at the end, and where it may fit within the errors of its expressions."""
         ends = self._at_end(-1)
         surely = possibly = np.ones(self._times[-1].shape, bool)
-        for each in label.all_positive:
-            value = evaluated([each], ends)[0]
+        for node in label.all_positive:
+            value = evaluated([node], ends)[0]
             with np.errstate(invalid="ignore", over="ignore"):
-                off = _ROUNDING * sizes([each], ends)[0] + off_by(each, ends, errors)
+                error = _ROUNDING * sizes([node], ends)[0] + off_by(node, ends, errors)
             with np.errstate(invalid="ignore"):
-                surely, possibly = surely & (value > off), possibly & (value > -off)
+                surely, possibly = surely & (value > error), possibly & (value > -error)
         return surely, possibly
 
     def _change(self) -> Array:
-        """Return the largest change of what is conserved, over its largest term."""
+        """Return the largest change of a conserved expression, over its largest term."""
         return conserved_change(self._definition, self._starts, self._at_end(-1))
 
 
 def conserved_change(definition: Definition, starts: Starts, ends: Columns) -> Array:
-    """Return by how much each conserved expression changes from starts to ends, over its terms: the largest of them."""
-    begun = {**starts, TIME: np.zeros(ends[TIME].shape)}
-    before, terms = evaluated(definition.conserved, begun), sizes(definition.conserved, begun)
+    """Return the largest change of a conserved expression from starts to ends, over the magnitude of its terms."""
+    at_start = {**starts, TIME: np.zeros(ends[TIME].shape)}
+    before, terms = evaluated(definition.conserved, at_start), sizes(definition.conserved, at_start)
     after, later = evaluated(definition.conserved, ends), sizes(definition.conserved, ends)
     with np.errstate(invalid="ignore", divide="ignore"):
         changes = [
@@ -225,23 +229,23 @@ def conserved_change(definition: Definition, starts: Starts, ends: Columns) -> A
 
 
 def conserved_room(definition: Definition, starts: Starts, ends: Columns, errors: Columns) -> Array:
-    """Return what `conserved_change` may be of what is conserved indeed, by the errors of states and time at the end.
+    """Return the `conserved_change` allowed by the errors of states and time at the end.
 
     Parameters
     ----------
     definition : Definition
     starts, ends, errors : mapping of str to array
     """
-    begun = {**starts, TIME: np.zeros(ends[TIME].shape)}
+    at_start = {**starts, TIME: np.zeros(ends[TIME].shape)}
     room = np.zeros(ends[TIME].shape)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for node, one, other in zip(
             definition.conserved,
-            sizes(definition.conserved, begun),
+            sizes(definition.conserved, at_start),
             sizes(definition.conserved, ends),
             strict=True,
         ):
             terms = np.maximum(one, other)
-            off = np.where(terms > 0.0, off_by(node, ends, errors) / terms, 0.0)
-            room = np.fmax(room, CONSERVED + off)
+            error = np.where(terms > 0.0, off_by(node, ends, errors) / terms, 0.0)
+            room = np.fmax(room, CONSERVED + error)
     return room

@@ -1,11 +1,11 @@
-"""From expressions to the program of the kernels (`kernels.system.series`): each value is computed once."""
+"""Translation of expressions to the program of the kernels (`kernels.system.series`): each value is computed once."""
 
 import math
 from collections.abc import Iterable
 
 from sweep.model.system.definition import TIME, Constant, Definition, Node, Symbol
 
-#: An instruction: an operation, and numbers of earlier instructions or a number.
+#: An instruction: an operation, and the indices of earlier instructions, or a number.
 Instruction = tuple[str | int | float, ...]
 
 
@@ -23,19 +23,19 @@ class Program:
         self._known: dict[int, tuple[Node, int]] = {}
         self._leaves: dict[str, Instruction] = {TIME: ("time",)}
         for kind, row in (("state", definition.states), ("parameter", definition.parameters)):
-            self._leaves |= {each.name: (kind, number) for number, each in enumerate(row)}
+            self._leaves |= {declared.name: (kind, number) for number, declared in enumerate(row)}
 
     def add(self, nodes: Iterable[Node]) -> tuple[int, ...]:
-        """Return the numbers of the instructions with the values of expressions."""
-        return tuple(self._number_of(each) for each in nodes)
+        """Add the instructions of expressions, and return the indices of their values."""
+        return tuple(self._number_of(node) for node in nodes)
 
     def _number_of(self, node: Node) -> int:
-        # an expression that stands in several places is one object
+        # an expression that occurs several times is one object
         if id(node) not in self._known:
-            self._known[id(node)] = node, self._made(node)
+            self._known[id(node)] = node, self._add_node(node)
         return self._known[id(node)][1]
 
-    def _made(self, node: Node) -> int:
+    def _add_node(self, node: Node) -> int:
         if isinstance(node, Constant):
             return self._instruction("number", float(node.value))
         if isinstance(node, Symbol):
@@ -47,7 +47,7 @@ class Program:
         return self._instruction(node.name, *map(self._number_of, node.arguments))
 
     def _power(self, base: int, exponent: float) -> int:
-        """Whole powers are products, which are defined at zero and below; large negative ones are one over them."""
+        """Add a power: integer powers as products, defined at 0 and below; below -8 as 1 over a product."""
         if exponent != int(exponent) or exponent in (2.0, 3.0, 4.0) or abs(exponent) > 1024.0:
             return self._instruction("**", base, exponent)
         if exponent < -8.0:

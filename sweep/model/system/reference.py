@@ -1,8 +1,7 @@
-"""References for a system's atlas: its rules in every cell, and SciPy's DOP853 in a sample.
+"""The reference for an atlas of a system: its rules in every cell, and SciPy's DOP853 in a sample.
 
-It follows the sampled cells (`sweep.model.system.sample`) to the times at which the atlas says that they
-ended: then the states there, the greatest values until then and the events, none of which may have happened before,
-are known.
+DOP853 integrates the sampled cells (`sweep.model.system.sample`) to their stored end times. This gives the states there
+and the greatest values until then, and shows whether an event happened earlier.
 """
 
 from collections.abc import Iterator
@@ -39,16 +38,16 @@ NOT_COMPUTED, CONSISTENT, AGREES, UNRESOLVED, SENSITIVE_CELL, CONTRADICTORY, DIF
 # fmt: off
 AUDIT = Audit(
     variables=table(
-        Quantity("audit", "", "1", "what was found of the cell", DECISION,
+        Quantity("audit", "", "1", "result of the audit of the cell", DECISION,
                  "consistent: ending, label, verdict and conserved quantities follow from the stored values; agrees: "
-                 "DOP853 too; other_values_differ: another variable is wrong", "i1",
+                 "also with DOP853; other_values_differ: another variable is wrong", "i1",
                  {
                      NOT_COMPUTED: "not_computed", CONSISTENT: "consistent", AGREES: "agrees",
                      UNRESOLVED: "unresolved_in_the_atlas", SENSITIVE_CELL: "sensitive", CONTRADICTORY: "contradictory",
                      DIFFERS: "differs", OTHER_DIFFERS: "other_values_differ"}),
-        Quantity("place_difference", "", "1", "distance of the states at the end from those of DOP853, over their size",
-                 Tolerance(1e-8, 0.0, "a difference is as large as the error that it measures"),
-                 "the largest of all states; missing where the cell is not one of the sample"),
+        Quantity("place_difference", "", "1", "difference of the states at the end from DOP853, over their size",
+                 Tolerance(1e-8, 0.0, "it is a difference, as large as the error that it measures"),
+                 "the largest of all states; missing where the cell is not in the sample"),
     ),
     agreeing=(CONSISTENT, AGREES, SENSITIVE_CELL),
     disagreeing=(CONTRADICTORY, DIFFERS, OTHER_DIFFERS),
@@ -56,20 +55,21 @@ AUDIT = Audit(
     other=OTHER_DIFFERS,
     difference="place_difference",
     units="of their size",
-    told="states       at the end of the sample differ from those of DOP853 by",
-    summary="Every cell of a system's atlas compared with its own rules, and a sample with DOP853.",
+    told="states       at the end of the sample differ from DOP853 by",
+    summary="Every cell of a system's atlas checked against the rules of the system, and a sample against DOP853.",
 )
 # fmt: on
 
-#: No value may be off by so many stated errors, and this share of its size; and how many may be off by more than one.
+#: Largest error of any value: this multiple of its stated error, plus this share of its size. Share of the values that
+#: may have a larger error than the stated one.
 _TIMES, _SHARE, _MOST = 100.0, 1e-9, 1e-3
 
 _SCIPY = "SciPy's DOP853, of a sample"
-_RULES = "the ending, which says where it is missing"
+_RULES = "the ending, which decides where it is missing"
 
 
 class SampledReference:
-    """See `sweep.model.description.Reference`; one for each audit.
+    """See `sweep.model.description.Reference`; each audit needs its own.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class SampledReference:
     size : int
         Number of cells of the atlas.
     seed : int, optional
-        Which cells are drawn; fresh ones if not given.
+        Seed of the sample; a new one if not given.
     """
 
     audit = AUDIT
@@ -90,25 +90,25 @@ class SampledReference:
 
     @property
     def sampled(self) -> str:
-        """How many cells DOP853 has followed, and which."""
-        followed = counted(self._sample.followed, "cell", self._sample.count)
-        return f"{followed} drawn with seed {self._seed}, by SciPy's DOP853"
+        """A description of the sample that DOP853 has integrated."""
+        cells = counted(self._sample.followed, "cell", self._sample.count)
+        return f"{cells} drawn with seed {self._seed}, by SciPy's DOP853"
 
     def needed(self, spec: Request) -> tuple[str, ...]:
         """Return the variables of an atlas that `check` reads."""
         return tuple(spec.model.variables)
 
     def truth(self, spec: Request, starts: Starts, first: int, stored: Columns) -> Columns:
-        """Return what DOP853 says of the cells from `first` on that are drawn and have ended."""
+        """Return the results of DOP853 for the drawn cells that have ended, among the cells from `first` on."""
         time = stored[tables.END_TIME]
-        # a motion that is over at its start is no motion
+        # a motion that is over at its start needs no integration
         known = self._endings.have(FINAL, stored["ending"]) & (time > 0.0) & (time <= spec.duration)
         return self._sample.of(starts, first, stored, known)
 
     def check(
         self, spec: Request, starts: Starts, stored: Columns, truth: Columns
     ) -> tuple[dict[str, npt.NDArray[Any]], list[CellCheck]]:
-        """Hold cells against the rules of their system, and those that are drawn against SciPy."""
+        """Check cells against the rules of their system, and drawn cells against DOP853."""
         cells = AuditedCells(spec, starts, stored)
         checks = list(self._rules(cells))
         difference = np.full(cells.every.shape, np.nan)
@@ -117,24 +117,24 @@ class SampledReference:
         code[np.isfinite(difference)] = AGREES
         code[self._endings.have(SENSITIVE, stored["ending"])] = SENSITIVE_CELL
         code[self._endings.have(FAILED, stored["ending"])] = UNRESOLVED
-        for each in checks:
-            if each.share:
+        for check in checks:
+            if check.share:
                 continue
-            code[each.wrong] = DIFFERS if each.against.startswith(_SCIPY) else CONTRADICTORY
+            code[check.wrong] = DIFFERS if check.against.startswith(_SCIPY) else CONTRADICTORY
         code[self._endings.have(MISSING, stored["ending"])] = NOT_COMPUTED
         return {"audit": code, "place_difference": difference}, checks
 
     def _rules(self, cells: AuditedCells) -> Iterator[CellCheck]:
         spec, stored, ending = cells.spec, cells.stored, cells.stored["ending"]
         codes = list(self._endings.flags)
-        yield cells.decided("ending", "the codes that there are", np.isin(ending, codes))
+        yield cells.decided("ending", "the codes of endings", np.isin(ending, codes))
         yield cells.decided("stability", "the criterion, on the stored values", cells.verdict_follows)
         known = ~self._endings.have(FAILED, ending) & ~self._endings.have(MISSING, ending)
         for name, quantity in spec.model.variables.items():
             if quantity.dtype.startswith("f"):
-                # until when a motion was followed is known of one that failed, too
-                there = ~self._endings.have(MISSING, ending) if name == tables.END_TIME else known
-                right = np.isfinite(stored[name]) == there
+                # a failed motion has an end time too
+                present = ~self._endings.have(MISSING, ending) if name == tables.END_TIME else known
+                right = np.isfinite(stored[name]) == present
                 if name.endswith(tables.ERROR) or name == "conserved_change":
                     right &= ~(stored[name] < 0.0)
                 yield cells.decided(name, _RULES, right)
@@ -167,27 +167,27 @@ class SampledReference:
             )
 
     def _at_events(self, cells: AuditedCells, ends: Columns) -> Iterator[CellCheck]:
-        """Yield the checks that motions that an event ended are where it happens, except for the terms left out."""
+        """Yield the checks that motions ended by an event are where it happens, up to truncation errors."""
         share = _SHARE + 100.0 * float(cells.spec.tolerance)
         errors = self._errors(cells)
         for event in self._definition.ends:
             values = np.array(evaluated(event.any_positive, ends))
-            # where a threshold is zero its terms are nothing: what the place and the time are off by still counts
+            # with a threshold of 0 the terms may vanish: then the errors of states and time allow a difference
             allowed = [
                 share * size + off_by(node, ends, errors)
                 for node, size in zip(event.any_positive, sizes(event.any_positive, ends), strict=True)
             ]
             first = np.argmax(values, axis=0)[np.newaxis]
             value, most = (
-                np.take_along_axis(np.array(np.broadcast_arrays(*each)), first, axis=0)[0]
-                for each in (values, allowed)
+                np.take_along_axis(np.array(np.broadcast_arrays(*arrays)), first, axis=0)[0]
+                for arrays in (values, allowed)
             )
-            there = cells.ended(event.name) & (cells.stored[tables.END_TIME] > 0.0)
-            yield CellCheck("ending", f"where {event.name} happens", np.abs(value), most, there)
+            ended = cells.ended(event.name) & (cells.stored[tables.END_TIME] > 0.0)
+            yield CellCheck("ending", f"where {event.name} happens", np.abs(value), most, ended)
 
     def _errors(self, cells: AuditedCells) -> dict[str, Array]:
-        """Return how far the stored states at the end, and the time, may be off: so many of their stated errors."""
-        names = {each.name: each.name + tables.AT_END for each in self._definition.states} | {
+        """Return the allowed errors of the stored states and time at the end, a multiple of their stated errors."""
+        names = {state.name: state.name + tables.AT_END for state in self._definition.states} | {
             TIME: tables.END_TIME
         }
         return {
@@ -196,26 +196,26 @@ class SampledReference:
         }
 
     def _at_end(self, cells: AuditedCells) -> dict[str, Array]:
-        """Return parameters, states and time where the stored motions end."""
-        states = {each.name: cells.stored[each.name + tables.AT_END] for each in self._definition.states}
+        """Return parameters, states and time at the end of the stored motions."""
+        states = {state.name: cells.stored[state.name + tables.AT_END] for state in self._definition.states}
         return {**cells.starts, **states, TIME: cells.stored[tables.END_TIME]}
 
     def _by_dop853(self, cells: AuditedCells, truth: Columns, difference: Array) -> Iterator[CellCheck]:
-        """Yield the checks by DOP853, and note the largest difference of a state over its size."""
+        """Yield the checks against DOP853, and write the largest difference of a state over its size."""
         errors = self._errors(cells)
         ends, second = self._at_end(cells), {**cells.starts, TIME: cells.stored[tables.END_TIME]}
-        # how far all states may be off, over their sizes: what follows from them may be off by as much of its terms
+        # the largest relative error of the states is allowed for the terms of expressions of them too
         share = np.full(difference.shape, _SHARE)
-        for each in self._definition.states:
-            found, off, stored = truth[FOUND + each.name], truth[OFF + each.name], ends[each.name]
-            size = np.maximum(np.abs(stored), np.abs(cells.starts[each.name]))
-            error = cells.stored[tables.stated(each.name + tables.AT_END)].astype(np.float64)
+        for state in self._definition.states:
+            found, off, stored = truth[FOUND + state.name], truth[OFF + state.name], ends[state.name]
+            size = np.maximum(np.abs(stored), np.abs(cells.starts[state.name]))
+            error = cells.stored[tables.stated(state.name + tables.AT_END)].astype(np.float64)
             apart = np.abs(stored - found)
             with np.errstate(invalid="ignore", divide="ignore"):
                 difference[:] = np.fmax(difference, np.where(size > 0.0, apart / size, apart))
                 share = np.fmax(share, np.where(size > 0.0, (_TIMES * error + off) / size, 0.0))
-            second[each.name] = found
-            yield from _said(each.name + tables.AT_END, apart, error, off + _SHARE * size)
+            second[state.name] = found
+            yield from _value_checks(state.name + tables.AT_END, apart, error, off + _SHARE * size)
         numbers = count()
         for measure in self._definition.measures:
             rows = [TOP.format(next(numbers)) for _ in range(measure.tops)]
@@ -229,7 +229,7 @@ class SampledReference:
             error = cells.stored[tables.stated(measure.name)].astype(np.float64)
             size = np.max([np.abs(stored), *sizes(measure.expressions, ends)], axis=0)
             room = off + (_SHARE if rows else share) * size
-            yield from _said(measure.name, np.abs(stored - found), error, room)
+            yield from _value_checks(measure.name, np.abs(stored - found), error, room)
         late = np.where(np.isfinite(apart), 0.0, np.nan)
         for event in self._definition.ends:
             for node, size in zip(event.any_positive, sizes(event.any_positive, ends), strict=True):
@@ -242,8 +242,8 @@ class SampledReference:
             yield CellCheck("ending", words, np.nan_to_num(late), np.zeros(late.shape), judged)
 
 
-def _said(name: str, apart: Array, error: Array, room: Array) -> Iterator[CellCheck]:
-    """Yield the checks of a value, where DOP853 says something: it is not far off itself."""
+def _value_checks(name: str, apart: Array, error: Array, room: Array) -> Iterator[CellCheck]:
+    """Yield the checks of a value where DOP853 has a result; `room` allows for the error of DOP853."""
     for times, share, words in ((_TIMES, 0.0, _SCIPY), (1.0, _MOST, f"{_SCIPY}, by its stated error")):
         allowed = times * error + room
         judged = np.isfinite(apart) & np.isfinite(allowed)

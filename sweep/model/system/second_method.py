@@ -1,8 +1,8 @@
-"""Some cells of a system followed together by SciPy's DOP853, with the greatest values of expressions on their way.
+"""Integration of several cells of a system together by SciPy's DOP853, with the greatest values of expressions.
 
-It shares nothing with the kernels but the definition of the system: its functions are NumPy's, which are the C
-library's. SciPy chooses its steps by the rates that it has seen and would pass over a short push, so no step may be
-longer than a function needs to come out of hiding (`kernels.system.hidden` says which may hide, and how far).
+It has only the definition of the system in common with the kernels: its functions are those of NumPy. SciPy chooses its
+steps from the rates so far and would step over a short push. So no step is longer than a function needs to grow from
+nothing to something (`kernels.system.hidden` lists such functions and their limits).
 """
 
 import math
@@ -21,22 +21,22 @@ from sweep.model.system.definition import TIME, Constant, Definition, Node, Oper
 
 Places = npt.NDArray[np.intp]
 
-#: Evaluations of the rates for some cells at most, some seconds: a stiff system would be followed without end.
+#: Most evaluations of the rates, some seconds: a stiff system would take forever.
 MOST_EVALUATIONS = 200_000
 
-#: Points of a step at which expressions are evaluated, and how often the two intervals about the greatest value are
-#: divided anew before a parabola is laid through it: a summit is then known to 1e-11.
+#: Points of a step at which expressions are evaluated; number of times that the two intervals around the greatest value
+#: are divided again before a parabola is fitted. The error of a maximum is then 1e-11.
 _POINTS, _ZOOMS = np.linspace(0.0, 1.0, 9)[:, np.newaxis], 4
 
-#: Share of the last step over which derivatives are differences, and its least size; the least bound of a step.
+#: Step of finite differences over the last step, and its least value; the least value of a bound of a step.
 _NEAR, _NEAREST, _LEAST_STEP = 1e-4, 1e-7, 1e-5
 
 
 class _Motions:
-    """Motions of some cells over a time that runs from 0 to 1 in each; their states are one flat row."""
+    """Motions of several cells, each over a time scaled to run from 0 to 1; their states form one flat array."""
 
     def __init__(self, definition: Definition, tops: Sequence[Node], starts: Starts, times: Array) -> None:
-        names = [each.name for each in definition.states]
+        names = [state.name for state in definition.states]
         self.first = np.array([starts[name] for name in names], np.float64)
         self.greatest = np.full((len(tops), times.size), -np.inf)
         self.evaluations, self._times = 0, times
@@ -49,19 +49,19 @@ class _Motions:
         self._arguments = expressions([node for _, _, node in self._hidden])
 
     def _values(self, expressions: Expressions, share: Any, states: Array) -> list[Any]:
-        """Return the values of expressions; states of shape (states, ..., cells)."""
+        """Return the values of expressions; `states` has the shape (states, ..., cells)."""
         return expressions.values([*states, share * self._times])
 
     def rates(self, share: float, flat: Array) -> Array:
         """Return the rates of all states."""
         self.evaluations += 1
         rates = np.empty(self.first.shape)
-        for row, each in enumerate(self._values(self._rates, share, flat.reshape(rates.shape))):
-            rates[row] = each
+        for row, values in enumerate(self._values(self._rates, share, flat.reshape(rates.shape))):
+            rates[row] = values
         return (rates * self._times).ravel()
 
     def longest_step(self, share: float, flat: Array, last: float) -> float:
-        """Return the longest step in which nothing hides, from what arguments do next: to second order."""
+        """Return the longest step in which no function can hide, from the arguments to second order in the step."""
         if not self._hidden:
             return math.inf
         d, rate = max(_NEAR * last, _NEAREST), self.rates(share, flat)
@@ -77,7 +77,7 @@ class _Motions:
         return max(min(bounds), _LEAST_STEP)
 
     def see(self, dense: Any) -> None:
-        """Raise the greatest values to those of a step, which SciPy interpolates."""
+        """Update the greatest values with a step, which SciPy interpolates."""
         share = np.broadcast_to(_POINTS, (len(_POINTS), self._times.size))
         times, states = self._within(dense, share)
         for row, expressions in enumerate(self._tops):
@@ -88,7 +88,7 @@ class _Motions:
             self.greatest[row] = np.maximum(self.greatest[row], summit)
 
     def _zoom(self, expressions: Expressions, dense: Any, share: Array, place: Places) -> Array:
-        """Return the greatest value of an expression about a place in a step."""
+        """Return the greatest value of an expression near a point of a step."""
         for _ in range(_ZOOMS):
             least, most = (np.take_along_axis(share, place + to, 0) for to in (-1, 1))
             share = least + (most - least) * _POINTS
@@ -121,29 +121,29 @@ def follow(
     sizes: Array | None = None,
     deadline: float = math.inf,
 ) -> Array:
-    """Return states of some cells at a time of each, and greatest values until then; NaN where it gives up.
+    """Return the states of several cells, each at its own time, and greatest values until then; NaN if it gives up.
 
     Parameters
     ----------
     definition : Definition
     tops : sequence of Node
-        Expressions whose greatest values are sought.
+        Expressions whose greatest values are needed.
     starts : mapping of str to array, shape (n,)
         States and parameters.
     times : array, shape (n,)
-        Above 0.
+        Positive.
     tolerance : float
-        Relative, of all states together.
+        Relative tolerance of all states together.
     sizes : array, shape (states, n), optional
-        How large the states become at least: a state that begins at zero is not followed in all its digits.
+        Lower bounds of the largest values of the states: they limit the accuracy of a state that begins at zero.
     deadline : float
-        Of `time.monotonic`: it gives up then.
+        Time of `time.monotonic` at which it gives up.
 
     Returns
     -------
     array, shape (states + tops, n)
     """
-    # this module is imported with the model, SciPy where an atlas is verified
+    # this module is imported with the model, but SciPy is needed only by `verify`
     from scipy.integrate import DOP853
 
     with np.errstate(all="ignore"):
@@ -152,7 +152,7 @@ def follow(
         size = np.abs(first) + np.abs(motions.rates(0.0, first.ravel())).reshape(first.shape)
         scale = np.broadcast_to(size.max(axis=1, keepdims=True), first.shape)
         if sizes is not None:
-            # a size that is wrong spoils its own cell only
+            # a wrong size affects only its own cell
             scale = np.fmax(scale, np.where(np.isfinite(sizes), sizes, 0.0))
         least = 1e-4 * tolerance * scale.ravel() + 1e-300
         solver = DOP853(motions.rates, 0.0, first.ravel(), 1.0, rtol=tolerance, atol=least)
@@ -169,9 +169,9 @@ def follow(
 
 
 def _summit(values: Array) -> tuple[Places, Array, Array]:
-    """Return a place inside next to the greatest value of each column, that value, and the summit of a parabola.
+    """Return an inner point next to the greatest value of each column, that value, and the maximum of a parabola.
 
-    A summit between the last two points is one of the step, though the last point is the greatest.
+    A maximum between the last two points counts, even if the last point has the greatest value.
     """
     place = np.clip(values.argmax(axis=0), 1, len(_POINTS) - 2)[np.newaxis]
     middle, before, after = (np.take_along_axis(values, place + to, 0)[0] for to in (0, -1, 1))
@@ -181,7 +181,7 @@ def _summit(values: Array) -> tuple[Places, Array, Array]:
 
 
 def _hiding(nodes: Sequence[Node]) -> Iterator[tuple[str, float, Node]]:
-    """Yield the arguments of functions that may hide what they do later: in which way, a power, the argument."""
+    """Yield the functions that may grow unseen: the kind of growth, a power, the argument (`kernels.system.hidden`)."""
     seen = set[int]()
     stack = list(nodes)
     while stack:
@@ -207,7 +207,7 @@ def _hiding(nodes: Sequence[Node]) -> Iterator[tuple[str, float, Node]]:
 
 
 def _power_of(node: Node) -> tuple[Node, float]:
-    """Return the base of a node and its exponent; the node itself and 1 if it is no power."""
+    """Return the base of a node and its exponent; the node itself and 1 if it is not a power."""
     if isinstance(node, Operation) and node.name in ("**", "sqrt"):
         base, power = _power_of(node.arguments[0])
         exponent = node.arguments[1] if node.name == "**" else Constant(0.5)
@@ -220,7 +220,7 @@ def _power_of(node: Node) -> tuple[Node, float]:
 
 
 def _longest(way: str, power: float, value: Array, slope: Array, bend: Array) -> float:
-    """Return the longest step after which an argument has changed no further than its function allows, in any cell."""
+    """Return the longest step in which the argument of a function changes by no more than is allowed, in any cell."""
     size = np.abs(value)
     if way == "exp":
         allowed = np.maximum(NOTHING - value, CHANGE)
@@ -234,6 +234,6 @@ def _longest(way: str, power: float, value: Array, slope: Array, bend: Array) ->
     one, other = slope / allowed, np.abs(bend) / allowed
     step = 2.0 / (one + np.sqrt(one * one + 4.0 * other))
     if way == "shrinks":
-        # a divisor may pass through zero where what it divides is zero
+        # a divisor may pass through zero where the numerator is zero
         step = np.where(step < _LEAST_STEP, np.inf, step)
     return float(np.min(np.where(step > 0.0, step, np.inf)))

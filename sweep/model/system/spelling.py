@@ -1,6 +1,6 @@
-"""A system as text: one spelling for all files that say the same, in ASCII.
+"""A system as text: one canonical spelling for all equivalent files, in ASCII.
 
-What stands in several rates becomes a name ``v1``, ``v2``, ...; all numbers are in SI.
+Parts that occur several times get names ``v1``, ``v2``, ...; all numbers are in SI.
 """
 
 from collections import Counter
@@ -23,18 +23,18 @@ from sweep.model.system.definition import (
 _BINDS: Mapping[str, int] = {"+": 1, "-": 1, "*": 2, "/": 2, "neg": 3, "**": 4}
 _MOST = 5
 
-#: Nodes from which on a part that stands in several places gets a name.
+#: Least number of nodes of a repeated part that gets a name.
 _WORTH_A_NAME = 4
 
 
 def spelled(node: Node, names: Mapping[Node, str] | None = None) -> str:
-    """Return the text of an expression, which Python and the reader of a system's strings read alike.
+    """Return the text of an expression, valid in Python code and in the strings of a system.
 
     Parameters
     ----------
     node : Node
     names : mapping of Node to str, optional
-        Parts that are written as a name.
+        Parts to write as a name.
     """
     if isinstance(node, Constant):
         return repr(node.value).removesuffix(".0")
@@ -55,7 +55,7 @@ def spelled(node: Node, names: Mapping[Node, str] | None = None) -> str:
 
 
 def _bracketed(node: Node, least: int, names: Mapping[Node, str] | None) -> str:
-    """Return the text of a part, in brackets if it binds less than it must."""
+    """Return the text of a part, in parentheses if it binds less strongly than `least`."""
     text = spelled(node, names)
     if not isinstance(node, Operation) or (names and node in names):
         return text
@@ -63,22 +63,22 @@ def _bracketed(node: Node, least: int, names: Mapping[Node, str] | None) -> str:
 
 
 def spelled_measure(kind: str, expressions: tuple[Node, ...]) -> str:
-    """Return a measure as it is written: ``max abs(x)`` is that of ``x`` and ``-x``."""
+    """Return the text of a measure: ``max abs(x)`` for the expressions ``x`` and ``-x``."""
     text = spelled(expressions[0])
     return f"{kind} abs({text})" if len(expressions) == 2 else f"{kind} {text}"
 
 
 def system_text(system: Definition) -> str:
-    """Return the file that gives this system when it is read; its own `text` plays no part."""
+    """Return a file that reads as this system; its attribute `text` is not used."""
     mark, returned = "system", system.rates
     if system.meridian is not None:
-        # the rates follow from what a body returns
+        # the rates follow from these
         mark, returned = "body", (system.meridian.height, system.meridian.axial, system.meridian.transverse)
     names, lines = _named_parts(system, returned)
-    used = {each.name for each in _operations(returned)} & set(FUNCTIONS)
+    used = {operation.name for operation in _operations(returned)} & set(FUNCTIONS)
     imported = ", ".join([mark, *(name for name in FUNCTIONS if name in used)])
     words = "".join(f"    {name}={value},\n" for name, value in _words(system))
-    values = ", ".join(spelled(each, names) for each in returned)
+    values = ", ".join(spelled(node, names) for node in returned)
     title = [ascii(system.title)] if system.title else []
     body = "".join(f"    {line}\n" for line in [*title, *lines, f"return {values}"])
     return (
@@ -88,12 +88,12 @@ def system_text(system: Definition) -> str:
 
 
 def _named_parts(system: Definition, returned: Iterable[Node]) -> tuple[dict[Node, str], list[str]]:
-    """Return the names of what stands in several places of what is returned, and the lines that assign them."""
+    """Return names for the repeated parts of the returned expressions, and the lines that assign them."""
     times: Counter[Node] = Counter()
     order: list[tuple[Node, int]] = []
 
     def count(node: Node) -> int:
-        """Count the places of a part, and return how many nodes it has."""
+        """Count the occurrences of a part, and return its number of nodes."""
         if not isinstance(node, Operation):
             return 1
         times[node] += 1
@@ -104,8 +104,8 @@ def _named_parts(system: Definition, returned: Iterable[Node]) -> tuple[dict[Nod
         return sizes[node]
 
     sizes: dict[Node, int] = {}
-    for each in returned:
-        count(each)
+    for node in returned:
+        count(node)
     taken = {state.name for state in (*system.states, *system.parameters)}
     fresh = (name for number in range(1, len(order) + len(taken) + 1) if (name := f"v{number}") not in taken)
     names: dict[Node, str] = {}
@@ -126,31 +126,31 @@ def _operations(nodes: Iterable[Node]) -> Iterator[Operation]:
 
 
 def _arguments(system: Definition) -> Iterator[str]:
-    def written(each: Declared) -> str:
-        unit = "" if each.units == "1" else f': "{each.units}"'
-        return f"{each.name}{unit} = {each.default!r}"
+    def argument(declared: Declared) -> str:
+        unit = "" if declared.units == "1" else f': "{declared.units}"'
+        return f"{declared.name}{unit} = {declared.default!r}"
 
-    yield from map(written, system.states)
-    with_time = any(TIME in symbols(each) for each in system.rates)
+    yield from map(argument, system.states)
+    with_time = any(TIME in symbols(rate) for rate in system.rates)
     if system.parameters or with_time:
         yield "*"
-    yield from map(written, system.parameters)
+    yield from map(argument, system.parameters)
     if with_time:
         yield TIME
 
 
 def _words(system: Definition) -> Iterator[tuple[str, str]]:
-    """Yield the words of the decorator, each with its value as Python writes it."""
+    """Yield the keywords of the decorator with their values as Python code."""
     unit = "" if system.time_units == "1" else f" {system.time_units}"
     yield "duration", f'"{system.duration!r}{unit}"'
     if system.ends:
-        yield "ends", _table((each.name, _compared(each.any_positive, "or")) for each in system.ends)
+        yield "ends", _table((event.name, _comparison(event.any_positive, "or")) for event in system.ends)
     if system.measures:
-        yield "measures", _table((each.name, _quoted(each.text)) for each in system.measures)
+        yield "measures", _table((measure.name, _quoted(measure.text)) for measure in system.measures)
     if system.labels:
-        yield "label", _table((each.name, _condition(each)) for each in system.labels)
+        yield "label", _table((label.name, _condition(label)) for label in system.labels)
     if system.conserved and system.meridian is None:
-        yield "conserved", f"[{', '.join(_quoted(spelled(each)) for each in system.conserved)}]"
+        yield "conserved", f"[{', '.join(_quoted(spelled(node)) for node in system.conserved)}]"
     if system.stable:
         yield "stable", _quoted(system.stable)
     if system.theory:
@@ -158,11 +158,11 @@ def _words(system: Definition) -> Iterator[tuple[str, str]]:
 
 
 def _condition(label: Label) -> str:
-    return _compared(label.all_positive, "and") if label.all_positive else "True"
+    return _comparison(label.all_positive, "and") if label.all_positive else "True"
 
 
-def _compared(nodes: tuple[Node, ...], word: str) -> str:
-    return _quoted(f" {word} ".join(f"{spelled(each)} > 0" for each in nodes))
+def _comparison(nodes: tuple[Node, ...], word: str) -> str:
+    return _quoted(f" {word} ".join(f"{spelled(node)} > 0" for node in nodes))
 
 
 def _table(rows: Iterable[tuple[str, str]]) -> str:
@@ -170,5 +170,5 @@ def _table(rows: Iterable[tuple[str, str]]) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return text of a system, which has neither quotes nor backslashes, in quotes."""
+    """Return text of a system in quotes; it contains no quotes and no backslashes."""
     return f'"{text}"'

@@ -31,31 +31,31 @@ from sweep.model.quantity import (
 )
 from sweep.model.system.definition import Declared, Definition
 
-#: Name of the ending of a motion that nothing ends, and of that of cells whose two passes differ.
+#: Names of the endings of a motion that no event ends, and of a cell whose last two passes differ.
 RUNNING, UNDECIDED_END = "runs_on", "sensitive"
 
-#: Names of the endings that every system has, and of the label of a motion that has none.
+#: Names of the endings that every system has, and of the label of a motion that no label fits.
 FAILED_ENDINGS = ("unresolved", "unresolved_growth", "unresolved_jump", "unresolved_steps")
 OWN_ENDINGS, NO_LABEL = ("not_computed", RUNNING, UNDECIDED_END, *FAILED_ENDINGS), "undecided"
 
-#: End of the name of the stated error of a value, and of that of a state at the end.
+#: Suffixes of the names of stated errors, and of states at the end.
 ERROR, AT_END = "_error", "_end"
 
-#: States of a body along whose starts a boundary is sought.
+#: States of a body along whose initial values the boundary is searched.
 _RATES = ("precession_rate", "roll_rate")
 
-#: Variables for the time and place of the ending.
+#: The variable with the time of the ending.
 END_TIME = "end_time"
 
 
 def parameters(definition: Definition) -> Mapping[str, Input]:
-    """Return the starts of the states and the parameters; a boundary is sought along the parameters.
+    """Return the initial values of the states, and the parameters; the boundary is searched along the parameters.
 
-    Of a body it is sought along its rates about axis and vertical, too, as of other bodies.
+    For a body it is also searched along the rates about its axis and the vertical, as for built-in bodies.
     """
     rates = _RATES if definition.meridian is not None else ()
-    states = [_input(each, f"{each.name} at the start", each.name in rates) for each in definition.states]
-    return table(*states, *(_input(each, each.name, True) for each in definition.parameters))
+    states = [_input(state, f"{state.name} at the start", state.name in rates) for state in definition.states]
+    return table(*states, *(_input(parameter, parameter.name, True) for parameter in definition.parameters))
 
 
 def _input(declared: Declared, long_name: str, control: bool) -> Input:
@@ -68,10 +68,10 @@ def _tolerable(values: Array) -> Truths:
 
 
 def settings(definition: Definition) -> Mapping[str, Input]:
-    """Return how long a motion is followed, its longest step, and how closely."""
+    """Return the settings: the duration, the longest step, and the tolerance."""
     units = definition.time_units
     duration = Input(
-        "duration", "t", units, "time for which a motion is followed", GRID,
+        "duration", "t", units, "longest time for which a motion is computed", GRID,
         default=definition.duration, rule=DURATION.rule, allows=positive,
     )  # fmt: skip
     step = Input(
@@ -79,17 +79,19 @@ def settings(definition: Definition) -> Mapping[str, Input]:
         default="auto", rule=STEP.rule, allows=positive, words=STEP.words,
     )  # fmt: skip
     tolerance = Input(
-        "tolerance", r"\epsilon", "1", "size of the last terms of a step's series beside its first ones", GRID,
+        "tolerance", r"\epsilon", "1", "size of the last terms of a step's series relative to the first ones", GRID,
         default=1e-11, rule="1e-15 <= tolerance <= 0.001", allows=_tolerable,
     )  # fmt: skip
     return table(duration, step, tolerance)
 
 
 def endings(definition: Definition) -> Endings:
-    """Return how a motion can end."""
+    """Return the possible endings of a motion."""
     events = [
-        Ending(FIRST_EVENT + number, each.name, f"{each.name} happened", FINAL, f"it ended with {each.name}")
-        for number, each in enumerate(definition.ends)
+        Ending(
+            FIRST_EVENT + number, event.name, f"{event.name} happened", FINAL, f"it ended with {event.name}"
+        )
+        for number, event in enumerate(definition.ends)
     ]
     return Endings(
         Ending(0, "not_computed", "the cell has not been integrated", MISSING, "it has not been integrated"),
@@ -99,26 +101,26 @@ def endings(definition: Definition) -> Endings:
             SENSITIVE, "it is too sensitive to its start to say how it ends",
         ),
         Ending(
-            UNRESOLVED, FAILED_ENDINGS[0], "a value or a rate became no number", FAILED,
-            "a value or a rate became no number, as of log(-1), 1/0, exp(1000) or an angle beyond 1.6e6 rad",
-            "Write it so that it has a value, as (1 + tanh(x/2))/2 for 1/(1 + exp(-x)), or end the motion before with "
-            "an entry of ends",
+            UNRESOLVED, FAILED_ENDINGS[0], "a value or a rate was not a number", FAILED,
+            "a value or a rate was not a number, as for log(-1), 1/0, exp(1000) or an angle beyond 1.6e6 rad",
+            "Write it in a form that has a value, such as (1 + tanh(x/2))/2 for 1/(1 + exp(-x)), or end the motion "
+            "earlier with an entry of ends",
         ),
         Ending(
             GROWS, FAILED_ENDINGS[1], "steps became too short for the time", FAILED,
-            "steps became too short for the time: a value or a rate goes to infinity, or a root, a logarithm or a "
-            "divisor to zero",
-            'End it before with an entry of ends, as in ends={"escaped": "abs(y) > 1e6"} or ends={"low": "y < 0.01"}, '
-            "or take another unit of time",
+            "steps became too short for the time: a value or a rate goes to infinity, or the argument of a root or a "
+            "logarithm, or a divisor, goes to zero",
+            'End it earlier with an entry of ends, such as ends={"escaped": "abs(y) > 1e6"} or '
+            'ends={"low": "y < 0.01"}, or use another unit of time',
         ),
         Ending(
             JUMPS, FAILED_ENDINGS[2], "a rate jumped", FAILED,
-            "a rate was not what the step before led to: it jumps, has a kink, or changed within a step",
-            "Give a longest step, as in step=0.01, and smooth what jumps, as with tanh",
+            "a rate did not continue the step before: it jumps, has a kink, or changed within a step",
+            "Limit the step, for example with step=0.01, and smooth the jump, for example with tanh",
         ),
         Ending(
             ENDLESS, FAILED_ENDINGS[3], "a pass took more than 1e7 steps", FAILED,
-            "a pass took more than 1e7 steps, as of a stiff system",
+            "a pass took more than 1e7 steps: the system may be stiff",
             "Give a shorter duration or a larger tolerance",
         ),
         *events,
@@ -126,36 +128,36 @@ def endings(definition: Definition) -> Endings:
 
 
 def labels(definition: Definition) -> Mapping[int, str]:
-    """Return the codes of where a motion is at its end."""
-    named = {number: each.name for number, each in enumerate(definition.labels, 1)}
-    return MappingProxyType({0: NO_LABEL, **named})
+    """Return the codes and names of the labels."""
+    names = {number: label.name for number, label in enumerate(definition.labels, 1)}
+    return MappingProxyType({0: NO_LABEL, **names})
 
 
 def stated(name: str) -> str:
-    """Return the name of the variable with the error that a cell states of a value."""
+    """Return the name of the variable with the stated error of a value."""
     return name + ERROR
 
 
 def variables(definition: Definition, ended: Endings) -> Mapping[str, Quantity]:
-    """Return what an atlas holds of every cell."""
+    """Return the variables of every cell of an atlas."""
     rows = [ended.quantity, STABILITY]
     if definition.labels:
-        meaning = "the first label that fits at the end; undecided where the ending is, or where none fits"
+        meaning = "the first label that fits at the end; undecided if none fits or the ending is undecided"
         rows.append(
             Quantity(
                 "label",
                 "",
                 "1",
-                "where the motion is at its end",
+                "label of the place where the motion ends",
                 DECISION,
                 meaning,
                 "i1",
                 labels(definition),
             )
         )
-    values = [(each.name, each.units, each.text) for each in definition.measures]
+    values = [(measure.name, measure.units, measure.text) for measure in definition.measures]
     values.append((END_TIME, definition.time_units, "time of the ending, or the duration"))
-    values += [(each.name + AT_END, each.units, f"{each.name} at the end") for each in definition.states]
+    values += [(state.name + AT_END, state.units, f"{state.name} at the end") for state in definition.states]
     for name, units, words in values:
         within = Tolerance(0.0, 1e-9, "each value is within its stated error", stated(name))
         rows.append(Quantity(name, "", units, words.replace("_", " "), within))
@@ -164,10 +166,10 @@ def variables(definition: Definition, ended: Endings) -> Mapping[str, Quantity]:
         for name, units, _ in values
     ]
     if definition.conserved:
-        words = "largest relative change of what is conserved, from start to end"
+        words = "largest relative change of a conserved quantity from start to end"
         rows.append(Quantity("conserved_change", "", "1", words, ERROR_GAUGE, "", "f4"))
     rows += [
-        Quantity("steps", "n", "1", "steps of all passes", STEP_COUNT, "", "i4"),
-        Quantity("unproved", "", "1", "steps that were not proved free of an ending", EVENT_COUNT, "", "i4"),
+        Quantity("steps", "n", "1", "number of steps of all passes", STEP_COUNT, "", "i4"),
+        Quantity("unproved", "", "1", "number of steps not proved free of an ending", EVENT_COUNT, "", "i4"),
     ]
     return table(*rows)
