@@ -1,1 +1,1 @@
-"""Many sweeps after one another: read from spec files, computed, verified, and compared with trusted atlases."""
+"""Batches of sweeps from spec files: computed one after the other, verified, and compared with trusted atlases."""

@@ -1,4 +1,4 @@
-"""A batch from its sweeps to its outcomes: each is computed, verified and compared; one that fails stops no other."""
+"""Execution of a batch: each sweep is computed, verified and compared; a failure in one sweep does not stop others."""
 
 import os
 import shlex
@@ -38,18 +38,18 @@ class Outcome:
     path : Path
         Its atlas.
     state : str
-        COMPUTED; KEPT: it was there already, made from this spec by this code; REFUSED: the request was wrong;
+        COMPUTED; KEPT: it existed already, made from this spec by this code; REFUSED: the request was wrong;
         FAILED: the atlas could not be made.
     failures : Failures or None
         The cells that could not be computed.
     findings : Findings or None
-        The audit, if it was asked for.
+        The audit, if requested.
     comparison : Comparison or None
-        With the trusted atlas, if it was asked for.
+        The comparison with the trusted atlas, if requested.
     problems : dict of str to str
-        Step (``run``, ``verify``, ``compare``) -> what is not as it should be.
+        Step (``run``, ``verify``, ``compare``) -> its problem.
     seconds : dict of str to float
-        Step -> how long it took.
+        Step -> its time.
     """
 
     sweep: Sweep
@@ -69,15 +69,15 @@ class Options:
     Parameters
     ----------
     folder : Path
-        Where the atlases are written; it exists.
+        An existing folder for the atlases.
     verify : bool
-        Whether every atlas is verified.
+        Whether to verify every atlas.
     reference : Path, optional
         A folder of trusted atlases with the same names.
     overwrite : bool
-        Whether an atlas that another spec or other code has made is replaced.
+        Whether to replace an atlas that was made from another spec or by other code.
     threads : int, optional
-        Threads to use; all if not given.
+        Number of threads; all if not given.
     max_failed : float
         Per cent of the cells of a sweep that may be unresolved or invalid.
     """
@@ -98,7 +98,7 @@ def carry_out(
     say: Say = no_op,
     stopping: Stopping = lambda: False,
 ) -> Iterator[Outcome]:
-    """Carry out sweeps one after the other, and yield what became of each.
+    """Carry out sweeps one after the other, and yield the outcome of each.
 
     Parameters
     ----------
@@ -110,130 +110,133 @@ def carry_out(
     Raises
     ------
     StoppedError
-        If `stopping` returned true. Finished atlases and blocks are kept, and the same call goes on.
+        If `stopping` returned true. Finished atlases and blocks are kept; the same call continues.
     """
     for number, sweep in enumerate(sweeps):
         if stopping():
             raise StoppedError(f"{counted(number, 'sweep', len(sweeps))} {are(number)} finished")
         show(Status("compiling the kernels", 0, 0, None))
-        found = Outcome(sweep, options.folder / f"{sweep.name}.nc")
+        outcome = Outcome(sweep, options.folder / f"{sweep.name}.nc")
         if sweep.spec is None:
-            found.state, found.problems["run"] = REFUSED, sweep.problem
-            yield found
+            outcome.state, outcome.problems["run"] = REFUSED, sweep.problem
+            yield outcome
             continue
-        with _step(found, "run", say):
-            _compute(found, sweep.spec, options, show, say, stopping)
-        if options.verify and found.state != FAILED:
-            with _step(found, "verify", say):
-                _verify(found, _of_step("verify", show))
-        if options.reference is not None and found.state != FAILED:
-            with _step(found, "compare", say):
-                _compare(found, options.reference / found.path.name, _of_step("compare", show))
-        yield found
+        with _step(outcome, "run", say):
+            _compute(outcome, sweep.spec, options, show, say, stopping)
+        if options.verify and outcome.state != FAILED:
+            with _step(outcome, "verify", say):
+                _verify(outcome, _show_step("verify", show))
+        if options.reference is not None and outcome.state != FAILED:
+            with _step(outcome, "compare", say):
+                _compare(outcome, options.reference / outcome.path.name, _show_step("compare", show))
+        yield outcome
 
 
 def _compute(
-    found: Outcome, spec: SweepSpec, options: Options, show: Show, say: Say, stopping: Stopping
+    outcome: Outcome, spec: SweepSpec, options: Options, show: Show, say: Say, stopping: Stopping
 ) -> None:
-    other = _other_maker(found.path, spec)
+    other = _other_maker(outcome.path, spec)
     if other == "":
-        found.failures, found.state = Failures.in_file(found.path, spec), KEPT
+        outcome.failures, outcome.state = Failures.in_file(outcome.path, spec), KEPT
     elif other and not options.overwrite:
         raise RequestError(
-            f"Nothing is written, because the atlas that is there was made {other}; what is finished is not replaced "
-            "by accident.",
+            f"This atlas exists already and was made {other}; it was not replaced.",
             hint="To replace it, add --overwrite; to keep it, name another folder.",
-            where=str(found.path),
+            where=str(outcome.path),
         )
     else:
         for warning in one_sided(spec):
             say(f"warning: {warning}")
-        found.failures = run_to_file(
+        outcome.failures = run_to_file(
             spec,
-            found.path,
+            outcome.path,
             overwrite=options.overwrite,
             threads=options.threads,
-            command=_command(found.sweep, found.path),
+            command=_command(outcome.sweep, outcome.path),
             progress=show,
             say=say,
             stopping=stopping,
         )
-        found.state = COMPUTED
-    if 100.0 * found.failures.total > options.max_failed * spec.size:
-        found.problems["run"] = "; ".join(line.strip() for line in found.failures.describe())
+        outcome.state = COMPUTED
+    if 100.0 * outcome.failures.total > options.max_failed * spec.size:
+        outcome.problems["run"] = "; ".join(line.strip() for line in outcome.failures.describe())
 
 
-def _verify(found: Outcome, show: Show) -> None:
-    with opened(found.path, indexed=False) as atlas:
-        found.findings = audit = findings_of(atlas, show=show)
+def _verify(outcome: Outcome, show: Show) -> None:
+    with opened(outcome.path, indexed=False) as atlas:
+        outcome.findings = audit = findings_of(atlas, show=show)
     if not audit.passed:
         disagree = are(audit.disagreeing, "disagrees", "disagree")
-        wrong = f"; wrong: {', '.join(each.name for each in audit.wrong[:6])}" if audit.wrong else ""
-        found.problems["verify"] = (
+        wrong = (
+            f"; wrong: {', '.join(statement.name for statement in audit.wrong[:6])}" if audit.wrong else ""
+        )
+        outcome.problems["verify"] = (
             f"{counted(audit.disagreeing, 'cell')} {disagree} with the reference of the model, "
             f"{audit.missing} {are(audit.missing, 'lacks', 'lack')} a value{wrong}, "
             f"{audit.compared} could be compared. "
-            f"More is said by: {shlex.join(['eulerdisk', 'verify', str(found.path)])}"
+            f"For details, run {shlex.join(['eulerdisk', 'verify', str(outcome.path)])}"
         )
 
 
-def _compare(found: Outcome, trusted: Path, show: Show) -> None:
+def _compare(outcome: Outcome, trusted: Path, show: Show) -> None:
     if not os.path.lexists(trusted):
         raise RequestError(
-            "There is no such file: the trusted atlas of this sweep is missing.",
-            hint="When eulerdisk verify has found the new one right, make it the trusted one: "
-            f"{shlex.join(['cp', str(found.path), str(trusted)])}",
+            "The trusted atlas of this sweep is missing.",
+            hint="Verify the new atlas with eulerdisk verify, then make it the trusted one: "
+            f"{shlex.join(['cp', str(outcome.path), str(trusted)])}",
             where=str(trusted),
         )
-    with opened(found.path, indexed=False) as new, opened(trusted, indexed=False) as reference:
+    with opened(outcome.path, indexed=False) as new, opened(trusted, indexed=False) as reference:
         try:
-            found.comparison = compare(new, reference, progress=show)
+            outcome.comparison = compare(new, reference, progress=show)
         except OtherGridError as error:
             # a batch compares whole atlases
-            hint = "Take back the change of the spec, or replace the trusted atlas by a verified one of this spec."
+            hint = (
+                "Undo the change of the spec, or replace the trusted atlas with a verified one of this spec."
+            )
             raise RequestError(error.message, hint, str(trusted)) from None
-    if not found.comparison.same:
-        worst = next(each for each in found.comparison.findings if each.different)
-        command = shlex.join(["eulerdisk", "compare", str(found.path), str(trusted)])
-        found.problems["compare"] = (
-            f"{in_one_line(found.comparison)}: {what(worst)}. More is said by: {command}"
+    if not outcome.comparison.same:
+        worst = next(finding for finding in outcome.comparison.findings if finding.different)
+        command = shlex.join(["eulerdisk", "compare", str(outcome.path), str(trusted)])
+        outcome.problems["compare"] = (
+            f"{in_one_line(outcome.comparison)}: {what(worst)}. For details, run {command}"
         )
 
 
 def in_one_line(comparison: Comparison) -> str:
-    """Return the outcome of a comparison in some words."""
-    names = [each.name for each in comparison.findings if each.different]
+    """Return the outcome of a comparison in a few words."""
+    names = [finding.name for finding in comparison.findings if finding.different]
     more = f" and {len(names) - 1} more" if len(names) > 1 else ""
     return f"DIFFERENT in {names[0]}{more}" if names else comparison.outcome
 
 
-def _of_step(step: str, show: Show) -> Show:
-    """Return what shows how far a step is; each begins anew, so that no time of the step before is shown for it."""
+def _show_step(step: str, show: Show) -> Show:
+    """Show that a step begins, which clears the time of the step before; return a function that shows its status."""
     show(Status(step, 0, 0, None))
     return lambda status: show(replace(status, stage=f"{step}: {status.stage}"))
 
 
 @contextmanager
-def _step(found: Outcome, step: str, say: Say) -> Iterator[None]:
-    """Time a step, and keep why it could not be done: the other sweeps go on."""
+def _step(outcome: Outcome, step: str, say: Say) -> Iterator[None]:
+    """Time a step, and record its error, so that the other sweeps continue."""
     began = time.monotonic()
     try:
         yield
     except StoppedError:
         raise
     except RequestError as error:
-        found.problems[step] = str(error)
+        outcome.problems[step] = str(error)
     except MemoryError:
-        found.problems[step] = "The memory that this process may use is not enough. Use more memory."
-    # a defect in one sweep, or an error of the system, is no reason to lose a night
+        outcome.problems[step] = "The memory of this process is not enough. Use more memory."
+    # a defect in one sweep, or an error of the system, should not waste a whole night
     except Exception as problem:
         for line in traceback.format_exc().rstrip("\n").split("\n"):
             say(line)
-        found.problems[step] = (
-            f"This is a defect of eulerdisk, or the system refuses: {type(problem).__name__}: {problem}."
+        outcome.problems[step] = (
+            f"This is a defect of eulerdisk, or an error of the system: {type(problem).__name__}: {problem}."
         )
     finally:
-        found.seconds[step] = time.monotonic() - began
+        outcome.seconds[step] = time.monotonic() - began
 
 
 def _command(sweep: Sweep, path: Path) -> str:
@@ -245,17 +248,17 @@ def _command(sweep: Sweep, path: Path) -> str:
 
 
 def _other_maker(path: Path, spec: SweepSpec) -> str | None:
-    """Return what else made the atlas in a file: empty if a run of a spec would make the same one now.
+    """Return what differs from this spec and code in the origin of an existing atlas; empty if nothing seems to.
 
-    As far as can be told; None if there is no atlas.
+    None if there is no atlas.
     """
     if not path.is_file():
         return None
     try:
-        with opened(path, indexed=False) as held:
-            attributes = held.attrs
+        with opened(path, indexed=False) as atlas:
+            attributes = atlas.attrs
     except RequestError:
-        # not an atlas, or a damaged one: `run_to_file` says that it is in the way, or replaces it
+        # not an atlas, or a damaged one: `run_to_file` refuses or replaces it
         return None
     makers = []
     if attributes.get("sweep_fingerprint") != spec.fingerprint():

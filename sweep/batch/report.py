@@ -1,4 +1,4 @@
-"""The closing report of a batch: a table for people, JSON for programs, JUnit XML for a CI server."""
+"""The final report of a batch: a table for people, JSON for programs, JUnit XML for a CI server."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,16 +9,16 @@ from sweep.checks.junit import Case, to_xml
 from sweep.errors import counted
 from sweep.progress.timetable import duration
 
-#: Why a sweep has no outcome.
-_NOT_FINISHED = "not finished: the batch has not come to it, or was interrupted. The same command goes on."
+#: The error of a sweep without an outcome.
+_NOT_FINISHED = "not finished: the batch has not reached it, or was interrupted. The same command continues."
 
 _HEAD = ("sweep", "cells", "not computed", "verified", "reference", "time")
 
 
 def in_words(outcomes: Sequence[Outcome]) -> str:
-    """Return a table with a line for each sweep, the problems in sentences, and a last line with the sum.
+    """Return a table with a line for each sweep, the problems in sentences, and a last line with the totals.
 
-    Why a sweep was refused is told before a batch begins, and not here.
+    The problems of refused sweeps are not repeated: they are reported before the batch begins.
     """
     rows = [_HEAD, *map(_row, outcomes)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -26,70 +26,79 @@ def in_words(outcomes: Sequence[Outcome]) -> str:
         "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows
     ]
     problems = [
-        f"{each.sweep.label}: {text}"
-        for each in outcomes
-        if each.state != REFUSED
-        for text in each.problems.values()
+        f"{outcome.sweep.label}: {text}"
+        for outcome in outcomes
+        if outcome.state != REFUSED
+        for text in outcome.problems.values()
     ]
-    bad, count = sum(bool(each.problems) for each in outcomes), len(outcomes)
-    fine = f"all {count} sweeps are as they should be" if count != 1 else "the one sweep is as it should be"
+    bad, count = sum(bool(outcome.problems) for outcome in outcomes), len(outcomes)
+    result = f"all {count} sweeps passed" if count != 1 else "the sweep passed"
     if bad:
-        fine = f"NOT as it should be: {counted(bad, 'sweep', count)}"
-    total = duration(sum(sum(each.seconds.values()) for each in outcomes))
-    return "\n".join([*lines, *([""] if problems else []), *problems, "", f"{fine}, {total}"])
+        result = f"NOT passed: {counted(bad, 'sweep', count)}"
+    total = duration(sum(sum(outcome.seconds.values()) for outcome in outcomes))
+    return "\n".join([*lines, *([""] if problems else []), *problems, "", f"{result}, {total}"])
 
 
-def _row(found: Outcome) -> tuple[str, ...]:
-    verified, compared = ("failed" if step in found.problems else "-" for step in ("verify", "compare"))
-    if found.findings is not None:
-        verified = "yes" if found.findings.passed else "WRONG"
-    if found.comparison is not None:
-        compared = in_one_line(found.comparison)
+def _row(outcome: Outcome) -> tuple[str, ...]:
+    verified, compared = ("failed" if step in outcome.problems else "-" for step in ("verify", "compare"))
+    if outcome.findings is not None:
+        verified = "yes" if outcome.findings.passed else "WRONG"
+    if outcome.comparison is not None:
+        compared = in_one_line(outcome.comparison)
     return (
-        found.sweep.label,
-        "-" if found.sweep.spec is None else str(found.sweep.spec.size),
-        (found.state if found.failures is None else str(found.failures.total))
-        + " (kept)" * (found.state == KEPT),
+        outcome.sweep.label,
+        "-" if outcome.sweep.spec is None else str(outcome.sweep.spec.size),
+        (outcome.state if outcome.failures is None else str(outcome.failures.total))
+        + " (kept)" * (outcome.state == KEPT),
         verified,
         compared,
-        duration(sum(found.seconds.values())),
+        duration(sum(outcome.seconds.values())),
     )
 
 
 def to_json(outcomes: Sequence[Outcome]) -> dict[str, Any]:
-    """Return all that the table says, and the whole comparisons, as plain values."""
+    """Return the contents of the table, and the whole comparisons, as plain values."""
     return {
-        "fine": not any(each.problems for each in outcomes),
-        "sweeps": [
-            {
-                "name": each.sweep.label,
-                "source": each.sweep.source,
-                "file": str(each.path) if each.sweep.name else None,
-                "fine": not each.problems,
-                "state": each.state,
-                "cells": None if each.sweep.spec is None else each.sweep.spec.size,
-                "not_computed": None if each.failures is None else each.failures.total,
-                "verified": None if each.findings is None else each.findings.passed,
-                "disagreeing_cells": None if each.findings is None else each.findings.disagreeing,
-                "comparison": None if each.comparison is None else each.comparison.to_dict(),
-                "problems": each.problems,
-                "seconds": {name: round(value, 3) for name, value in each.seconds.items()},
-            }
-            for each in outcomes
-        ],
+        "fine": not any(outcome.problems for outcome in outcomes),
+        "sweeps": [_sweep_to_json(outcome) for outcome in outcomes],
+    }
+
+
+def _sweep_to_json(outcome: Outcome) -> dict[str, Any]:
+    spec, failures, findings, comparison = (
+        outcome.sweep.spec,
+        outcome.failures,
+        outcome.findings,
+        outcome.comparison,
+    )
+    return {
+        "name": outcome.sweep.label,
+        "source": outcome.sweep.source,
+        "file": str(outcome.path) if outcome.sweep.name else None,
+        "fine": not outcome.problems,
+        "state": outcome.state,
+        "cells": None if spec is None else spec.size,
+        "not_computed": None if failures is None else failures.total,
+        "verified": None if findings is None else findings.passed,
+        "disagreeing_cells": None if findings is None else findings.disagreeing,
+        "comparison": None if comparison is None else comparison.to_dict(),
+        "problems": outcome.problems,
+        "seconds": {name: round(value, 3) for name, value in outcome.seconds.items()},
     }
 
 
 def to_junit(outcomes: Sequence[Outcome], waiting: Sequence[Sweep] = ()) -> str:
-    """Return JUnit XML: a suite for each sweep, a test for each of its steps; those that are `waiting` are errors."""
+    """Return JUnit XML: a suite for each sweep, a test for each of its steps; sweeps still `waiting` are errors."""
     suites = [
         (
-            each.sweep.label,
+            outcome.sweep.label,
             [
-                Case(step, seconds, each.problems.get(step, ""))
-                for step, seconds in (each.seconds or {"run": 0.0}).items()
+                Case(step, seconds, outcome.problems.get(step, ""))
+                for step, seconds in (outcome.seconds or {"run": 0.0}).items()
             ],
         )
-        for each in outcomes
+        for outcome in outcomes
     ]
-    return to_xml([*suites, *((each.label, [Case("run", 0.0, _NOT_FINISHED, "error")]) for each in waiting)])
+    return to_xml(
+        [*suites, *((sweep.label, [Case("run", 0.0, _NOT_FINISHED, "error")]) for sweep in waiting)]
+    )

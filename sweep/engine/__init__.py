@@ -1,1 +1,1 @@
-"""From a request to computed blocks: how a grid is cut, the compiled kernels, their calls and what they will cost."""
+"""Computation of blocks of cells: the division of a grid, and the calls of the compiled kernels."""

@@ -1,4 +1,4 @@
-"""From starts to the columns of an atlas: what is measured of each cell, and what follows from it."""
+"""Computation of the columns of an atlas from starts: the measured variables of each cell, and the derived ones."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,34 +32,34 @@ class Block:
 
 
 def compute(spec: SweepSpec, starts: Starts, verdicts_only: bool = False) -> Columns:
-    """Compute cells anywhere, on the grid of the spec or not.
+    """Compute cells, on the grid of the spec or not.
 
     Parameters
     ----------
     spec : SweepSpec
-        Says how they are integrated and judged; its grid does not matter.
+        How to integrate and judge the cells; its grid does not matter.
     starts : mapping of str to array, shape (n,)
         Every parameter of the model, in SI, as from `grid.starts_of`.
     verdicts_only : bool
-        Leave out, as NaN, what costs time and the verdicts do not need.
+        Skip measures that cost time and that the verdicts do not need; they become NaN.
 
     Returns
     -------
     mapping of str to array, shape (n,)
-        Every variable of the atlas, of its type in the table of the model.
+        Every variable of the atlas, with its type in the table of the model.
     """
-    # more than the extremes is left out only where the criterion judges by them alone
+    # nothing can be skipped if the criterion needs more than the extremes
     enough = {"ending", *spec.model.from_extremes}.issuperset(spec.criterion.needs(spec.model))
     return derive(spec, starts, measure(spec, starts, verdicts_only and enough))
 
 
 def measure_block(spec: SweepSpec, span: Span) -> Columns:
-    """Compute what has to be kept of the cells of a span: all that does not follow from it (see `derive_block`)."""
+    """Compute the variables of a span that must be stored: `derive_block` derives the others."""
     return measure(spec, starts_of(spec, span))
 
 
 def derive_block(spec: SweepSpec, span: Span, measured: Columns) -> Columns:
-    """Return all columns of a span, as from `compute`, from those of `measure_block`."""
+    """Return all columns of a span, as from `compute`, from the columns of `measure_block`."""
     return derive(spec, starts_of(spec, span), measured)
 
 
@@ -69,25 +69,25 @@ def measure(spec: SweepSpec, starts: Starts, verdicts_only: bool = False) -> dic
     Returns
     -------
     dict of str to array, shape (n,)
-        The measures and counts of the model, of their types in its table, and the parameters that each cell computed
-        for itself, NaN where they are not finite.
+        The measures and counts of the model, with their types in its table, and the parameters that each cell
+        computes, NaN where they are not finite.
     """
     model = spec.model
     if spec.method == "exact" and model.exact is not None:
-        found = model.exact.measures(spec, starts, extremes_only=verdicts_only)
+        columns = model.exact.measures(spec, starts, extremes_only=verdicts_only)
     else:
-        found = _integrated(spec, starts)
-    found = {**found, **model.measure_more(spec, starts, found)}
+        columns = _integrate(spec, starts)
+    columns = {**columns, **model.measure_more(spec, starts, columns)}
     for name in spec.computed:
-        found[name] = np.where(np.isfinite(starts[name]), starts[name], np.nan)
+        columns[name] = np.where(np.isfinite(starts[name]), starts[name], np.nan)
     return {
-        name: found[name].astype(quantity.dtype, copy=False)
+        name: columns[name].astype(quantity.dtype, copy=False)
         for name, quantity in measured_quantities(spec).items()
     }
 
 
 def derive(spec: SweepSpec, starts: Starts, measured: Columns) -> Columns:
-    """Return all columns of the atlas from those of `measure`: the verdicts, and what else follows.
+    """Return all columns of the atlas from the columns of `measure`: adds the verdicts and other derived variables.
 
     Returns
     -------
@@ -96,30 +96,30 @@ def derive(spec: SweepSpec, starts: Starts, measured: Columns) -> Columns:
     model, reach, scale = spec.model, *reach_and_scale(spec, starts, measured)
     with np.errstate(divide="ignore", invalid="ignore"):
         amplification = np.where(scale > 0.0, reach / scale, np.nan)
-    found: dict[str, npt.NDArray[Any]] = {
+    values: dict[str, npt.NDArray[Any]] = {
         **measured,
         **model.derive(starts, measured),
         "amplification": amplification,
     }
-    found["stability"] = spec.criterion.decide(spec, starts, found, reach, scale)
+    values["stability"] = spec.criterion.decide(spec, starts, values, reach, scale)
     columns = {
-        name: found[name].astype(quantity.dtype, copy=False)
+        name: values[name].astype(quantity.dtype, copy=False)
         for name, quantity in model.cell_variables(spec).items()
     }
     columns |= {name: measured[name] for name in spec.computed}
-    # what a list gives its starts is not kept in the journal: it is found again faster than it is read
+    # the journal does not store the values of a list of starts: computing them again is faster than reading them
     return columns | {name: starts[name] for name in spec.listed}
 
 
 def reach_and_scale(
     spec: SweepSpec, starts: Starts, measured: Columns
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
-    """Return how far cells went from their undisturbed value, and the size of their perturbations, same shape."""
+    """Return the largest distances of cells from their undisturbed value, and the sizes of their perturbations."""
     with np.errstate(invalid="ignore"):
         return spec.model.reach(spec, starts, measured), spec.model.perturbation(spec, starts)
 
 
-def _integrated(spec: SweepSpec, starts: Starts) -> dict[str, npt.NDArray[Any]]:
+def _integrate(spec: SweepSpec, starts: Starts) -> dict[str, npt.NDArray[Any]]:
     model = spec.model
     rows = np.stack([starts[name] for name in model.parameters])
     settings = model.kernel_settings(spec)
@@ -130,7 +130,7 @@ def _integrated(spec: SweepSpec, starts: Starts) -> dict[str, npt.NDArray[Any]]:
 
 
 def arithmetic_hash(spec: SweepSpec) -> str:
-    """Return the SHA-256 of the code that decides the bits of what is measured: kernels, starts, axes, types."""
+    """Return the SHA-256 of the code that determines the bits of the measures: kernels, starts, axes, types."""
     model = spec.model
     kernels = [kernel.module for kernel in model.kernels(spec)]
     device = [_CUDA] if spec.device == "cuda" else []
@@ -138,7 +138,7 @@ def arithmetic_hash(spec: SweepSpec) -> str:
     settings = Model.kernel_settings
     engine: list[Callable[..., Any]] = [
         measure,
-        _integrated,
+        _integrate,
         settings,
         starts_of,
         starts_at,
@@ -153,14 +153,14 @@ def arithmetic_hash(spec: SweepSpec) -> str:
 
 
 def measured_quantities(spec: SweepSpec) -> dict[str, Quantity]:
-    """Return the variables of an atlas that are measured in each cell; all others follow from them (`derive`)."""
+    """Return the variables of an atlas that are measured in each cell; `derive` derives all others."""
     model = spec.model
     derived = {*model.variables, *spec.listed} - model.measured
-    return {name: each for name, each in stored_quantities(spec).items() if name not in derived}
+    return {name: quantity for name, quantity in stored_quantities(spec).items() if name not in derived}
 
 
 def stored_quantities(spec: SweepSpec) -> dict[str, Quantity]:
-    """Return the variables of an atlas with one value per cell, those that a list gives its starts among them."""
+    """Return the variables of the cells of an atlas, including the parameters that a list of starts varies."""
     parameters = {name: spec.model.parameters[name] for name in (*spec.computed, *spec.listed)}
     return {**spec.model.cell_variables(spec), **parameters}
 
@@ -170,15 +170,15 @@ def _integrator(kernel: Kernel, device: str) -> Any:
     """Return the kernel that integrates cells on a device: the processor, or an NVIDIA device."""
     if device == "cpu":
         return kernel.load()
-    # cells of a file are computed too, which another machine has made
+    # checked here too: a file from another machine may name the device
     _check_cuda()
     return import_module(_CUDA).bind(import_module(kernel.module).LANE_MODEL)
 
 
 def check_device(spec: SweepSpec) -> None:
-    """Refuse a spec whose device is not there, or cannot do what is asked for. No device takes the place of another.
+    """Refuse a spec whose device is missing or cannot use its method, or whose criterion cannot judge new cells.
 
-    A criterion that cannot judge new cells is refused too.
+    No device replaces another one.
 
     Raises
     ------
@@ -189,8 +189,8 @@ def check_device(spec: SweepSpec) -> None:
         return
     if spec.method != "rk4":
         raise RequestError(
-            f"device=cuda goes with method=rk4; got method={spec.method} device={spec.device}.",
-            hint="Leave device out: the exact method is fast without one.",
+            f"device=cuda needs method=rk4; got method={spec.method} device={spec.device}.",
+            hint="Leave device out: the exact method is fast without it.",
             where="device",
         )
     _check_cuda()
@@ -209,7 +209,7 @@ def _check_cuda() -> None:
 
 @lru_cache
 def _missing_cuda() -> str:
-    """The reason why CUDA cannot be used; empty if it can."""
+    """Return why CUDA cannot be used; empty if it can."""
     try:
         from numba import cuda
 
@@ -219,7 +219,7 @@ def _missing_cuda() -> str:
 
 
 def check_block_cells(cells: int | None) -> None:
-    """Refuse blocks of no cells.
+    """Refuse a number of cells per block that is not a positive integer.
 
     Raises
     ------
@@ -227,7 +227,7 @@ def check_block_cells(cells: int | None) -> None:
     """
     if cells is not None and (not _is_whole(cells) or cells < 1):
         raise RequestError(
-            f"A block has at least one cell, and whole ones; got {shown(cells)}.",
+            f"The number of cells per block must be a whole number of at least 1; got {shown(cells)}.",
             hint="Leave it out.",
             where="block_cells",
         )
@@ -238,7 +238,7 @@ def _is_whole(number: object) -> bool:
 
 
 def use_threads(threads: int | None) -> None:
-    """Let the kernels that this Python thread calls use so many threads; all that there are, if not given.
+    """Set the number of threads for kernels called from this Python thread; all if not given.
 
     Raises
     ------
@@ -249,7 +249,7 @@ def use_threads(threads: int | None) -> None:
 
 
 def usable_threads(threads: int | None) -> int:
-    """Return how many threads a run would use.
+    """Return the number of threads that a run would use.
 
     Raises
     ------

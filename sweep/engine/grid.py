@@ -1,6 +1,6 @@
-"""The grid of a spec: how it is cut into chunks of the file and blocks of computation, and the starts of its cells.
+"""The grid of a spec: its chunks in the file, its blocks of computation, and the starts of its cells.
 
-The chunks follow from the grid alone; blocks may have any size.
+The chunks depend only on the grid; blocks may have any size.
 """
 
 import math
@@ -16,13 +16,13 @@ from sweep.request.sources import Distribution, Range, Values
 from sweep.request.spec import SweepSpec
 from sweep.request.start_table import Column
 
-#: Cells of a chunk at most: half a megabyte per double-precision variable.
+#: Most cells of a chunk: half a megabyte per double-precision variable.
 CHUNK_CELLS = 2**16
 
-#: Cells of a block unless the caller says otherwise: some tenths of a second of work.
+#: Default number of cells of a block: some tenths of a second of work.
 BLOCK_CELLS = 2**17
 
-#: Cells of a block at most: 16 megabytes in the journal, and some tenths of a second at the fastest.
+#: Most cells of a block: 16 megabytes in the journal, and at least some tenths of a second of work.
 MOST_BLOCK_CELLS = 2**18
 
 
@@ -39,24 +39,24 @@ class Span:
 
 
 def chunk_shape(shape: tuple[int, ...], cells: int = CHUNK_CELLS) -> tuple[int, ...]:
-    """Return the shape of the chunks of a grid: every chunk is one contiguous run of cells in C order.
+    """Return the shape of the chunks of a grid, so that every chunk is contiguous in C order.
 
     Parameters
     ----------
     shape : tuple of int
         Number of values along each axis.
     cells : int
-        Cells of a chunk at most.
+        Most cells of a chunk.
 
     Returns
     -------
     tuple of int
-        Whole trailing axes, a share of one axis, and 1 along the axes before it.
+        1 along the leading axes, a part of one axis, and whole trailing axes.
     """
     chunk: list[int] = []
     room = cells
     for n in reversed(shape):
-        # as even as the axis allows, so that the last chunk is not a sliver
+        # parts as equal as possible, so that the last chunk is not much smaller
         share = math.ceil(n / math.ceil(n / room)) if room > 1 else 1
         chunk.insert(0, share)
         room = room // share if share == n else 1
@@ -96,27 +96,27 @@ def starts_of(spec: SweepSpec, span: Span) -> Starts:
     Returns
     -------
     mapping of str to float64 array, shape (len(span),)
-        Every parameter of the model, in its order and in SI. A parameter that the cell computes is not finite where it
-        does not exist.
+        Every parameter of the model, in its order and in SI. A computed parameter is not finite where no such value
+        exists.
     """
     return starts_at(spec, np.arange(span.start, span.stop))
 
 
 def starts_at(spec: SweepSpec, cells: npt.NDArray[np.intp]) -> Starts:
-    """Return the starts of chosen cells, by their flat indices, shape (n,); as from `starts_of`."""
+    """Return the starts of the cells with these flat indices, shape (n,); see `starts_of`."""
     places = dict(zip(spec.axes, np.unravel_index(cells, spec.shape), strict=True)) if spec.axes else {}
     values: dict[str, Array] = {}
     for name in spec.model.parameters:
-        given = getattr(spec, name)
-        if isinstance(given, Range | Values):
-            values[name] = given.at(places[name])
-        elif isinstance(given, Column):
-            values[name] = given.at(places["start"])
-        elif isinstance(given, Distribution):
+        source = getattr(spec, name)
+        if isinstance(source, Range | Values):
+            values[name] = source.at(places[name])
+        elif isinstance(source, Column):
+            values[name] = source.at(places["start"])
+        elif isinstance(source, Distribution):
             numbers = np.rint(spec.start.at(places["start"])).astype(np.int64)
-            values[name] = given.at(numbers, f"{spec.seed}:{name}")
-        elif not isinstance(given, str):
-            values[name] = np.full(cells.size, given)
+            values[name] = source.at(numbers, f"{spec.seed}:{name}")
+        elif not isinstance(source, str):
+            values[name] = np.full(cells.size, source)
     return completed(spec, values)
 
 
@@ -126,6 +126,6 @@ def whole(spec: SweepSpec) -> Starts:
 
 
 def completed(spec: SweepSpec, values: Starts) -> Starts:
-    """Return starts with the parameters that each cell computes for itself, in the order of the model."""
+    """Return starts with the parameters that each cell computes, in the order of the model."""
     starts = spec.model.complete(spec, values)
     return {name: starts[name] for name in spec.model.parameters}

@@ -1,1 +1,1 @@
-"""How far some work is, and how people see it: stages and the time to go; bars, and lines in a log."""
+"""Progress of work: its stages and remaining time, shown as bars or as lines in a log."""

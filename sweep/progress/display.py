@@ -1,4 +1,4 @@
-"""Progress as people see it: a bar in a notebook or on a terminal, lines in a log, nothing in scripts and tests."""
+"""Display of progress: a bar in a notebook or on a terminal, lines in a log, nothing in scripts and tests."""
 
 import sys
 import time
@@ -16,34 +16,34 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress as RichProgress
 
-#: Seconds between two lines in a log, and between two pictures of a bar in a notebook.
+#: Seconds between two lines in a log, and between two updates of a bar in a notebook.
 _LOG_INTERVAL, _NOTEBOOK_INTERVAL = 5.0, 0.1
 
-#: Seconds after the expected end from which on nothing is expected any more.
+#: Seconds after the expected end at which the display stops showing a time.
 _LATE = 2.0
 
-#: Said before the first stage: the first use of a kernel compiles it.
+#: Text before the first stage: the first use of a kernel compiles it.
 _FIRST = "compiling the kernels"
 
-#: Seconds of work before a bar appears by itself.
+#: Seconds of work before a bar appears that nobody asked for.
 _PATIENCE = 0.5
 
 
 @contextmanager
 def following(progress: Progress) -> Iterator[Show]:
-    """Yield a function that shows the status of some work as the caller of a Python function wants it.
+    """Yield a function that shows the status of some work, as the argument `progress` of a Python function asks.
 
     Parameters
     ----------
     progress : bool, callable or None
-        True: a bar in a notebook or on a terminal, a line every few seconds on another standard error. False: nothing.
+        True: a bar in a notebook or on a terminal, otherwise lines on standard error. False: nothing.
         None: a bar in a notebook or an interactive session, after half a second of work; nothing in scripts and tests.
-        A function is called with every `sweep.progress.timetable.Status`; what it returns is ignored.
+        A function is called with every `sweep.progress.timetable.Status`; its return value is ignored.
 
     Raises
     ------
     RequestError
-        If it is something else.
+        If `progress` is anything else.
     """
     if callable(progress):
         yield progress
@@ -67,31 +67,31 @@ def following(progress: Progress) -> Iterator[Show]:
 
 
 def _in_notebook() -> bool:
-    """Return whether this code runs in the kernel of a notebook, for which IPython has been imported."""
+    """Return whether this code runs in the kernel of a notebook, which has imported IPython."""
     ipython: Any = sys.modules.get("IPython")
     shell = ipython.get_ipython() if hasattr(ipython, "get_ipython") else None
     return getattr(shell, "kernel", None) is not None
 
 
 def _in_session() -> bool:
-    """Return whether somebody types at this interpreter, and sees its standard error."""
+    """Return whether this interpreter is interactive with its standard error on a terminal."""
     return hasattr(sys, "ps1") and sys.stderr.isatty()
 
 
 @contextmanager
 def _shown(opened: Callable[[], AbstractContextManager[Show]], patience: float) -> Iterator[Show]:
-    """Open a display once work has taken so many seconds; it ends with how long all has taken."""
+    """Open a display after `patience` seconds of work; its last line is the total time."""
     began, show = time.monotonic(), None
     with ExitStack() as stack:
 
-        def late(status: Status) -> None:
+        def show_late(status: Status) -> None:
             nonlocal show
             if show is None and time.monotonic() - began >= patience:
                 show = stack.enter_context(opened())
             if show is not None:
                 show(status)
 
-        yield late
+        yield show_late
         if show is not None:
             show(Status(f"finished after {duration(time.monotonic() - began)}", 1, 1, None))
 
@@ -100,8 +100,7 @@ def _shown(opened: Callable[[], AbstractContextManager[Show]], patience: float) 
 def showing(stream: TextIO | None = None, quiet: bool = False) -> Iterator[Show]:
     """Yield a function that shows the status of a run: a bar on a terminal, a line every few seconds in a log.
 
-    The progress is shown on standard error if no stream is given, and not at all if `quiet`, or in a log where notices
-    are not wanted.
+    The default stream is standard error. Shows nothing if `quiet`, or in a log if notices are not wanted.
     """
     stream = stream or sys.stderr
     if quiet or not (stream.isatty() or notices.are_wanted()):
@@ -112,24 +111,24 @@ def showing(stream: TextIO | None = None, quiet: bool = False) -> Iterator[Show]
 
 
 class _Latest:
-    """The latest status, and the words for what is left of it as time goes by."""
+    """The latest status, and the text for the remaining time."""
 
     def __init__(self) -> None:
         self.status: Status | None = None
         self._at = 0.0
 
     def take(self, status: Status) -> None:
-        """Take the place of the status before."""
+        """Replace the previous status."""
         self._at, self.status = time.monotonic(), status
 
     def to_go(self) -> str:
-        """Return how long all will take from now on; empty if that is not known, or if all is done."""
+        """Return the remaining time of all stages as text; empty if it is not known, or if all is done."""
         if self.status is None or not self.status.seconds:
             return ""
         left = self.status.seconds - (time.monotonic() - self._at)
         if left < -_LATE:
             return "longer than expected"
-        # as long as there is something to do it takes some time, however long it was expected to take
+        # unfinished work takes some time, whatever was expected
         return f"{duration(max(1.0, left))} to go"
 
     def line(self) -> str:
@@ -154,7 +153,7 @@ def _log(stream: TextIO) -> Iterator[Show]:
             stream.write(f"eulerdisk: {latest.line()}\n")
             stream.flush()
 
-    # a thread, because a block or the search for a boundary may take minutes without a word
+    # a thread, because a block or the search for a boundary may take minutes without a status
     writer = Thread(target=write, daemon=True)
     writer.start()
     try:
@@ -177,12 +176,12 @@ def _bar(stream: TextIO) -> Iterator[Show]:
 def _notebook() -> Iterator[Show]:
     """Show a bar in the output of the cell that is being executed; it stays there.
 
-    It is drawn as HTML and replaced: rich's own way of moving it needs ipywidgets, which a notebook may lack.
+    It is drawn as HTML and replaced, because rich's own live display needs ipywidgets, which may be missing.
     """
     from rich.console import Console
 
     bar, take = _rich_bar(Console())
-    # by its name: without a notebook there may be no IPython
+    # imported here: IPython may be missing without a notebook
     place: Any = import_module("IPython.display").display(bar.make_tasks_table(bar.tasks), display_id=True)
     drawn, stage = time.monotonic(), ""
 
@@ -194,7 +193,7 @@ def _notebook() -> Iterator[Show]:
     def show(status: Status) -> None:
         nonlocal stage
         take(status)
-        # every picture becomes a message to the browser
+        # every update is a message to the browser
         if status.stage != stage or time.monotonic() - drawn >= _NOTEBOOK_INTERVAL:
             stage = status.stage
             draw()
@@ -206,7 +205,7 @@ def _notebook() -> Iterator[Show]:
 
 
 def _rich_bar(console: "Console") -> "tuple[RichProgress, Show]":
-    """Return a bar that is not shown yet, and a function that sets it to a status."""
+    """Return a bar that is not shown yet, and a function that updates it with a status."""
     from rich.progress import BarColumn, Progress, ProgressColumn, Task, TaskProgressColumn, TextColumn
     from rich.text import Text
 

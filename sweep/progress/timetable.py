@@ -1,4 +1,4 @@
-"""How far some work is, and how long it will take: its stages, each as long as its cells take."""
+"""Progress and remaining time of work in stages, each with a number of cells and a time per cell."""
 
 import math
 import time
@@ -15,7 +15,7 @@ SEARCHING: Final = "searching the boundary"
 class Status:
     """The state of a run: `done` of `size` cells or other `things`, and the seconds to go, None if not known yet.
 
-    The seconds are those of this stage and of all that follow.
+    The seconds are for this stage and all later ones.
     """
 
     stage: str
@@ -27,9 +27,9 @@ class Status:
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage of some work: its name, how many cells it goes through, and the seconds expected for one.
+    """A stage of some work: its name, its number of cells, and the expected seconds per cell.
 
-    `pace` is None for a stage that integrates cells: how long that takes is not known beforehand.
+    `pace` is None for a stage that integrates cells: its time is not known in advance.
     """
 
     name: str
@@ -40,22 +40,22 @@ class Stage:
 #: Called with every new status.
 Show = Callable[[Status], object]
 
-#: How a Python function is asked for its progress; see `sweep.progress.display.following`.
+#: The argument `progress` of Python functions; see `sweep.progress.display.following`.
 Progress = bool | Show | None
 
 
 class Timetable:
-    """The stages of some work, of which one after the other is begun, and what is left of them.
+    """The stages of some work, begun one after the other, and the remaining time.
 
     Parameters
     ----------
     stages : sequence of Stage
-        In the order in which they come.
+        In their order.
     show : callable
     clock : callable
         Returns a time [s].
     things : str
-        What is counted.
+        The name of the things counted.
     """
 
     def __init__(
@@ -71,24 +71,24 @@ class Timetable:
         self._integration: float | None = None
 
     def begin(self, name: str, done: int = 0) -> None:
-        """Begin the next stage of this name; cells that are done already tell nothing of its pace."""
+        """Begin the next stage with this name; cells that are done already do not count for its pace."""
         self._at = next(i for i in range(self._at + 1, len(self._stages)) if self._stages[i].name == name)
         self._began, self._before = self._clock(), done
         self.report(done)
 
     def measure_from(self, done: int) -> None:
-        """Show how many cells of the stage are done, and measure its pace from here: before, kernels were compiled."""
+        """Report the number of cells done, and measure the pace from here, after the kernels were compiled."""
         self._began, self._before = self._clock(), done
         self.report(done)
 
     def report(self, done: int) -> None:
-        """Show how many cells of the stage are done."""
+        """Report the number of cells of the stage that are done."""
         stage, new = self._stages[self._at], done - self._before
         pace = (self._clock() - self._began) / new if new > 0 else self._pace(stage)
         if stage.pace is None and new > 0:
             self._integration = pace
         parts = [_time(stage.cells - done, pace)]
-        parts += [_time(each.cells, self._pace(each)) for each in self._stages[self._at + 1 :]]
+        parts += [_time(later.cells, self._pace(later)) for later in self._stages[self._at + 1 :]]
         known = [part for part in parts if part is not None]
         seconds = sum(known) if len(known) == len(parts) else None
         self._show(Status(stage.name, done, stage.cells, seconds, self._things))
@@ -98,12 +98,12 @@ class Timetable:
 
 
 def _time(cells: int, pace: float | None) -> float | None:
-    """Return the seconds that cells take at a pace, None if it is not known; no cells take none."""
+    """Return the seconds for cells at a pace, None if it is not known; 0 for no cells."""
     return None if pace is None and cells > 0 else max(cells, 0) * (pace or 0.0)
 
 
 def duration(seconds: float) -> str:
-    """Return a time [s] for people: plans and progress use the same format."""
+    """Return a time [s] as text, in the format of plans and progress."""
     if seconds < 120.0:
         return f"{seconds:.1f} s" if seconds < 9.95 else f"{seconds:.0f} s"
     if seconds < 7200.0:

@@ -172,7 +172,7 @@ EDITS = [
     ("sweep/request/sources.py", "return np.linspace(", "return 1.0 * np.linspace(", ALL),
     ("sweep/request/sources.py", "return np.array(self.values)", "return np.array(sorted(self.values))", ALL),
     ("sweep/request/sources.py", '"A range must have count', '"The range must have count', []),
-    ("sweep/engine/grid.py", "np.full(cells.size, given)", "np.full(cells.size, 1.0 * given)", ALL),
+    ("sweep/engine/grid.py", "np.full(cells.size, source)", "np.full(cells.size, 1.0 * source)", ALL),
     ("sweep/engine/grid.py", "BLOCK_CELLS = 2**17", "BLOCK_CELLS = 2**16", []),
     ("sweep/model/description.py", "0.0 if isinstance(value, str)", "1.0 if isinstance(value, str)", ALL),
     ("sweep/engine/compute.py", "np.zeros((len(model.counts)", "np.ones((len(model.counts)", ALL),
