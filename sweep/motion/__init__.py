@@ -1,1 +1,1 @@
-"""Single motions in time, by the kernels or by SciPy, and linear theory for comparison."""
+"""Single motions in time, from the kernels or SciPy, and linear theory for comparison."""

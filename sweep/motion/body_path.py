@@ -1,4 +1,4 @@
-"""How one motion of a body of revolution is integrated, and how its errors are found: once more, with half the step."""
+"""Integration of one motion of a body of revolution, twice: a second time with half the step, for the stated errors."""
 
 import math
 from typing import Any
@@ -22,14 +22,14 @@ from sweep.request.words import AUTOMATIC
 _FLAT = Kernel("kernels.bodies.trajectory", "trajectory", seconds=3.0)
 _POLES = Kernel("kernels.bodies.poles.trajectory", "trajectory", seconds=3.0)
 
-#: All that `follow` calls.
+#: The kernels that `follow` calls.
 KERNELS = (_FLAT, _POLES)
 
-#: Step of the first integration times the fastest frequency of the state; each further one has half the step.
+#: Step of the first integration times the fastest frequency of the state; each later one has half the step.
 _RELATIVE_STEP = 0.01
 
-#: As in `sweep.motion.disk_path`: the angle [rad] between two samples, their largest number, how much later a motion
-#: may be found to end.
+#: As in `sweep.motion.disk_path`: the angle [rad] between two samples, the largest number of samples, and the factor by
+#: which another integration may end later.
 _TURN, _MOST_SAMPLES, _LATER = 0.2, 200_000, 1.1
 
 
@@ -40,7 +40,7 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
     ----------
     spec : MotionRequest
     start : array
-        That of `start_of`.
+        As from `start_of`.
 
     Raises
     ------
@@ -49,12 +49,12 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
     """
     check_edge(spec)
     times = spec.times
-    found, errors = _integrated(spec, start, times)
-    if spec.interval == AUTOMATIC and (closer := _closer(spec, times, found))[1] < times[1]:
-        again, refined = _integrated(spec, start, closer)
+    found, errors = _integrate(spec, start, times)
+    if spec.interval == AUTOMATIC and (closer := _closer_times(spec, times, found))[1] < times[1]:
+        again, refined = _integrate(spec, start, closer)
         if again.ending == found.ending:
             found, errors = again, refined
-    # the rates of the kernel have gone to scaled ones and back
+    # the kernel converts rates to scaled ones and back: the start is stored exactly as it was given
     found.samples[: len(STATE), 0] = start[: len(STATE)]
     values = _variables(spec, found.samples) | in_si(spec, errors, spec.mass)
     values["ending"] = np.array(found.ending, np.int8)
@@ -63,7 +63,7 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
 
 
 def check_edge(spec: MotionRequest) -> None:
-    """Refuse a body that begins on both of its edges.
+    """Refuse a disk with a rim that starts on both of its edges.
 
     Raises
     ------
@@ -73,24 +73,24 @@ def check_edge(spec: MotionRequest) -> None:
         raise NoMotionError(
             "This motion has ended before it starts: upright, a disk with a rim stands on both of its edges; got "
             "tilt=0.",
-            hint="Start with a tilt, as in tilt=5deg, or say body=rounded.",
+            hint="Start with a tilt, such as tilt=5deg, or write body=rounded.",
         )
 
 
-def _closer(spec: MotionRequest, times: Array, found: Found) -> Array:
-    """Return evenly spaced times, close enough for the fastest turn that samples show, and as many until an end."""
+def _closer_times(spec: MotionRequest, times: Array, found: Found) -> Array:
+    """Return evenly spaced times, close enough for the fastest rotation in the samples, and up to past an end."""
     turns = float(_turning(spec, found.samples).max()) * times[1]
     end = found.times[-1]
     count = max(times.size - 1, end / times[1] * turns / _TURN)
     count = math.ceil(min(count, _MOST_SAMPLES))
     if found.ending == HORIZON:
         return np.linspace(0.0, times[-1], count + 1)
-    # half an interval, so that no sample comes to lie at the end itself, which is one
+    # half an interval off, so that no sample coincides with the end, which is a sample of its own
     return np.asarray(end / (count - 0.5) * np.arange(math.ceil(_LATER * count) + 1))
 
 
 def _turning(spec: MotionRequest, samples: Array) -> Array:
-    """Return how fast the body turns, and the contact point goes round it [rad/s]."""
+    """Return the largest rate of the body's rotation and of the contact point's motion around it [rad/s]."""
     tilting, turning, rolling = samples[[TILT_RATE, PRECESSION_RATE, ROLL_RATE]]
     about = np.abs(rolling + turning * np.sin(samples[TILT]))
     across = np.hypot(tilting, turning * np.cos(samples[TILT]))
@@ -99,13 +99,13 @@ def _turning(spec: MotionRequest, samples: Array) -> Array:
     return np.asarray(np.maximum(np.maximum(about, across), np.maximum(np.abs(turning), np.abs(rolling))))
 
 
-def _integrated(spec: MotionRequest, start: Array, times: Array) -> tuple[Found, dict[str, Array]]:
-    """Return one start with a step that half of it hardly changes, and its errors: scaled, shape (m,) each."""
+def _integrate(spec: MotionRequest, start: Array, times: Array) -> tuple[Found, dict[str, Array]]:
+    """Integrate one start with a converged step; return it with its errors, scaled, shape (m,) each."""
     return settled(spec, lambda refinement: _once(spec, start, times, refinement))
 
 
 def _once(spec: MotionRequest, start: Array, times: Array, refinement: int) -> Found | None:
-    """Integrate one start with a step that is halved so many times; None if it was not resolved."""
+    """Integrate one start with a step halved `refinement` times; None if it was not resolved."""
     samples = np.empty((len(at.SAMPLES), times.size))
     step = 0.0 if isinstance(spec.step, str) else spec.step / 2**refinement
     kind = float(shapes.NAMES.index(spec.body))

@@ -1,4 +1,4 @@
-"""The motions of bodies of revolution without losses: words and variables (`sweep.motion.tables`)."""
+"""The kind of motions of bodies of revolution without losses: words and variables (`sweep.motion.tables`)."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,7 +18,7 @@ def _in_words(text: str) -> str:
 
 
 def of_a_body(row: Input) -> Input:
-    """Return a word of a motion of the disk as one of a body."""
+    """Return a word of the motions of the disk, reworded for a body."""
     return replace(row, long_name=row.long_name.replace("disk", "body"))
 
 
@@ -33,18 +33,18 @@ _INPUTS: Mapping[str, Input] = table(
 )
 
 _WORDS: Mapping[str, Word] = table(
-    Word("title", "what the motion is, in one line", ""),
+    Word("title", "title of the motion, in one line", ""),
     Word("method", "how the motion is integrated", "rk4", ("rk4",)),
     OPTIONS["body"],
     OPTIONS["filling"],
 )
 
-#: Stated error -> the unit, and what is known to it.
+#: Stated error -> its unit and its description.
 ERRORS: Mapping[str, tuple[str, str]] = {
-    "orientation_error": ("rad", "angle by which the body may be turned from where it is said to be"),
-    "path_error": ("m", "distance by which contact point and centre of mass may be off"),
-    "rate_error": ("rad s-1", "by which the angular velocity may be off"),
-    "force_error": ("N", "by which the contact force may be off"),
+    "orientation_error": ("rad", "stated error of the orientation, as an angle"),
+    "path_error": ("m", "stated error of contact point and centre of mass, as a distance"),
+    "rate_error": ("rad s-1", "stated error of the angular velocity"),
+    "force_error": ("N", "stated error of the contact force"),
 }
 
 _WHICH = {
@@ -54,47 +54,47 @@ _WHICH = {
     "normal_force": "force_error", "friction_across": "force_error", "friction_along": "force_error",
 }  # fmt: skip
 
-#: Variables with another meaning than for the disk.
+#: Descriptions of variables that differ from those of the disk.
 _DESCRIBED = {
-    "heading": "counted on from 0; beside a pole it turns by half a turn at once, and is known to orientation_error "
-    "over cos(tilt); where it passes a pole within that error, it may have turned the other way",
+    "heading": "continuous, from 0; next to a pole it jumps by half a turn, and its error is orientation_error over "
+    "cos(tilt); if the body passes a pole within that error, the heading may have turned the other way",
     "vertical_momentum_rate": "tilt_rate times (height of the centre of mass times the speed of the contact point "
     "along the track, minus radius of curvature times the speed of the centre of mass)",
 }
 
 
 def variable(row: Quantity) -> Quantity:
-    """Return a variable of a motion of the disk as one of a body, known to its stated error."""
+    """Return a variable of the motions of the disk, reworded for a body and with its stated error as tolerance."""
     within = row.tolerance
     if row.name in _WHICH:
         within = Tolerance(1e-9, 1e-9, "each value is within its stated error", _WHICH[row.name])
     symbol = "" if row.name == "vertical_momentum_rate" else row.symbol
-    described = _DESCRIBED.get(row.name, row.description)
+    description = _DESCRIBED.get(row.name, row.description)
     return replace(
         row,
         symbol=symbol,
         tolerance=within,
         long_name=_in_words(row.long_name),
-        description=_in_words(described),
+        description=_in_words(description),
     )
 
 
 def error_of(name: str, units: str, words: str) -> Quantity:
-    """Return a variable that states an error."""
-    told = "from how far two integrations with different steps have been apart until then"
-    return Quantity(name, "", units, words, ERROR_GAUGE, told, "f4")
+    """Return the variable of a stated error."""
+    origin = "from the largest difference so far of two integrations with different steps"
+    return Quantity(name, "", units, words, ERROR_GAUGE, origin, "f4")
 
 
 # fmt: off
 #: The variables of the file of one motion; all but the last two have the dimension elapsed_time.
 VARIABLES: Mapping[str, Quantity] = table(
     *(variable(row) for name, row in TRAJECTORY.items() if name not in ("ending", "fall_time")),
-    *(error_of(name, *told) for name, told in ERRORS.items()),
+    *(error_of(name, *row) for name, row in ERRORS.items()),
     Quantity("ending", "", "1", "how the motion ended", DECISION,
              "horizon: the duration was over; fell: the tilt reached fall_tilt; edge_change: the tilt reached 0, where "
-             "a disk with a rim comes down on its other edge",
+             "the other edge of a disk with a rim hits the plane",
              "i1", {HORIZON: "horizon", FELL: "fell", EDGE_CHANGE: "edge_change"}),
-    Quantity("end_time", "t_f", "s", "time until the motion came to its end", TRAJECTORY["tilt"].tolerance,
+    Quantity("end_time", "t_f", "s", "time until the motion ended", TRAJECTORY["tilt"].tolerance,
              "missing where the duration was over first: ending is horizon"),
 )
 # fmt: on
@@ -115,7 +115,7 @@ BODY_MOTION = MotionKind(
     path="sweep.motion.body_path",
     kernels="kernels.bodies.poles.trajectory",
     figure="sweep.figures.disk.motion_plots:figure",
-    # beside a pole the heading turns at once: only the motion itself knows what is close
+    # the heading jumps next to a pole, so differences of angles do not show whether samples are close enough
     turning=(),
     keywords="rolling body of revolution, torus, coin, nonholonomic dynamics, trajectory, contact forces",
     sample_size=250,

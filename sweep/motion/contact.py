@@ -1,4 +1,4 @@
-"""The contact of one motion with the plane: extremes of its forces, and when it would slip or lift off."""
+"""The contact forces of one motion: their extremes, and the times at which the disk would slip or lift off."""
 
 import math
 from collections.abc import Mapping
@@ -25,17 +25,18 @@ if TYPE_CHECKING:
 
 _STATE = ("tilt", "tilt_rate", "precession_rate", "roll_rate")
 
-#: Samples of each way from the start to its end, and how often the surroundings of an extreme are sampled anew.
+#: Number of samples in each direction from the start, and number of times that the surroundings of an extreme are
+#: sampled again.
 _SAMPLES, _CLOSER = 2000, 2
 
-#: Error of the forces of a motion in time, over their largest one: its energy is kept to 1e-11.
+#: Relative error of the forces of a motion in time, over the largest force: its energy is conserved to 1e-11.
 _ERROR = 1e-8
 
 
 def contact_in_time(
     spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]
 ) -> dict[str, tuple[float, float]]:
-    """Follow one cell in time and sample its contact forces.
+    """Return the extremes of the contact forces of one cell, from samples of its motion in time.
 
     Parameters
     ----------
@@ -43,38 +44,38 @@ def contact_in_time(
     start : mapping of str to float
         Every parameter of the cell, in SI.
     stored : mapping of str to float
-        Its measures in the atlas: the ending, and the times that belong to it.
+        Its measures in the atlas: the ending and its time.
 
     Returns
     -------
     dict of str to (value, error)
-        ``least_normal_force`` and ``friction_needed`` [1], NaN where the disk lifts off, and how far each may be off.
-        Empty where there is no motion, where it cannot be followed, and for an atlas without contact forces.
+        ``least_normal_force`` and ``friction_needed`` [1], NaN if the disk lifts off, with their errors. Empty if there
+        is no motion, if it cannot be computed, or if the atlas has no contact forces.
 
     Notes
     -----
-    The start is followed forward to where it turns, falls or runs out of time, and backward from the start if it
-    turned. Beyond a turn nothing new comes, but a maximum of the potential that the disk might miss.
+    The motion is computed forward until it turns, falls or runs out of time; if it turned, also backward from the
+    start. Past a turning point the motion only repeats itself, and might go wrong at a maximum of the potential.
     """
     if spec.contact != "yes" or stored["ending"] not in (BOUNDED, FELL, HORIZON):
         return {}
     time = _duration(spec, stored)
-    # a motion that began flat has nothing to follow
+    # a motion that began flat has no duration
     if not time > 0.0:
         return {}
     try:
         forward = _until_turn(simulate(_request(spec, start, time)))
         ways = [forward]
         if start["tilt_rate"] != 0.0 and _turned(forward):
-            # a motion that time ended has gone back through its start in what was left
+            # a cell that ran out of time has only the remaining time for the way back through its start
             rest = time if stored["ending"] != HORIZON else time - 2.0 * _turning_time(forward)
             back = {**start, **{name: -start[name] for name in _STATE[1:]}}
             if rest > 0.0:
                 ways.append(_until_turn(simulate(_request(spec, back, rest))))
-        found = [_extremes(spec, start, way, _CLOSER) for way in ways]
+        extremes = [_extremes(spec, start, way, _CLOSER) for way in ways]
     except RequestError:
         return {}
-    normal, needed = min(least for least, _ in found), max(most for _, most in found)
+    normal, needed = min(least for least, _ in extremes), max(most for _, most in extremes)
     weight = start["gravity"]
     error = _ERROR * max(1.0, max(float(np.abs(way["normal_force"]).max()) for way in ways) / weight)
     if not normal > 0.0:
@@ -85,7 +86,7 @@ def contact_in_time(
 
 
 def _duration(spec: SweepSpec, stored: Mapping[str, float]) -> float:
-    """Return a time [s] in which the motion has gone through its tilts on either side of its start."""
+    """Return a time [s] in which the motion passes all its tilts on one side of its start."""
     if stored["ending"] == BOUNDED:
         return 0.51 * stored["nutation_period"]
     return 1.01 * stored["fall_time"] if stored["ending"] == FELL else float(spec.duration)
@@ -104,7 +105,7 @@ def _turned(motion: "xr.Dataset") -> bool:
 
 
 def _turning_time(motion: "xr.Dataset") -> float:
-    """Return when [s] a motion turns, between its last two samples."""
+    """Return the time [s] of the turning point between the last two samples of a motion."""
     times, rates = motion["elapsed_time"].values, motion["tilt_rate"].values
     share = rates[-2] / (rates[-2] - rates[-1])
     return float(times[-2] + share * (times[-1] - times[-2]))
@@ -123,7 +124,7 @@ def _until_turn(motion: "xr.Dataset") -> "xr.Dataset":
 def _extremes(
     spec: SweepSpec, start: Mapping[str, float], motion: "xr.Dataset", closer: int
 ) -> tuple[float, float]:
-    """Return the least normal force over the weight and the largest coefficient, sampled ever closer about both."""
+    """Return the least normal force over the weight and the largest coefficient, with closer samples around both."""
     normal, needed = motion["normal_force"].values, motion["friction_needed"].values
     least = float(normal.min()) / start["gravity"]
     most = float(np.nanmax(needed)) if np.isfinite(needed).any() else 0.0
@@ -142,16 +143,16 @@ def _extremes(
     return least, most
 
 
-#: Samples between two samples of the motion when a moment is sought between them.
+#: Number of new samples between two samples, to find a time between them.
 _BETWEEN = 400
 
 
 @dataclass(frozen=True)
 class RollingLimit:
-    """Where a motion stops being one of a real disk; what has no such moment is None.
+    """The times [s] at which a real disk would stop rolling; None if it would not.
 
-    `slips` is the time [s] from which rolling needs more than the friction coefficient, `lifts_off` the one from which
-    the plane would have to pull. `needed` is the largest friction coefficient that is needed before the disk lifts off.
+    From `slips` on, rolling needs more than the friction coefficient; from `lifts_off` on, the plane would have to
+    pull. `needed` is the largest friction coefficient needed before the disk lifts off.
     """
 
     slips: float | None
@@ -160,12 +161,12 @@ class RollingLimit:
 
     @property
     def time(self) -> float:
-        """The first moment [s] at which rolling is impossible; infinite if there is none."""
-        return min((each for each in (self.slips, self.lifts_off) if each is not None), default=math.inf)
+        """The first time [s] at which rolling is impossible; infinite if there is none."""
+        return min((time for time in (self.slips, self.lifts_off) if time is not None), default=math.inf)
 
     @staticmethod
     def when(moment: float, start: float, digits: int = 4) -> str:
-        """Return a moment [s] in words, of a motion that starts at `start`."""
+        """Return a time [s] in words, for a motion that starts at `start`."""
         return f"at {moment:.{digits}g} s" if moment > start else "from the start"
 
     def words(self, start: float, friction: float) -> str:
@@ -174,7 +175,7 @@ class RollingLimit:
         Parameters
         ----------
         start : float
-            The first moment of the motion [s].
+            The first time of the motion [s].
         friction : float
             Friction coefficient of disk and plane.
         """
@@ -188,12 +189,12 @@ class RollingLimit:
 
 
 def rolling_limit(dataset: "xr.Dataset") -> RollingLimit:
-    """Find when a motion needs more friction than there is, and when the normal force vanishes.
+    """Return the times from which a motion needs more friction than there is, and the normal force vanishes.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        A motion, or a stretch of it in time, with samples as far apart as they like.
+        A motion, or a part of it in time, with samples at any distance.
 
     Returns
     -------
@@ -202,12 +203,12 @@ def rolling_limit(dataset: "xr.Dataset") -> RollingLimit:
     Raises
     ------
     RequestError
-        If it is no motion.
+        If the dataset is not a motion.
 
     Notes
     -----
-    The moments are sought among close samples, and then between two of them in a motion that begins at the first. A
-    motion with losses ends where the disk slips or lifts off: all of it is possible.
+    The times are found among close samples, and then between two of these, in a motion that begins at the first one. A
+    motion with losses ends when the disk slips or lifts off, so all of it is possible.
     """
     motion = closely_sampled(dataset)
     needed = motion["friction_needed"].values
@@ -217,7 +218,7 @@ def rolling_limit(dataset: "xr.Dataset") -> RollingLimit:
     lifted = motion["contact"].values == LIFTS
     slips = _moment(motion, lifted | (needed > friction), friction)
     lifts_off = _moment(motion, lifted, math.inf)
-    # a disk that lifts off at once has needed nothing before
+    # a disk that lifts off at the start needs no friction before
     return RollingLimit(
         None if slips == lifts_off else slips,
         lifts_off,
@@ -226,7 +227,7 @@ def rolling_limit(dataset: "xr.Dataset") -> RollingLimit:
 
 
 def _moment(motion: "xr.Dataset", beyond: Truths, friction: float) -> float | None:
-    """Return the time [s] at which a motion first goes beyond a limit, which `beyond` says of each sample."""
+    """Return the time [s] at which a motion first exceeds a limit; `beyond` marks the samples that do."""
     if not beyond.any():
         return None
     times = motion[TIME.name].values
@@ -237,7 +238,7 @@ def _moment(motion: "xr.Dataset", beyond: Truths, friction: float) -> float | No
     try:
         near = _between(motion, at - 1, after - before)
     except RequestError:
-        # a stretch too short to be computed: the sample is the answer
+        # the interval is too short to compute: use the sample
         return after
     excess = _excess(near, friction)
     place = int((excess > 0.0).argmax())
@@ -251,7 +252,7 @@ def _moment(motion: "xr.Dataset", beyond: Truths, friction: float) -> float | No
 
 
 def _excess(motion: "xr.Dataset", friction: float) -> Array:
-    """Return what changes its sign from - to + where a motion goes beyond a limit: horizontal force less friction."""
+    """Return a quantity that becomes positive where a motion exceeds a limit: horizontal force minus friction."""
     normal = motion["normal_force"].values
     if math.isinf(friction):
         return np.asarray(-normal)
@@ -260,6 +261,6 @@ def _excess(motion: "xr.Dataset", friction: float) -> Array:
 
 
 def _between(motion: "xr.Dataset", at: int, time: float) -> "xr.Dataset":
-    """Return the motion from one of its samples on, for a time [s], with close samples."""
+    """Return the motion from one of its samples on, over a time [s], with close samples."""
     words = request_of(motion).words() | {name: float(motion[name][at]) for name in arrays.STATE}
     return simulate(TrajectorySpec.read(**words | {"duration": time, "interval": time / _BETWEEN}))

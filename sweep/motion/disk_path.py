@@ -1,4 +1,4 @@
-"""How one motion of the disk without losses is integrated: by the kernels, or by SciPy for comparison."""
+"""Integration of one motion of the disk without losses, by the kernels, or by SciPy for comparison."""
 
 import math
 from typing import Any
@@ -19,28 +19,28 @@ from sweep.request.words import AUTOMATIC
 _TRAJECTORY = Kernel(DISK_MOTION.kernels, "trajectory", seconds=2.0)
 _DERIVED = Kernel(DISK_MOTION.kernels, "derived", seconds=1.0)
 
-#: All that `follow` calls.
+#: The kernels that `follow` calls.
 KERNELS = (_TRAJECTORY, _DERIVED)
 
-#: Step times the fastest frequency of the state: the motions of docs/checked.md are then within 1e-9 of the exact ones.
+#: Step times the fastest frequency of the state: the errors of the motions in docs/report.md are then below 1e-9.
 _RELATIVE_STEP = 0.005
 
-#: Largest relative energy drift with an automatic step; beyond it, the motion is integrated again with half the step.
+#: Largest relative energy drift with an automatic step; above it, the motion is integrated again with half the step.
 _DRIFT = 1e-11
 _MOST_REFINEMENTS = 6
 
-#: Below this drift, half a step that does not lower it shows that it is made of rounding, which more steps make worse.
+#: Below this drift, if half the step does not reduce it, it consists of rounding errors, which grow with more steps.
 _ROUNDING = 1e-9
 
-#: With interval=auto: the angle [rad] by which tilt, heading and roll angle may change between two samples, so that a
-#: path drawn through the samples is within half a per cent of its radius; and the largest number of samples.
+#: With interval=auto: the largest change [rad] of tilt, heading and roll angle between two samples, so that a path
+#: drawn through the samples is right to half a per cent of its radius; and the largest number of samples.
 _TURN, _MOST_SAMPLES = 0.2, 200_000
 
-#: Samples are laid out for a fall this much later than it was first found: closer samples mean shorter steps, which
-#: find it at another moment if the step that was asked for is too long.
+#: Samples cover this multiple of the fall time: closer samples mean shorter steps, which find another fall time if the
+#: requested step is too long.
 _LATER = 1.1
 
-#: Relative and absolute error per step that DOP853 is asked for.
+#: Relative and absolute tolerance per step of DOP853.
 _RELATIVE, _ABSOLUTE = 1e-12, 1e-15
 
 
@@ -51,7 +51,7 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
     ----------
     spec : MotionRequest
     start : array
-        That of `start_of`.
+        As from `start_of`.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
     times = spec.times
     integrate = _by_rk4 if spec.method == "rk4" else _by_dop853
     samples, fall_time = integrate(spec, start, times)
-    if spec.interval == AUTOMATIC and (closer := _closer(times, samples, fall_time))[1] < times[1]:
+    if spec.interval == AUTOMATIC and (closer := _closer_times(times, samples, fall_time))[1] < times[1]:
         again, fell_at = integrate(spec, start, closer)
         if fall_time is None or fell_at is not None:
             times, samples, fall_time = closer, again, fell_at
@@ -74,8 +74,8 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
     return times, values
 
 
-def _closer(times: Array, samples: Array, fall_time: float | None) -> Array:
-    """Return evenly spaced times, close enough for the fastest turn that samples show, and as many until a fall."""
+def _closer_times(times: Array, samples: Array, fall_time: float | None) -> Array:
+    """Return evenly spaced times, close enough for the fastest rotation in the samples, and up to past a fall."""
     turning = samples[[arrays.TILT, motion_arrays.HEADING, motion_arrays.ROLL_ANGLE]]
     turns = np.abs(np.diff(turning)).max(initial=0.0)
     last = times[-1] if fall_time is None else fall_time
@@ -83,15 +83,15 @@ def _closer(times: Array, samples: Array, fall_time: float | None) -> Array:
     count = math.ceil(min(count, _MOST_SAMPLES))
     if fall_time is None:
         return np.linspace(0.0, times[-1], count + 1)
-    # half an interval, so that no sample comes to lie at the fall itself, which is one
+    # half an interval off, so that no sample coincides with the fall, which is a sample of its own
     return np.asarray(last / (count - 0.5) * np.arange(math.ceil(_LATER * count) + 1))
 
 
 def _by_rk4(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, float | None]:
-    """Integrate one start by the kernels, with a step that keeps the energy.
+    """Integrate one start with the kernels, with a step that conserves the energy.
 
-    Returns the samples, shape (9, m), rows as in `motion_arrays.SAMPLES`, and the fall time [s], that of the
-    last sample, or None if the disk did not fall.
+    Returns the samples, shape (9, m), rows as in `motion_arrays.SAMPLES`, and the fall time [s] of the last sample, or
+    None if the disk did not fall.
     """
     samples = np.empty((len(motion_arrays.SAMPLES), times.size))
     step = 0.0 if isinstance(spec.step, str) else spec.step
@@ -100,7 +100,7 @@ def _by_rk4(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, flo
         settings = np.array([step, _RELATIVE_STEP / 2**refinement, spec.fall_tilt])
         ending, filled, last, _ = _TRAJECTORY.load()(start, settings, times, samples)
         if ending == UNRESOLVED and last == times[filled - 1]:
-            # it took too many steps, and shorter ones are more
+            # it took too many steps; shorter steps would be even more
             break
         if ending == UNRESOLVED:
             continue
@@ -113,10 +113,10 @@ def _by_rk4(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, flo
 
 
 def _by_dop853(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, float | None]:
-    """Integrate one start by SciPy, as `_by_rk4` does: the independent method that RK4 is compared with.
+    """Integrate one start with SciPy, as an independent check of `_by_rk4`.
 
-    Shares nothing with the kernels: tilt and rates with their sines and cosines, the heading, the roll angle, the
-    contact point and the gain of vertical momentum, all integrated together from the textbook equations.
+    It shares no code with the kernels: tilt, rates, heading, roll angle, contact point and gain of vertical momentum
+    are integrated together from the textbook equations, with sines and cosines of the tilt.
     """
     from scipy.integrate import solve_ivp
 
@@ -139,7 +139,7 @@ def _by_dop853(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, 
     if problem is not None:
         raise RequestError(
             f"DOP853 could not resolve this motion: {problem}.",
-            hint="Give a shorter duration, slower rates, or a smaller fall_tilt; or method=rk4.",
+            hint="Give a shorter duration, slower rates, a smaller fall_tilt, or method=rk4.",
         )
     if not run.t_events[0].size:
         return run.y, None
@@ -148,7 +148,7 @@ def _by_dop853(spec: MotionRequest, start: Array, times: Array) -> tuple[Array, 
 
 
 def _slope(_: float, y: Array, alpha: float, radius: float, gravity: float) -> list[float]:
-    tilt, tilting, turning, rolling, heading = (float(each) for each in y[:5])
+    tilt, tilting, turning, rolling, heading = (float(value) for value in y[:5])
     sin, cos = math.sin(tilt), math.cos(tilt)
     push = 2.0 * gravity * sin + 2.0 * (1.0 + alpha) * radius * rolling * turning * cos
     push += (2.0 + alpha) * radius * turning**2 * sin * cos

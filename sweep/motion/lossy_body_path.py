@@ -1,4 +1,4 @@
-"""How one motion of a body with losses is integrated and sampled, as that of the disk, and its stated errors."""
+"""Integration and sampling of one motion of a body with losses, as for the disk, plus its stated errors."""
 
 import math
 from typing import Any
@@ -19,7 +19,7 @@ from sweep.motion.stated_errors import Found, in_si, settled
 
 _TRAJECTORY = Kernel(LOSSY_BODY_MOTION.kernels, "trajectory", seconds=12.0)
 
-#: All that `follow` calls.
+#: The kernels that `follow` calls.
 KERNELS = (_TRAJECTORY,)
 
 
@@ -34,9 +34,9 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
     check_edge(spec)
     found = sampled(spec, start, _TRAJECTORY)
     if found.end == 0.0:
-        # at rest nothing is integrated
-        none = dict.fromkeys(ERRORS, np.zeros(found.times.size, np.float32))
-        return found.times, variables(spec, start, found) | none
+        # a body at rest needs no integration
+        zeros = dict.fromkeys(ERRORS, np.zeros(found.times.size, np.float32))
+        return found.times, variables(spec, start, found) | zeros
     found, errors = _with_errors(spec, start, found)
     return found.times, variables(spec, start, found) | errors
 
@@ -44,7 +44,7 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
 def _with_errors(
     spec: MotionRequest, start: Array, rough: Sampled
 ) -> tuple[Sampled, dict[str, npt.NDArray[Any]]]:
-    """Return a motion at the same times with shorter steps, and what two such steps differ by."""
+    """Return a motion at the same times with shorter steps, and its errors from two steps."""
     times = later(rough.times, rough.ending)
 
     def again(refinement: int) -> Found | None:

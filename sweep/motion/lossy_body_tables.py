@@ -1,4 +1,4 @@
-"""The motions of bodies of revolution with losses: words and variables (`sweep.motion.tables`)."""
+"""The kind of motions of bodies of revolution with losses: words and variables (`sweep.motion.tables`)."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -22,10 +22,10 @@ _WORDS: Mapping[str, Word] = table(
     *(lossy.OPTIONS[name] for name in ("body", "filling", "air_law")),
 )
 
-#: Stated error -> the unit, and what is known to it.
+#: Stated error -> its unit and its description.
 ERRORS: Mapping[str, tuple[str, str]] = {
     **body_tables.ERRORS,
-    "energy_error": ("J", "by which the energy, and what each law has taken, may be off"),
+    "energy_error": ("J", "stated error of the energy and of each loss"),
 }
 
 _ENERGIES = (*LAWS, "energy")
@@ -48,8 +48,8 @@ def _variable(row: Quantity) -> Quantity:
 def _ending(row: Quantity) -> Quantity:
     return replace(
         row,
-        description=f"{row.description}; edge_change: the tilt reached 0, where a disk with a rim comes down on its "
-        "other edge",
+        description=f"{row.description}; edge_change: the tilt reached 0, where the other edge of a disk with a rim "
+        "hits the plane",
         flags={**(row.flags or {}), EDGE_CHANGE: "edge_change"},
     )
 
@@ -57,7 +57,7 @@ def _ending(row: Quantity) -> Quantity:
 #: The variables of the file of one motion; all but the last two have the dimension elapsed_time.
 VARIABLES: Mapping[str, Quantity] = table(
     *(_variable(row) for name, row in LOSSY_TRAJECTORY.items() if name not in ("ending", "end_time")),
-    *(error_of(name, *told) for name, told in ERRORS.items()),
+    *(error_of(name, *row) for name, row in ERRORS.items()),
     _ending(LOSSY_TRAJECTORY["ending"]),
     LOSSY_TRAJECTORY["end_time"],
 )
@@ -72,7 +72,7 @@ LOSSY_BODY_MOTION = replace(
     endings={**LOSSY_MOTION.endings, "edge change": body_tables.BODY_MOTION.endings["edge change"]},
     headline="Motion of a body of revolution that loses energy",
     summary="One motion of a body of revolution that rolls without slipping on a horizontal plane and loses energy to "
-    "friction and air: tilt and rates, path of contact point and centre of mass, energy and what each law of loss has "
+    "friction and air: tilt and rates, path of contact point and centre of mass, energy, the energy that each law has "
     "taken, and contact forces, with stated errors.",
     path="sweep.motion.lossy_body_path",
     kernels="kernels.lossy_bodies.trajectory",

@@ -1,6 +1,6 @@
-"""How one motion with losses is integrated, and when it is sampled: ever closer towards its end.
+"""Integration of one motion with losses, with samples that get closer towards its end.
 
-That of the disk, and of other bodies except for their stated errors (`sweep.motion.lossy_body_path`).
+For the disk, and for other bodies except their stated errors (`sweep.motion.lossy_body_path`).
 """
 
 import math
@@ -24,26 +24,27 @@ from sweep.request.words import AUTOMATIC
 
 _TRAJECTORY = Kernel(LOSSY_MOTION.kernels, "trajectory", seconds=3.0)
 
-#: All that `follow` calls.
+#: The kernels that `follow` calls.
 KERNELS = (_TRAJECTORY,)
 
-#: Largest imbalance of the energy over m g R with an automatic step; beyond it, the motion is integrated again with
-#: half the step, which is a sixteenth of the imbalance.
+#: Largest imbalance of the energy over m g R with an automatic step; above it, the motion is integrated again with half
+#: the step, which divides the imbalance by sixteen.
 _IMBALANCE = 1e-9
 _RELATIVE_STEP, _MOST_REFINEMENTS = 0.1, 6
 
-#: With interval=auto: the angle [rad] by which tilt, heading and roll angle should change between two samples, the
-#: least and the largest number of samples. With what `_ENOUGH` allows no angle is over 0.2, and there are 1000 samples.
+#: With interval=auto: the wanted change [rad] of tilt, heading and roll angle between two samples, and the least and
+#: the largest number of samples. Within the excess that `_ENOUGH` allows, no change is over 0.2, and there are 1000.
 _TURN, _LEAST_SAMPLES, _MOST_SAMPLES = 0.18, 1150, 200_000
 
-#: Samples for each factor e by which the time that is left of a motion shrinks, down to this share of its length.
+#: Number of samples while the remaining time shrinks by a factor e, and the smallest remaining time, over the length of
+#: the motion, for which this holds.
 _TOWARDS_END, _NEAREST = 60.0, 1e-5
 
-#: Integrations of which each takes the turns between its samples from the one before, and how many samples too few it
-#: may have in a gap to be the last.
+#: Most integrations with closer samples, each laid out from the turns in the one before; they stop when the wanted
+#: number of samples in each gap is at most this.
 _PASSES, _ENOUGH = 5, 1.1
 
-#: Samples are laid out for an end this much later than it was found: a shorter step finds it at another moment.
+#: Samples cover this multiple of the end time: a shorter step finds another end time.
 _LATER = 1.001
 
 
@@ -61,7 +62,7 @@ class Sampled:
     end : float
         Time of the ending [s]; NaN if it is the duration.
     refinement : int
-        How often the step was halved.
+        Number of times that the step was halved.
     """
 
     times: Array
@@ -78,7 +79,7 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
     ----------
     spec : MotionRequest
     start : array
-        That of `start_of`.
+        As from `start_of`.
 
     Raises
     ------
@@ -90,29 +91,29 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
 
 
 def sampled(spec: MotionRequest, start: Array, kernel: Kernel) -> Sampled:
-    """Return the samples of one start by a kernel, close enough to be drawn through; raises as `follow`."""
-    found = _integrated(spec, start, spec.times, kernel)
+    """Integrate one start with a kernel, with samples close enough to draw a curve through; raises as `follow`."""
+    found = _integrate(spec, start, spec.times, kernel)
     if found.times[-1] == 0.0:
-        _check_goes_on(spec, found.ending)
-        # what friction holds from its start is seen to stand
+        _check_at_rest(spec, found.ending)
+        # a disk that friction holds from its start is shown at rest for the duration
         still = np.repeat(found.samples[:, :1], spec.times.size, axis=1)
         return Sampled(spec.times, still, REST, 0.0, found.refinement)
     for _ in range(_PASSES if spec.interval == AUTOMATIC else 0):
-        wanted = _wanted(found)
+        wanted = _wanted_samples(found)
         if wanted.max(initial=0.0) <= _ENOUGH:
             break
-        found = _integrated(spec, start, _closer(found, wanted), kernel)
-    # where dry friction lets go the kernels start the motion a little beyond its start
+        found = _integrate(spec, start, _closer_times(found, wanted), kernel)
+    # if dry friction lets go at the start, the kernels begin slightly past it
     found.samples[: len(STATE), 0] = start[: len(STATE)]
     return found
 
 
-def _check_goes_on(spec: MotionRequest, ending: int) -> None:
+def _check_at_rest(spec: MotionRequest, ending: int) -> None:
     """Refuse a motion that ends where it begins, unless it is at rest."""
     if ending != REST:
-        what = "slips" if ending == SLIP else "lifts off"
+        event = "slips" if ending == SLIP else "lifts off"
         raise NoMotionError(
-            f"This motion ends where it begins: the {spec.kind.called} {what}, and the model with losses ends there.",
+            f"This motion ends where it begins: the {spec.kind.called} {event}, and the model with losses ends there.",
             hint="Give a larger friction coefficient, or leave it out."
             if ending == SLIP
             else "Give slower rates.",
@@ -122,7 +123,7 @@ def _check_goes_on(spec: MotionRequest, ending: int) -> None:
 def once(
     spec: MotionRequest, start: Array, times: Array, kernel: Kernel, refinement: int
 ) -> tuple[int, Array, Array]:
-    """Integrate one start with a step that is halved so often; return ending, times and samples."""
+    """Integrate one start with a step halved `refinement` times; return ending, times and samples."""
     samples = np.empty((len(arrays.SAMPLES), times.size))
     step = 0.0 if isinstance(spec.step, str) else spec.step / 2**refinement
     law: int = spec.kind.words["air_law"].choices.index(spec.air_law)
@@ -133,8 +134,8 @@ def once(
     return int(ending), np.append(times[: filled - 1], last), samples[:, :filled]
 
 
-def _integrated(spec: MotionRequest, start: Array, times: Array, kernel: Kernel) -> Sampled:
-    """Return one start with a step that keeps the balance of the energy."""
+def _integrate(spec: MotionRequest, start: Array, times: Array, kernel: Kernel) -> Sampled:
+    """Integrate one start with a step that balances the energy."""
     for refinement in range(_MOST_REFINEMENTS + 1):
         ending, moments, samples = once(spec, start, times, kernel, refinement)
         if ending == UNRESOLVED:
@@ -146,13 +147,13 @@ def _integrated(spec: MotionRequest, start: Array, times: Array, kernel: Kernel)
     raise unresolved(spec, float(moments[-1]))
 
 
-def _wanted(found: Sampled) -> Array:
-    """Return how many samples there should be in the place of each gap between two, by what turns in it."""
+def _wanted_samples(found: Sampled) -> Array:
+    """Return the wanted number of samples in each gap between two samples, from the changes of angles in it."""
     times, samples = found.times, found.samples
     length, gaps = times[-1], np.diff(times)
     angles = samples[[arrays.TILT, arrays.SAMPLE_HEADING, arrays.SAMPLE_ROLL_ANGLE]]
     turns, rates = np.abs(np.diff(angles)).max(axis=0), np.abs(samples[arrays.TILT_RATE])
-    # a swing of the tilt between two samples is not seen in their difference
+    # a swing of the tilt between two samples does not show in their difference
     turns = np.maximum(turns, np.maximum(rates[1:], rates[:-1]) * gaps)
     wanted = np.maximum(turns / _TURN, gaps / length * _LEAST_SAMPLES)
     if found.ending in (FLAT, REST):
@@ -161,20 +162,20 @@ def _wanted(found: Sampled) -> Array:
     return np.asarray(wanted)
 
 
-def _closer(found: Sampled, wanted: Array) -> Array:
-    """Return times with so many samples in each gap between those of the same motion, spread evenly over it."""
-    counted = np.concatenate([[0.0], np.cumsum(wanted)])
-    count = math.ceil(min(counted[-1], _MOST_SAMPLES))
-    times = np.interp(np.linspace(0.0, counted[-1], count + 1), counted, found.times)
+def _closer_times(found: Sampled, wanted: Array) -> Array:
+    """Return times with the wanted number of samples in each gap of a motion, evenly spaced within the gap."""
+    total = np.concatenate([[0.0], np.cumsum(wanted)])
+    count = math.ceil(min(total[-1], _MOST_SAMPLES))
+    times = np.interp(np.linspace(0.0, total[-1], count + 1), total, found.times)
     return later(times, found.ending)
 
 
 def later(times: Array, ending: int) -> Array:
-    """Return times of samples up to an end, the last of them behind it: another step finds it at another moment."""
-    behind = times.copy()
+    """Return times of samples with the last one moved past the end, because another step finds another end time."""
+    moved = times.copy()
     if ending != HORIZON:
-        behind[-1] *= _LATER
-    return behind
+        moved[-1] *= _LATER
+    return moved
 
 
 def _losses(samples: Array) -> dict[str, Array]:
@@ -187,20 +188,20 @@ def _imbalance(samples: Array) -> Array:
 
 
 def variables(spec: MotionRequest, start: Array, found: Sampled) -> dict[str, npt.NDArray[Any]]:
-    """Return the variables of the file, of the disk or of a body except for its stated errors."""
-    samples, given = found.samples, dict(zip(spec.kind.model.parameters, start.tolist(), strict=True))
+    """Return the variables of the file for the disk, or for a body without its stated errors."""
+    samples, parameters = found.samples, dict(zip(spec.kind.model.parameters, start.tolist(), strict=True))
     values = dict(zip(arrays.SAMPLES, samples, strict=True))
-    weight = given["mass"] * given["gravity"]
+    weight = parameters["mass"] * parameters["gravity"]
     normal, across, along = (values[name] for name in ("normal_force", "friction_across", "friction_along"))
     with np.errstate(divide="ignore", invalid="ignore"):
         needed = np.where(normal > 0.0, np.hypot(across, along) / normal, np.nan)
     held = values["held"].astype(np.int8)
-    # what holds tilt and roll holds the roll rate at the rim
+    # friction that holds tilt and roll also holds the roll rate at the rim
     held = np.where(held & HELD_TILT, held & ~HELD_ROLL, held).astype(np.int8)
     energies = {**_losses(samples), "energy": values["energy"]}
     return (
         values
-        | {name: weight * given["radius"] * each for name, each in energies.items()}
+        | {name: weight * parameters["radius"] * energy for name, energy in energies.items()}
         | {
             "inclination": 0.5 * math.pi - np.abs(values["tilt"]),
             "energy_imbalance": _imbalance(samples),

@@ -1,6 +1,6 @@
-"""The request for one motion: its start, its disk, and how long it is followed.
+"""The request for one motion: its start, its disk or system, and its duration.
 
-The words of a sweep, each with one number::
+It uses the words of a sweep, each with one number::
 
     TrajectorySpec.read(tilt="10deg", precession_rate=0.5, roll_rate="steady", duration="60s")
     TrajectorySpec.from_words(["tilt_rate=0.01", "roll_rate=3"])
@@ -31,18 +31,18 @@ from sweep.request.system_model import with_system
 from sweep.request.values import at_word, read_number, words_given
 from sweep.request.words import AUTOMATIC, MOST_STEPS, names, one_of, read_input, read_title, split_words
 
-#: A request for more bytes is taken for a mistake.
+#: Largest size of a motion in bytes: a request for more is refused as a mistake.
 _MOST_BYTES = 18 * 10**8
 
-#: Samples of a motion with interval=auto; a motion that turns fast gets more (`sweep.motion.trajectory`).
+#: Number of samples of a motion with interval=auto; a fast motion gets more (`sweep.motion.trajectory`).
 _SAMPLES = 1000
 
 
 class MotionRequest:
-    """One start and how it is integrated, everything in SI. Make one with `read` or `from_words`.
+    """One start and the settings of its integration, everything in SI. Make one with `read` or `from_words`.
 
     The fields of a request are the words of ``eulerdisk simulate`` (docs/motions.md), in the order of the tables of its
-    `kind`. A rate may be one of the words that the model has for it; `step` and `interval` may be ``"auto"``.
+    `kind`. A rate may be a word that the model allows for it; `step` and `interval` may be ``"auto"``.
     """
 
     kind: ClassVar[MotionKind]
@@ -50,33 +50,32 @@ class MotionRequest:
     if TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            """Return a field: they are made from tables, which mypy does not follow."""
+            """Return a field: fields come from tables, which mypy does not understand."""
 
     @classmethod
     def read(cls, **words: Any) -> "MotionRequest":
         """Return the request of these words: text with units, or numbers in SI.
 
-        Instead of a rate it may be given scaled, or as a speed, as in a sweep (docs/words.md). The words say of which
-        model it is: any of those of losses asks for the disk with losses; ``system`` is the text of a system, and
-        ``model`` may be one, as in a sweep.
+        A rate may also be given scaled, or as a speed, as in a sweep (docs/words.md). The words determine the model:
+        any word of losses chooses the disk with losses; ``system`` is the text of a system, and ``model`` may be a
+        system, as in a sweep.
 
         Raises
         ------
         RequestError
-            If a word is not known, a value is not possible, or values do not go together.
+            If a word is not known, a value is not possible, or values do not fit together.
         """
-        made = request_class(words)
-        kind = made.kind
+        request_type = request_class(words)
+        kind = request_type.kind
         check_body_named(kind.model, without_thin_body(words))
         words = {
             name: raw for name, raw in without_thin_body(words).items() if name not in ("model", "system")
         }
         check_names(words, kind)
         _check_kind(words, kind)
-        given: dict[str, Any] = {row.name: row.default for row in kind.rows}
-        given |= resolved(words, kind.model, read=read_number)
-        values = {name: _read_word(kind, name, raw) for name, raw in given.items()}
-        spec = made(**values)
+        raw_values: dict[str, Any] = {row.name: row.default for row in kind.rows}
+        raw_values |= resolved(words, kind.model, read=read_number)
+        spec = request_type(**{name: _read_word(kind, name, raw) for name, raw in raw_values.items()})
         _check_start(spec, words)
         _check_counts(spec, words)
         return spec
@@ -88,17 +87,17 @@ class MotionRequest:
 
     @property
     def times(self) -> Array:
-        """Times of the samples [s], shape (n,): evenly from 0 to the duration; with interval=auto the first guess."""
+        """Times of the samples [s], shape (n,), evenly spaced from 0 to the duration; with interval=auto a guess."""
         if isinstance(self.interval, str):
             return np.linspace(0.0, self.duration, _SAMPLES + 1)
-        # a whole number of them: 10 s at 0.01 s are 1000 in spite of the rounding of 0.01
+        # 10 s at 0.01 s are 1000 intervals despite the rounding of 0.01
         count = max(1, math.ceil(self.duration / self.interval * (1.0 - 1e-9)))
         return np.linspace(0.0, self.duration, count + 1)
 
     def words(self) -> dict[str, Any]:
         """Return every word with its value."""
-        found: dict[str, Any] = asdict(self)  # type: ignore[call-overload]  # every kind is a dataclass
-        return found | ({"system": self.kind.model.text} if self.kind.model.text else {})
+        words: dict[str, Any] = asdict(self)  # type: ignore[call-overload]  # every kind is a dataclass
+        return words | ({"system": self.kind.model.text} if self.kind.model.text else {})
 
     def canonical(self) -> str:
         """Return the request as ASCII JSON with sorted keys, numbers in SI, the same text for equal requests."""
@@ -112,13 +111,13 @@ def _field(row: Input | Word) -> tuple[str, object]:
 
 
 def _fields(kind: MotionKind) -> Any:
-    """Return a dataclass with a field for each row: a parameter that a model gets is a word of its motions too."""
+    """Return a dataclass with a field for each row, so that a new parameter of a model is a word of its motions too."""
     return make_dataclass("_Fields", map(_field, kind.rows), frozen=True, kw_only=True)
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrajectorySpec(_fields(DISK_MOTION), MotionRequest):  # type: ignore[misc]  # see `_fields`
-    """The request for a motion of the disk without losses, or by `read` for any motion.
+    """The request for a motion of the disk without losses; `read` returns requests for all motions.
 
     `roll_rate` may be ``"steady"``, or `precession_rate` ``"steady-slow"`` or ``"steady-fast"``.
     """
@@ -127,25 +126,27 @@ class TrajectorySpec(_fields(DISK_MOTION), MotionRequest):  # type: ignore[misc]
 
 
 @dataclass(frozen=True, kw_only=True)
-class LossyTrajectorySpec(_fields(LOSSY_MOTION), MotionRequest):  # type: ignore[misc]  # likewise
+class LossyTrajectorySpec(_fields(LOSSY_MOTION), MotionRequest):  # type: ignore[misc]  # see `_fields`
     """The request for a motion of the disk with losses; see `MotionRequest`."""
 
     kind = LOSSY_MOTION
 
 
-#: Words of a sweep only, for suggestions.
+#: All words of the motions of disks and bodies.
 _NAMES = tuple(
     dict.fromkeys((*DISK_MOTION.names, *LOSSY_MOTION.names, *BODY_MOTION.names, *LOSSY_BODY_MOTION.names))
 )
+
+#: Words that only a sweep has -> what to say about them.
 _ELSEWHERE = {
     name: "it is a word of eulerdisk run" for name in (*names(DISK), *names(BODIES)) if name not in _NAMES
 } | {
-    "model": "a system stands in front, as in eulerdisk simulate mine.py; else simulate follows the disk, or its body"
+    "model": "name the file of a system first, as in eulerdisk simulate mine.py; other words choose disk or body"
 }
 
 
 def request_class(words: Mapping[str, Any]) -> type[MotionRequest]:
-    """Return the kind of request that words make: a model, a system or a body among them says it, or a word of losses.
+    """Return the type of request that words make: a model, a system, a body or a loss among them decides.
 
     Raises
     ------
@@ -158,32 +159,33 @@ def request_class(words: Mapping[str, Any]) -> type[MotionRequest]:
 
 
 def motions_of(model: Model | str) -> MotionKind:
-    """Return the kind of motions of a model, which may be given by its name; refuse one that has none.
+    """Return the kind of motions of a model, or of a model with a name.
 
     Raises
     ------
     RequestError
+        If the model has no motions.
     """
     found = registry.named(model) if isinstance(model, str) else model
     if found.motion:
         return kind_of_model(found)
-    known = [each.name for each in registry.every() if each.motion]
+    known = [other.name for other in registry.every() if other.motion]
     raise RequestError(
-        f"A single motion is one of the model {' or '.join(known)}, or of a system; got the model {found.name}.",
-        hint="Name another preset, or give an atlas of another model.",
+        f"Only the models {', '.join(known)} and systems have single motions; got the model {found.name}.",
+        hint="Name another preset, or an atlas of another model.",
     )
 
 
 @lru_cache(maxsize=64)
 def _class_of(model: Model) -> type[MotionRequest]:
     kind = kind_of_model(model)
-    for each in (TrajectorySpec, LossyTrajectorySpec):
-        if each.kind is kind:
-            return each
-    found: type[MotionRequest] = dataclass(frozen=True, kw_only=True)(
+    for request_type in (TrajectorySpec, LossyTrajectorySpec):
+        if request_type.kind is kind:
+            return request_type
+    new_type: type[MotionRequest] = dataclass(frozen=True, kw_only=True)(
         type("MotionSpec", (_fields(kind), MotionRequest), {"kind": kind, "__module__": __name__})
     )
-    return found
+    return new_type
 
 
 def split_motion_words(words: Sequence[str]) -> dict[str, str]:
@@ -198,12 +200,12 @@ def split_motion_words(words: Sequence[str]) -> dict[str, str]:
 
 
 def known_names() -> tuple[str, ...]:
-    """Return all words of a request for a motion of a disk, with or without losses, or of another body."""
+    """Return all words of a request for a motion of a disk or another body, with or without losses."""
     return _NAMES
 
 
 def check_names(words: Iterable[str], kind: MotionKind) -> None:
-    """Refuse a name that is no word of a request for one motion of a kind; what rolls may become another body.
+    """Refuse a name that is not a word of a request for one motion; words of other bodies are allowed.
 
     Raises
     ------
@@ -218,7 +220,7 @@ def check_names(words: Iterable[str], kind: MotionKind) -> None:
 
 
 def _check_kind(words: Iterable[str], kind: MotionKind) -> None:
-    """Refuse a word of another kind of motion: only the tilt at which a disk has fallen has two names."""
+    """Refuse a word of another kind of motion: for a disk, only the tilt at which it has fallen has two names."""
     for name in words:
         if name in kind.names:
             continue
@@ -226,7 +228,7 @@ def _check_kind(words: Iterable[str], kind: MotionKind) -> None:
             unknown_word(name, kind.names, kind.model, {})
         which = "with losses is flat at" if kind is LOSSY_MOTION else "without losses has fallen at"
         raise RequestError(
-            f"{name} is no word of this motion: the disk {which} {kind.largest_tilt}.",
+            f"{name} is not a word of this motion: the disk {which} {kind.largest_tilt}.",
             hint=f"Write {kind.largest_tilt} instead of {name}, or leave it out.",
             where=name,
         )
@@ -243,11 +245,11 @@ def _read_word(kind: MotionKind, name: str, raw: object) -> float | str:
 
 
 def _check_start(spec: MotionRequest, words: Mapping[str, Any]) -> None:
-    """Refuse a disk that has fallen already, and a start that its model does not take; `words` are as given."""
+    """Refuse a disk that has already fallen, and a start that its model refuses; messages quote `words`."""
     name = spec.kind.largest_tilt
     if name and not spec.kind.rolls_on(spec) and abs(spec.tilt) >= getattr(spec, name):
         raise RequestError(
-            f"This {spec.kind.called} has fallen before it starts: |tilt| must be below {name}; got "
+            f"This {spec.kind.called} has already fallen at its start: |tilt| must be below {name}; got "
             f"{_given(spec, words, 'tilt', name)}.",
             hint=f"Start with a smaller tilt, or give a larger {name}.",
             where="tilt",
@@ -255,13 +257,13 @@ def _check_start(spec: MotionRequest, words: Mapping[str, Any]) -> None:
     try:
         spec.kind.model.check(spec.words())
     except RequestError as error:
-        said = at_word(error, words, spec.words())
+        with_words = at_word(error, words, spec.words())
         if error.where not in ("precession_rate", "roll_rate"):
-            raise said from None
-        # a hint of the model may be a range, and a motion takes one number
+            raise with_words from None
+        # a hint of the model may be a range, but a motion needs one number
         number = "Give a precession_rate, as in precession_rate=0.5, or a number for roll_rate."
         hint = number if ":" in error.hint else error.hint
-        raise RequestError(said.message, hint=hint, where=said.where) from None
+        raise RequestError(with_words.message, hint=hint, where=with_words.where) from None
 
 
 def _check_counts(spec: MotionRequest, words: Mapping[str, Any]) -> None:
@@ -277,7 +279,7 @@ def _check_counts(spec: MotionRequest, words: Mapping[str, Any]) -> None:
 
 
 def _given(spec: MotionRequest, words: Mapping[str, Any], *names: str) -> str:
-    """Return words of a request as they were given."""
+    """Return words of a request as the user wrote them."""
     return words_given([spec.kind.inputs[name] for name in names], words, spec.words())
 
 
@@ -287,10 +289,10 @@ def start_of(spec: MotionRequest) -> Array:
     Raises
     ------
     RequestError
-        If no rate keeps the tilt constant that should.
+        If no rate keeps the tilt constant, but the request asks for one.
     """
     model = spec.kind.model
-    # what completes starts takes arrays too: a number without dimensions is both
+    # a NumPy scalar works like the arrays that `Model.complete` expects
     given: dict[str, Any] = {
         name: value if isinstance(value := getattr(spec, name), str) else np.float64(value)
         for name in model.parameters

@@ -1,6 +1,6 @@
-"""Motions of a user's system: their words and variables, and how they are integrated, by the passes of a sweep.
+"""Motions of a user's system: their words and variables, and their integration by the passes of a sweep.
 
-A sample is what a sweep would find of a cell that is followed until then: so each has the stated errors of a cell.
+A sample has the values of a cell of a sweep whose duration ends at that time, so it has the stated errors of a cell.
 """
 
 from dataclasses import replace
@@ -22,14 +22,14 @@ from sweep.motion.request import MotionRequest
 from sweep.motion.tables import MOTION_INPUTS, TIME, MotionKind
 from sweep.request.words import AUTOMATIC
 
-#: No kernel belongs to all systems.
+#: Systems have no kernel in common.
 KERNELS: tuple[Kernel, ...] = ()
 
-#: With interval=auto: samples for each step of the last pass, and their largest number. A step at the tolerance of the
-#: default turns a circle by some 0.6 rad, so that samples are about 0.12 rad apart.
+#: With interval=auto: number of samples per step of the last pass, and the largest number of samples. With the default
+#: tolerance a step covers about 0.6 rad of a circle, so samples are about 0.12 rad apart.
 _IN_A_STEP, _MOST_SAMPLES = 5, 200_000
 
-#: Share of the steps of all passes that the last one makes: each takes 100^(1/12) times as many as the one before.
+#: Steps of the last pass over the steps of all passes: each takes 100^(1/12) times as many as the one before.
 _OF_LAST = 0.42
 
 
@@ -38,17 +38,17 @@ def motion_of_system(model: SystemModel) -> MotionKind:
     definition = model.definition
     time = replace(TIME, units=definition.time_units)
     interval = replace(MOTION_INPUTS["interval"], units=time.units)
-    endings = {each.name.replace("_", " "): each.name.replace("_", " ") for each in definition.ends}
+    endings = {event.name.replace("_", " "): event.name.replace("_", " ") for event in definition.ends}
     title = model.words.summary.partition(":")[0]
     return MotionKind(
         model=model,
         inputs=table(*model.parameters.values(), *model.settings.values(), interval),
         words=table(
-            Word("title", "what the motion is, in one line", ""),
+            Word("title", "title of the motion, in one line", ""),
             Word("method", "how the motion is integrated", "taylor", ("taylor",)),
         ),
         variables=_variables(definition, model),
-        fixed=tuple(each.name for each in definition.parameters),
+        fixed=tuple(parameter.name for parameter in definition.parameters),
         largest_tilt="",
         ending_time=tables.END_TIME,
         endings=endings,
@@ -58,10 +58,13 @@ def motion_of_system(model: SystemModel) -> MotionKind:
         kernels="kernels.system.path",
         figure="sweep.figures.system_motion:figure",
         peaks=(),
-        results=(*(each.name for each in definition.measures), *(["label"] if definition.labels else [])),
+        results=(
+            *(measure.name for measure in definition.measures),
+            *(["label"] if definition.labels else []),
+        ),
         turning=(),
         keywords="ordinary differential equations, trajectory",
-        # what the passes find, and what follows from it
+        # the output of the passes, and the variables derived from it
         sample_size=16 * len(model.measures),
         time=time,
         called="system",
@@ -69,8 +72,8 @@ def motion_of_system(model: SystemModel) -> MotionKind:
 
 
 def _variables(definition: Definition, model: SystemModel) -> dict[str, Quantity]:
-    states = [(each.name, each.units, each.name) for each in definition.states]
-    measures = [(each.name, each.units, f"{each.text} until then") for each in definition.measures]
+    states = [(state.name, state.units, state.name) for state in definition.states]
+    measures = [(measure.name, measure.units, f"{measure.text} so far") for measure in definition.measures]
     rows = []
     for name, units, words in (*states, *measures):
         within = Tolerance(0.0, 1e-9, "each value is within its stated error", tables.stated(name))
@@ -78,19 +81,19 @@ def _variables(definition: Definition, model: SystemModel) -> dict[str, Quantity
         error = f"stated error of {name.replace('_', ' ')}"
         rows.append(Quantity(tables.stated(name), "", units, error, ERROR_GAUGE, "", "f4"))
     if definition.conserved:
-        words = "largest relative change of what is conserved, since the start"
+        words = "largest relative change of a conserved quantity since the start"
         rows.append(Quantity("conserved_change", "", "1", words, ERROR_GAUGE, "", "f4"))
     if definition.labels:
         rows.append(model.variables["label"])
     end = model.variables[tables.END_TIME]
-    missing = f"missing where nothing ended it: ending is {tables.RUNNING}"
+    missing = f"missing if no event ended the motion: ending is {tables.RUNNING}"
     rows += [
         model.endings.quantity,
         replace(end, long_name="time of the ending", description=missing),
         model.variables[tables.stated(tables.END_TIME)],
         Quantity(
             "sensitive_from", "", end.units, "time from which the motion is too sensitive to its start to be known",
-            ERROR_GAUGE, "passes with different tolerances are apart from then on; missing where they stay together",
+            ERROR_GAUGE, "passes with different tolerances differ from then on; missing if they agree to the end",
         ),
     ]  # fmt: skip
     return dict(table(*rows))
@@ -103,34 +106,38 @@ def follow(spec: MotionRequest, start: Array) -> tuple[Array, dict[str, npt.NDAr
     ----------
     spec : MotionRequest
     start : array
-        That of `start_of`.
+        As from `start_of`.
 
     Raises
     ------
     RequestError
-        If the motion has ended before it starts, or cannot be followed.
+        If the motion has ended before it starts, or cannot be computed to its end.
     """
     times = spec.times
-    measured = _followed(spec, start, times)
-    _check_goes_on(spec, measured)
+    measured = _integrate(spec, start, times)
+    _check_resolved(spec, measured)
     if spec.interval == AUTOMATIC:
         last = _end(measured)
-        # at the end itself is the last column, which stands at the duration
+        # the last column is the end of the motion; its time in `times` is the duration
         count = max(times.size - 1, min(_MOST_SAMPLES, int(_IN_A_STEP * _OF_LAST * measured["steps"][-1])))
         times = np.append(np.linspace(0.0, last, count + 1)[:-1], spec.duration)
-        measured = _followed(spec, start, times)
+        measured = _integrate(spec, start, times)
     end = _end(measured)
     shown = np.append(times[:-1] < end, True)
-    measured = {name: each[shown] for name, each in measured.items()}
+    measured = {name: values[shown] for name, values in measured.items()}
     times = np.append(times[shown][:-1], end)
     return times, _columns(spec, start, times, measured)
 
 
-def _followed(spec: MotionRequest, start: Array, times: Array) -> dict[str, npt.NDArray[Any]]:
-    """Return what the passes find until each time; the last column is their own end."""
+def _integrate(spec: MotionRequest, start: Array, times: Array) -> dict[str, npt.NDArray[Any]]:
+    """Return the output of the passes at each time; the last column is at their end."""
     model = spec.kind.model
-    told = f"motions of the system {model.name}"
-    kernel = replace(model.integrate, module=spec.kind.kernels, seconds=4.0, told=told)
+    kernel = replace(
+        model.integrate,
+        module=spec.kind.kernels,
+        seconds=4.0,
+        told=f"motions of the system {model.name}",
+    )
     measures = np.full((len(model.measures), times.size), np.nan)
     counts = np.full((len(model.counts), times.size), UNRESOLVED, np.int32)
     step = 0.0 if isinstance(spec.step, str) else spec.step
@@ -143,11 +150,11 @@ def _end(measured: dict[str, npt.NDArray[Any]]) -> float:
     return float(measured[f"{PASSES[-1]}: {tables.END_TIME}"][-1])
 
 
-def _check_goes_on(spec: MotionRequest, measured: dict[str, npt.NDArray[Any]]) -> None:
-    """Refuse a motion that ends where it begins, and one that cannot be followed to its end."""
+def _check_resolved(spec: MotionRequest, measured: dict[str, npt.NDArray[Any]]) -> None:
+    """Refuse a motion that ends where it begins, or that cannot be computed to its end."""
     definition: Definition = spec.kind.model.definition  # type: ignore[attr-defined]  # of a SystemModel
     last = [measured[f"{name}: ending"] for name in PASSES[-2:]]
-    failed = [np.isin(each, FAILURES) for each in last]
+    failed = [np.isin(ending, FAILURES) for ending in last]
     if failed[0][-1] or failed[1][-1]:
         which = 1 if failed[1][-1] else 0
         until = float(measured[f"{PASSES[which - 2]}: {tables.END_TIME}"][-1])
@@ -155,16 +162,16 @@ def _check_goes_on(spec: MotionRequest, measured: dict[str, npt.NDArray[Any]]) -
         beyond = f" beyond {spec.kind.time.spell(until, 6)}" if until > 0.0 else " from its start on"
         shorter = "" if "shorter duration" in why.help else ", or give a shorter duration"
         raise NoMotionError(
-            f"This motion could not be followed{beyond}: {why.reason}.",
+            f"This motion could not be computed{beyond}: {why.reason}.",
             hint=f"{why.help}{shorter}.",
         )
     if _end(measured) == 0.0:
         event = definition.ends[last[1][-1] - FIRST_EVENT]
-        condition = " or ".join(f"{spelled(each)} > 0" for each in event.any_positive)
-        given = " ".join(f"{each.name}={getattr(spec, each.name):.6g}" for each in definition.states)
+        condition = " or ".join(f"{spelled(node)} > 0" for node in event.any_positive)
+        given = " ".join(f"{state.name}={getattr(spec, state.name):.6g}" for state in definition.states)
         raise NoMotionError(
-            f"This motion has ended before it starts: a motion ends with {event.name} where {condition}; got {given} "
-            "in SI.",
+            f"This motion has ended before it starts: the ending {event.name} has the condition {condition}; got "
+            f"{given} in SI.",
             hint="Start elsewhere.",
         )
 
@@ -172,23 +179,23 @@ def _check_goes_on(spec: MotionRequest, measured: dict[str, npt.NDArray[Any]]) -
 def _columns(
     spec: MotionRequest, start: Array, times: Array, measured: dict[str, npt.NDArray[Any]]
 ) -> dict[str, npt.NDArray[Any]]:
-    """Return the variables of the file: what a sweep would say of a cell that is followed until each sample."""
+    """Return the variables of the file: each sample has the values of a cell with that duration."""
     model: SystemModel = spec.kind.model  # type: ignore[assignment]  # no other model has this path
     starts = {name: np.full(times.size, value) for name, value in zip(model.parameters, start, strict=True)}
     passes = Passes(model.definition, model.endings, starts, measured, spec.duration, spec.tolerance)
-    found = dict(passes.columns())
-    for each in model.definition.states:
-        at_end = each.name + tables.AT_END
-        found |= {each.name: found[at_end], tables.stated(each.name): found[tables.stated(at_end)]}
-    same = np.flatnonzero(found["ending"] != DIFFERENT)
-    # the passes may part on the way and meet again
+    columns = dict(passes.columns())
+    for state in model.definition.states:
+        at_end = state.name + tables.AT_END
+        columns |= {state.name: columns[at_end], tables.stated(state.name): columns[tables.stated(at_end)]}
+    same = np.flatnonzero(columns["ending"] != DIFFERENT)
+    # the passes may differ for a while and agree again
     since = same[-1] + 1 if same.size else 0
     runs_on = measured[f"{PASSES[-1]}: ending"][-1] == RUNS_ON
-    found |= {
+    columns |= {
         "sensitive_from": np.array(times[since] if since < times.size else np.nan),
         tables.END_TIME: np.array(np.nan if runs_on else times[-1]),
     }
     for name in ("ending", "label", tables.stated(tables.END_TIME)):
-        if name in found:
-            found[name] = np.asarray(found[name][-1])
-    return {name: np.asarray(found[name], quantity.dtype) for name, quantity in spec.kind.variables.items()}
+        if name in columns:
+            columns[name] = np.asarray(columns[name][-1])
+    return {name: np.asarray(columns[name], quantity.dtype) for name, quantity in spec.kind.variables.items()}

@@ -1,6 +1,6 @@
-"""Kinds of motions: words and variables, for the disk without losses and with losses.
+"""Kinds of motions, with their words and variables; the kinds for the disk without and with losses.
 
-A model names its kind of motions in `Model.motion`; `kind_of_model` is the one door to it.
+A model names its kind of motions in `Model.motion`; `kind_of_model` returns it.
 """
 
 from collections.abc import Callable, Mapping
@@ -43,45 +43,44 @@ class MotionKind:
     inputs : mapping of str to Input
         The words of a request whose values are numbers: the parameters of the model first.
     words : mapping of str to Word
-        Those whose values are text.
+        The words whose values are text.
     variables : mapping of str to Quantity
-        What the file holds; what has one value for each sample has the dimension elapsed_time.
+        The variables of the file; those with a value for each sample have the dimension elapsed_time.
     fixed : tuple of str
-        Inputs that the file holds as scalar coordinates; the start is the first sample.
+        Inputs that are scalar coordinates in the file; the start is the first sample.
     largest_tilt : str
-        The input that every tilt of a motion stays below; empty if the model has no tilt. It has a film if it has one.
+        The input that limits the tilt of a motion; empty if the model has no tilt, and so no films.
     ending_time : str
-        The variable with the moment [s] at which the motion came to its end before its duration.
+        The variable with the time [s] at which the motion ended before its duration.
     endings : mapping of str to str
-        Flag of the variable ending -> what the disk did then, in words.
+        Flag of the variable ending -> its description in words.
     headline : str
-        The title of a motion without one.
+        The default title of a motion.
     summary : str
-        What the file holds, for its attributes.
+        The summary in the attributes of the file.
     path : str
-        The module whose ``follow`` integrates a motion; its ``KERNELS`` are those that every motion needs.
+        The module whose ``follow`` integrates a motion; its ``KERNELS`` are the kernels that every motion needs.
     kernels : str
         The module of the compiled functions that integrate it.
     figure : str
         ``module:function`` that draws one motion.
     peaks, results : tuple of str
-        Variables of which reports tell the largest magnitude, and those of which they tell the last value.
+        Variables whose largest magnitude, or whose last value, reports show.
     stops : bool
-        Whether a motion comes to an end of its own: its samples are closer towards it, and a film that cannot show all
-        of a motion shows its end.
+        Whether a motion ends by itself: its samples get closer towards the end, and a film that is too short for all of
+        it shows the end.
     turning : tuple of str
-        Angles by whose changes it is judged whether samples are close enough to be drawn through; none if only the
-        motion itself knows.
+        Angles whose changes show whether samples are close enough for figures; empty if the angles do not show it.
     keywords : str
-        For the attributes of the file.
+        The keywords in the attributes of the file.
     sample_size : int
-        Bytes that a sample takes, in memory or in the file.
+        Bytes per sample, in memory or in the file.
     time : Quantity
         The only dimension.
     called : str
-        What moves, in sentences.
+        The name of the moving body in sentences.
     rolls_on : callable
-        Called with a request: whether nothing ends its motion at a tilt.
+        (request) -> whether no tilt ends its motion.
     """
 
     model: Model
@@ -120,21 +119,21 @@ class MotionKind:
 
 @lru_cache(maxsize=64)
 def kind_of_model(model: Model) -> MotionKind:
-    """Return the kind of motions of a model that has them: `Model.motion` names it, or a function that makes it."""
+    """Return the kind of motions of a model: `Model.motion` names it, or a function that makes it."""
     module, _, name = model.motion.partition(":")
     found = getattr(import_module(module), name)
     kind: MotionKind = found if isinstance(found, MotionKind) else found(model)
     return kind
 
 
-#: The methods of integration: the engine's own, and SciPy's for comparison.
+#: The methods of integration: by the kernels, and by SciPy for comparison.
 MOTION_METHODS = ("rk4", "dop853")
 
 ROLLS, SLIPS, LIFTS = 0, 1, 2
 
 _EXACT = VARIABLES["ending"].tolerance
-_STATE = Tolerance(1e-8, 1e-8, "the report's motions agree to this with an integrator of order 8")
-_FORCE = Tolerance(1e-6, 1e-6, "forces follow from the squares of rates and a second derivative")
+_STATE = Tolerance(1e-8, 1e-8, "the report's motions agree with an integrator of order 8 to this accuracy")
+_FORCE = Tolerance(1e-6, 1e-6, "forces depend on the squares of rates and a second derivative")
 
 
 #: The words of a request for one motion whose values are numbers.
@@ -147,7 +146,7 @@ MOTION_INPUTS: Mapping[str, Input] = table(
     ),
     replace(SETTINGS["duration"], long_name="time simulated", default=10.0),
     Input(
-        "interval", r"\Delta t", "s", "time between samples at most", GRID,
+        "interval", r"\Delta t", "s", "longest time between samples", GRID,
         default="auto", rule="interval > 0, or auto", allows=positive, words=("auto",),
     ),
     replace(SETTINGS["step"], long_name="longest time step"),
@@ -155,7 +154,7 @@ MOTION_INPUTS: Mapping[str, Input] = table(
 )  # fmt: skip
 
 MOTION_WORDS: Mapping[str, Word] = table(
-    Word("title", "what the motion is, in one line", ""),
+    Word("title", "title of the motion, in one line", ""),
     Word("method", "how the motion is integrated", MOTION_METHODS[0], MOTION_METHODS),
 )
 
@@ -168,9 +167,9 @@ TRAJECTORY: Mapping[str, Quantity] = table(
     Quantity("precession_rate", r"\dot\psi", "rad s-1", "rate of the heading about the vertical", _STATE),
     Quantity("roll_rate", r"\dot\phi", "rad s-1", "rate of roll about the axis of the disk, in the precessing frame",
              _STATE),
-    Quantity("heading", r"\psi", "rad", "heading, counted on from 0", _STATE,
+    Quantity("heading", r"\psi", "rad", "heading, continuous from 0", _STATE,
              "the disk rolls towards (-sin heading, cos heading) while its roll rate is positive"),
-    Quantity("roll_angle", r"\phi", "rad", "roll angle about the axis of the disk, counted on from 0", _STATE),
+    Quantity("roll_angle", r"\phi", "rad", "roll angle about the axis of the disk, continuous from 0", _STATE),
     Quantity("contact_x", "", "m", "x of the contact point on the plane", _STATE),
     Quantity("contact_y", "", "m", "y of the contact point on the plane", _STATE),
     Quantity("centre_x", "x_c", "m", "x of the centre of mass", _STATE),
@@ -181,13 +180,13 @@ TRAJECTORY: Mapping[str, Quantity] = table(
              "the exact motion conserves energy, so this is an error of the integration"),
     Quantity("vertical_momentum", r"H\cdot e_3", "kg m2 s-1",
              "vertical angular momentum about the contact point", _STATE,
-             "not conserved: the contact point moves, and not along the velocity of the centre"),
+             "not conserved: the contact point does not move parallel to the velocity of the centre"),
     Quantity("vertical_momentum_rate", r"m R^2 \dot\phi\,\dot\theta\cos\theta", "kg m2 s-2",
              "right-hand side of the balance law of the vertical momentum", _STATE,
              "mass radius^2 roll_rate tilt_rate cos(tilt)"),
     Quantity("vertical_momentum_residual", r"\delta H", "kg m2 s-1",
-             "change of the vertical momentum less the integral of its rate", ERROR_GAUGE,
-             "zero for the exact motion: the check of the balance law"),
+             "change of the vertical momentum minus the integral of its rate", ERROR_GAUGE,
+             "zero for the exact motion: a check of the balance law"),
     Quantity("normal_force", "N", "N", "normal force of the plane on the disk", _FORCE),
     Quantity("friction_across", r"\lambda_1", "N", "horizontal force across the track", _FORCE,
              "towards (cos heading, sin heading); multiplier of the first constraint"),
@@ -195,9 +194,9 @@ TRAJECTORY: Mapping[str, Quantity] = table(
              "towards (-sin heading, cos heading); multiplier of the second constraint"),
     Quantity("friction_needed", r"\mu", "1", "friction coefficient needed to roll without slipping", _FORCE,
              "horizontal over normal force; missing where the normal force is not positive"),
-    Quantity("contact", "", "1", "whether rolling without slipping is believable", _EXACT,
-             "the motion itself never slips: slips marks where it would need more than the friction coefficient, "
-             "lifts_off where the plane would have to pull",
+    Quantity("contact", "", "1", "whether rolling without slipping is possible", _EXACT,
+             "the computed motion never slips; slips: it would need more than the friction coefficient; lifts_off: the "
+             "plane would have to pull",
              "i1", {ROLLS: "rolls", SLIPS: "slips", LIFTS: "lifts_off"}),
     Quantity("ending", "", "1", "how the integration ended", _EXACT,
              "horizon: the duration was over; fell: the tilt reached fall_tilt",
@@ -211,7 +210,7 @@ DISK_MOTION = MotionKind(
     inputs=MOTION_INPUTS,
     words=MOTION_WORDS,
     variables=TRAJECTORY,
-    # a parameter that the disk gets is one of the file too
+    # a new parameter of the disk is also a coordinate of the file
     fixed=(*(name for name in PARAMETERS if name not in TRAJECTORY), "mass", "friction"),
     largest_tilt="fall_tilt",
     ending_time="fall_time",
@@ -226,10 +225,10 @@ DISK_MOTION = MotionKind(
 
 
 _LOSSY_STATE = Tolerance(
-    1e-6, 1e-6, "a motion of a thousand turns keeps its energy to 1e-8, and its phase less well"
+    1e-6, 1e-6, "a motion of a thousand turns keeps its energy to 1e-8, but its phase less well"
 )
 
-#: Bits of what dry friction holds.
+#: Bits of the variable held.
 HELD_ROLL, HELD_TURN, HELD_TILT = 1, 2, 4
 
 #: Loss -> the parameter that it is proportional to, and its unit.
@@ -240,7 +239,7 @@ COEFFICIENTS: Mapping[str, tuple[str, str]] = {
     "damping_loss": ("contour_damping", "N m s"),
 }
 
-#: Loss -> what takes it, as part of a sentence.
+#: Loss -> its cause, as part of a sentence.
 LAWS: Mapping[str, str] = {
     "rolling_loss": "rolling friction",
     "pivoting_loss": "pivoting friction",
@@ -253,19 +252,19 @@ assert tuple(LAWS) == LOSSES
 #: The words of a request for one motion whose values are numbers.
 LOSSY_INPUTS: Mapping[str, Input] = table(
     *lossy.PARAMETERS.values(),
-    replace(lossy.SETTINGS["duration"], long_name="longest time simulated: the motion may end before"),
+    replace(lossy.SETTINGS["duration"], long_name="longest time simulated: the motion may end earlier"),
     MOTION_INPUTS["interval"],
     replace(lossy.SETTINGS["step"], long_name="longest time step"),
     lossy.SETTINGS["flat_tilt"],
 )
 
 LOSSY_WORDS: Mapping[str, Word] = table(
-    Word("title", "what the motion is, in one line", ""),
+    Word("title", "title of the motion, in one line", ""),
     Word("method", "how the motion is integrated", MOTION_METHODS[0], MOTION_METHODS[:1]),
     lossy.OPTIONS["air_law"],
 )
 
-#: Variables with the same meaning in a motion without losses; phases are less well known after many turns.
+#: Variables with the same meaning as without losses; phases are less accurate after many turns.
 _SAME = (
     "tilt", "tilt_rate", "precession_rate", "roll_rate", "heading", "roll_angle", "contact_x", "contact_y",
     "centre_x", "centre_y", "centre_z", "energy",
@@ -285,18 +284,18 @@ LOSSY_TRAJECTORY: Mapping[str, Quantity] = table(
     Quantity("inclination", "a", "rad", "angle between the disk and the plane", _LOSSY_STATE,
              "90 deg - |tilt|: 0 = flat"),
     *map(_loss, LOSSES),
-    Quantity("energy_imbalance", r"\delta E", "1", "change of energy and losses together since the start over m g R",
-             ERROR_GAUGE, "the losses of the exact motion are what its energy lacks, so this is an error"),
+    Quantity("energy_imbalance", r"\delta E", "1", "change of energy plus losses since the start, over m g R",
+             ERROR_GAUGE, "0 for the exact motion, so this is an error of the integration"),
     *(TRAJECTORY[name] for name in _FORCES),
-    Quantity("held", "", "1", "what dry friction holds", DECISION,
-             "sum of 1: contour friction holds the roll rate at the rim, 2: pivoting friction holds the turn about the "
-             "vertical, 4: rolling friction holds tilt and roll; 0 where all slides", "i1"),
+    Quantity("held", "", "1", "rates that dry friction holds at 0", DECISION,
+             "sum of 1: contour friction holds the roll rate at the rim; 2: pivoting friction holds the rotation about "
+             "the vertical; 4: rolling friction holds tilt and roll; 0: dry friction holds nothing", "i1"),
     Quantity("ending", "", "1", "how the motion ended", DECISION,
              "flat: the tilt reached flat_tilt; rest: held by dry friction, forever; horizon: the duration was over; "
              "lift_off: the normal force vanished; slip: rolling needed more than the friction coefficient", "i1",
              {code.FLAT: "flat", code.REST: "rest", code.HORIZON: "horizon", code.LIFT_OFF: "lift_off",
               code.SLIP: "slip"}),
-    Quantity("end_time", "t_f", "s", "time until the motion came to its end", _LOSSY_STATE,
+    Quantity("end_time", "t_f", "s", "time until the motion ended", _LOSSY_STATE,
              "missing where the duration was over first: ending is horizon"),
 )
 # fmt: on
@@ -312,7 +311,7 @@ LOSSY_MOTION = MotionKind(
     endings={"flat": "flat", "rest": "came to rest", "lift off": "lifted off", "slip": "slipped"},
     headline="Motion of a disk that loses energy",
     summary="One motion of a thin rigid disk that rolls without slipping on a horizontal plane and loses energy to "
-    "friction and air: tilt and rates, path of the contact point, energy and what each law of loss has taken, and "
+    "friction and air: tilt and rates, path of the contact point, energy, the energy that each law has taken, and "
     "contact forces.",
     path="sweep.motion.lossy_path",
     kernels="kernels.lossy_disk.trajectory",

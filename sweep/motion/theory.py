@@ -1,8 +1,8 @@
 """Theory of one motion: small oscillations of its tilt, and the end of a steady wobble.
 
-In the steady wobble the centre is at rest, and an inclination a small against 1 has the precession rate
-sqrt(2/(alpha a)) and the energy 3/2 a above flat, in units of sqrt(g/R) and m g R. A loss of the power p a^(-q) then
-lets a fall as (t_f - t)^(1/(1 + q)), and the precession rate grow with -1/2 of that exponent.
+In the steady wobble the centre is at rest. At a small inclination a the precession rate is sqrt(2/(alpha a)) and the
+energy above flat is 3/2 a, in units of sqrt(g/R) and m g R. With a loss of the power p a^(-q), a decreases as
+(t_f - t)^(1/(1 + q)), and the precession rate grows with -1/2 of that exponent.
 """
 
 import math
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LinearMotion:
-    """A motion by linear theory, at given times.
+    """A motion in linear theory, at some times.
 
-    `coefficient` is k [rad2/s2] of d'' + k d = 0: sqrt(k) is the frequency of the nutation, sqrt(-k) the rate of its
-    growth. `tilt` [rad] and the contact point `x`, `y` [m] have the shape of the times.
+    `coefficient` is k [rad2/s2] in d'' + k d = 0: sqrt(k) is the frequency of the nutation, sqrt(-k) its growth rate.
+    `tilt` [rad] and the contact point `x`, `y` [m] have the shape of the times.
     """
 
     coefficient: float
@@ -40,14 +40,14 @@ class LinearMotion:
 
 
 def linear_motion(start: Array, times: Array) -> LinearMotion:
-    """Return the motion of a start by linear theory.
+    """Return the motion of a start in linear theory.
 
     Parameters
     ----------
     start : float64 array, shape (len(PARAMETERS),)
         Rows as in `kernels.disk.arrays.PARAMETERS`.
     times : float64 array, shape (n,)
-        Increasing, from 0 [s]; dense enough to draw the path through.
+        Increasing from 0 [s], and close enough to draw the path through.
 
     Returns
     -------
@@ -57,10 +57,10 @@ def linear_motion(start: Array, times: Array) -> LinearMotion:
     -----
     Along a motion the rates are functions of the tilt (Chaplygin 1897), with d(precession)/d(tilt) = -2 roll/cos(tilt)
     and d(roll)/d(tilt) = [2(1+alpha) roll sin - (2+alpha) precession cos^2]/[(1+alpha) cos]. To first order in the
-    distance d from the start tilt the tilt equation then reads d'' = a - k d, with a the acceleration at the start and
-    k the stability coefficient there. The path is that of the rates of first order.
+    distance d from the start tilt, the equation of the tilt is d'' = a - k d, with the acceleration a and the stability
+    coefficient k of the start. The path follows from the rates to first order in d.
     """
-    tilt, rate, turning, rolling = (float(each) for each in start[: len(arrays.STATE)])
+    tilt, rate, turning, rolling = (float(value) for value in start[: len(arrays.STATE)])
     alpha, radius, gravity = (float(start[row]) for row in (arrays.ALPHA, arrays.RADIUS, arrays.GRAVITY))
     sin, cos = math.sin(tilt), math.cos(tilt)
     k = float(stability_coefficient(tilt, turning, rolling, alpha, radius, gravity))
@@ -77,7 +77,7 @@ def linear_motion(start: Array, times: Array) -> LinearMotion:
 
 
 def linear_motion_of_body(start: Mapping[str, float], body: Body, times: Array) -> LinearMotion:
-    """Return the motion of a body of revolution by linear theory; see `linear_motion`.
+    """Return the motion of a body of revolution in linear theory; see `linear_motion`.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def linear_motion_of_body(start: Mapping[str, float], body: Body, times: Array) 
 
     Notes
     -----
-    Rates are linear in the distance of the tilt from that of the start (`kernels.bodies.steady.nearby`).
+    Rates are linear in the distance from the start tilt (`kernels.bodies.steady.nearby`).
     """
     radius, unit = start["radius"], math.sqrt(start["radius"] / start["gravity"])
     sin, cos = math.sin(start["tilt"]), math.cos(start["tilt"])
@@ -106,7 +106,7 @@ def linear_motion_of_body(start: Mapping[str, float], body: Body, times: Array) 
 
 
 def _driven(k: float, acceleration: float, rate: float, times: Array) -> Array:
-    """Solution of d'' = acceleration - k d with d(0) = 0 and d'(0) = rate."""
+    """Return the solution of d'' = acceleration - k d with d(0) = 0 and d'(0) = rate."""
     if k == 0.0:
         return rate * times + 0.5 * acceleration * times**2
     root = math.sqrt(abs(k))
@@ -122,10 +122,10 @@ def _integral(values: Array, times: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-#: Turns of the heading of a wobble: a disk that falls over makes fewer before it is flat.
+#: Least number of turns of the heading in a wobble: a disk that falls over makes fewer before it is flat.
 _LEAST_TURNS = 3.0
 
-#: Points of the quadrature of the time that is left.
+#: Number of points of the quadrature of the remaining time.
 _FINE = 2001
 
 
@@ -133,7 +133,7 @@ _FINE = 2001
 class WobbleLoss:
     """The power of one loss in the steady wobble near flat: `coefficient` * a^(-`power`), over m g R sqrt(g/R).
 
-    `name` is the variable of a motion with what it has taken.
+    `name` is the variable with the energy that it has taken.
     """
 
     name: str
@@ -142,14 +142,15 @@ class WobbleLoss:
 
     @property
     def exponent(self) -> Fraction:
-        """The exponent n of a ~ (t_f - t)^n if nothing else takes energy; the precession rate has -n/2."""
+        """The exponent n of a ~ (t_f - t)^n if this is the only loss; the precession rate has -n/2."""
         return 1 / (1 + self.power)
 
 
 def wobble_losses(dataset: "xr.Dataset") -> tuple[WobbleLoss, ...]:
-    """Return the losses of a motion that a power law describes near flat, in the order of its ledger.
+    """Return the losses of a motion that have a power law near flat, in the order of its ledger.
 
-    Pivoting friction has none: it holds the turn about the vertical, which is slow near flat, and then takes nothing.
+    Pivoting friction has none: it stops the rotation about the vertical, which is slow near flat, and then takes no
+    energy.
 
     Notes
     -----
@@ -174,25 +175,25 @@ def wobble_losses(dataset: "xr.Dataset") -> tuple[WobbleLoss, ...]:
         ),
     }
     damping = disk["contour_damping"] * unit / (mass * radius**2)
-    found = (
+    losses = (
         WobbleLoss("rolling_loss", disk["rolling_friction"] / radius * turn, Fraction(-1, 2)),
         WobbleLoss("contour_loss", disk["contour_friction"] / radius * turn, Fraction(1, 2)),
         WobbleLoss("damping_loss", damping * turn**2, Fraction(1)),
         WobbleLoss("air_loss", *air[request_of(dataset).air_law]),
     )
-    return tuple(each for each in found if each.coefficient > 0.0)
+    return tuple(loss for loss in losses if loss.coefficient > 0.0)
 
 
 def wobbles(dataset: "xr.Dataset") -> bool:
-    """Return whether a motion is a wobble that becomes flat: it goes round before, and does not fall over."""
+    """Return whether a motion is a wobble that becomes flat: it makes several turns before, and does not fall over."""
     turned = abs(float(dataset["heading"][-1] - dataset["heading"][0])) / (2.0 * math.pi)
     return ending_of(dataset) == "flat" and turned > _LEAST_TURNS
 
 
 def flat_time(dataset: "xr.Dataset") -> float:
-    """Return when a wobble would be flat [s]: its end at flat_tilt, and what is left then by the closed forms.
+    """Return the time [s] at which a wobble would be flat: its end at flat_tilt, plus the rest from the power laws.
 
-    For a motion that is no wobble this is its end.
+    For other motions this is their end.
     """
     losses, end = wobble_losses(dataset), float(dataset["end_time"].fillna(dataset[TIME.name][-1]))
     if not losses or not wobbles(dataset):
@@ -200,7 +201,7 @@ def flat_time(dataset: "xr.Dataset") -> float:
     # with a = a_end x^2 the integrand is smooth down to flat, for any losses
     x = np.linspace(0.0, 1.0, _FINE)[1:]
     last = 0.5 * math.pi - request_of(dataset).flat_tilt
-    power = sum(each.coefficient * (last * x**2) ** -float(each.power) for each in losses)
+    power = sum(loss.coefficient * (last * x**2) ** -float(loss.power) for loss in losses)
     integrand = np.concatenate([[0.0], 1.5 * last * 2.0 * x / power])
     unit = math.sqrt(float(dataset["radius"] / dataset["gravity"]))
     return end + unit * float(np.trapezoid(integrand, dx=1.0 / (_FINE - 1)))

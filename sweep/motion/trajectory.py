@@ -1,4 +1,4 @@
-"""One motion in time: from a request to an xarray.Dataset with path, invariants and contact forces."""
+"""Computation of one motion in time, as an xarray.Dataset with path, invariants and contact forces."""
 
 from importlib import import_module
 from pathlib import Path
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 
     from sweep.systems import System
 
-#: Version of the layout of the file.
+#: Version of the file format.
 FORMAT = 1
 
-#: Packages whose versions a file states.
+#: Packages whose versions are written to a file.
 _PACKAGES = ("numba", "llvmlite", "numpy", "scipy", "xarray", "netCDF4")
 
 
@@ -49,19 +49,19 @@ def simulate(
     Parameters
     ----------
     spec : TrajectorySpec, str, Path or System, optional
-        The request, which stands alone; or the name of a preset or the path of a TOML file, to which `words` give one
-        number for each of its axes; or a system, or the path of its file: what `words` do not give is as the system
-        says. If not given, the request is read from `words`.
+        A request, without `words`; or the name of a preset or the path of a TOML file, with `words` for its axes, one
+        number each; or a system, or the path of its file: `words` replace its defaults. If not given, the request is
+        read from `words`.
     command : str
-        The command of the user, for the attribute history.
+        The user's command, for the attribute history.
     **words
         As in `TrajectorySpec.read`, for example ``roll_rate=3, tilt_rate="1deg/s", duration="10s"``.
 
     Returns
     -------
     xarray.Dataset
-        Dimension elapsed_time [s]; tilt, rates, path, energy, momentum or losses, contact forces; of a system its
-        states and measures. A motion that ends with the sample at the moment of its fall, or of its event.
+        Dimension elapsed_time [s]; tilt, rates, path, energy, momentum or losses, contact forces; for a system its
+        states and measures. The last sample is at the end of the motion: its fall, its event, or the duration.
         ``sweep.save`` writes it.
 
     Raises
@@ -76,9 +76,9 @@ def simulate(
     elif not isinstance(spec, MotionRequest):
         if not hasattr(spec, "definition"):
             raise RequestError(
-                "A motion is asked for by a TrajectorySpec, a system, the name of a preset or the path of a file; got "
-                f"a {type(spec).__name__}.",
-                hint='Write sweep.simulate("toy", tilt="80deg"), for instance.',
+                "simulate needs a TrajectorySpec, a system, the name of a preset or the path of a file; got a "
+                f"{type(spec).__name__}.",
+                hint='Write for example sweep.simulate("toy", tilt="80deg").',
             )
         spec = MotionRequest.read(**{**words, "model": spec})
     start = start_of(spec)
@@ -92,7 +92,7 @@ def _dataset(
     import xarray as xr
 
     kind = spec.kind
-    # a parameter for which the request has a word is a number in the start
+    # a parameter that is a word in the request is a number in the start
     known = spec.words() | dict(zip(kind.model.parameters, start.tolist(), strict=True))
     fixed = {
         name: _variable(kind, kind.inputs[name], known[name], (), coordinate=True) for name in kind.fixed
@@ -147,6 +147,8 @@ def _attributes(spec: MotionRequest, command: str) -> dict[str, Any]:
         **model,
         "trajectory_request": spec.canonical(),
         "method": spec.method,
-        "kernel_hash": code_hash({kind.kernels, *(each.module for each in import_module(kind.path).KERNELS)}),
+        "kernel_hash": code_hash(
+            {kind.kernels, *(kernel.module for kernel in import_module(kind.path).KERNELS)}
+        ),
         "versions": versions(_PACKAGES),
     }

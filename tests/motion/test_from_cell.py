@@ -145,7 +145,7 @@ def test_what_names_no_motion_is_refused(rolling):
         ({"roll_rate": "15,24", "tilt": "1deg"}, ["one number"]),
         ({"rol_rate": 15, "tilt": "1deg"}, ["Did you mean roll_rate?"]),
         ({"roll_rate": 15, "tilt": "1deg", "criterion": "departure:2deg"}, ["word of eulerdisk run"]),
-        ({"roll_rate": 15, "tilt": "5deg", "fall_tilt": "4deg"}, ["fallen before it starts"]),
+        ({"roll_rate": 15, "tilt": "5deg", "fall_tilt": "4deg"}, ["fallen", "tilt=5deg fall_tilt=4deg"]),
         ({"roll_rate": 15, "tilt": "5deg", "mass": 0}, ["mass > 0"]),
     ]:
         with pytest.raises(RequestError) as caught:

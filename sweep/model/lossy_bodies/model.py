@@ -39,8 +39,8 @@ def check_body(values: Mapping[str, Any]) -> None:
         given = values[name] != NO_AIR if name == "air_law" else some(values[name])
         if given and body not in tables.FACED:
             raise RequestError(
-                f"The laws of the air describe the air under a flat face, and a {CALLED[body]} has none; got body={body} "
-                f"{name}={values[name]}.",
+                f"The laws of the air describe the air under a flat face, and a {CALLED[body]} has none; got "
+                f"body={body} {name}={values[name]}.",
                 hint=f"Write {name}={nothing}, or body={' or body='.join(tables.FACED)}.",
                 where=name,
             )
