@@ -1,1 +1,1 @@
-"""Runs: missing blocks are computed and kept in a journal, then the file is written from all of them and published."""
+"""Runs: missing blocks are computed and kept in a journal, then the file is written from all blocks and published."""

@@ -1,4 +1,4 @@
-"""A run as an array of jobs: prepare it, compute its blocks in parts, assemble the file; every step can be repeated."""
+"""Runs as arrays of jobs: prepare a run, compute its blocks in parts, assemble the file; every step can be repeated."""
 
 import shlex
 from pathlib import Path
@@ -27,7 +27,7 @@ def prepare(
 ) -> Journal:
     """Make the folder of a run without computing a cell; `compute_part` and `assemble` do the rest.
 
-    Parameters and errors are those of `run_to_file`.
+    Parameters and errors are as in `run_to_file`.
     """
     path = resolved(path)
     with claimed(path, overwrite) as folder:
@@ -45,10 +45,10 @@ def compute_part(
     say: Say = no_op,
     stopping: Stopping = lambda: False,
 ) -> tuple[int, int]:
-    """Compute every `parts`-th block of a prepared run, from the `part`-th on (1 to `parts`); one job of an array.
+    """Compute every `parts`-th block of a prepared run, starting at the `part`-th (1 to `parts`); one job of an array.
 
-    Returns how many blocks of this part were there, and how many were computed now. Errors are those of `run_to_file`.
-    Jobs of one array may run at the same time, but not together with `run_to_file`.
+    Returns how many blocks of this part were finished before, and how many were computed now. Errors are as in
+    `run_to_file`. Jobs of one array may run at the same time, but not together with `run_to_file`.
     """
     folder = Path(folder)
     usable_threads(threads)
@@ -67,17 +67,17 @@ def compute_part(
 def assemble(
     folder: str | Path, *, overwrite: bool = False, threads: int | None = None, progress: Show = no_op
 ) -> tuple[Path, Failures]:
-    """Make the file of a run whose blocks are all there, and remove its folder.
+    """Make the file of a run whose blocks are all finished, and remove its folder.
 
-    `threads` and `progress` are those of `run_to_file`. Returns the file, and the cells that could not be computed. A
-    RequestError says that blocks are missing or damaged; other errors are those of `run_to_file`.
+    `threads` and `progress` are as in `run_to_file`. Returns the file, and the cells that could not be computed. Raises
+    a RequestError if blocks are missing or damaged; other errors are as in `run_to_file`.
     """
     # the path "." has no name
     folder = Path(folder) if Path(folder).name else Path(folder).resolve()
     Journal.at(folder)
     if not folder.name.removesuffix(SUFFIX) or not folder.name.endswith(SUFFIX):
         raise RequestError(
-            f"The file takes its name from the folder of the run, which must be called OUT.nc{SUFFIX}; got "
+            f"The folder of a run must be called OUT.nc{SUFFIX}, because it gives the file its name; got "
             f"{folder.name}.",
             hint=f"Rename it: `mv {shlex.quote(folder.name)} OUT.nc{SUFFIX}`.",
             where=str(folder),
@@ -93,9 +93,9 @@ def assemble(
         if missing:
             set_aside = f" Damaged and set aside: {'; '.join(damaged[:10])}." if damaged else ""
             raise RequestError(
-                f"An atlas is assembled from all of its blocks; {counted(len(missing), 'block', len(journal.spans))} "
+                f"An atlas needs all of its blocks; {counted(len(missing), 'block', len(journal.spans))} "
                 f"{are(len(missing))} missing, the first is block {missing[0]}.{set_aside}",
-                hint="Run the parts again that did not end well; finished blocks are kept.",
+                hint="Run the parts that failed again; finished blocks are kept.",
                 where=str(folder),
             )
         with refusals(path, lambda: file_bytes(journal.spec), journal.kept):

@@ -1,4 +1,4 @@
-"""The executor that uses the workers of a dask scheduler; they write into the run's folder, which they share."""
+"""The executor that uses the workers of a dask scheduler, which write to the shared folder of the run."""
 
 import contextlib
 import logging
@@ -17,17 +17,17 @@ from sweep.runs.run_directory import check_same_run
 #: Seconds to wait for the answer of a scheduler.
 _TIMEOUT = 10
 
-#: Only one thread of a process computes: the kernels use all threads that dask lets the worker have.
+#: Held while a block is computed: the kernels use all threads of the worker, so only one block may run at a time.
 _KERNELS = threading.Lock()
 
 
 def on_cluster(address: str, say: Say = no_op) -> Executor:
-    """Return the executor that has blocks computed by the workers of a dask scheduler, as at ``tcp://host:8786``."""
+    """Return the executor that uses the workers of the dask scheduler at an address such as ``tcp://host:8786``."""
     try:
-        import distributed  # noqa: F401 - only to see that it is there
+        import distributed  # noqa: F401 - only to see that it is installed
     except ImportError as problem:
         raise RequestError(
-            f"The package distributed is needed for this and cannot be imported: {problem}.",
+            f"The package distributed is needed for this, but cannot be imported: {problem}.",
             hint="Run `pip install distributed` here and on the workers.",
             where="--dask",
         ) from problem
@@ -36,8 +36,8 @@ def on_cluster(address: str, say: Say = no_op) -> Executor:
         if numbers:
             with _connection(address, journal) as client:
                 if not client.scheduler_info()["workers"]:
-                    say(f"no worker is there yet; start some with `dask worker {address}`")
-                yield from _computed(client, journal, numbers, stopping)
+                    say(f"the scheduler has no workers yet; start some with `dask worker {address}`")
+                yield from _compute_blocks(client, journal, numbers, stopping)
 
     return execute
 
@@ -45,8 +45,8 @@ def on_cluster(address: str, say: Say = no_op) -> Executor:
 def compute_block(folder: str, fingerprint: str, number: int) -> None:
     """Compute one block and keep it in the journal; runs on a worker.
 
-    `folder` is the path of the run's folder on the worker, and `fingerprint` that of the run's manifest. A RequestError
-    says that the folder holds another run, or that this program computes other bits than the program that began it.
+    `folder` is the path of the run's folder on the worker, `fingerprint` the fingerprint of the run's manifest. Raises
+    a RequestError if the folder has another run, or if this program computes other bits than the one that began it.
     """
     from distributed import get_worker
 
@@ -54,11 +54,11 @@ def compute_block(folder: str, fingerprint: str, number: int) -> None:
     check_same_run(journal, journal.spec)
     if journal.manifest.fingerprint != fingerprint:
         raise RequestError(
-            "On this worker the folder holds another run than on the machine that has started it.",
+            "On this worker the folder has another run than on the machine that started it.",
             hint="Share the folder of the output: all machines must see it at the same path.",
             where=folder,
         )
-    # as many as dask lets this worker have, so that several of them share a machine
+    # as many as dask gives this worker, so that several workers can share a machine
     threads = min(int(get_worker().state.nthreads), usable_threads(None))
     with _KERNELS:
         use_threads(threads)
@@ -68,9 +68,9 @@ def compute_block(folder: str, fingerprint: str, number: int) -> None:
 
 @contextlib.contextmanager
 def _connection(address: str, journal: Journal) -> Iterator[Any]:
-    """Give a client of the scheduler at an address; a FailedBlocksError says that the scheduler was lost meanwhile.
+    """Yield a client of the scheduler at an address; raise a FailedBlocksError if the scheduler is lost.
 
-    What dask logs about a lost scheduler, several tracebacks, is left out.
+    The logs of dask about a lost scheduler, several tracebacks, are suppressed.
     """
     import asyncio
     import concurrent.futures
@@ -78,10 +78,10 @@ def _connection(address: str, journal: Journal) -> Iterator[Any]:
     client = None
     with _without_logs("distributed"):
         try:
-            client = _connected(address)
+            client = _connect(address)
             yield client
         except (asyncio.CancelledError, concurrent.futures.CancelledError, OSError) as problem:
-            # an error of the connection is an OSError of dask; others come from writing the file, and are told as such
+            # an error of the connection is an OSError of dask; other OSErrors come from writing the file
             own = not isinstance(problem, OSError) or isinstance(problem, TimeoutError)
             if own or type(problem).__module__.startswith("distributed"):
                 raise _lost(journal) from problem
@@ -109,21 +109,21 @@ def _without_logs(package: str) -> Iterator[None]:
 def _lost(journal: Journal) -> FailedBlocksError:
     missing = len(journal.spans) - len(journal.held())
     return FailedBlocksError(
-        f"The dask scheduler has ended before the run: {counted(missing, 'block', len(journal.spans))} "
+        f"The dask scheduler ended before the run: {counted(missing, 'block', len(journal.spans))} "
         f"{are(missing, 'was', 'were')} not computed yet.",
         hint="Start scheduler and workers again, and run the same command again; finished blocks are kept.",
         where=str(journal.folder),
     )
 
 
-def _connected(address: str) -> Any:
+def _connect(address: str) -> Any:
     from distributed import Client
     from distributed.comm import parse_address, parse_host_port
 
     try:
         scheme, place = parse_address(address)
         if scheme in ("tcp", "tls"):
-            # a client that is given less than host and port fails to start, and then takes 20 s to close
+            # without host and port a client fails to start, and then takes 20 s to close
             parse_host_port(place)
         return Client(address, timeout=_TIMEOUT, set_as_default=False, name="eulerdisk")
     except (OSError, ValueError, TimeoutError) as problem:
@@ -134,7 +134,7 @@ def _connected(address: str) -> Any:
         ) from problem
 
 
-def _computed(
+def _compute_blocks(
     client: Any, journal: Journal, numbers: Sequence[int], stopping: Stopping
 ) -> Iterator[FinishedBlock]:
     from distributed import as_completed
@@ -152,11 +152,11 @@ def _computed(
     while waiting.count() and not stopping():
         for future in waiting.next_batch(block=False):
             if future.status in ("pending", "lost"):
-                # its worker died after the block had finished and before its status was read: dask computes it again
+                # its worker died after it finished the block and before its status was read: dask computes it again
                 waiting.add(future)
                 continue
             if future.status == "cancelled":
-                # The scheduler has ended: this process itself cancels tasks only after the loop.
+                # the scheduler has ended: this process cancels tasks only after the loop
                 raise _lost(journal)
             number = numbers_left.pop(future.key)
             if future.status == "finished":
@@ -171,9 +171,8 @@ def _computed(
     elif failed:
         first = ", ".join(map(str, sorted(failed)[:10]))
         raise FailedBlocksError(
-            f"In three attempts each, the workers could not compute "
-            f"{counted(len(failed), 'block', len(numbers))} ({first}); "
-            f"one of the errors is {next(iter(failed.values()))!r}.",
+            f"The workers could not compute {counted(len(failed), 'block', len(numbers))} ({first}) in three attempts "
+            f"each; one of the errors is {next(iter(failed.values()))!r}.",
             hint="Remove the cause and run the same command again; finished blocks are kept.",
             where=str(journal.folder),
         )

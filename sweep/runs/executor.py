@@ -1,4 +1,4 @@
-"""The interface of executors, which compute the missing blocks of a run, and the one that computes in this process."""
+"""The interface of executors, which compute the missing blocks of a run, and the executor for this process."""
 
 import signal
 import threading
@@ -13,17 +13,16 @@ from sweep.engine.compute import measure_block, use_threads
 from sweep.errors import StoppedError
 from sweep.runs.journal import Columns, Journal
 
-#: Items that are being computed or wait to be used: one of each kind, so that neither thread waits for the other where
-#: items differ in their cost.
+#: Number of items ahead: one in computation and one ready, so that no thread waits if the costs of items differ.
 _AHEAD: Final = 2
 
 
 @contextmanager
 def prefetch[T](items: Generator[T]) -> Iterator[Iterator[T]]:
-    """Give the items of a generator that runs in another thread, always the same one.
+    """Yield an iterator over the items of a generator, which runs in one other thread.
 
-    What the generator raises is raised where the consumer takes its next item. When the consumer stops early, the item
-    that is being computed is finished and discarded, and the generator is closed.
+    An error in the generator is raised where the consumer takes its next item. If the consumer stops early, the item in
+    computation is finished and discarded, and the generator is closed.
     """
     pool = ThreadPoolExecutor(max_workers=1)
     ended = object()
@@ -39,7 +38,7 @@ def prefetch[T](items: Generator[T]) -> Iterator[Iterator[T]]:
     try:
         yield taken()
     finally:
-        # shutdown waits for the item that is being computed; after it no thread uses the generator
+        # shutdown waits for the item in computation; after that no thread uses the generator
         pool.shutdown(cancel_futures=True)
         items.close()
 
@@ -60,25 +59,25 @@ Executor = Callable[[Journal, Sequence[int], Stopping], Iterator[FinishedBlock]]
 def local(threads: int | None) -> Executor:
     """Return the executor that computes in this process.
 
-    One thread computes, one keeps finished blocks, and the caller uses them; the three overlap. Blocks come in the
-    order in which they were asked for.
+    One thread computes blocks, one writes them to the journal, and the caller uses them, all at the same time. Blocks
+    come in the requested order.
     """
 
     def execute(journal: Journal, numbers: Sequence[int], stopping: Stopping) -> Iterator[FinishedBlock]:
-        def computed() -> Generator[tuple[int, Columns]]:
+        def compute_blocks() -> Generator[tuple[int, Columns]]:
             use_threads(threads)
             for number in numbers:
                 if stopping():
                     return
                 yield number, measure_block(journal.spec, journal.spans[number])
 
-        def kept() -> Generator[FinishedBlock]:
-            with prefetch(computed()) as blocks:
+        def keep_blocks() -> Generator[FinishedBlock]:
+            with prefetch(compute_blocks()) as blocks:
                 for number, measured in blocks:
                     journal.keep(number, measured)
                     yield number, measured
 
-        with prefetch(kept()) as finished:
+        with prefetch(keep_blocks()) as finished:
             yield from finished
 
     return execute
@@ -90,19 +89,19 @@ def no_op(*_: object) -> None:
 
 @contextmanager
 def interruptible(
-    stopping: Stopping | None = None, advice: str = "To go on, give the same call again."
+    stopping: Stopping | None = None, advice: str = "To continue, make the same call again."
 ) -> Iterator[Stopping]:
-    """Let SIGINT end the work within after its current block, and raise a KeyboardInterrupt that says what is kept.
+    """Make SIGINT end the ``with`` block after its current block, with a KeyboardInterrupt that says what is kept.
 
-    A second SIGINT raises where it arrives, as it would without this. A handler of the caller stays in charge, and so
-    does Python outside the main thread, where no handler can be set.
+    A second SIGINT raises at once, as it would without this. The handler is not set if the caller has its own handler,
+    nor outside the main thread, where Python allows none.
 
     Parameters
     ----------
     stopping : callable, optional
-        Of a caller that says itself when the work is to stop; SIGINT is left alone then.
+        The caller's own function for when to stop; SIGINT is not handled then.
     advice : str
-        The sentence that says what to do after an interrupt.
+        A sentence about what to do after an interrupt.
 
     Yields
     ------
@@ -114,7 +113,7 @@ def interruptible(
         return
     arrived = False
 
-    # An exception raised here could get lost in a callback of the compiler, or leave a block half kept.
+    # only records the signal: an exception could get lost in a callback of the compiler, or interrupt the journal
     def stop(number: int, frame: FrameType | None) -> None:
         nonlocal arrived
         if arrived:
@@ -132,10 +131,10 @@ def interruptible(
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if arrived:
-        raise KeyboardInterrupt("all was done when it came.")
+        raise KeyboardInterrupt("all work was done when the interrupt came.")
 
 
 def _python_handles() -> bool:
-    """Return whether SIGINT raises KeyboardInterrupt in this thread: no one else has a use for it."""
+    """Return whether SIGINT raises KeyboardInterrupt in this thread, so that no other handler is replaced."""
     in_main = threading.current_thread() is threading.main_thread()
     return in_main and signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -1,6 +1,6 @@
 """The cost of a run: seconds, measured on samples of its cells, and bytes on disk and in memory.
 
-Nothing heavy is imported here before the speed of the kernels is measured.
+This module imports nothing heavy before it measures the speed of the kernels.
 """
 
 import math
@@ -34,53 +34,53 @@ from sweep.progress.timetable import COMPUTING, SEARCHING, Show, Stage, Timetabl
 from sweep.request.spec import SweepSpec
 from sweep.runs.journal import encode
 
-#: A crash costs the blocks in the making: of about this many seconds.
+#: Seconds of work in a block: a crash costs the blocks in progress.
 _BLOCK_SECONDS = 1.5
 
-#: Bytes of a process that holds the compiler and the libraries of files, before it has a cell.
+#: Bytes of a process with the compiler and the file libraries, before it has any cells.
 _PROCESS_BYTES = 270e6
 
-#: Bytes per cell of a block in all its stages at once: being computed, being written, being compressed.
+#: Bytes per cell of a block in all its stages together: computing, writing and compressing.
 _STAGES_BYTES = 500
 
 #: Bytes of a row of an edge in a file: four numbers and a code.
 _EDGE_BYTES = 33
 
-#: Bytes of memory of a row while its edge is sought; rows whose brackets are bisected at a time, and bytes of
-#: each.
+#: Bytes of memory of a row during the search for its edge; number of rows whose brackets are bisected together, and
+#: bytes of each.
 _ROW_BYTES, _ROWS_AT_ONCE, _STARTS_BYTES = 40, 2**16, 800
 
-#: Bytes of a value of a start of a table.
+#: Bytes of a value in a table of starts.
 _START_BYTES = 8
 
-#: Bytes of memory of a cell and of a point of the curves of a refined boundary while they are joined.
+#: Bytes of memory of a cell, and of a point, while the points of a refined boundary are joined to curves.
 _PLANE_BYTES, _POINT_BYTES = 3, 160
 
-#: Bytes of a point along one axis in a file: its place and its half-width.
+#: Bytes of a point along one axis in a file: its position and its half-width.
 _STORED_BYTES = 16
 
-#: Seconds per cell to read and check a block of the journal; and of one thread to derive, filter and write a cell.
-#: Measured with 1e7 cells of 52 bytes on a busy machine.
+#: Seconds per cell to read and check a block of the journal; seconds per cell of one thread to derive, filter and write
+#: cells. Measured with 1e7 cells of 52 bytes on a busy machine.
 _READING, _WRITING = 8e-8, 5e-7
 
 
-#: Names of stages, beside those that every sweep has.
-READING: Final = "reading what is there"
+#: Names of the stages that not every sweep has.
+READING: Final = "reading finished blocks"
 WRITING: Final = "writing"
 
-#: Stretches of the grid that are kept and filtered as a run does it, and cells of each.
+#: Number of parts of the grid that are encoded and filtered as in a run, and most cells of each.
 _STRETCHES, _CELLS = 3, 8192
 
-#: Seconds that computing a stretch, or some rows, may take; cells per second where they were not measured.
+#: Seconds for computing a part; cells per second if they were not measured.
 _PATIENCE, _RATE_UNKNOWN = 0.1, 1e4
 
-#: Seconds in which a run loads its kernels, chooses its blocks and makes its folder, once the kernels are compiled.
+#: Seconds in which a run loads its compiled kernels, chooses its blocks and makes its folder.
 _LOADING = 0.3
 
-#: Allowance for stretches that take more bytes than the samples.
+#: Allowance for parts that take more bytes than the samples.
 _MARGIN = 1.1
 
-#: Cells from which on the bytes on disk are worth a sample; below that the bounds are small.
+#: Least number of cells for which measuring the bytes on disk is worth it: for fewer cells the bounds are small.
 _FEW = 10_000
 
 
@@ -88,53 +88,53 @@ _FEW = 10_000
 
 
 def cell_bytes(spec: SweepSpec) -> int:
-    """Return the bytes of one cell's variables in the file."""
+    """Return the bytes of the variables of one cell in the file."""
     return _bytes(stored_quantities(spec))
 
 
 def journal_bytes(spec: SweepSpec, cells: int) -> float:
-    """Return the bytes that finished blocks of so many cells take on disk, at most: of what repeats they have less."""
+    """Return an upper bound of the bytes of finished blocks with this many cells; repeated values take less."""
     return 1.01 * cells * _bytes(measured_quantities(spec)) + table_bytes(spec) + 1e4
 
 
 def table_bytes(spec: SweepSpec) -> int:
-    """Return the bytes of the values of a table of starts, in memory and in the folder of its run."""
+    """Return the bytes of a table of starts, in memory and in the folder of its run."""
     return _START_BYTES * len(spec.listed) * spec.size if spec.starts else 0
 
 
 def _bytes(quantities: Mapping[str, Quantity]) -> int:
-    return sum(np.dtype(each.dtype).itemsize for each in quantities.values())
+    return sum(np.dtype(quantity.dtype).itemsize for quantity in quantities.values())
 
 
 def file_bytes(spec: SweepSpec) -> float:
-    """Return the bytes of the finished file, at most."""
+    """Return an upper bound of the bytes of the finished file."""
     return FILE_SHARE * spec.size * cell_bytes(spec) + plain_bytes(spec, edges=2) + 1e5
 
 
 def plain_bytes(spec: SweepSpec, edges: int = 1) -> float:
-    """Return the bytes of the axes, of so many edges along every control, and of curves, stored as they are."""
+    """Return the uncompressed bytes of the axes, of `edges` edges along every control, and of curves."""
     rows = sum(spec.size // len(getattr(spec, axis)) for axis in spec.model.controls(spec.axes))
     points = _STORED_BYTES * len(spec.axes) * curve_points(spec)
     return 8.0 * sum(spec.shape) + _EDGE_BYTES * edges * rows + points
 
 
 def memory_bytes(spec: SweepSpec, block_cells: int = MOST_BLOCK_CELLS) -> float:
-    """Return the resident bytes of a run at their largest."""
+    """Return the largest resident bytes of a run."""
     stages = _STAGES_BYTES * min(block_cells, spec.size)
     return _PROCESS_BYTES + stages + boundary_bytes(spec) + table_bytes(spec)
 
 
 def boundary_bytes(spec: SweepSpec) -> float:
-    """Return the bytes that the search for the boundary holds at most: the verdicts, its rows and its curves."""
+    """Return the largest bytes of the search for the boundary: its verdicts, rows and curves."""
     rows = [spec.size // len(getattr(spec, axis)) for axis in spec.model.controls(spec.axes)]
     most = max(rows, default=0)
-    held = _ROW_BYTES * most + _STARTS_BYTES * min(most, _ROWS_AT_ONCE)
+    of_rows = _ROW_BYTES * most + _STARTS_BYTES * min(most, _ROWS_AT_ONCE)
     points = curve_points(spec)
-    return spec.size + held + _PLANE_BYTES * spec.size * bool(points) + _POINT_BYTES * points
+    return spec.size + of_rows + _PLANE_BYTES * spec.size * bool(points) + _POINT_BYTES * points
 
 
 def curve_points(spec: SweepSpec) -> int:
-    """Return about how many points the curves of a refined boundary have: one on each line of cells, either way."""
+    """Return an estimate of the points on the curves of a refined boundary: one on each row and column of cells."""
     if spec.boundary_width is None or len(spec.axes) < 2:
         return 0
     lines, line = spec.shape[-2:]
@@ -145,7 +145,7 @@ def curve_points(spec: SweepSpec) -> int:
 
 
 def suitable_block(rate: float, least: int) -> int:
-    """Return the cells of a block, a multiple of `least`, at `rate` cells per second."""
+    """Return the number of cells of a block, a multiple of `least`, at `rate` cells per second."""
     wanted = int(rate * _BLOCK_SECONDS) // least * least
     return min(max(wanted, least), max(MOST_BLOCK_CELLS, least))
 
@@ -157,7 +157,7 @@ def cells_per_second(
     patience: float = 0.2,
     clock: Callable[[], float] = time.perf_counter,
 ) -> float:
-    """Measure how many cells of a spec are computed in a second.
+    """Measure the speed of the kernels for a spec, in cells per second.
 
     Parameters
     ----------
@@ -165,26 +165,26 @@ def cells_per_second(
     threads : int, optional
         As in `compute.use_threads`.
     patience : float
-        Seconds of computing that are measurement enough.
+        Seconds of computing that are enough for a measurement.
     clock : callable
         Returns a time [s].
 
     Raises
     ------
     RequestError
-        If `threads` is out of range, or the spec's device is not there.
+        If `threads` is out of range, or the spec's device is missing.
     """
     use_threads(threads)
     check_device(spec)
     wanted = usable_threads(threads)
-    # loading or compiling the kernels is not what is measured
+    # load or compile the kernels before the measurement
     _seconds(coarse(spec, 1), clock)
     cells = 256
     while True:
         sample = coarse(spec, cells)
         took = _seconds(sample, clock)
         if took < patience:
-            # the shorter of two: on a busy machine a short measurement may have waited more than it worked
+            # the shorter of two: on a busy machine most of a short measurement may be waiting
             took = min(took, _seconds(sample, clock))
         if took >= patience or cells >= min(spec.size, MOST_BLOCK_CELLS):
             # a small sample does not keep all threads busy
@@ -200,7 +200,7 @@ def _seconds(spec: SweepSpec, clock: Callable[[], float]) -> float:
 
 
 def block_cells(spec: SweepSpec, threads: int | None = None) -> int:
-    """Choose the cells of a block: some seconds of work, but not more than memory and a small loss allow.
+    """Return the number of cells of a block for about a second of work, limited by memory and the loss in a crash.
 
     Raises
     ------
@@ -210,13 +210,13 @@ def block_cells(spec: SweepSpec, threads: int | None = None) -> int:
     least = least_cells(threads)
     if spec.size <= least:
         return least
-    # the processor's time: on a busy machine the clock on the wall would lead to blocks too small to be worth a file
+    # processor time: on a busy machine, wall clock time would give blocks too small to be worth a file
     rate = cells_per_second(spec, 1, patience=0.02, clock=time.process_time) * usable_threads(threads)
     return suitable_block(rate, least)
 
 
 def least_cells(threads: int | None = None) -> int:
-    """Return the cells of a block that gives every thread something to do.
+    """Return the least number of cells of a block that keeps all threads busy.
 
     Raises
     ------
@@ -227,14 +227,14 @@ def least_cells(threads: int | None = None) -> int:
 
 
 def coarse(spec: SweepSpec, cells: int) -> SweepSpec:
-    """Return a spec of about so many cells of another, spread evenly over its grid; of random starts the first ones."""
+    """Return a spec of about this many cells, spread evenly over the grid; the first ones of random starts."""
     if spec.samples:
-        # as good as others, and drawn together
+        # as good as any others
         return spec.replace(start=spec.start.at(np.arange(min(cells, spec.size))))
     share = (min(cells, spec.size) / spec.size) ** (1.0 / max(len(spec.axes), 1))
     values: dict[str, list[float]] = {}
     for name in spec.axes:
-        # not all values: a range may have more of them than memory holds
+        # never all values: a range may have more than fit into memory
         axis = getattr(spec, name)
         count = max(1, round(len(axis) * share))
         values[name] = axis.at([(2 * i + 1) * len(axis) // (2 * count) for i in range(count)]).tolist()
@@ -247,7 +247,7 @@ def coarse(spec: SweepSpec, cells: int) -> SweepSpec:
 def of_run(spec: SweepSpec, missing: int, threads: int | None, show: Show) -> Timetable:
     """Return the timetable of a run that has to compute `missing` of its cells.
 
-    `threads` write all cells when the last one is computed; None if they are written while they are computed.
+    `threads` is the number of threads that write the cells after the computation; None if both overlap.
     """
     computing = [Stage(COMPUTING, spec.size)] if missing else []
     writing = [Stage(WRITING, spec.size, _WRITING / threads)] if threads else []
@@ -255,18 +255,18 @@ def of_run(spec: SweepSpec, missing: int, threads: int | None, show: Show) -> Ti
 
 
 def of_part(cells: int, show: Show) -> Timetable:
-    """Return the timetable of a job that computes so many cells and leaves the file to another one."""
+    """Return the timetable of a job that computes this many cells and writes no file."""
     return Timetable([Stage(READING, cells, _READING), Stage(COMPUTING, cells)], show)
 
 
 def of_journal(spec: SweepSpec, threads: int, show: Show) -> Timetable:
-    """Return the timetable of making the file of a run whose cells are all computed."""
+    """Return the timetable of writing the file of a run whose cells are all computed."""
     stages = [Stage(READING, spec.size, _READING), Stage(WRITING, spec.size, _WRITING / threads)]
     return Timetable([*stages, Stage(SEARCHING, bisected_cells(spec))], show)
 
 
 def bisected_cells(spec: SweepSpec) -> int:
-    """Return about how many cells the bisection of the boundary integrates: a bracket in every row."""
+    """Return an estimate of the cells that the bisection of the boundary integrates: a bracket in every row."""
     width = spec.boundary_width
     if width is None:
         return 0
@@ -276,7 +276,7 @@ def bisected_cells(spec: SweepSpec) -> int:
         count = len(getattr(spec, axis))
         halvings = math.log2(max(1.0, (high - low) / max(count - 1, 1) / width))
         cells += spec.size // count * math.ceil(halvings)
-    # the edges, and in a plane the curves again
+    # for the edges and, in a plane, again for the curves
     return cells * (1 if len(spec.axes) < 2 else 2)
 
 
@@ -290,13 +290,13 @@ class Forecast:
     Attributes
     ----------
     rate : float
-        Cells per second that its threads compute.
+        Cells per second of all its threads.
     keeping : float
-        Seconds of one processor for all else that is done with a cell: to keep it, to derive, filter and write it.
+        Processor seconds per cell for everything else: to keep it in the journal, derive, filter and write it.
     journal, file : float
         Bytes per cell on disk.
     start, search : float
-        Seconds before the first cell, and for the boundary after the last one.
+        Seconds before the first cell, and for the boundary after the last cell.
     """
 
     rate: float
@@ -308,12 +308,12 @@ class Forecast:
 
     @classmethod
     def measured(cls, spec: SweepSpec, threads: int | None) -> Self:
-        """Measure on samples of the cells of a spec; what this process has done before counts as the start.
+        """Measure samples of the cells of a spec; the processor time of this process so far counts as the start.
 
         Raises
         ------
         RequestError
-            If `threads` is out of range, or the spec's device is not there.
+            If `threads` is out of range, or the spec's device is missing.
         """
         start = time.process_time() + _LOADING
         rate = cells_per_second(spec, threads)
@@ -321,18 +321,18 @@ class Forecast:
         return cls(rate, keeping, journal, file, start, bisected_cells(spec) / rate)
 
     def seconds(self, spec: SweepSpec, threads: int, processors: int) -> float:
-        """Return how long the run takes [s].
+        """Return the time of the run [s].
 
         Parameters
         ----------
         spec : SweepSpec
         threads, processors : int
-            As many threads compute, and as many keep what is computed, on the processors that there are.
+            The number of threads that compute, which is also the number that keep and write; available processors.
         """
         computing, keeping = spec.size / self.rate, spec.size * self.keeping
         used = min(threads, processors)
-        beside = max(computing, keeping / used, (used * computing + keeping) / processors)
-        return self.start + beside + self.search
+        both = max(computing, keeping / used, (used * computing + keeping) / processors)
+        return self.start + both + self.search
 
     def journal_bytes(self, spec: SweepSpec) -> float:
         """Return the bytes of the journal."""
@@ -351,17 +351,17 @@ def describe(
     threads: int = 1,
     processors: int = 1,
 ) -> list[str]:
-    """Return what a run takes, one line each: cells, blocks, time, memory, disk.
+    """Return the cost of a run as lines: cells, blocks, time, memory, disk.
 
     Parameters
     ----------
     spec : SweepSpec
     path : Path
-        The file of the end.
+        The file.
     found : Forecast or None
-        If it was measured.
+        None if it was not measured.
     cells : int or None
-        Cells of a block, if they are decided.
+        Cells of a block; None if they are not decided yet.
     threads, processors : int
         As in `Forecast.seconds`.
     """
@@ -373,7 +373,7 @@ def describe(
         if spec.starts
         else " x ".join(map(str, spec.shape)) or "one"
     )
-    blocks = f"{math.ceil(spec.size / most)} of {counted(min(most, spec.size), 'cell')}"
+    blocks, cells_each = math.ceil(spec.size / most), counted(min(most, spec.size), "cell")
     expected, about = "not measured", "at most"
     journal, file = journal_bytes(spec, spec.size), file_bytes(spec)
     if found is not None:
@@ -384,18 +384,20 @@ def describe(
     room = f"{size(free)} free" if math.isfinite(free) else "free space unknown"
     return [
         f"cells    {spec.size} ({shape})",
-        f"blocks   {blocks}" if cells else f"blocks   at least {blocks} at most",
+        f"blocks   {blocks} of {cells_each}"
+        if cells
+        else f"blocks   at least {blocks} of at most {cells_each}",
         f"time     {expected}",
         f"memory   about {size(memory_bytes(spec, most))}",
-        f"disk     {about} {size(journal)} for the journal, which goes at the end, and {about} "
+        f"disk     {about} {size(journal)} for the journal, which is removed at the end, and {about} "
         f"{size(file)} for the file; {room} in {path.parent.resolve()}",
     ]
 
 
 def check_run_fits(path: Path, spec: SweepSpec, cells: int) -> None:
-    """Refuse a run that does not fit the disk.
+    """Refuse a run that does not fit on the disk.
 
-    The bounds of `file_bytes` are wide: only where they do not fit are some cells computed, to know better.
+    The upper bounds are loose. If they do not fit, some cells are computed to get a better estimate.
 
     Parameters
     ----------
@@ -403,7 +405,7 @@ def check_run_fits(path: Path, spec: SweepSpec, cells: int) -> None:
         The file; its folder exists.
     spec : SweepSpec
     cells : int
-        Cells that are still to be computed.
+        Number of cells still to be computed.
 
     Raises
     ------
@@ -423,12 +425,12 @@ def check_run_fits(path: Path, spec: SweepSpec, cells: int) -> None:
 def _keeping(
     spec: SweepSpec, rate: float, clock: Callable[[], float] = time.process_time
 ) -> tuple[float, float, float]:
-    """Return what cells take beside their computation: seconds of one processor, bytes in the journal and in the file.
+    """Measure the costs per cell besides its computation: processor seconds, bytes in the journal and in the file.
 
-    Measured on stretches of the grid, and per cell.
+    Measured on parts of the grid.
     """
     count = max(1, min(_CELLS, spec.size // _STRETCHES, int(_PATIENCE * rate)))
-    taken, journal, file = 0.0, 0, 0
+    seconds, journal, file = 0.0, 0, 0
     for k in range(_STRETCHES):
         first = (2 * k + 1) * (spec.size - count) // (2 * _STRETCHES)
         span = Span(first, first + count)
@@ -436,9 +438,9 @@ def _keeping(
         began = clock()
         content = encode(measured, spec.shape[-1] if spec.axes else 1)
         columns = derive_block(spec, span, measured)
-        file += sum(len(packed(columns[each.name], count)) for each in cell_declarations(spec))
-        taken += clock() - began
-        # the line that names the columns stands once in a block
+        file += sum(len(packed(columns[variable.name], count)) for variable in cell_declarations(spec))
+        seconds += clock() - began
+        # without the line with the names of the columns, of which a block has only one
         journal += len(content) - content.index(b"\n")
     cells = _STRETCHES * count
-    return taken / cells, _MARGIN * journal / cells, _MARGIN * file / cells
+    return seconds / cells, _MARGIN * journal / cells, _MARGIN * file / cells

@@ -1,4 +1,4 @@
-"""An atlas in memory. An interrupted call keeps nothing: a run that can be resumed writes to a file."""
+"""Atlases computed in memory. An interrupted call keeps nothing; to be able to resume, write to a file."""
 
 import time
 from collections.abc import Iterator
@@ -19,8 +19,8 @@ from sweep.runs.forecast import bisected_cells
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Cells of the first block, few enough that an interrupt does not wait for minutes where a cell takes 1e-3 s; seconds
-#: that a block should take; and how much larger the next one may be.
+#: Cells of the first block, few enough that an interrupt does not wait for minutes if a cell takes 1e-3 s; wanted
+#: seconds of a block; largest growth from one block to the next.
 _FIRST, _SECONDS, _GROWTH = 2**12, 0.25, 32
 
 _ADVICE = "For a run that can be resumed, write to a file: sweep.run_to_file(spec, path)."
@@ -36,17 +36,17 @@ def run(
 ) -> "xr.Dataset":
     """Compute the atlas of a spec in memory: ``run("rolling", radius="12mm")``.
 
-    Ctrl-C, or the interrupt of a notebook, ends the call after its current block, and nothing is kept. For a run that
-    can be resumed, write to a file: `sweep.run_to_file`.
+    Ctrl-C, or the interrupt of a notebook, ends the call after its current block, and nothing is kept. To be able to
+    resume, write to a file: `sweep.run_to_file`.
 
     Parameters
     ----------
     spec : SweepSpec, str or Path
         A spec, the name of a preset, or the path of a TOML file.
     threads : int, optional
-        Threads to use; all that this process may use if not given.
+        Number of threads; by default all that this process may use.
     block_cells : int, optional
-        Cells computed at a time; some tenths of a second of work if not given. Neither this nor `threads` changes a bit
+        Cells computed at a time; by default some tenths of a second of work. Neither this nor `threads` changes a bit
         of the result.
     progress : bool or callable, optional
         True shows a bar (in a log: a line every few seconds), False nothing. By default there is a bar in notebooks and
@@ -58,13 +58,13 @@ def run(
     Returns
     -------
     xarray.Dataset
-        Dimensions: the spec's axes in order. The variables are those of the model (docs/atlas.md), in SI.
+        Dimensions: the axes of the spec in order. Variables: those of the model (docs/atlas.md), in SI.
         `sweep.save` writes it.
 
     Raises
     ------
     RequestError
-        If the spec or a change is not possible, or `threads`, `block_cells` or `progress` is.
+        If the spec, a change, `threads`, `block_cells` or `progress` is not possible.
     KeyboardInterrupt
         If it was interrupted.
     """
@@ -73,11 +73,11 @@ def run(
     use_threads(threads)
     check_device(spec)
     with following(progress) as show, interruptible(advice=_ADVICE) as stopping:
-        return _computed(spec, block_cells, show, stopping)
+        return _compute_atlas(spec, block_cells, show, stopping)
 
 
-def _computed(spec: SweepSpec, block_cells: int | None, show: Show, stopping: Stopping) -> "xr.Dataset":
-    """Compute all cells, and return the atlas; raise StoppedError when the call is to stop."""
+def _compute_atlas(spec: SweepSpec, block_cells: int | None, show: Show, stopping: Stopping) -> "xr.Dataset":
+    """Compute all cells, and return the atlas; raise StoppedError if `stopping` returns true."""
     timetable = Timetable([Stage(COMPUTING, spec.size), Stage(SEARCHING, bisected_cells(spec))], show)
     columns, done = empty_columns(spec), 0
 
@@ -100,25 +100,25 @@ def _computed(spec: SweepSpec, block_cells: int | None, show: Show, stopping: St
         check_stop()
 
     atlas = assemble(spec, columns, with_substitutes("sweep.run", spec), report_search)
-    # an interrupt returns no atlas, and must not say that all was done
+    # an interrupt returns no atlas, so it must not say that all work was done
     check_stop()
     return atlas
 
 
-def _blocks(spec: SweepSpec, given: int | None) -> Iterator[Block]:
-    """Compute all cells, in blocks of a given size, or of one that the time of the last suggests."""
-    start, cells = 0, given or _FIRST
+def _blocks(spec: SweepSpec, block_cells: int | None) -> Iterator[Block]:
+    """Compute all cells, in blocks of a given size, or of a size from the time of the last block."""
+    start, cells = 0, block_cells or _FIRST
     while start < spec.size:
         span = Span(start, min(spec.size, start + cells))
         began = time.monotonic()
         yield Block(span, compute(spec, starts_of(spec, span)))
         start = span.stop
-        if given is None:
+        if block_cells is None:
             cells = _next_size(len(span), time.monotonic() - began)
 
 
 def _next_size(cells: int, seconds: float) -> int:
-    """Return the cells of the block after one of so many cells that took so long."""
+    """Return the number of cells of the next block, from the cells and seconds of the last one."""
     wanted = cells * min(_SECONDS / seconds, _GROWTH) if seconds > 0 else cells * _GROWTH
-    # the lanes of the threads run empty at the end of each block: smaller ones than the first are not worth it
+    # lanes run empty at the end of each block, so blocks smaller than the first one are not worth it
     return max(_FIRST, min(int(wanted), BLOCK_CELLS))

@@ -1,4 +1,4 @@
-"""The manifest of a run: its spec, its cut into blocks, and what decides its bits; written before the first block."""
+"""The manifest of a run: its spec, its blocks, and everything that determines its bits; written before any block."""
 
 import hashlib
 import json
@@ -23,11 +23,11 @@ from sweep.request.spec import SweepSpec
 from sweep.request.values import both_written
 from sweep.runs.folder import STARTS
 
-#: Cells at each end of the grid whose starts are compared.
+#: Number of cells at each end of the grid whose starts are compared.
 _CELLS = 256
 
-#: Settings with which processors of several kinds compute the same bits, set for every process that takes part. NumPy's
-#: logarithm has a variant of its own for AVX-512.
+#: Environment variables with which processors of different kinds compute the same bits, needed by all processes of a
+#: run. NumPy's logarithm has another implementation for AVX-512.
 SAME_BITS = (
     "NUMBA_CPU_NAME=x86-64-v3 NUMBA_CPU_FEATURES= "
     "NPY_DISABLE_CPU_FEATURES='AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL AVX512_SPR'"
@@ -36,14 +36,14 @@ SAME_BITS = (
 
 def machine_facts(spec: SweepSpec) -> dict[str, str]:
     """Return the kind of processor that kernels are compiled for, and the SHA-256 of the starts of a spec."""
-    name, features = (os.environ.get(f"NUMBA_CPU_{each}", "") for each in ("NAME", "FEATURES"))
+    name, features = (os.environ.get(f"NUMBA_CPU_{setting}", "") for setting in ("NAME", "FEATURES"))
     return {"processor": f"{name or platforms.processor()} {features}".rstrip(), "starts": starts_hash(spec)}
 
 
 def starts_hash(spec: SweepSpec) -> str:
     """Return the SHA-256 of the values of all axes, and of the completed starts of the first and last cells."""
     digest = hashlib.sha256()
-    # the numbers of a list of starts are what they are everywhere
+    # the axis of a list of starts has only integers, the same on all machines
     for name in () if spec.is_list else spec.axes:
         axis = getattr(spec, name)
         assert isinstance(axis, Range | Values)
@@ -55,44 +55,44 @@ def starts_hash(spec: SweepSpec) -> str:
     return digest.hexdigest()
 
 
-#: Version of the journal: names and contents of its files.
+#: Version of the journal format: names and contents of its files.
 FORMAT = 1
 
-#: Packages whose versions decide the bits of a cell, and those that are recorded only.
+#: Packages whose versions affect the bits of a cell, and packages whose versions are only recorded.
 _ARITHMETIC = ("numba", "llvmlite", "numpy")
 _RECORDED = tuple(name for name in PACKAGES if name not in _ARITHMETIC)
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """The spec of a run, its blocks, its origin, and what decides the bits of its cells."""
+    """The spec of a run, its blocks, its origin, and everything that determines the bits of its cells."""
 
     spec: SweepSpec
     block_cells: int
-    #: When the run was begun, ISO 8601 in UTC: the time that the finished file states.
+    #: When the run was begun, ISO 8601 in UTC: the creation time in the finished file.
     created: str
     #: The command that makes this atlas, for its history.
     command: str
-    #: What decides the bits of a cell besides the spec: hash of the code, format of the journal, versions.
+    #: What determines the bits of a cell besides the spec: hash of the code, format of the journal, versions.
     arithmetic: Mapping[str, str]
     #: Versions of other packages.
     recorded: Mapping[str, str]
-    #: SHA-256 over the spec and `arithmetic`, made when the run was begun. It seeds the checksum of every block.
+    #: SHA-256 over the spec, `arithmetic` and `machine` at the start of the run. It seeds the checksums of blocks.
     fingerprint: str
-    #: What decides the bits on the machine that began the run (`sweep.runs.manifest`).
+    #: What determines the bits on the machine that began the run (`machine_facts`).
     machine: Mapping[str, str]
 
     @classmethod
     def new(cls, spec: SweepSpec, block_cells: int, created: str, command: str) -> Self:
-        """Return the manifest of a run that is begun by this program on this machine."""
-        deciding, here = arithmetic(spec), machine_facts(spec)
+        """Return the manifest of a new run by this program on this machine."""
+        code, machine = arithmetic(spec), machine_facts(spec)
         recorded = {name: version(name) for name in _RECORDED}
-        fingerprint = _digest([spec.canonical(), deciding, here])
-        return cls(spec, block_cells, created, command, deciding, recorded, fingerprint, here)
+        fingerprint = _digest([spec.canonical(), code, machine])
+        return cls(spec, block_cells, created, command, code, recorded, fingerprint, machine)
 
     @property
     def versions(self) -> dict[str, str]:
-        """Versions of the packages that the run uses, for the file."""
+        """The versions of the packages that the run uses, for the file."""
         return {name: self.arithmetic[name] for name in _ARITHMETIC} | dict(self.recorded)
 
     @property
@@ -101,26 +101,26 @@ class Manifest:
         return list(blocks(self.spec.size, self.block_cells))
 
     def differences(self, spec: SweepSpec) -> list[str]:
-        """Return why this program cannot go on with this run for `spec`: one text for each field that differs.
+        """Return why this program cannot resume this run for `spec`: one text for each field that differs.
 
-        The fields are the words of the spec, and what decides the bits of the run's own cells.
+        The fields are the words of the spec, and everything else that determines the bits of the run's cells.
         """
-        there, here = (json.loads(each.canonical()) for each in (self.spec, spec))
-        found = []
-        for name in dict.fromkeys((*there, *here)):
-            if there.get(name) != here.get(name):
-                texts = both_written((self.spec, spec), name)
-                found.append(f"{name}: {texts[0]} there, {texts[1]} here")
+        before, now = (json.loads(each.canonical()) for each in (self.spec, spec))
+        texts = []
+        for name in dict.fromkeys((*before, *now)):
+            if before.get(name) != now.get(name):
+                old, new = both_written((self.spec, spec), name)
+                texts.append(f"{name}: {old} in the run, {new} now")
         for name, value in arithmetic(self.spec).items():
-            before = self.arithmetic.get(name)
-            if before != value:
-                found.append(f"{name}: {str(before)[:16]} there, {value[:16]} here")
-        return found
+            of_run = self.arithmetic.get(name)
+            if of_run != value:
+                texts.append(f"{name}: {str(of_run)[:16]} in the run, {value[:16]} now")
+        return texts
 
     def machine_differences(self) -> list[str]:
-        """Return why this machine would compute other bits than the one that began the run, as `differences` does."""
+        """Return why this machine may compute other bits than the one that began the run, as texts."""
         return [
-            f"{name}: {self.machine.get(name, '')[:16]} there, {value[:16]} here"
+            f"{name}: {self.machine.get(name, '')[:16]} in the run, {value[:16]} now"
             for name, value in machine_facts(self.spec).items()
             if self.machine.get(name) != value
         ]
@@ -133,36 +133,36 @@ class Manifest:
 
     @classmethod
     def read(cls, path: Path) -> Self:
-        """Return the manifest in a file, with the table of starts beside it if it has one.
+        """Return the manifest in a file, with the table of starts in the same folder if it has one.
 
         Raises
         ------
         RequestError
-            If the manifest is damaged or of another version, or the table is damaged.
+            If the manifest is damaged or from another version, or the table is damaged.
         """
         try:
             content = json.loads(path.read_text("ascii"))
             if content.pop("checksum") != _digest(content):
-                raise ValueError("the checksum does not fit")
+                raise ValueError("the checksum does not match")
             spec = SweepSpec.from_canonical(json.dumps(content.pop("spec"), sort_keys=True))
             _check_types(content)
             manifest = cls(spec, **content)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, RequestError) as problem:
             raise RequestError(
-                f"The manifest of this run is damaged, or of another version of this program: {problem}.",
-                hint=f"Go on with the version that began the run, or start anew after {discard(path.parent)}.",
+                f"The manifest of this run is damaged, or from another version of this program: {problem}.",
+                hint=f"Resume with the version that began the run, or start again after {discard(path.parent)}.",
                 where=str(path),
             ) from problem
         return replace(manifest, spec=_with_starts(spec, path.with_name(STARTS))) if spec.starts else manifest
 
 
 def _check_types(content: Mapping[str, object]) -> None:
-    """Raise ValueError for a field of a manifest that is not of its type."""
+    """Raise ValueError if a field of a manifest has the wrong type."""
     for name, value in content.items():
         if name == "block_cells":
             fits = type(value) is int and value > 0
         elif name in ("arithmetic", "recorded", "machine"):
-            fits = isinstance(value, dict) and all(isinstance(each, str) for each in value.values())
+            fits = isinstance(value, dict) and all(isinstance(text, str) for text in value.values())
         else:
             fits = isinstance(value, str)
         if not fits:
@@ -170,7 +170,7 @@ def _check_types(content: Mapping[str, object]) -> None:
 
 
 def _with_starts(spec: SweepSpec, path: Path) -> SweepSpec:
-    """Return a spec with the values of its table, which are in the folder of the run."""
+    """Return a spec with the values of its table, from a file in the folder of the run."""
     try:
         return spec.replace(starts=spec.starts.from_bytes(path.read_bytes()))
     except (OSError, RequestError) as problem:
@@ -178,19 +178,19 @@ def _with_starts(spec: SweepSpec, path: Path) -> SweepSpec:
             problem.message if isinstance(problem, RequestError) else getattr(problem, "strerror", problem)
         )
         raise RequestError(
-            f"The starts of this run cannot be taken from this file: {str(reason).rstrip('.')}.",
-            hint=f"Put an undamaged copy of it there, or start anew after {discard(path.parent)}.",
+            f"The starts of this run cannot be read from this file: {str(reason).rstrip('.')}.",
+            hint=f"Replace it with an undamaged copy, or start again after {discard(path.parent)}.",
             where=str(path),
         ) from problem
 
 
 def discard(folder: Path) -> str:
-    """Return the shell command that removes a run's folder; its name may have any characters."""
+    """Return the shell command that removes the folder of a run, with any name."""
     return f"`rm -r {shlex.quote(str(folder))}`"
 
 
 def arithmetic(spec: SweepSpec) -> dict[str, str]:
-    """Return what decides the bits of the cells of a spec in this process: hash of the code, formats, versions."""
+    """Return what determines the bits of the cells of a spec in this process: hash of the code, format, versions."""
     return {
         "format": str(FORMAT),
         "arithmetic_hash": arithmetic_hash(spec),

@@ -1,4 +1,4 @@
-"""An unfinished run: how far it is, and an atlas of its finished blocks."""
+"""Unfinished runs: their progress, and an atlas of their finished blocks."""
 
 import contextlib
 from collections.abc import Iterator
@@ -21,19 +21,19 @@ from sweep.runs.run_directory import check_same_run
 
 
 def describe(folder: Path) -> str:
-    """Return how far a run is, in words."""
+    """Return the progress of a run in words."""
     journal = Journal.at(folder)
-    spec, held = journal.spec, journal.held()
-    done = journal.cells(held)
+    spec, finished = journal.spec, journal.held()
+    done = journal.cells(finished)
     taken = 0
-    for paths in held.values():
-        # another process may finish the run and remove the file at any moment
+    for paths in finished.values():
+        # another process may finish the run and remove the file at any time
         with contextlib.suppress(FileNotFoundError):
             taken += paths[0].stat().st_size
     return "\n".join(
         [
-            f"{folder}: a run that is not finished",
-            f"blocks      {len(held)} of {len(journal.spans)}, {counted(done, 'cell', spec.size)} "
+            f"{folder}: an unfinished run",
+            f"blocks      {len(finished)} of {len(journal.spans)}, {counted(done, 'cell', spec.size)} "
             f"({100 * done / spec.size:.0f} %), {size(taken)}",
             f"begun       {journal.manifest.created} {journal.manifest.command}",
             f"program     {', '.join(f'{name} {text[:16]}' for name, text in journal.manifest.arithmetic.items())}",
@@ -42,10 +42,10 @@ def describe(folder: Path) -> str:
 
 
 def write_partial(folder: Path, path: Path) -> tuple[int, int]:
-    """Write an atlas of the blocks that there are; the cells of the others are marked as not computed.
+    """Write an atlas of the finished blocks; the cells of other blocks are marked as not computed.
 
-    The folder of the run is only read: another process may be computing its blocks. Returns the number of cells that
-    were there, and that of all cells.
+    The folder of the run is only read, because another process may be computing its blocks. Returns the number of
+    finished cells, and the number of all cells.
     """
     journal = Journal.at(folder)
     spec = journal.spec
@@ -54,25 +54,29 @@ def write_partial(folder: Path, path: Path) -> tuple[int, int]:
     check_target(path, False)
     check_room(path, file_bytes(spec))
     done: list[int] = []
-    held = journal.held()
+    finished = journal.held()
     attributes = attributes_of(journal.manifest) | {
-        "comment": f"Partial: {counted(len(held), 'block', len(journal.spans))}; the other cells are not computed."
+        "comment": f"Partial: {counted(len(finished), 'block', len(journal.spans))}; the other cells are not computed."
     }
     with published(path) as temporary:
         writer = AtlasWriter(temporary, spec, attributes, usable_threads(None))
-        write_atlas(writer, writer.write_cells(_filled_up(journal, held, done)), of_run(spec, 0, None, no_op))
+        cells = writer.write_cells(_fill_missing(journal, finished, done))
+        write_atlas(writer, cells, of_run(spec, 0, None, no_op))
     return sum(done), spec.size
 
 
-def _filled_up(journal: Journal, held: dict[int, list[Path]], done: list[int]) -> Iterator[Block]:
+def _fill_missing(journal: Journal, finished: dict[int, list[Path]], done: list[int]) -> Iterator[Block]:
+    """Yield all blocks, missing ones without values, and append the numbers of cells of finished ones to `done`."""
     for number, span in enumerate(journal.spans):
         try:
-            measured = journal.read(number, held.get(number, ()))
+            measured = journal.read(number, finished.get(number, ()))
         except DamagedBlockError:
-            # 0 is not_computed among the endings, and undecided among the verdicts
+            # 0 is the ending not_computed, and the verdict undecided
             empty = {
-                each.name: np.full(len(span), np.nan if each.dtype.startswith("f") else 0, each.dtype)
-                for each in cell_declarations(journal.spec)
+                variable.name: np.full(
+                    len(span), np.nan if variable.dtype.startswith("f") else 0, variable.dtype
+                )
+                for variable in cell_declarations(journal.spec)
             }
             starts = starts_of(journal.spec, span)
             yield Block(span, empty | {name: starts[name] for name in journal.spec.listed})

@@ -1,4 +1,4 @@
-"""The stages of a run: claim the folder, compute missing blocks, derive, write cells, find the boundary, publish."""
+"""Runs to a file: claim the folder, compute missing blocks, derive, write cells, find the boundary, publish."""
 
 import contextlib
 import itertools
@@ -38,19 +38,19 @@ from sweep.runs.forecast import (
 from sweep.runs.journal import Columns, DamagedBlockError, Journal
 from sweep.runs.manifest import Manifest
 
-#: How many failed cells are listed.
+#: Most failed cells that are listed.
 _LISTED = 10
 
-#: The variable of a system with the change of what is said to be conserved. A warning begins at the first number, or at
-#: the second one times the tolerance if that is more.
+#: The variable of a system with the change of its conserved quantities. A larger change than the first number, and than
+#: the second number times the tolerance, causes a warning.
 _CONSERVED_CHANGE, _CHANGE, _CHANGE_OF_TOLERANCE = "conserved_change", 1e-6, 1e4
 
-#: Share of undecided cells from which on they are mentioned.
+#: Share of undecided cells above which there is a warning.
 _MUCH = 0.5
 
 
 class Failures:
-    """The cells of an atlas that could not be computed, how many and which are first, and those to warn of.
+    """The cells of an atlas that could not be computed, their number and the first ones, and the warnings about others.
 
     Parameters
     ----------
@@ -59,16 +59,16 @@ class Failures:
 
     def __init__(self, spec: SweepSpec) -> None:
         self.spec = spec
-        # code of an ending -> number of cells; flat index and code of the cells that are listed
+        # code of an ending -> number of cells; flat index and code of the listed cells
         self._counts = dict.fromkeys(spec.model.endings.codes(FAILED), 0)
         self._first: list[tuple[int, int]] = []
-        # the largest change of what is said to be conserved, and the flat index of its cell
+        # the largest change of a conserved quantity, and the flat index of its cell
         self._change, self._changed, self._undecided = 0.0, 0, 0
 
     @classmethod
     def in_file(cls, path: Path, spec: SweepSpec) -> "Failures":
-        """Return those of an atlas in a file."""
-        # not at the top: a request that is refused need not wait for this import
+        """Return the failures of an atlas in a file."""
+        # imported here, so that refusing a request does not take this time
         import netCDF4
 
         failures = cls(spec)
@@ -89,7 +89,7 @@ class Failures:
         start : int
             Flat index of the first cell.
         columns : mapping of str to array, shape (n,)
-            The codes of the endings and the verdicts, and the change of what is conserved, if anything is said to be.
+            The codes of the endings and the verdicts, and the change of conserved quantities if the system has any.
         """
         endings = columns["ending"]
         self._undecided += int(np.count_nonzero(columns["stability"] == UNDECIDED))
@@ -105,11 +105,11 @@ class Failures:
 
     @property
     def total(self) -> int:
-        """Number of failed cells."""
+        """The number of failed cells."""
         return sum(self._counts.values())
 
     def describe(self) -> list[str]:
-        """Return one line on how many cells failed, and one for each of the first ones: its coordinates and ending."""
+        """Return a line with the number of failed cells, and lines with coordinates and endings of the first ones."""
         names = self.spec.model.endings.flags
         kinds = " and ".join(f"{count} {names[code]}" for code, count in self._counts.items() if count)
         return [
@@ -118,32 +118,31 @@ class Failures:
             *(f"    {self._coordinates(cell)}: {names[code]}" for cell, code in self._first),
             *(["    ..."] if self.total > _LISTED else []),
             *(
-                f"    {each.name}: {each.reason}. {each.help}."
-                for each in self.spec.model.endings
-                if self._counts.get(each.code) and each.help
+                f"    {ending.name}: {ending.reason}. {ending.help}."
+                for ending in self.spec.model.endings
+                if self._counts.get(ending.code) and ending.help
             ),
         ]
 
     def warnings(self) -> list[str]:
-        """Return a line each if most cells have no verdict, and if what is said to be conserved changes."""
+        """Return lines of warning if most cells are undecided, or if a conserved quantity changes."""
         lines, undecided = [], self._undecided - self.total
         if undecided > _MUCH * self.spec.size:
             lines.append(
-                f"{counted(undecided, 'cell', self.spec.size)} {are(undecided)} undecided; eulerdisk explain says why "
-                "of each"
+                f"{counted(undecided, 'cell', self.spec.size)} {are(undecided)} undecided; eulerdisk explain shows why "
+                "for each cell"
             )
             if reason := self.spec.model.reason_without_verdicts(self.spec):
                 lines.append(reason)
         if self._change > max(_CHANGE, _CHANGE_OF_TOLERANCE * self.spec.tolerance):
             lines.append(
-                f"what is said to be conserved changes by {self._change:.2g} of its terms at "
-                f"{self._coordinates(self._changed)}: "
-                "the right-hand side does not conserve it"
+                f"a conserved quantity changes by {self._change:.2g} of its terms at "
+                f"{self._coordinates(self._changed)}: the right-hand side does not conserve it"
             )
         return lines
 
     def __repr__(self) -> str:
-        """Return what `describe` says, which an interpreter shows of the result of a call."""
+        """Return the lines of `describe`, for an interpreter that shows the result of a call."""
         return "\n".join(self.describe()) if self.total else _all_computed(self.spec.size)
 
     def _coordinates(self, cell: int) -> str:
@@ -173,32 +172,32 @@ def run_to_file(
     executor: Executor | None = None,
     **changes: Any,
 ) -> Failures:
-    """Compute the atlas of a spec and write it to one netCDF file, going on where an earlier run has ended.
+    """Compute the atlas of a spec and write it to one netCDF file; resume an earlier run if there is one.
 
     Parameters
     ----------
     spec : SweepSpec, str or Path
         A spec, the name of a preset, or the path of a TOML file.
     path : str or Path
-        The file; it appears only when it is complete. Until then finished blocks are kept in a folder beside it, named
-        like the file with ``.run`` at its end.
+        The file; it appears only when it is complete. Until then finished blocks are kept in a folder next to it, named
+        like the file with the suffix ``.run``.
     overwrite : bool
         Replace an existing file, at the very end.
     threads : int, optional
-        Threads to use; all that this process may use if not given.
+        Number of threads; by default all that this process may use.
     block_cells : int, optional
-        Cells of a block, of about a second of work if not given. A run that goes on keeps the blocks it was begun with.
+        Cells of a block; by default about a second of work. A resumed run keeps the size of its blocks.
     command : str
-        What the user ran, for the history.
+        The user's command, for the history.
     progress : bool or callable, optional
         As in `sweep.run`.
     say : callable, optional
         Called with a sentence when blocks of an earlier run are kept or set aside.
     stopping : callable, optional
-        Called before every block; the run ends when it returns true. By default the run ends after its current block
-        on Ctrl-C and on the interrupt of a notebook.
+        Called before every block; the run ends when it returns true. By default Ctrl-C, or the interrupt of a notebook,
+        ends the run after its current block.
     executor : callable, optional
-        Computes the blocks; in this process if not given.
+        Computes the blocks; by default in this process.
     **changes
         Words of the spec with other values, as on the command line; see `SweepSpec.read`.
 
@@ -210,10 +209,10 @@ def run_to_file(
     Raises
     ------
     RequestError
-        If the spec or a change is not possible, the file exists, its folder does not or cannot be written, another run
-        writes it or has left blocks of another spec, or the disk has not enough room; nothing has been touched then.
+        If the spec or a change is not possible, the file exists, its folder is missing or not writable, another run
+        writes it or has left blocks of another spec, or the disk has not enough space; nothing was changed.
     StorageError
-        If the file system refuses on the way; finished blocks are kept.
+        If the file system fails during the run; finished blocks are kept.
     StoppedError
         If `stopping` returned true; finished blocks are kept.
     KeyboardInterrupt
@@ -239,7 +238,7 @@ def run_to_file(
             left = spec.size - journal.cells(journal.held())
             return journal_bytes(spec, left) + file_bytes(spec)
 
-        # all blocks come in order from this process: they are written to the file while the next are computed
+        # a new run in this process gets its blocks in order: it writes them while it computes the next ones
         at_once = executor is None and len(missing) == len(journal.spans)
         timetable = of_run(spec, journal.cells(missing), None if at_once else used, show)
         computed = (executor or local(threads))(journal, missing, stopping)
@@ -248,31 +247,33 @@ def run_to_file(
             if at_once:
                 measured = ((number, columns) for number, columns in finished if columns is not None)
                 return _write_and_publish(journal, path, measured, timetable, threads, stopping)
-            # All blocks are computed before the file is written: a run that is killed again and again still makes
-            # progress.
+            # other runs compute all blocks before they write the file, so that a run that is killed repeatedly still
+            # makes progress
             for _ in finished:
                 pass
             return publish_from_journal(journal, path, timetable, threads, stopping)
 
 
 def _missing_blocks(journal: Journal, say: Say, show: Show) -> list[int]:
-    """Return the numbers of the blocks to compute, and tell the user about those that an earlier run has left."""
+    """Return the numbers of the blocks to compute, and report the blocks that an earlier run has left."""
     run_directory.remove_unfinished(journal.folder)
     blocks = range(len(journal.spans))
     if not journal.held():
         return list(blocks)
     missing = verified(journal, blocks, of_part(journal.spec.size, show), say)
-    there = len(blocks) - len(missing)
-    say(f"going on: {counted(there, 'block', len(blocks))} {are(there)} there, {len(missing)} to compute")
+    finished = len(blocks) - len(missing)
+    say(
+        f"resuming: {counted(finished, 'block', len(blocks))} {are(finished)} finished, {len(missing)} to compute"
+    )
     return missing
 
 
 def verified(journal: Journal, numbers: Sequence[int], timetable: Timetable, say: Say) -> list[int]:
-    """Return those of some blocks that have to be computed: they are not there, or are damaged, which is said."""
+    """Return the numbers of the blocks that must be computed, missing or damaged ones, and report the damaged ones."""
     timetable.begin(READING)
     missing, damaged = journal.verify(numbers, timetable.report)
-    for each in damaged:
-        say(f"damaged, set aside and computed again: {each}")
+    for problem in damaged:
+        say(f"damaged, set aside and computed again: {problem}")
     return missing
 
 
@@ -283,9 +284,9 @@ def reported(
     timetable: Timetable,
     cells: int,
 ) -> Generator[FinishedBlock]:
-    """Yield the computed blocks and report progress; raise StoppedError if they end before the last missing one.
+    """Yield the computed blocks and report progress; raise StoppedError if they end before all missing ones are done.
 
-    `cells` is how many there are in the missing blocks and in those that were there.
+    `cells` is the number of cells in the missing and the finished blocks together.
     """
     left, done = set(missing), cells - journal.cells(missing)
     if left:
@@ -306,16 +307,16 @@ def publish_from_journal(
     threads: int | None = None,
     stopping: Stopping = lambda: False,
 ) -> Failures:
-    """Write the file of a run whose blocks are all in the journal, publish it, and remove the run's folder."""
+    """Write the file of a run whose blocks are all in the journal, publish it, and remove the folder of the run."""
 
-    def taken(blocks: Iterator[tuple[int, Columns]]) -> Iterator[tuple[int, Columns]]:
+    def report_blocks(blocks: Iterator[tuple[int, Columns]]) -> Iterator[tuple[int, Columns]]:
         timetable.begin(WRITING)
         for number, columns in itertools.takewhile(lambda _: not stopping(), blocks):
             timetable.report(journal.spans[number].stop)
             yield number, columns
 
     with prefetch(journal.blocks()) as blocks:
-        return _write_and_publish(journal, path, taken(blocks), timetable, threads, stopping)
+        return _write_and_publish(journal, path, report_blocks(blocks), timetable, threads, stopping)
 
 
 def _write_and_publish(
@@ -326,7 +327,7 @@ def _write_and_publish(
     threads: int | None,
     stopping: Stopping,
 ) -> Failures:
-    """Write the file of a run from its measured blocks in C order, publish it, and remove the run's folder."""
+    """Write the file of a run from its measured blocks in C order, publish it, and remove the folder of the run."""
     unfinished, spec = run_directory.create_unfinished(journal.folder), journal.spec
     # the bisection of the boundary computes cells in this thread
     use_threads(threads)
@@ -339,7 +340,7 @@ def _write_and_publish(
     except DamagedBlockError as problem:
         raise StorageError(
             f"A block was damaged after it had been verified: {problem}.",
-            hint="Run the same command again. If this comes back, test the disk and the memory.",
+            hint="Run the same command again. If this happens again, test the disk and the memory.",
             where=str(journal.folder),
         ) from problem
     finally:
@@ -351,9 +352,9 @@ def _write_and_publish(
 def _spanned_or_raise_stopped(
     journal: Journal, measured: Iterable[tuple[int, Columns]], stopping: Stopping
 ) -> Generator[Block]:
-    """Yield measured blocks with their cells, and raise StoppedError at their end if the run is to stop."""
+    """Yield measured blocks with their cells, and raise StoppedError at their end if the run must stop."""
     for number, columns in measured:
-        # once the run is to stop, the next blocks are still consumed, so that the journal keeps them, but not written
+        # if the run must stop, blocks in progress are still consumed, so that the journal keeps them, but not written
         if not stopping():
             yield Block(journal.spans[number], columns)
     _raise_if_stopped(journal, stopping)
@@ -370,10 +371,10 @@ def write_atlas(
     timetable: Timetable,
     go_on: Callable[[], None] = lambda: None,
 ) -> Failures:
-    """Take the cells of an atlas from `AtlasWriter.write_cells`, find its boundary, and write it.
+    """Consume the cells of an atlas from `AtlasWriter.write_cells`, then find and write its boundary.
 
-    Returns the cells that could not be computed. `go_on` is called again and again after the last cell; what it raises
-    ends the work. Other errors are those of `AtlasWriter`.
+    Returns the cells that could not be computed. `go_on` is called repeatedly after the last cell; it may raise an
+    error to end the work. Other errors come from `AtlasWriter`.
     """
 
     def seen(done: float) -> None:
@@ -392,6 +393,6 @@ def write_atlas(
 
 
 def attributes_of(manifest: Manifest) -> dict[str, Any]:
-    """Return the global attributes of the file of a run: the time and the command are those of its beginning."""
+    """Return the global attributes of the file of a run, with the time and the command of its start."""
     attributes = global_attributes(manifest.spec, manifest.command, manifest.created)
     return attributes | {"versions": json.dumps(manifest.versions, sort_keys=True)}

@@ -1,4 +1,4 @@
-"""The folder of a run, beside the output: claimed by one process, begun or resumed, and removed at the end."""
+"""The folder of a run, next to the output: claimed by one process, begun or resumed, and removed at the end."""
 
 import contextlib
 import json
@@ -15,42 +15,42 @@ from sweep.errors import RequestError
 from sweep.files.paths import check_name, check_target
 from sweep.files.publish import refusals
 from sweep.request.spec import SweepSpec
-from sweep.runs.folder import LOCK, MANIFEST, STARTS, SUFFIX, directory_of, locked
+from sweep.runs.folder import LOCK, MANIFEST, STARTS, directory_of, locked
 from sweep.runs.forecast import block_cells as suitable_block_cells
 from sweep.runs.forecast import check_run_fits
 from sweep.runs.journal import BLOCK, BLOCK_NAME, BLOCKS, Journal
 from sweep.runs.manifest import SAME_BITS, Manifest, discard
 
-#: The file while it is written, and the record of the file that was published.
+#: Names of the unfinished file, and of the record of the published file.
 UNFINISHED, PUBLISHED = "assembled.nc", "published.json"
 
-#: All files that a run makes in its folder; in that of its blocks it makes blocks. In both it makes temporary files.
+#: Names of the files in the folder of a run, except the blocks in their own folder, and temporary files in both.
 _NAMES = (MANIFEST, STARTS, UNFINISHED, PUBLISHED, LOCK)
 
 
 @contextlib.contextmanager
 def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
-    """Make and lock the folder of the run that makes a file.
+    """Make and lock the folder of the run that writes a file.
 
-    A RequestError says that the folder cannot be made or holds other things, or that another process has locked it. A
-    folder that is new is removed again when the ``with`` block fails before a block was kept.
+    Raises a RequestError if the folder cannot be made, contains foreign files, or is locked by another process. A new
+    folder is removed again if the ``with`` block fails before a block was kept.
     """
     check_name(path)
     folder = directory_of(path)
-    if found := _foreign(folder):
+    if foreign := _foreign_names(folder):
         raise RequestError(
-            f"A run keeps its blocks in a folder named like the file with {SUFFIX} at its end, and that name is taken: "
-            f"{folder.name} holds {', '.join(found[:5])}, which no run has made.",
+            f"The folder {folder.name}, in which this run would keep its blocks, contains other files: "
+            f"{', '.join(foreign[:5])}.",
             hint="Give another name, or move that folder.",
             where=str(path),
         )
     try:
         folder.mkdir(exist_ok=True)
     except OSError as problem:
-        # a cause that prevents the folder prevents the file too, and check_target gives the clearer message for it
+        # what prevents the folder usually prevents the file too, and check_target gives a clearer message
         check_target(path, overwrite)
         raise RequestError(
-            f"A run keeps its blocks in a folder beside the file, and {folder.name} could not be made: "
+            f"The folder {folder.name}, in which this run would keep its blocks, could not be made: "
             f"{problem.strerror}.",
             hint="Give another name or folder.",
             where=str(path),
@@ -66,7 +66,7 @@ def claimed(path: Path, overwrite: bool) -> Iterator[Path]:
 
 
 def create_unfinished(folder: Path) -> Path:
-    """Create the file of a run under its temporary name, in place of one that a killed process left."""
+    """Create the file of a run under its temporary name; replace one that a killed process left."""
     path = folder / UNFINISHED
     path.unlink(missing_ok=True)
     os.close(create(path))
@@ -81,7 +81,7 @@ def begin_or_resume(
     threads: int | None,
     command: str,
 ) -> Journal:
-    """Return the journal of the run in a claimed folder, which must be a run of `spec`, or that of a new run."""
+    """Return the journal of the run in a claimed folder, which must have the same `spec`, or of a new run."""
     check_block_cells(block_cells)
     if os.path.lexists(folder / MANIFEST):
         journal = Journal.at(folder)
@@ -98,14 +98,14 @@ def begin_or_resume(
 
 
 def check_same_run(journal: Journal, spec: SweepSpec) -> None:
-    """Refuse to go on with a journal of another spec, or of a program or machine that computes other bits."""
+    """Refuse to resume the journal of another spec, or of a program or machine that computes other bits."""
     manifest = journal.manifest
     differences = manifest.differences(spec)
     if differences:
         raise RequestError(
-            "The folder holds blocks of another run. A run goes on with the spec and the program that it was begun "
-            f"with; these differ: {'; '.join(differences)}.",
-            hint=f"Give the same spec or another output, or discard the blocks with {discard(journal.folder)}.",
+            "The folder has blocks of another run. A run can only be resumed with the same spec and program; these "
+            f"differ: {'; '.join(differences)}.",
+            hint=f"Give the same spec or another output, or remove the blocks with {discard(journal.folder)}.",
             where=str(journal.folder),
         )
     differences = manifest.machine_differences()
@@ -113,14 +113,14 @@ def check_same_run(journal: Journal, spec: SweepSpec) -> None:
         raise RequestError(
             "This machine may compute other bits than the one that began the run; these differ: "
             f"{'; '.join(differences)}.",
-            hint="Go on with it on machines of that kind, or begin it anew with the same environment on all of them: "
+            hint="Resume it on the same kind of machine, or start it again with this environment on all machines: "
             f"{SAME_BITS}.",
             where=str(journal.folder),
         )
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove what a killed process left half written. Only for the process that holds the exclusive lock."""
+    """Remove files that a killed process left half written. Only for the process with the exclusive lock."""
     for path in [*_matching(folder / BLOCKS, TEMPORARY), *_matching(folder, TEMPORARY), folder / UNFINISHED]:
         path.unlink(missing_ok=True)
 
@@ -128,23 +128,23 @@ def remove_unfinished(folder: Path) -> None:
 def _matching(folder: Path, *names: re.Pattern[str]) -> list[Path]:
     """Return the files of a folder whose whole names match a pattern."""
     try:
-        found = os.listdir(folder)
+        files = os.listdir(folder)
     except OSError:
         return []
-    return [folder / each for each in found if any(name.fullmatch(each) for name in names)]
+    return [folder / file for file in files if any(name.fullmatch(file) for name in names)]
 
 
 def publish_file(folder: Path, path: Path, spec: SweepSpec) -> None:
     """Give the finished file of a run its final name.
 
-    Write the record first, because after a crash the folder may remain.
+    The record is written first, because the folder may remain after a crash.
     """
     publish_bytes(folder / PUBLISHED, _record(folder / UNFINISHED, spec))
     publish(folder / UNFINISHED, path)
 
 
 def has_published(folder: Path, path: Path, spec: SweepSpec) -> bool:
-    """Return whether a run of `spec` has published its file, and was killed before it removed its folder."""
+    """Return whether a run of `spec` has published its file but was killed before it removed its folder."""
     try:
         record = _record(path, spec)
         return (folder / PUBLISHED).read_bytes() == record
@@ -153,17 +153,16 @@ def has_published(folder: Path, path: Path, spec: SweepSpec) -> bool:
 
 
 def _record(path: Path, spec: SweepSpec) -> bytes:
-    # a rename changes none of these
+    # a rename does not change these
     status = os.stat(path)
     identity = [status.st_ino, status.st_size, status.st_mtime_ns]
     return json.dumps({"file": identity, "spec": spec.canonical()}).encode("ascii")
 
 
 def remove(folder: Path) -> None:
-    """Remove the folder of a run; files of others stay, and then the folder too.
+    """Remove the folder of a run; if it contains foreign files, they and the folder remain.
 
-    The record of what was published is removed last: until then, the next process after a crash sees that the file is
-    there.
+    The record of the published file is removed last, so that after a crash the next process knows that it exists.
     """
     blocks = folder / BLOCKS
     names = [folder / name for name in _NAMES if name != PUBLISHED]
@@ -177,9 +176,9 @@ def remove(folder: Path) -> None:
         folder.rmdir()
 
 
-def _foreign(folder: Path) -> list[str]:
-    """Return the names in a folder without a manifest that no run gives."""
-    # os.path, because a pathlib.Path raises where the name is too long
+def _foreign_names(folder: Path) -> list[str]:
+    """Return the names of files in a folder without a manifest that do not come from a run."""
+    # os.path, because pathlib.Path raises an error if the name is too long
     if not os.path.isdir(folder) or (folder / MANIFEST).exists():
         return []
     return sorted(

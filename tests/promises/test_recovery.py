@@ -100,7 +100,7 @@ def test_a_full_disk(small_disk, left):
     ballast.unlink()
     again = begun()
     assert again.returncode == 0, again.stderr
-    assert f"going on: {len(kept)} of 20 blocks {are(len(kept))} there" in again.stderr
+    assert f"{len(kept)} of 20 blocks {are(len(kept))} finished" in again.stderr
     assert [each.name for each in small_disk.iterdir()] == ["a.nc"]
 
 

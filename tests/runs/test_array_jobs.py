@@ -83,7 +83,7 @@ def test_steps_of_a_run_that_has_ended(command, tmp_path):
     ):
         status, out, err = command(step)
         assert (status, out) == (2, "")
-        assert_facts(err, "a.nc is there", "eulerdisk info a.nc")
+        assert_facts(err, "a.nc exists", "eulerdisk info a.nc")
         assert "prepare" not in err
     assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
     assert (tmp_path / "a.nc").read_bytes() == before
@@ -182,9 +182,9 @@ def test_what_cannot_be_done_is_refused(command, tmp_path):
         ("assemble elsewhere", ["elsewhere", "eulerdisk prepare"]),
         (
             f"run {WORDS} alpha=0.7 criterion=departure:1deg -o a.nc",
-            ["alpha: 0.5 there", "0.7 here", "criterion:", "rm -r a.nc.run"],
+            ["alpha: 0.5 in the run", "0.7 now", "criterion:", "rm -r a.nc.run"],
         ),
-        (f"prepare {WORDS} --block-cells 0 -o b.nc", ["one cell", "0"]),
+        (f"prepare {WORDS} --block-cells 0 -o b.nc", ["at least 1", "0"]),
         ("info missing.nc --partial b.nc", ["--partial", "missing.nc.run"]),
     ]:
         command(f"prepare {WORDS} --block-cells 4 -o a.nc")

@@ -124,7 +124,7 @@ def test_blocks_take_a_quarter_of_a_second():
 
 def test_what_cannot_be_is_refused():
     """In a sentence, before anything is computed."""
-    for how, facts in [({"block_cells": 0}, ["one cell", "0"]), ({"progress": 3}, ["progress", "3"])]:
+    for how, facts in [({"block_cells": 0}, ["at least 1", "0"]), ({"progress": 3}, ["progress", "3"])]:
         with refused(*facts):
             sweep.run(SPEC, **how)
 

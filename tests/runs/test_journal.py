@@ -97,7 +97,7 @@ def test_a_block_of_another_place_or_run_is_noticed(journal):
         (2, Journal(journal.folder, Manifest.new(SPEC, 4, "t", "c"))),
     ]
     for number, other in others:
-        with refused("fit", error=DamagedBlockError):
+        with refused("checksum", error=DamagedBlockError):
             other.read(number, [path])
 
 

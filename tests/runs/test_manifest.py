@@ -81,7 +81,7 @@ def test_a_journal_of_another_format_is_refused(tmp_path, monkeypatch):
         patch.setattr(manifest, "FORMAT", 99)
         Journal.create(tmp_path, Manifest.new(SPEC, 5, "t", "c"))
     other = Journal.at(tmp_path)
-    with refused("format: 99 there", "rm -r"):
+    with refused("format: 99 in the run", "rm -r"):
         check_same_run(other, SPEC)
     assert other.manifest.fingerprint != Manifest.new(SPEC, 5, "t", "c").fingerprint
 
@@ -137,7 +137,7 @@ def test_a_part_from_another_kind_of_machine_is_refused(tmp_path, monkeypatch):
             patch.setattr(manifest, "machine_facts", lambda spec, fact=fact: here(spec) | {fact: "another"})
             with pytest.raises(RequestError) as caught:
                 array_jobs.compute_part(tmp_path / "a.nc.run", 1, 3)
-            assert_facts(str(caught.value), f"{fact}: {here(AXIS)[fact][:16]} there")
+            assert_facts(str(caught.value), f"{fact}: {here(AXIS)[fact][:16]} in the run")
             assert "NUMBA_CPU_NAME=x86-64-v3" in caught.value.hint
     assert array_jobs.compute_part(tmp_path / "a.nc.run", 1, 3)
     content = json.loads((tmp_path / "a.nc.run" / MANIFEST).read_text())

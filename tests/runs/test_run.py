@@ -259,7 +259,7 @@ def test_a_program_of_another_version_goes_on(path, monkeypatch):
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
     heard = []
     run_to_file(SPEC, path, say=heard.append)
-    assert heard[0].startswith("going on: ")
+    assert heard[0].startswith("resuming: ")
     assert path.read_bytes() == whole
 
 

@@ -59,7 +59,7 @@ def test_a_folder_that_is_not_a_runs_is_left_as_it_was(tmp_path, name):
     mine.write_text("years of work")
     before = sorted(tmp_path.rglob("*"))
     first = name.partition("/")[0]
-    with refused("taken", f"{first}"):
+    with refused("a.nc.run", f"{first}"):
         run_to_file(SPEC, tmp_path / "a.nc")
     assert sorted(tmp_path.rglob("*")) == before
     assert mine.read_text() == "years of work"

@@ -81,7 +81,7 @@ def test_a_killed_run_goes_on(tmp_path, references):
     assert done.returncode == -9
     said = []
     run_to_file(SPEC, tmp_path / "a.nc", block_cells=100, say=said.append)
-    assert any(each.startswith("going on: ") for each in said)
+    assert any(each.startswith("resuming: ") for each in said)
     assert (tmp_path / "a.nc").read_bytes() == references["random"]
 
 
@@ -90,7 +90,7 @@ def test_other_starts_are_another_run(tmp_path, references):
     path = tmp_path / "a.nc"
     other = TABLE.replace(starts={**COLUMNS, "tilt": COLUMNS["tilt"][::-1]})
     for spec, changed, facts in [
-        (SPEC, SPEC.replace(seed=8), ["seed: 7 there", "8 here", "rm -r"]),
+        (SPEC, SPEC.replace(seed=8), ["seed: 7 in the run", "8 now", "rm -r"]),
         (TABLE, other, ["starts: 600 starts of tilt, roll_rate", TABLE.starts.sha256[:12], "rm -r"]),
     ]:
         journal = array_jobs.prepare(spec, path, block_cells=100, command="sweep.run_to_file", overwrite=True)
