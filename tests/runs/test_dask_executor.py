@@ -125,8 +125,8 @@ def test_a_cluster_without_workers_says_so(monkeypatch, tmp_path):
 
     said = []
     monkeypatch.setattr(Client, "scheduler_info", lambda _: {"workers": {}})
-    monkeypatch.setattr(dask_executor, "_connected", lambda _: Client(None, "finished"))
-    monkeypatch.setattr(dask_executor, "_computed", lambda *_: iter(()))
+    monkeypatch.setattr(dask_executor, "_connect", lambda _: Client(None, "finished"))
+    monkeypatch.setattr(dask_executor, "_compute_blocks", lambda *_: iter(()))
     with pytest.raises(StoppedError):
         run_to_file(
             SweepSpec(tilt="1deg:5deg:20", roll_rate=3),
@@ -134,7 +134,7 @@ def test_a_cluster_without_workers_says_so(monkeypatch, tmp_path):
             executor=dask_executor.on_cluster("tcp://here:1", said.append),
         )
     (line,) = said
-    assert_facts(line, "no worker", "`dask worker tcp://here:1`")
+    assert_facts(line, "no workers", "`dask worker tcp://here:1`")
 
 
 def test_dask_that_is_not_installed(monkeypatch):
@@ -215,7 +215,7 @@ def test_blocks_that_keep_failing_do_not_stop_the_others(tmp_path, monkeypatch, 
     distributed = pytest.importorskip("distributed")
     from sweep.runs import dask_executor
 
-    monkeypatch.setattr(dask_executor, "_connected", lambda _: Client(problem, ended))
+    monkeypatch.setattr(dask_executor, "_connect", lambda _: Client(problem, ended))
     monkeypatch.setattr(distributed, "as_completed", Completed)
     spec = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
     with refused(*facts, error=FailedBlocksError) as caught:
@@ -246,7 +246,7 @@ def test_a_lost_scheduler_is_told_in_a_sentence(tmp_path, monkeypatch, problem):
             assert log.disabled
             raise problems[problem]
 
-    monkeypatch.setattr(dask_executor, "_connected", lambda _: Lost(None, "lost"))
+    monkeypatch.setattr(dask_executor, "_connect", lambda _: Lost(None, "lost"))
     spec = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
     with refused("4 of 4 blocks", error=FailedBlocksError):
         run_to_file(

@@ -150,7 +150,7 @@ def test_explain_says_what_a_body_does():
     text = explain(atlas, {"tilt": "2deg", "roll_rate": 2}).text
     assert_facts(text, "other edge")
     assert_facts(row(text, "reference"), "upright", "rim")
-    assert_facts(" ".join(text.split()), "no steady motion")
+    assert_facts(" ".join(text.split()), "no steady upright motion")
     assert sweep.findings(sweep.verify(atlas)).agreeing == atlas.ending.size
 
 
