@@ -22,7 +22,7 @@ _DERIVED = Kernel(DISK_MOTION.kernels, "derived", seconds=1.0)
 #: The kernels that `follow` calls.
 KERNELS = (_TRAJECTORY, _DERIVED)
 
-#: Step times the fastest frequency of the state: the errors of the motions in docs/report.md are then below 1e-9.
+#: Step times the fastest frequency of the state: the errors of the motions in docs/checked.md are then below 1e-9.
 _RELATIVE_STEP = 0.005
 
 #: Largest relative energy drift with an automatic step; above it, the motion is integrated again with half the step.
