@@ -1,1 +1,1 @@
-"""The commands of `eulerdisk`, grouped by purpose. Heavy imports are inside the functions."""
+"""The commands of `eulerdisk`, grouped by purpose. The functions do the slow imports."""

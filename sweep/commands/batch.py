@@ -1,4 +1,4 @@
-"""Compute and check many sweeps in one command: `batch`."""
+"""The command that computes and checks many sweeps: `batch`."""
 
 import os
 from pathlib import Path
@@ -20,12 +20,12 @@ def batch(
         list[str],
         typer.Argument(
             metavar="SPEC...",
-            help="Presets, .toml or .py files; a .toml file may hold several tables [[sweep]].",
+            help="Presets, .toml or .py files; a .toml file can contain several tables [[sweep]].",
         ),
     ],
     *,
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="DIR", help="The folder for the atlases, NAME.nc each.")
+        Path, typer.Option("--output", "-o", metavar="DIR", help="The folder for the atlases, each NAME.nc.")
     ],
     verify: Annotated[
         bool, typer.Option("--verify", help="Verify every atlas against the reference of its model.")
@@ -33,17 +33,22 @@ def batch(
     reference: Annotated[
         Path | None,
         typer.Option(
-            "--reference", metavar="DIR", help="Compare each with the trusted atlas of its name there."
+            "--reference",
+            metavar="DIR",
+            help="Compare each atlas with the trusted one of the same name in DIR.",
         ),
     ] = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace atlases that another spec or other code has made.")
+        bool,
+        typer.Option(
+            "--overwrite", help="Replace atlases that were made from another spec or by other code."
+        ),
     ] = False,
     threads: Threads = None,
     max_failed: MaxFailed = 1.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of the table.")] = False,
     junit: Annotated[
-        Path | None, typer.Option(metavar="OUT.xml", help="Write JUnit XML too, for a CI server.")
+        Path | None, typer.Option(metavar="OUT.xml", help="Also write JUnit XML, for a CI server.")
     ] = None,
     quiet: Quiet = False,
 ) -> None:
@@ -51,8 +56,8 @@ def batch(
 
     eulerdisk batch sweeps/*.toml -o tonight/ --verify --reference trusted/
 
-    What fails in one sweep stops no other. The same command goes on where it was cut off: atlases that are finished
-    are kept. Exit status: 0 all is as it should be, 1 something is not, 2 nothing could be begun.
+    A sweep that fails does not stop the others. After an interruption, the same command continues and keeps finished
+    atlases. Exit status: 0 all sweeps passed, 1 some failed, 2 nothing could be started.
     """
     import json
 
@@ -67,10 +72,10 @@ def batch(
     usable_threads(threads)
     if junit is not None:
         _check_report(junit, sweeps, output, reference)
-    for each in sweeps:
-        if each.spec is None:
-            say(f"left out: {each.problem}")
-    nothing = all(each.spec is None for each in sweeps)
+    for sweep in sweeps:
+        if sweep.spec is None:
+            say(f"left out: {sweep.problem}")
+    nothing = all(sweep.spec is None for sweep in sweeps)
     if nothing and not as_json and junit is None:
         raise typer.Exit(2)
     if not nothing or (junit is not None and _is_in(junit, output)):
@@ -83,42 +88,42 @@ def batch(
                 unfinished.write_text(to_junit(outcomes, sweeps[len(outcomes) :]), encoding="utf-8")
 
     options = Options(output, verify, reference, overwrite, threads, max_failed)
-    # a server that reads the file alone does not take an older one for that of a batch that was killed
+    # a CI server must not take an older file for the report of a batch that was killed
     write_junit()
     try:
         with stoppable() as stopping, showing(quiet=quiet) as progress:
-            for found in carry_out(sweeps, options, show=progress, say=say, stopping=stopping):
-                outcomes.append(found)
-                if quiet or found.state == REFUSED:
+            for outcome in carry_out(sweeps, options, show=progress, say=say, stopping=stopping):
+                outcomes.append(outcome)
+                if quiet or outcome.state == REFUSED:
                     continue
-                wrong = found.problems if found.state != FAILED else {}
-                but = f", NOT as it should be ({' and '.join(wrong)})" if wrong else ""
+                wrong = outcome.problems if outcome.state != FAILED else {}
+                failure = f", FAILED a check ({' and '.join(wrong)})" if wrong else ""
                 done = counted(len(outcomes), "sweep", len(sweeps))
-                say(f"{found.sweep.label}: {found.state}{but}, {done} done")
+                say(f"{outcome.sweep.label}: {outcome.state}{failure}, {done} done")
     finally:
         write_junit()
     if as_json:
         show(json.dumps(to_json(outcomes), indent=1, allow_nan=False))
     elif not nothing:
         show(in_words(outcomes))
-    if any(each.problems for each in outcomes):
+    if any(outcome.problems for outcome in outcomes):
         raise typer.Exit(2 if nothing else 1)
 
 
 def _check_report(junit: Path, sweeps: "list[Sweep]", output: Path, reference: Path | None) -> None:
-    """Refuse a report that cannot be written, or would replace what is read or made."""
+    """Refuse a report that cannot be written, or would replace an input or an atlas."""
     from sweep.files.paths import check_target
 
     folders = [output, *([] if reference is None else [reference])]
-    atlases = [folder / f"{each.name}.nc" for folder in folders for each in sweeps]
-    held = [*(Path(each.file) for each in sweeps), *atlases]
-    if os.path.realpath(junit) in [os.path.realpath(each) for each in held]:
+    atlases = [folder / f"{sweep.name}.nc" for folder in folders for sweep in sweeps]
+    files = [*(Path(sweep.file) for sweep in sweeps), *atlases]
+    if os.path.realpath(junit) in [os.path.realpath(file) for file in files]:
         raise RequestError(
-            "The report must be another file: this would replace a spec or an atlas of the batch.",
+            "The report would replace a spec or an atlas of the batch.",
             "Write --junit report.xml.",
             f"--junit {junit}",
         )
-    # the batch makes its folder
+    # the batch creates its own folder
     if os.path.isdir(output) or not _is_in(junit, output):
         check_target(junit, True)
 
@@ -132,7 +137,7 @@ def _make_folder(output: Path) -> None:
         output.mkdir(parents=True, exist_ok=True)
     except (OSError, ValueError) as problem:
         raise RequestError(
-            f"The folder for the atlases cannot be made: {getattr(problem, 'strerror', None) or problem}.",
+            f"Cannot create the folder for the atlases: {getattr(problem, 'strerror', None) or problem}.",
             "Give another name or folder.",
             f"-o {output}",
         ) from problem
@@ -141,19 +146,19 @@ def _make_folder(output: Path) -> None:
 def _check_folders(output: Path, reference: Path | None) -> None:
     if os.path.exists(output) and not os.path.isdir(output):
         raise RequestError(
-            "The atlases of a batch go into a folder; this is a file.", "Name a folder.", f"-o {output}"
+            "A batch writes its atlases to a folder; this is a file.", "Name a folder.", f"-o {output}"
         )
     if reference is None:
         return
     if not os.path.isdir(reference):
         raise RequestError(
-            "The trusted atlases lie in a folder; there is none of this name.",
+            "The folder of the trusted atlases does not exist.",
             "Check the path, or leave it out.",
             f"--reference {reference}",
         )
     if os.path.exists(output) and os.path.samefile(output, reference):
         raise RequestError(
-            "The trusted atlases lie where the new ones are to be written: they would be compared with themselves.",
-            "Name another folder for one of them.",
+            "The folder of the trusted atlases is the output folder: atlases would be compared with themselves.",
+            "Name another folder for one of the two.",
             f"--reference {reference}",
         )

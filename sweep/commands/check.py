@@ -1,4 +1,4 @@
-"""Check atlases: `verify` against the reference of the model, `compare` with a reference, `explain` one cell."""
+"""The commands that check atlases: `verify` against theory, `compare` with another atlas, `explain` one cell."""
 
 from pathlib import Path
 from typing import Annotated
@@ -12,7 +12,7 @@ from sweep.commands.terminal import show
 def verify(
     atlas: AtlasFile,
     write: Annotated[
-        Path | None, typer.Option("--write", metavar="AUDIT.nc", help="Store the differences in a new file.")
+        Path | None, typer.Option("--write", metavar="AUDIT.nc", help="Write the differences to a new file.")
     ] = None,
     overwrite: Overwrite = False,
     seed: Annotated[
@@ -20,15 +20,16 @@ def verify(
         typer.Option(
             parser=seed_number,
             metavar="INTEGER",
-            help="Which cells of an atlas with losses, or of a system, are computed a second time.",
+            help="Seed of the sample that is recomputed, for an atlas with losses or of your own system.",
         ),
     ] = None,
 ) -> None:
-    """Check an atlas against the exact reduction, or with losses a second method.
+    """Check an atlas against the exact reduction or a second method.
 
-    Without losses every cell is compared with the reduction, of a system of your own a sample with DOP853; with
-    losses every cell is checked by its own rules, and a sample by a second computation.
-    Exit status 0 if all cells agree within the tolerance that the atlas records, 1 otherwise and if none could be
+    Without losses, every cell is compared with the exact reduction. For your own systems, a sample is recomputed with
+    DOP853. With losses, every cell is checked for consistency, and a sample is recomputed with another method.
+
+    Exit status 0 if all cells agree within the tolerance stored in the atlas; 1 if some do not, or none could be
     compared.
     """
     from sweep.atlas.dataset import spec_named
@@ -58,33 +59,35 @@ def verify(
 
 
 def compare(
-    new: Annotated[Path, typer.Argument(metavar="NEW.nc", help="The atlas to be checked.")],
-    reference: Annotated[Path, typer.Argument(metavar="REFERENCE.nc", help="The atlas that is trusted.")],
+    new: Annotated[Path, typer.Argument(metavar="NEW.nc", help="The atlas to check.")],
+    reference: Annotated[Path, typer.Argument(metavar="REFERENCE.nc", help="The trusted atlas.")],
     *,
     common: Annotated[
-        bool, typer.Option("--common", help="Compare the cells that both have, if the grids differ.")
+        bool, typer.Option("--common", help="If the grids differ, compare the cells that both have.")
     ] = False,
     tolerance: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME=VALUE",
-            help="Largest difference allowed in a variable, in SI or with a unit; may be repeated.",
+            help="Largest difference allowed in a variable, in SI or with a unit. Can be repeated.",
             show_default=False,
         ),
     ] = None,
     exact: Annotated[
-        bool, typer.Option("--exact", help="All bits of all variables have to be the same.")
+        bool, typer.Option("--exact", help="Require all variables to be equal to the last bit.")
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of words.")] = False,
     junit: Annotated[
-        Path | None, typer.Option(metavar="OUT.xml", help="Write JUnit XML too, for a CI server.")
+        Path | None, typer.Option(metavar="OUT.xml", help="Also write JUnit XML, for a CI server.")
     ] = None,
 ) -> None:
-    """Check an atlas against a trusted one. Exit status: 0 identical or within tolerance, 1 different, 2 neither.
+    """Check an atlas against a trusted one.
 
-    Endings and verdicts have to be equal, measures equal within what the two atlases state: their tolerances, errors
-    and half-widths. Cells on the edge between two verdicts are counted separately. A variable of the cells that only
-    NEW.nc has is named, not judged; so is provenance.
+    Endings and verdicts must be equal. Measures must agree within the tolerances, errors and half-widths that the two
+    atlases state. Cells on the edge between two verdicts are counted separately. Differences in provenance, and
+    variables that only NEW.nc has, are reported but not judged.
+
+    Exit status: 0 identical or within tolerance, 1 different, 2 not comparable.
     """
     import json
     import time
@@ -96,7 +99,7 @@ def compare(
     from sweep.files.reading import opened
     from sweep.request.words import pairs
 
-    given = pairs(tolerance or [])
+    tolerances = pairs(tolerance or [])
     if junit is not None:
         check_target(junit, True)
         for atlas in (new, reference):
@@ -104,7 +107,7 @@ def compare(
         check_apart(junit, new, reference)
     began = time.monotonic()
     with opened(new, indexed=False) as left, opened(reference, indexed=False) as right:
-        comparison = compared(left, right, common=common, tolerances=given, exact=exact)
+        comparison = compared(left, right, common=common, tolerances=tolerances, exact=exact)
     if junit is not None:
         with published(junit) as unfinished:
             unfinished.write_text(to_junit(comparison, new.name, time.monotonic() - began), encoding="utf-8")
@@ -131,21 +134,21 @@ def explain(
     plot: Annotated[
         Path | None,
         typer.Option(
-            metavar="FIG", help="Draw its motion too: png, pdf or svg; one that exists is replaced."
+            metavar="FIG", help="Also draw its motion: png, pdf or svg. An existing file is replaced."
         ),
     ] = None,
 ) -> None:
-    """Explain the nearest cell: its numbers, a new run of it, the exact values, theory, and the reason of its verdict.
+    """Explain the nearest cell: its numbers, a recomputation, the exact values, theory, and why its verdict.
 
     The last line is the command that follows its motion in time.
 
     eulerdisk explain rolling.nc roll_rate=2.4 tilt=1deg --plot cell.png
 
-    Exit status 1 if the run cannot be repeated within the tolerances, or the motion in time contradicts the cell.
+    Exit status 1 if the recomputation differs by more than the tolerances, or the motion in time contradicts the cell.
     """
     from sweep.request.words import pairs
 
-    given = pairs(cell or [])
+    place = pairs(cell or [])
     if plot is not None:
         from sweep.files.paths import check_format, check_target
 
@@ -156,7 +159,7 @@ def explain(
     from sweep.files.reading import opened
 
     with opened(atlas, indexed=False) as dataset:
-        explanation = explained(dataset, given)
+        explanation = explained(dataset, place)
         command = command_of_motion(dataset, atlas, cell or [])
     show(explanation.text)
     if command:

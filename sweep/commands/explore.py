@@ -1,4 +1,4 @@
-"""Open the explorer in the browser: the command `explore`."""
+"""The command that opens the explorer in the browser: `explore`."""
 
 import sys
 from pathlib import Path
@@ -15,25 +15,23 @@ def explore(
         str | None,
         typer.Argument(
             metavar="[WHAT]",
-            help="A preset, a .toml or .py file, or an atlas .nc; if none is given, the presets of the thin disk.",
+            help="A preset, a .toml or .py file, or an atlas .nc; default: the presets of the thin disk.",
             show_default=False,
         ),
     ] = None,
     words: Words = None,
     *,
-    port: Annotated[int, integer("Where the page is answered; 0 for any free port.")] = 0,
+    port: Annotated[int, integer("Port of the server; 0 for any free port.")] = 0,
     export: Annotated[
         Path | None,
-        typer.Option(
-            metavar="PAGE.html", help="Write one page that computes by itself, without a server, and end."
-        ),
+        typer.Option(metavar="PAGE.html", help="Write a page that works without a server, and exit."),
     ] = None,
     overwrite: Overwrite = False,
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
 ) -> None:
-    """Look around in an atlas that is computed while you look.
+    """Explore an atlas in the browser; it is computed while you look.
 
-    A page of this machine alone; it is answered until Ctrl-C. The address that is printed lets in who knows it.
+    Serves the page on this machine until Ctrl-C. Anyone on this machine with the printed address can open it.
     """
     from sweep.explorer.explorer import Explorer, subject_of_words
 
@@ -46,14 +44,14 @@ def explore(
         say(f"{export}: {export.stat().st_size / 1e6:.1f} MB")
         return
     explorer = Explorer(subject, port)
-    # Ctrl-C ends it well from the moment on at which the address is told
+    # once the address is printed, Ctrl-C ends the explorer properly
     try:
         if browser:
             explorer.open_browser()
         show(explorer.url)
-        # who reads a pipe waits for the address
+        # the reader of a pipe waits for the address
         sys.stdout.flush()
-        say("the explorer answers at this address until Ctrl-C")
+        say("the explorer runs at this address until Ctrl-C")
         explorer.wait()
     except KeyboardInterrupt:
         explorer.close()

@@ -1,4 +1,4 @@
-"""Look into finished atlases, draw them and write them in other formats: `info`, `boundary`, `plot`, `export`."""
+"""The commands that show finished atlases: `info`, `boundary`, `plot` and `export`."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from sweep.figures.look import Look
 
-#: How `boundary` prints for programs.
+#: Formats in which `boundary` prints for programs.
 _TABLES = ("csv", "json")
 
 
@@ -41,15 +41,15 @@ def info(
         Path | None,
         typer.Option(metavar="PART.nc", help="Write the finished blocks of an unfinished run as an atlas."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, in SI, instead of words.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON in SI units instead of text.")] = False,
 ) -> None:
-    """Say in words what is in an atlas, or how far an unfinished run is."""
+    """Describe an atlas, or the progress of an unfinished run."""
     from sweep.runs.folder import unfinished
 
     folder = unfinished(atlas)
     if folder is not None and as_json:
         raise RequestError(
-            "--json tells of finished atlases; this run is not finished.",
+            "--json describes finished atlases; this run is not finished.",
             f"Finish it, or leave --json out: eulerdisk info {atlas}.",
             str(atlas),
         )
@@ -60,12 +60,12 @@ def info(
             str(atlas),
         )
     if folder is not None:
-        _tell_run(folder, partial)
+        _show_run(folder, partial)
     if folder is None or atlas.is_file():
         from sweep.files.reading import MotionGivenError
 
         try:
-            _tell_atlas(atlas, as_json)
+            _show_atlas(atlas, as_json)
         except MotionGivenError:
             if as_json:
                 raise
@@ -74,8 +74,8 @@ def info(
             show(describe_motion(atlas))
 
 
-def _tell_atlas(atlas: Path, as_json: bool) -> None:
-    """Say what is in an atlas, in words or as JSON."""
+def _show_atlas(atlas: Path, as_json: bool) -> None:
+    """Describe an atlas, as text or as JSON."""
     from sweep.commands.report import describe
     from sweep.files.reading import opened
 
@@ -90,8 +90,8 @@ def _tell_atlas(atlas: Path, as_json: bool) -> None:
         _warn(file)
 
 
-def _tell_run(folder: Path, partial: Path | None) -> None:
-    """Say how far an unfinished run is, or write its finished blocks as an atlas."""
+def _show_run(folder: Path, partial: Path | None) -> None:
+    """Describe the progress of an unfinished run, or write its finished blocks as an atlas."""
     from sweep.runs.partial import describe, write_partial
 
     if partial is not None:
@@ -105,7 +105,7 @@ def _tell_run(folder: Path, partial: Path | None) -> None:
 
 
 def _warn(file: "xr.Dataset") -> None:
-    """Say if the range of a control misses the predicted boundary."""
+    """Warn if the range of a control misses the predicted boundary."""
     from sweep.atlas.dataset import spec_of
     from sweep.atlas.outlook import one_sided
     from sweep.atlas.report_units import words_of_command
@@ -123,7 +123,7 @@ def boundary(
         typer.Option(
             parser=width,
             metavar="WIDTH",
-            help="Bisect it to this width, a bare number in the SI unit of each axis, e.g. 1e-9.",
+            help="Bisect the boundary to this width, in the SI unit of each axis, e.g. 1e-9.",
         ),
     ] = None,
     output: Annotated[
@@ -132,16 +132,20 @@ def boundary(
             "--output",
             "-o",
             metavar="OUT",
-            help="Write the atlas with this boundary to a new .nc file; with --to the table instead.",
+            help="Write the atlas with this boundary to a new .nc file. With --to, write the table instead.",
         ),
     ] = None,
     overwrite: Overwrite = False,
     kind: Annotated[
         str | None,
-        typer.Option("--to", metavar="FORMAT", help="Print it as csv or json, in SI; to a file with -o."),
+        typer.Option(
+            "--to", metavar="FORMAT", help="Print it as csv or json in SI units, or write it with -o."
+        ),
     ] = None,
 ) -> None:
-    """Print the measured boundary beside the lines of theory, as a table; of a part of the atlas, if words pick one.
+    """Print a table of the measured boundary next to the theoretical lines.
+
+    NAME=VALUE restricts it to a part of the atlas.
 
     eulerdisk boundary three-axes.nc alpha=0.5 tilt=1deg:3deg
 
@@ -172,21 +176,21 @@ def boundary(
     from sweep.request.words import pairs
 
     with opened_part(atlas, words) as dataset:
-        found = dataset if criterion is None else reclassify(dataset, criterion)
+        part = dataset if criterion is None else reclassify(dataset, criterion)
         if refine is not None:
-            found = refined(found, refine)
-        text = _boundary_text(found, kind, pairs(words or []))
+            part = refined(part, refine)
+        text = _boundary_text(part, kind, pairs(words or []))
         if output is not None and kind is not None:
             with published(output) as unfinished:
                 unfinished.write_text(f"{text}\n", encoding="utf-8")
             return
         if output is not None:
-            save(found, output, overwrite=overwrite)
+            save(part, output, overwrite=overwrite)
         show(text)
 
 
 def _check_output(output: Path, kind: str | None) -> None:
-    """Refuse a name of the output of `boundary` that promises what it does not write."""
+    """Refuse an output name of `boundary` whose ending does not fit the format."""
     from sweep.files.paths import FIGURE_FORMATS, check_atlas_name, check_table_name
 
     if kind is not None:
@@ -194,12 +198,12 @@ def _check_output(output: Path, kind: str | None) -> None:
         return
     ending = output.suffix.lower().removeprefix(".")
     table = ending if ending in _TABLES else "csv"
-    hint = f"Write -o {output.stem}.nc, or for the table --to {table} -o {output.stem}.{table}."
+    hint = f"Write -o {output.stem}.nc; for the table, --to {table} -o {output.stem}.{table}."
     check_atlas_name(output, "" if ending in FIGURE_FORMATS else hint)
 
 
 def _boundary_text(atlas: "xr.Dataset", kind: str | None, asked: Iterable[str] = ()) -> str:
-    """Return the boundary as a table for people, in the words `asked` for, or in a format for programs."""
+    """Return the boundary as a table to read, in the words `asked` for, or in a format for programs."""
     if kind is None:
         from sweep.commands.report import boundary_table
 
@@ -218,7 +222,8 @@ def plot(
     atlases: Annotated[
         list[str],
         typer.Argument(
-            metavar="ATLAS.nc [NAME=VALUE]", help=f"One panel each; or the file of one motion. {PART_HELP}"
+            metavar="ATLAS.nc [NAME=VALUE]",
+            help=f"Atlases, one panel each; or the file of one motion. {PART_HELP}",
         ),
     ],
     output: Annotated[
@@ -227,18 +232,18 @@ def plot(
             "--output",
             "-o",
             metavar="FIG",
-            help="png, pdf or svg, of a motion also gif or mp4; one that exists is replaced.",
+            help="The figure: png, pdf or svg; for a motion also a film, gif or mp4. An existing file is replaced.",
         ),
     ],
     criterion: Criterion = None,
     friction: Annotated[
-        float | None, real("Hatch where rolling without slip needs a larger friction coefficient.")
+        float | None, real("Hatch the cells that need a larger friction coefficient to roll without slip.")
     ] = None,
     regimes: Annotated[
         bool,
         typer.Option(
             "--regimes",
-            help="Draw instead how many wells the potential has, and which motions cross the upright position.",
+            help="Draw instead the number of wells of the potential, and which motions cross the upright position.",
         ),
     ] = False,
     losses: Annotated[
@@ -252,7 +257,7 @@ def plot(
         str | None,
         typer.Option(
             metavar="WORD",
-            help="Draw rates linear, squared, scaled (in units of sqrt(g/R)), or as a speed: times the radius.",
+            help="Scale of rate axes: linear, squared, scaled (units of sqrt(g/R)) or speed (rate times radius).",
         ),
     ] = None,
     quantity: Annotated[
@@ -262,7 +267,7 @@ def plot(
     contours: Annotated[
         str | None,
         typer.Option(
-            metavar="LEVELS", help="Draw lines where the quantity has these values: 5deg,20deg or auto."
+            metavar="LEVELS", help="Draw contours of the quantity at these values, e.g. 5deg,20deg, or auto."
         ),
     ] = None,
     family: Annotated[
@@ -272,19 +277,23 @@ def plot(
     bare: Annotated[
         bool,
         typer.Option(
-            "--bare", help="Draw it without title and caption, with a short legend; print their text instead."
+            "--bare", help="Draw no title and no caption, and a short legend; print the text instead."
         ),
     ] = False,
     without: Annotated[
         str | None,
         typer.Option(
-            metavar="PARTS", help="Leave out title, caption, legend, strip, bar, or some: strip,bar."
+            metavar="PARTS", help="Leave out any of title, caption, legend, strip and bar, e.g. strip,bar."
         ),
     ] = None,
-    width: Annotated[str | None, typer.Option(metavar="LENGTH", help="Of the figure, e.g. 86mm.")] = None,
-    height: Annotated[str | None, typer.Option(metavar="LENGTH", help="Of the figure, e.g. 70mm.")] = None,
+    width: Annotated[
+        str | None, typer.Option(metavar="LENGTH", help="Width of the figure, e.g. 86mm.")
+    ] = None,
+    height: Annotated[
+        str | None, typer.Option(metavar="LENGTH", help="Height of the figure, e.g. 70mm.")
+    ] = None,
     font_size: Annotated[
-        float | None, typer.Option(parser=number, metavar="POINTS", help="Of the words; default: 8.")
+        float | None, typer.Option(parser=number, metavar="POINTS", help="Font size; default: 8.")
     ] = None,
     dpi: Annotated[int | None, integer("Dots per inch; default: 200.")] = None,
     speed: Speed = None,
@@ -292,12 +301,12 @@ def plot(
     size: Size = None,
     camera: Camera = None,
 ) -> None:
-    """Draw stability maps: measured boundary, analytic line, and the boundary that the criterion predicts.
+    """Draw stability maps: the measured boundary, the analytic line, and the boundary that the criterion predicts.
 
-    An atlas of more than two axes becomes a map for each value of the others; or draw a part of it:
+    An atlas of more than two axes becomes one map for each value of the other axes. To draw only a part of it:
     eulerdisk plot three-axes.nc alpha=0.5 -o slice.png
 
-    The file of a motion is drawn as simulate --plot does, and filmed as --animate does:
+    The file of a motion is drawn as by simulate --plot, or filmed as by simulate --animate:
     eulerdisk plot path.nc -o path.png; eulerdisk plot path.nc -o path.gif --speed 0.1
     """
     from sweep.commands.saved_motion import FILMS, plot_motion
@@ -330,10 +339,10 @@ def plot(
     draw = "regimes" if regimes else "losses" if losses else ""
     clashing += ["--losses"] if regimes and losses else []
     if draw and clashing:
-        drawn_so = "kinds of motion" if regimes else "times and losses"
+        content = "kinds of motion" if regimes else "times and losses"
         raise RequestError(
-            f"--{draw} draws {drawn_so}, which depend neither on a criterion nor on friction, and has no other "
-            f"quantity; got --{draw} with {' and '.join(clashing)}.",
+            f"--{draw} draws {content}, which do not depend on a criterion or on friction, and no other quantity; "
+            f"got --{draw} with {' and '.join(clashing)}.",
             f"Leave {' and '.join(clashing)} out.",
         )
     look = Look.read(
@@ -365,16 +374,16 @@ def _refuse_film(output: Path, film: Mapping[str, object], paths: Sequence[Path]
     """Refuse a film of an atlas, and its options."""
     options = " ".join(f"--{name} {shown(value)}" for name, value in film.items() if value is not None)
     stem = output.stem or "motion"
-    given = " ".join([f"-o {output}", *([options] if options else [])])
+    words = " ".join([f"-o {output}", *([options] if options else [])])
     without = f" without {options}" if options else ""
     raise RequestError(
-        f"A film shows one motion, and {paths[0]} holds none; got {given}.",
-        f"Write -o {stem}.png{without}; the motion of a cell is filmed by eulerdisk simulate --from {paths[0]}.",
+        f"A film shows one motion, and {paths[0]} contains no motion; got {words}.",
+        f"Write -o {stem}.png{without}. To film the motion of a cell: eulerdisk simulate --from {paths[0]}.",
     )
 
 
 def _save(drawn: "Figure", output: Path, look: "Look") -> None:
-    """Write a figure, and print the text of its caption if it has not all of it."""
+    """Write a figure, and print its text if the figure leaves out the title, caption or legend."""
     from sweep.figures import plots
 
     plots.save(drawn, output, look.dpi)
@@ -389,16 +398,16 @@ def export(
     kind: Annotated[str, typer.Option("--to", metavar="FORMAT", help="csv, parquet or zarr.")],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="OUT", help="What to write; default: beside the atlas."),
+        typer.Option("--output", "-o", metavar="OUT", help="The file to write; default: next to the atlas."),
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write an atlas in SI as a table of cells (csv, parquet) or as zarr, and say which files were written.
+    """Export an atlas in SI units as a table of its cells (csv, parquet) or as zarr, and list the files written.
 
-    Of a motion, it is a table of its samples.
+    A motion is exported as a table of its samples.
 
-    Beside OUT.csv is the boundary, if the atlas has one: OUT.boundary.csv, a line for each row of the grid, or for each
-    point of its curves. The boundary alone: eulerdisk boundary ATLAS.nc --to csv -o OUT.csv.
+    With csv, the boundary goes to OUT.boundary.csv, if the atlas has one: a line for each row of the grid, or for each
+    point of its curves. To export only the boundary: eulerdisk boundary ATLAS.nc --to csv -o OUT.csv.
     """
     from sweep.commands.saved_motion import export_motion
     from sweep.files.export import boundary_file

@@ -1,4 +1,4 @@
-"""The words that pick a part of an atlas on the command line: ``plot three-axes.nc alpha=0.5``."""
+"""The words that select a part of an atlas on the command line: ``plot three-axes.nc alpha=0.5``."""
 
 import contextlib
 import os
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PART_HELP = (
-    "NAME=VALUE takes a part: the nearest value of an axis, a list of them, or all from START:STOP, as in alpha=0.5 "
-    "tilt=1deg:3deg."
+    "NAME=VALUE selects a part: the nearest value of an axis, a list of values, or all values in START:STOP, "
+    "e.g. alpha=0.5 tilt=1deg:3deg."
 )
 
 Part = Annotated[list[str] | None, typer.Argument(metavar="NAME=VALUE", help=PART_HELP, show_default=False)]
@@ -24,36 +24,36 @@ Part = Annotated[list[str] | None, typer.Argument(metavar="NAME=VALUE", help=PAR
 
 @contextlib.contextmanager
 def opened_part(path: Path, words: Sequence[str] | None) -> Iterator["xr.Dataset"]:
-    """Open an atlas, or the part of it that words ``NAME=VALUE`` pick; say which values are not those asked for."""
+    """Open an atlas, or the part selected by words ``NAME=VALUE``; report values that differ from the request."""
     from sweep.files.reading import opened
     from sweep.request.words import pairs
 
-    given = pairs(words or [])
+    selection = pairs(words or [])
     with opened(path) as dataset:
-        if not given:
+        if not selection:
             yield dataset
             return
         from sweep.atlas.parts import part_of
 
-        part, notes = part_of(dataset, given)
+        part, notes = part_of(dataset, selection)
         for note in notes:
             say(note)
         yield part
 
 
 def files_and_words(arguments: Sequence[str]) -> tuple[list[Path], list[str]]:
-    """Return the files among arguments, and the words ``NAME=VALUE``; a file may have that form too.
+    """Split arguments into files and words ``NAME=VALUE``; an existing file may look like such a word.
 
     Raises
     ------
     RequestError
         If there is no file.
     """
-    words = [each for each in arguments if "=" in each and not os.path.exists(each)]
-    files = [Path(each) for each in arguments if each not in words]
+    words = [word for word in arguments if "=" in word and not os.path.exists(word)]
+    files = [Path(word) for word in arguments if word not in words]
     if not files:
         raise RequestError(
-            f"An atlas is needed to take a part from; got {' '.join(words)} alone.",
+            f"NAME=VALUE selects a part of an atlas, and no atlas was given; got only {' '.join(words)}.",
             "Name a file before the words, as in: plot three-axes.nc alpha=0.5 -o slice.png.",
         )
     return files, words

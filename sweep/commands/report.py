@@ -1,4 +1,4 @@
-"""An atlas in words and tables, for a person to read."""
+"""Text reports about an atlas: its description and the table of its boundary."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: Characters of a line, and lines, of an attribute that are shown.
+#: Largest number of characters in a line, and of lines, that are shown of an attribute.
 _MOST_SHOWN, _MOST_LINES = 300, 30
 
-#: Attributes that say who made an atlas, and those that say on which terms it is used. Other programs remove some.
+#: Attributes about the origin of an atlas, and about its terms of use. Other programs may have removed some.
 _MAKERS = ("title", "history", "source", "sweep_fingerprint")
 _TERMS = ("license", "citation")
 
 
 def describe(dataset: "xr.Dataset") -> str:
-    """Return what is in an atlas: its grid, how it was made, how the cells ended, and where the boundary lies."""
+    """Describe an atlas: its grid, how it was made, how its cells ended, and where the boundary lies."""
     spec = spec_of(dataset)
     model = spec.model
     require(dataset, (model.peak, model.error_name))
@@ -68,24 +68,24 @@ def describe(dataset: "xr.Dataset") -> str:
 
 
 def _cut(text: str) -> str:
-    """Return a text from a file, no longer than a person reads: its first lines, each with its first characters."""
+    """Shorten a text from a file to its first lines, and each line to its first characters."""
     lines = [line if len(line) <= _MOST_SHOWN else f"{line[:_MOST_SHOWN]} ..." for line in text.split("\n")]
     return "\n".join(lines if len(lines) <= _MOST_LINES else [*lines[:_MOST_LINES], "..."])
 
 
 def boundary_table(dataset: "xr.Dataset", asked: Iterable[str] = ()) -> str:
-    """Return the measured boundary beside the lines of theory, one row per value of the other axes.
+    """Return the measured boundary next to the theoretical lines, one row per value of the other axes.
 
-    Without a control parameter among the axes there are no such rows: then the points of its curves, if it was refined.
-    Values are reported in the words that made the atlas, or in those that are `asked` for.
+    If no axis is a control parameter, there are no such rows: the table has the points of the curves, if the boundary
+    was refined. Values are reported in the words that made the atlas, or in the words `asked` for.
     """
     spec = spec_of(dataset)
     reported = reported_as(spec, (*words_of_command(dataset), *asked))
     if spec.is_list:
-        return "This atlas has no boundary: a list of starts has no rows in which one is sought. See eulerdisk info."
-    tables = groupby(boundary_rows(dataset), lambda row: (row["along"], row["edge"]))
-    if found := ["\n".join(_edge_lines(spec, reported, *edge, rows)) for edge, rows in tables]:
-        return "\n\n".join(found)
+        return "This atlas has no boundary: it is a list of starts, not a grid with rows. See eulerdisk info."
+    groups = groupby(boundary_rows(dataset), lambda row: (row["along"], row["edge"]))
+    if tables := ["\n".join(_edge_lines(spec, reported, *edge, rows)) for edge, rows in groups]:
+        return "\n\n".join(tables)
     if "curve_point_count" in dataset:
         return "\n".join(_curve_lines(spec, reported, curve_rows(dataset)))
     if spec.boundary_width is None and len(spec.axes) > 1:
@@ -96,8 +96,8 @@ def boundary_table(dataset: "xr.Dataset", asked: Iterable[str] = ()) -> str:
 def _no_control(spec: SweepSpec) -> str:
     controls = spec.model.controls(spec.model.parameters)
     if len(controls) == 1:
-        return f"{controls[0]} is no axis"
-    return f"neither {' nor '.join(controls)} is among its axes"
+        return f"{controls[0]} is not an axis"
+    return f"neither {' nor '.join(controls)} is an axis"
 
 
 def _head(quantity: Quantity) -> str:
@@ -133,7 +133,7 @@ def _curve_lines(spec: SweepSpec, reported: Mapping[str, ReportedAs], rows: Iter
         for name in spec.axes:
             shown, scale = reported[name], reported[name].quantity.plot_scale
             half = shown.width(row[f"{name}_halfwidth"] or 0.0) * scale
-            # a point on the grid is known to the last bit
+            # a point on the grid is exact
             place = None if row[name] is None else shown.value(row[name]) * scale
             words.append(_number(place, half or 1e-12))
             words.append(f"{half:.1e}" if half else "0")
@@ -191,7 +191,7 @@ def _fixed(dataset: "xr.Dataset", spec: SweepSpec, reported: Mapping[str, Report
 
 
 def _not_there(value: float | str, quantity: Input) -> bool:
-    """Whether a fixed value says that a thing is not there: a coefficient left at 0, a limit left at none."""
+    """Return whether a fixed value switches an effect off: a coefficient left at 0, a limit left at none."""
     nothing = quantity.default in quantity.words or (
         quantity.default == 0.0 and quantity.rule.endswith(">= 0")
     )
@@ -200,7 +200,7 @@ def _not_there(value: float | str, quantity: Input) -> bool:
 
 def _untimed(spec: SweepSpec) -> Iterator[str]:
     if spec.model.exact is not None and (unknown := spec.model.exact.untimed(spec)):
-        yield f"            it has no time: it knows {unknown}, and no cell ends because time ran out"
+        yield f"            integrates nothing in time: it gives {unknown}, and no cell ends because time ran out"
 
 
 def _settings(spec: SweepSpec) -> str:
@@ -208,7 +208,7 @@ def _settings(spec: SweepSpec) -> str:
     for name, quantity in spec.model.settings.items():
         value = getattr(spec, name)
         if name == "tolerance":
-            # too small to be read in degrees
+            # too small to read in degrees
             value = with_unit(f"{value:g}", quantity.units)
         words.append(f"{name} {value if isinstance(value, str) else quantity.spell(value, 6)}")
     words += [
@@ -246,7 +246,7 @@ def _errors(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
 
 
 def _added_lines(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
-    """Yield a line for each variable that an option has added to every cell, as contact=yes does."""
+    """Yield a line for each variable that an option has added to the cells, as contact=yes does."""
     for name, quantity in spec.model.cell_variables(spec).items():
         if name not in spec.model.variables and name in dataset:
             extent = (_flag_counts if quantity.flags else _range)(dataset[name], quantity).strip()
@@ -290,7 +290,7 @@ def _boundary_lines(
 
 
 def describe_motion(path: Path) -> str:
-    """Return what is in the file of a motion: title, start, disk or system, how long it is, and what it reached.
+    """Describe the file of a motion: title, start, disk or system, length and peaks.
 
     Raises
     ------
@@ -308,9 +308,9 @@ def describe_motion(path: Path) -> str:
             f"{name} {kind.variables[name].spell(float(file[name].values[0]), 6)}" for name in start_names
         ]
         values = {name: float(file[name].values) for name in kind.fixed}
-        # a loss that is not there, and a friction coefficient without a limit, say nothing
-        given = {name: value for name, value in values.items() if value != 0.0 and np.isfinite(value)}
-        disk = [f"{name} {kind.inputs[name].spell(value, 6)}" for name, value in given.items()]
+        # an absent loss, and friction without a limit, are not worth a word
+        present = {name: value for name, value in values.items() if value != 0.0 and np.isfinite(value)}
+        disk = [f"{name} {kind.inputs[name].spell(value, 6)}" for name, value in present.items()]
         if is_of_body(file):
             disk.insert(0, CALLED[request_of(file).body])
         times, ending, lost = file[TIME.name].values, end_of(file), losses_of(file)
@@ -318,7 +318,7 @@ def describe_motion(path: Path) -> str:
     ending = f", {ending}" if ending else ""
     losses = [f"losses      {lost}"] if lost else []
     lines = [
-        "This file holds one motion in time, as eulerdisk simulate makes it; it is no stability atlas.",
+        "This file contains one motion in time, written by eulerdisk simulate; it is not a stability atlas.",
         "",
         made["title"],
         f"start       {', '.join(start)}",

@@ -1,7 +1,4 @@
-"""Compute atlases: at once, in parts for array jobs, and what comes before a run.
-
-Commands: `run`; `prepare`, `block` and `assemble`; `plan`.
-"""
+"""The commands that compute atlases: `run`; `prepare`, `block` and `assemble` for array jobs; `plan`."""
 
 import re
 import shlex
@@ -39,7 +36,7 @@ def run(
     *,
     source: Annotated[
         Path | None,
-        typer.Option("--from", metavar="ATLAS.nc", help="Repeat the run of an atlas, instead of a SPEC."),
+        typer.Option("--from", metavar="ATLAS.nc", help="Repeat the run of this atlas, instead of a SPEC."),
     ] = None,
     starts: Starts = None,
     output: Output,
@@ -49,7 +46,9 @@ def run(
     max_failed: MaxFailed = 1.0,
     dask: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Compute on the workers of a dask scheduler, tcp://host:8786."),
+        typer.Option(
+            metavar="ADDRESS", help="Compute on the workers of a dask scheduler, e.g. tcp://host:8786."
+        ),
     ] = None,
     quiet: Quiet = False,
 ) -> None:
@@ -61,9 +60,9 @@ def run(
 
     eulerdisk run rolling roll_rate=uniform:2:4 tilt=normal:1deg:0.2deg samples=1e6 -o random.nc
 
-    A rate may be given in units of sqrt(gravity/radius): scaled_roll_rate=0.5:0.7:400, scaled_precession_rate=0.9,
-    scaled_tilt_rate=0.01. So are the rates of the presets: with radius=12mm they cover the boundary of a coin. Instead
-    of roll_rate the speed of the contact point may be given, speed=15cm/s.
+    Rates can be given in units of sqrt(gravity/radius): scaled_roll_rate=0.5:0.7:400, scaled_precession_rate=0.9,
+    scaled_tilt_rate=0.01. The presets use these units: with radius=12mm they cover the boundary of a coin. The speed of
+    the contact point can replace roll_rate: speed=15cm/s.
     """
     from sweep.files.paths import check_atlas_name
 
@@ -77,7 +76,7 @@ def run(
         from sweep.runs.dask_executor import on_cluster
 
         executor = on_cluster(dask, say)
-    # The history names what decides the atlas and where it went: the bytes of the file do not depend on other options.
+    # The history contains only what decides the atlas, and its path: other options do not change the file's bytes.
     origin = [] if source is None else ["--from", str(source)]
     first = [] if spec is None else [spec]
     command = shlex.join(["eulerdisk", "run", *origin, *first, *words, "-o", str(output)])
@@ -107,9 +106,9 @@ def prepare(
     overwrite: Overwrite = False,
     block_cells: BlockCells = None,
 ) -> None:
-    """Make the folder OUT.nc.run of a run without computing a cell, and print its name.
+    """Create the folder OUT.nc.run of a run, without computing a cell, and print its name.
 
-    Then: eulerdisk block --run OUT.nc.run --part I/N for every I from 1 to N, and eulerdisk assemble OUT.nc.run.
+    Next, run eulerdisk block --run OUT.nc.run --part I/N for every I from 1 to N, then eulerdisk assemble OUT.nc.run.
     """
     from sweep.files.paths import check_atlas_name
 
@@ -130,13 +129,13 @@ def prepare(
 def block(
     *,
     folder: Annotated[Path, typer.Option("--run", metavar="DIR", help="The folder of the run.")],
-    part: Annotated[str, typer.Option(metavar="I/N", help="Which part, from 1/N to N/N.")],
+    part: Annotated[str, typer.Option(metavar="I/N", help="The part to compute, from 1/N to N/N.")],
     threads: Threads = None,
     quiet: Quiet = False,
 ) -> None:
-    """Compute one part of a prepared run: every N-th block, without those that are already there."""
-    found = re.fullmatch(r"(\d{1,9})/(\d{1,9})", part, re.ASCII)
-    number, count = map(int, found.groups()) if found else (0, 0)
+    """Compute one part of a prepared run: every N-th block, except those already computed."""
+    match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", part, re.ASCII)
+    number, count = map(int, match.groups()) if match else (0, 0)
     if not 1 <= number <= count:
         raise RequestError(
             f"A part is I/N with 1 <= I <= N; got {part}.", "Write --part 1/10, for instance.", "--part"
@@ -148,7 +147,8 @@ def block(
             folder, number, count, threads=threads, progress=progress, say=say, stopping=stopping
         )
     if not quiet:
-        say(f"part {part}: {counted(kept, 'block')} {are(kept, 'was', 'were')} there, {computed} computed")
+        already = f"{counted(kept, 'block')} {are(kept, 'was', 'were')} already computed"
+        say(f"part {part}: {already}, {computed} computed now")
 
 
 def assemble(
@@ -159,7 +159,7 @@ def assemble(
     max_failed: MaxFailed = 1.0,
     quiet: Quiet = False,
 ) -> None:
-    """Write the file of a run whose blocks are all computed, and remove the folder of the run."""
+    """Write the atlas of a run whose blocks are all computed, and remove the folder of the run."""
     from sweep.runs import array_jobs
 
     with showing(quiet=quiet) as progress:
@@ -173,46 +173,49 @@ def plan(
     *,
     starts: Starts = None,
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="OUT.nc", help="Where the file will be.")
+        Path, typer.Option("--output", "-o", metavar="OUT.nc", help="The file that the run will write.")
     ] = Path("atlas.nc"),
     threads: Threads = None,
     block_cells: BlockCells = None,
     calibrate: Annotated[
-        bool, typer.Option("--calibrate/--no-calibrate", help="Measure how fast cells are computed.")
+        bool, typer.Option("--calibrate/--no-calibrate", help="Measure the speed of this machine.")
     ] = True,
 ) -> None:
-    """Say what a run takes: cells, blocks, time, memory, disk. Nothing is written; 1 if it does not fit the disk."""
+    """Estimate the cost of a run: cells, blocks, time, memory and disk space. Nothing is written.
+
+    Exit status 1 if the run does not fit on the disk.
+    """
     from sweep.files.paths import check_atlas_name, check_target
     from sweep.files.publish import check_room
     from sweep.runs.forecast import Forecast, describe, file_bytes, journal_bytes, least_cells, suitable_block
 
     check_atlas_name(output)
     request = read_request(spec, with_starts(words, starts), None)
-    # --overwrite is needed for the run alone: the estimate is the same if the file exists
+    # only the run itself needs --overwrite: the estimate is the same if the file exists
     check_target(output, True)
-    found, used, there = None, 1, 1
+    forecast, used, available = None, 1, 1
     if calibrate:
         from sweep import platforms
         from sweep.engine.compute import usable_threads
 
-        used, there = usable_threads(threads), platforms.available_threads()
-        found = Forecast.measured(request, threads)
-        block_cells = block_cells or suitable_block(found.rate, least_cells(threads))
-    show("\n".join(describe(request, output, found, block_cells, used, there)))
+        used, available = usable_threads(threads), platforms.available_threads()
+        forecast = Forecast.measured(request, threads)
+        block_cells = block_cells or suitable_block(forecast.rate, least_cells(threads))
+    show("\n".join(describe(request, output, forecast, block_cells, used, available)))
     _warn(request, words)
     try:
-        if found is None:
+        if forecast is None:
             bound = journal_bytes(request, request.size) + file_bytes(request)
             check_room(output, bound)
         else:
-            check_room(output, found.journal_bytes(request) + found.file_bytes(request))
+            check_room(output, forecast.journal_bytes(request) + forecast.file_bytes(request))
     except RequestError as problem:
         show(f"does not fit: {problem}")
         raise typer.Exit(1) from None
 
 
 def _warn(request: "SweepSpec", words: list[str] | None) -> None:
-    """Say if no row of a grid will show a boundary, by theory: most often the range is that of another disk."""
+    """Warn if theory predicts no boundary in any row of a grid: usually the range belongs to another disk."""
     from sweep.atlas.outlook import one_sided
     from sweep.request.words import pairs
 
@@ -221,7 +224,7 @@ def _warn(request: "SweepSpec", words: list[str] | None) -> None:
 
 
 def _conclude(failures: "Failures", output: Path, most: float, quiet: bool) -> None:
-    """Say what was written, unless `quiet`, and which cells failed; exit with 1 if more than `most` percent did."""
+    """Report the file, unless `quiet`, and the cells that failed; exit with 1 if more than `most` percent failed."""
     cells = failures.spec.size
     if not quiet:
         say(f"{output}: {counted(cells, 'cell')}")
@@ -231,5 +234,5 @@ def _conclude(failures: "Failures", output: Path, most: float, quiet: bool) -> N
         for line in failures.describe():
             say(line)
     if 100.0 * failures.total > most * cells:
-        say(f"more than --max-failed {most:g} % failed; the file is whole, these cells are marked in it")
+        say(f"more than --max-failed {most:g} % failed; the file is complete, and marks these cells")
         raise typer.Exit(1)

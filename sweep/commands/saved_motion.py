@@ -1,4 +1,4 @@
-"""The file of a motion, drawn, filmed and exported: what `plot` and `export` do with one."""
+"""Drawing, filming and exporting the file of a motion, for `plot` and `export`."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -11,7 +11,7 @@ from sweep.errors import RequestError, counted, shown
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Endings of the names of films.
+#: File name extensions of films.
 FILMS = (".gif", ".mp4")
 
 
@@ -24,33 +24,33 @@ def plot_motion(
     film_options: Mapping[str, object],
     others: Mapping[str, object],
 ) -> None:
-    """Draw the motion in a file, or film it where the output is a film.
+    """Draw the motion in a file, or film it if the output is a film.
 
     Parameters
     ----------
     paths : sequence of Path
-        The files that were given, of which one is that of a motion.
+        The files that were given; one contains a motion.
     words : sequence of str
         The words ``NAME=VALUE``.
     output : Path
     dpi : int, optional
     film_options, others : mapping of str to anything
-        Options of a film, and those of the figures of atlases; None or False if not given.
+        Options of a film, and options of the figures of atlases; None or False if not given.
 
     Raises
     ------
     RequestError
-        If the figure or film is none of one motion, or options or words are given that it does not take.
+        If more files, or options or words that the figure or film does not take, are given.
     """
     if len(paths) > 1:
         raise RequestError(
             f"The figure of a motion shows one motion and no atlas; got {' '.join(map(str, paths))}.",
-            "Draw each with a command of its own.",
+            "Draw each with its own command.",
         )
     _check_words(words)
     if unused := [name for name, value in others.items() if value not in (None, False)]:
         raise RequestError(
-            "The figure of a motion takes --dpi, its film --speed, --fps, --size and --camera; got "
+            "The figure of a motion takes --dpi; its film takes --speed, --fps, --size and --camera; got "
             f"{' '.join(unused)}.",
             f"Leave {' and '.join(unused)} out.",
         )
@@ -75,12 +75,12 @@ def _film(path: Path, output: Path, dpi: int | None, options: Mapping[str, objec
 
     if dpi is not None:
         raise RequestError(
-            f"A film has a size in dots, and no dots per inch; got --dpi {dpi}.",
+            f"A film has a size in pixels, not dots per inch; got --dpi {dpi}.",
             "Write --size 1280x720, for instance.",
         )
     film = read_film(output, **options)
     assert film is not None
-    # as a figure, it can be made again
+    # like a figure, a film may be replaced
     check_target(output, True)
     with _motion_in(path) as dataset:
         check_filmed(kind_of(dataset), f"Draw it: -o {output.stem}.png.")
@@ -88,7 +88,7 @@ def _film(path: Path, output: Path, dpi: int | None, options: Mapping[str, objec
 
 
 def export_motion(path: Path, words: Sequence[str] | None, target: Path, kind: str, overwrite: bool) -> None:
-    """Write the motion in a file in another format, and say what was written.
+    """Export the motion in a file to another format, and report what was written.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def export_motion(path: Path, words: Sequence[str] | None, target: Path, kind: s
 def _check_words(words: Sequence[str]) -> None:
     if words:
         raise RequestError(
-            "NAME=VALUE takes a part of an atlas, and a motion is drawn and exported whole; got "
+            "NAME=VALUE selects a part of an atlas; a motion is always drawn or exported as a whole; got "
             f"{shown(' '.join(words))}.",
             "Leave it out.",
         )
@@ -117,7 +117,7 @@ def _check_words(words: Sequence[str]) -> None:
 
 @contextmanager
 def _motion_in(path: Path) -> "Iterator[xr.Dataset]":
-    """Open the file of a motion, which is one in which nothing is missing."""
+    """Open the file of a motion, and refuse it if anything is missing."""
     from sweep.files.reading import opened_motion
     from sweep.motion.sampling import check_motion
 

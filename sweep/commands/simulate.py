@@ -1,4 +1,4 @@
-"""Compute one motion in time: `simulate`."""
+"""The command that computes one motion in time: `simulate`."""
 
 import math
 import shlex
@@ -25,8 +25,8 @@ def simulate(
         list[str] | None,
         typer.Argument(
             metavar="[SPEC] NAME=VALUE",
-            help="A preset, a .toml file or a .py file with a system, if you like; initial conditions, losses and "
-            "settings: one number each.",
+            help="Optionally a preset, a .toml file, or a .py file with a system; then initial conditions, losses and "
+            "settings, one number each.",
             show_default=False,
         ),
     ] = None,
@@ -36,15 +36,15 @@ def simulate(
         typer.Option(
             "--from",
             metavar="ATLAS.nc",
-            help="Follow the nearest cell of an atlas; a value for each of its axes says which one.",
+            help="Follow a cell of this atlas: the one nearest to the values given for its axes.",
         ),
     ] = None,
     output: Output,
     plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FIG", help="Also draw it: png, pdf or svg.")
+        Path | None, typer.Option("--plot", metavar="FIG", help="Also draw the motion: png, pdf or svg.")
     ] = None,
     animate: Annotated[
-        Path | None, typer.Option("--animate", metavar="FILM", help="Also film it: mp4 or gif.")
+        Path | None, typer.Option("--animate", metavar="FILM", help="Also film the motion: mp4 or gif.")
     ] = None,
     speed: Speed = None,
     fps: Fps = None,
@@ -52,7 +52,7 @@ def simulate(
     camera: Camera = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Compute one motion: its path, invariants, losses and contact forces in time.
+    """Compute one motion in time: its path, invariants, losses and contact forces.
 
     eulerdisk simulate tilt_rate=0.01 roll_rate=2 duration=10s -o path.nc --plot path.png
 
@@ -62,9 +62,10 @@ def simulate(
 
     eulerdisk simulate kapitza shake=80 -o path.nc --plot path.png
 
-    A cell of an atlas is followed for three periods of its nutation, if there is no duration; other words change it.
+    A cell of an atlas is followed for three nutation periods, unless a duration is given; other words change its
+    start, disk or settings.
 
-    A rate may be given in units of sqrt(gravity/radius), as in scaled_roll_rate=0.5, and roll_rate as speed=15cm/s.
+    Rates can be given in units of sqrt(gravity/radius), as in scaled_roll_rate=0.5, and roll_rate as speed=15cm/s.
     """
     film = read_film(animate, speed=speed, fps=fps, size=size, camera=camera)
     request = _request(words or [], source)
@@ -74,7 +75,7 @@ def simulate(
     from sweep.motion.trajectory import simulate as compute
 
     if animate is not None:
-        check_filmed(request.kind, f"Draw it: --plot {animate.stem}.png in place of --animate.")
+        check_filmed(request.kind, f"Draw it: --plot {animate.stem}.png instead of --animate.")
     dataset = compute(request, command=shlex.join(["eulerdisk", *sys.argv[1:]]))
     if animate is not None and film is not None:
         save_film(dataset, animate, film)
@@ -92,7 +93,7 @@ def simulate(
 
 
 def read_film(animate: Path | None, **given: object) -> "FilmOptions | None":
-    """Return the options of the film, None if there is none; options without a film are refused."""
+    """Read the options of a film; None if no film is asked for. Options without a film are refused."""
     options = [f"--{name} {shown(value)}" for name, value in given.items() if value is not None]
     if animate is None:
         if options:
@@ -107,32 +108,34 @@ def read_film(animate: Path | None, **given: object) -> "FilmOptions | None":
 
 
 def save_film(dataset: "xr.Dataset", path: Path, film: "FilmOptions") -> None:
-    """Write a film, and say how long it is and how fast it plays."""
+    """Write a film, and report its length and speed."""
     from sweep.figures.disk import animation
 
     with abandonable(path) as check, reporting(what="frames") as progress:
 
-        def after_frame(done: int, count: int) -> None:
+        def report_frame(done: int, count: int) -> None:
             check()
             progress(done, count)
 
-        made = animation.save(dataset, path, film, after_frame)
-    say(f"{path}: {made.words()}")
+        saved = animation.save(dataset, path, film, report_frame)
+    say(f"{path}: {saved.words()}")
 
 
 def _not_yet(dataset: "xr.Dataset") -> str:
-    """Return that a motion has not come to an end, and what to add to see it: one without losses may have none."""
+    """Return the words for a motion without an ending, with a longer duration if its kind comes to an end."""
     from sweep.motion.sampling import kind_of
     from sweep.motion.tables import TIME
 
     kind = kind_of(dataset)
     length = float(dataset[TIME.name][-1])
     more = f"; add duration={10.0 * length:.3g}s to see its end" if kind.stops else ""
-    return f"{'still moving' if kind.largest_tilt else 'runs on'} after {kind.time.spell(length, 6)}{more}"
+    return (
+        f"{'still moving' if kind.largest_tilt else 'still running'} after {kind.time.spell(length, 6)}{more}"
+    )
 
 
 def _say_impossible(dataset: "xr.Dataset") -> None:
-    """Say when the disk would slip or lift off: what the file holds from then on is no motion of a real disk."""
+    """Report when the disk would slip or lift off: from then on, the file is not the motion of a real disk."""
     from sweep.motion.contact import rolling_limit
     from sweep.motion.sampling import kind_of
 
@@ -145,7 +148,7 @@ def _say_impossible(dataset: "xr.Dataset") -> None:
 
 
 def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":
-    """Return the request for a motion, that of a cell where an atlas is given; say which cell, if it is another one."""
+    """Return the request for a motion. For a cell of an atlas, report its values that differ from the words."""
     from sweep.motion.origin import is_preset
     from sweep.motion.request import MotionRequest
     from sweep.request.words import pairs
@@ -170,7 +173,7 @@ def _request(words: Sequence[str], source: Path | None) -> "MotionRequest":
 
 
 def _request_of_preset(preset: str, given: Mapping[str, str]) -> "MotionRequest":
-    """Return the request for the motion of a preset; say which start it is, where that was not asked for."""
+    """Return the request for the motion of a preset, and report the values of its start that were not given."""
     from sweep.model.disk.tables import WOBBLE
     from sweep.motion.origin import request_of_preset
     from sweep.request.spec import SweepSpec
@@ -185,17 +188,15 @@ def _request_of_preset(preset: str, given: Mapping[str, str]) -> "MotionRequest"
         axes = [name for name in SweepSpec.read(preset).axes if name not in given]
         values = [f"{name}={as_written(getattr(request, name), model.parameters[name])}" for name in axes]
         if values:
-            say(f"{preset}: not given, so as the system has it: {' '.join(values)}")
+            say(f"{preset}: values not given, taken from the system: {' '.join(values)}")
         return request
     if request.precession_rate == WOBBLE and "precession_rate" not in given:
-        say(
-            f"{preset}: the rates are those of the wobble at this tilt, precession_rate={WOBBLE} roll_rate={WOBBLE}"
-        )
+        say(f"{preset}: the rates are the wobble's at this tilt, precession_rate={WOBBLE} roll_rate={WOBBLE}")
     return request
 
 
 def _request_of_cell(atlas: "xr.Dataset", given: Mapping[str, str]) -> tuple["MotionRequest", str]:
-    """Return the request for the motion of the nearest cell, and its values that are not those given."""
+    """Return the request for the motion of the nearest cell, and its values that differ from those given."""
     from sweep.atlas.dataset import spec_of
     from sweep.atlas.parts import nearest_cell, other_values
     from sweep.motion.origin import cell_and_changes, request_of_cell
@@ -207,7 +208,7 @@ def _request_of_cell(atlas: "xr.Dataset", given: Mapping[str, str]) -> tuple["Mo
 
 
 def command_of_motion(atlas: "xr.Dataset", path: Path, words: Sequence[str]) -> str:
-    """Return the command line that follows the cell of an atlas which words name; empty if there is no such motion."""
+    """Return the command line that follows a cell of an atlas; empty if the cell has no motion."""
     from sweep.request.words import pairs
 
     try:
@@ -220,7 +221,7 @@ def command_of_motion(atlas: "xr.Dataset", path: Path, words: Sequence[str]) -> 
 def _check_outputs(
     output: Path, plot: Path | None, animate: Path | None, overwrite: bool, source: Path | None
 ) -> None:
-    """Refuse every file that could not be written, or is the atlas that is read, before anything is computed."""
+    """Refuse, before anything is computed, an output that cannot be written or is the atlas that is read."""
     from sweep.files.paths import check_apart, check_target
 
     if output.suffix.lower() != ".nc":

@@ -1,4 +1,4 @@
-"""The output of `info --json` and `boundary --to json`: an atlas as plain values, in SI."""
+"""The output of `info --json` and `boundary --to json`: an atlas as plain values in SI units."""
 
 import json
 from typing import TYPE_CHECKING, Any
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def summary(dataset: "xr.Dataset") -> dict[str, Any]:
-    """Return what is in an atlas: its grid, how it was made, how the cells ended, where the boundary lies."""
+    """Describe an atlas: its grid, how it was made, how its cells ended, and where the boundary lies."""
     spec = spec_of(dataset)
     model = spec.model
     require(dataset, (model.peak, model.error_name))
@@ -35,7 +35,9 @@ def summary(dataset: "xr.Dataset") -> dict[str, Any]:
         "criterion": str(spec.criterion),
         "unstable_if": spec.criterion.unstable_if(model),
         "method": spec.method,
-        "settings": {name: _with_units(getattr(spec, name), each) for name, each in model.settings.items()},
+        "settings": {
+            name: _with_units(getattr(spec, name), quantity) for name, quantity in model.settings.items()
+        },
         "endings": _counts(dataset["ending"], model.variables["ending"]),
         "verdicts": _counts(dataset["stability"], model.variables["stability"]),
         model.peak: _extent(dataset[model.peak]),
@@ -59,9 +61,9 @@ def summary(dataset: "xr.Dataset") -> dict[str, Any]:
 
 
 def _share(dataset: "xr.Dataset") -> dict[str, Any]:
-    found = unstable_share(dataset)
-    value = found.value if found.decided else None
-    return {**vars(found), "value": value, "interval": list(found.interval), "confidence": 0.95}
+    share = unstable_share(dataset)
+    value = share.value if share.decided else None
+    return {**vars(share), "value": value, "interval": list(share.interval), "confidence": 0.95}
 
 
 def boundary(dataset: "xr.Dataset") -> dict[str, Any]:
@@ -76,9 +78,9 @@ def boundary(dataset: "xr.Dataset") -> dict[str, Any]:
     }
 
 
-def as_json(found: dict[str, Any]) -> str:
-    """Return plain values as JSON; numbers that JSON does not have are none of them."""
-    return json.dumps(found, indent=1, allow_nan=False)
+def as_json(values: dict[str, Any]) -> str:
+    """Return plain values as JSON; a NaN or infinity among them is an error."""
+    return json.dumps(values, indent=1, allow_nan=False)
 
 
 def _axis(spec: SweepSpec, name: str) -> dict[str, Any]:
@@ -102,8 +104,8 @@ def _with_units(value: float | str, quantity: Quantity) -> dict[str, Any]:
 
 def _counts(variable: "xr.DataArray | xr.Variable", quantity: Quantity) -> dict[str, int]:
     codes, counts = np.unique(variable.values, return_counts=True)
-    found = dict(zip(codes.tolist(), counts.tolist(), strict=True))
-    return {word: found.get(code, 0) for code, word in (quantity.flags or {}).items()}
+    numbers = dict(zip(codes.tolist(), counts.tolist(), strict=True))
+    return {word: numbers.get(code, 0) for code, word in (quantity.flags or {}).items()}
 
 
 def _extent(variable: "xr.DataArray | xr.Variable") -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Messages and progress on standard error, and how a command ends on Ctrl-C and SIGTERM."""
+"""Messages and progress on standard error, and the end of a command on Ctrl-C or SIGTERM."""
 
 import os
 import shlex
@@ -23,12 +23,12 @@ from sweep.progress.timetable import COMPUTING, Stage, Timetable
 
 
 def show(text: str) -> None:
-    """Print a result on standard output, its lines escaped by `printable`: words from files are no commands."""
+    """Print a result on standard output. `printable` escapes it: text from files must not control the terminal."""
     print("\n".join(map(printable, text.split("\n"))))
 
 
 def say(text: str) -> None:
-    """Print a message on standard error, in one line that prints."""
+    """Print a message on standard error, as one line, escaped by `printable`."""
     print(f"eulerdisk: {printable(text)}", file=sys.stderr)
 
 
@@ -36,7 +36,7 @@ def say(text: str) -> None:
 def reporting(
     stream: TextIO | None = None, what: str = "cells", quiet: bool = False
 ) -> Iterator[Callable[[int, int], None]]:
-    """Do what `showing` does for work of a single stage: yield a function of (done, all).
+    """Show progress as `showing` does, for work of a single stage: yield a function of (done, all).
 
     `what` names the things that are counted.
     """
@@ -55,14 +55,14 @@ def reporting(
 
 
 class _Abandoned(BaseException):
-    """A signal ended work whose unfinished result is of no use."""
+    """A signal ended work whose unfinished result is useless."""
 
 
 @contextmanager
 def abandonable(output: Path) -> Iterator[Callable[[], None]]:
-    """On a signal, give up the work, whose unfinished result is of no use; a second signal does not wait.
+    """On a signal, abandon work whose unfinished result is useless; a second signal ends it at once.
 
-    Yields a function to be called regularly: it ends the work if a signal has arrived.
+    Yields a function for the work to call regularly: it ends the work if a signal has arrived.
     """
     arrived: list[int] = []
 
@@ -78,29 +78,29 @@ def abandonable(output: Path) -> Iterator[Callable[[], None]]:
         try:
             yield check
         except _Abandoned:
-            say(f"interrupted; {output} was not written, nothing is left behind.")
+            say(f"interrupted; {output} was not written, and no unfinished file remains.")
             raise typer.Exit(128 + arrived[0]) from None
 
 
 @contextmanager
 def stoppable(program: str | None = None) -> Iterator[Callable[[], bool]]:
-    """On a signal, end the run after the current block, say which command continues it, and exit.
+    """On a signal, end the run after the current block, report the command that continues it, and exit.
 
     Yields a function that returns whether to stop. The signal handler only records the signal: an exception raised in
     it can get lost in a callback of the compiler. A second signal does not wait for the end of the block, which may
-    take long. `program` is the word that starts this program in a shell, by default that of this process.
+    take long. `program` is the word that starts this program in a shell, by default the one that started this process.
     """
     arrived: list[int] = []
     words = [program] if program else _program()
-    again = f"To go on, run the same command again:\n    {shlex.join([*words, *sys.argv[1:]])}\n"
+    again = f"To continue, run the same command again:\n    {shlex.join([*words, *sys.argv[1:]])}\n"
 
     def stop(number: int, _frame: FrameType | None) -> None:
         if arrived:
-            # not print, which is not reentrant: the signal may have interrupted a print
+            # print is not reentrant, and the signal may have interrupted one
             _write_at_once(f"\neulerdisk: stopped at once; finished blocks are kept. {again}")
             os._exit(128 + number)
         arrived.append(number)
-        _write_at_once("\neulerdisk: stopping when this block is done; a second signal stops at once\n")
+        _write_at_once("\neulerdisk: stopping after this block; a second signal stops at once\n")
 
     with _handling(stop):
         try:
@@ -116,30 +116,30 @@ _PATIENCE = 0.5
 
 @contextmanager
 def ended_while_compiling() -> Iterator[None]:
-    """Let a signal that has a handler end the process while a kernel is compiled: the compiler asks for none.
+    """Let a signal that has a handler end the process while a kernel is compiled.
 
-    Python's own handlers run between two of its instructions, and the compiler may be in one of them for a minute. A
-    thread hears of the signal at once.
+    Python runs its handlers between two of its instructions, and the compiler may spend a minute in one instruction. A
+    thread receives the signal at once.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    heard, told = socket.socketpair()
-    told.setblocking(False)
-    before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
-    listener = threading.Thread(target=_end_if_compiling, args=(heard,), daemon=True)
+    receiver, sender = socket.socketpair()
+    sender.setblocking(False)
+    before = signal.set_wakeup_fd(sender.fileno(), warn_on_full_buffer=False)
+    listener = threading.Thread(target=_end_if_compiling, args=(receiver,), daemon=True)
     listener.start()
     try:
         yield
     finally:
         signal.set_wakeup_fd(before)
-        told.close()
+        sender.close()
         listener.join(2.0 * _PATIENCE)
-        heard.close()
+        receiver.close()
 
 
-def _end_if_compiling(heard: socket.socket) -> None:
-    while numbers := heard.recv(16):
+def _end_if_compiling(receiver: socket.socket) -> None:
+    while numbers := receiver.recv(16):
         if not is_compiling():
             continue
         time.sleep(_PATIENCE)
@@ -152,7 +152,7 @@ def _end_if_compiling(heard: socket.socket) -> None:
 
 
 def _write_at_once(text: str) -> None:
-    # a terminal that has gone does not keep a run from stopping
+    # a closed terminal must not keep a run from stopping
     with suppress(OSError):
         os.write(2, text.encode(errors="backslashreplace"))
 
@@ -168,10 +168,10 @@ def _handling(stop: Callable[[int, FrameType | None], None]) -> Iterator[None]:
 
 
 def _program() -> list[str]:
-    """Return the words that start this program from the shell that has started it."""
+    """Return the words that start this program in the user's shell."""
     started = sys.argv[0]
     if os.path.basename(started) == "__main__.py":
         return [sys.executable, "-m", "sweep"]
     found = shutil.which("eulerdisk")
-    # The bare name if the shell finds this program under it; else the path of the call (environment not activated).
+    # The bare name if the shell would find this program by it; otherwise its path (the environment is not activated).
     return ["eulerdisk"] if found and os.path.realpath(found) == os.path.realpath(started) else [started]

@@ -1,4 +1,4 @@
-"""Compile kernels before they are needed, in as many processes as there are processors. Command: `warmup`."""
+"""The command that compiles kernels before they are needed, with one process per processor: `warmup`."""
 
 import multiprocessing
 import time
@@ -14,18 +14,18 @@ from sweep.commands.terminal import show
 if TYPE_CHECKING:
     from sweep.model.kernel import Kernel
 
-#: Work whose first use of a kernel compiles it, by its name; it is sent to another process.
+#: Tasks by name, for other processes: each uses kernels, which compiles them.
 Tasks = Mapping[str, Callable[[], object]]
 
 
 def warmup() -> None:
-    """Compile the kernels into the cache, for images and clusters, and say where it is.
+    """Compile the kernels into the cache, for images and clusters, and print its path.
 
-    These are the kernels of every method, of contact forces, of balls, of the presets and of motions. Each other set of
-    laws of loss has its own, and so have spheroids: the first run with them compiles them.
+    This covers every method, contact forces, balls, the presets and motions. The kernels of other loss laws, and of
+    spheroids, compile on first use.
 
-    EULERDISK_CACHE_DIR names another folder for it. The kernels fit the processor that compiles them.
-    EULERDISK_NOTICES=no silences the notices of what takes seconds.
+    EULERDISK_CACHE_DIR sets another folder for the cache. The kernels are specific to the processor that compiles them.
+    EULERDISK_NOTICES=no silences the notices about slow steps.
     """
     from sweep.model.kernel import cache_root, check_cache
 
@@ -37,7 +37,7 @@ def warmup() -> None:
 
 
 def usual_tasks() -> "tuple[Tasks, list[Kernel]]":
-    """Return a task for each set of kernels of methods, additions, presets and motions, and the kernels of the runs."""
+    """Return tasks that compile the kernels of all methods, additions, presets and motions; and the runs' kernels."""
     from sweep.model import registry
     from sweep.request.spec import SweepSpec
     from sweep.request.spec_file import presets
@@ -47,13 +47,13 @@ def usual_tasks() -> "tuple[Tasks, list[Kernel]]":
     tasks: dict[str, Callable[[], object]] = {}
     kernels: list[Kernel] = []
     for model in registry.every():
-        # the other methods of bodies are those of presets
+        # presets cover the other methods of bodies
         methods = model.methods_for(SweepSpec(model=model.name).words())
         specs = {method: SweepSpec(model=model.name, method=method) for method in methods}
         specs |= {word: SweepSpec(model=model.name, **dict([word.split("=")])) for word in model.additions}
         if "body" in model.options and "ball" in model.options["body"].choices:
             specs["ball"] = SweepSpec(model=model.name, body="ball")
-        # a preset may need a variant of the kernels; how long its motions last does not matter
+        # a preset may need a variant of the kernels, whatever the duration
         short = {"duration": 1e-3, "criterion": "departure:5deg"}
         specs |= {name: coarse(SweepSpec.preset(name, **short), 1) for name in presets(model)}
         for name, spec in specs.items():
@@ -75,10 +75,10 @@ def _compile_motion(model: str) -> None:
 
 
 def perform(tasks: Tasks) -> Iterator[tuple[str, float]]:
-    """Perform tasks in as many processes as there are processors; yield the name and the seconds of each, in order."""
+    """Perform tasks with one process per processor; yield the name and the seconds of each task, in order."""
     if not tasks:
         return
-    # spawned: a process that is forked would have the threads' locks without the threads
+    # spawn, not fork: a forked process would have the threads' locks without the threads
     spawn = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(min(platforms.available_threads(), len(tasks)), mp_context=spawn) as pool:
         try:

@@ -168,7 +168,7 @@ def test_an_interrupted_film_leaves_nothing(simulate, tmp_path, monkeypatch):
     monkeypatch.setattr(animation, "draw_floor", interrupt)
     status, words = simulate(f"{WORDS} -o path.nc --animate disk.gif")
     assert status == 130
-    assert_facts(words, "nothing")
+    assert_facts(words, "disk.gif", "no")
     assert list(tmp_path.iterdir()) == []
 
 
