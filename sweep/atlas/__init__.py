@@ -1,1 +1,1 @@
-"""From blocks to a labelled dataset: verdicts, boundaries measured and predicted, another criterion, finer edges."""
+"""Atlases as labelled datasets: verdicts, measured and predicted boundaries, other criteria, refinement, selections."""

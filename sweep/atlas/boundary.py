@@ -1,4 +1,4 @@
-"""A boundary beside the verdicts of the cells: brackets around it are bisected, and theory has lines for it."""
+"""The boundary between verdicts: bisection of the brackets around it, and the lines that theory predicts."""
 
 import math
 from collections.abc import Callable
@@ -13,13 +13,13 @@ from sweep.model.description import Starts
 from sweep.model.quantity import UNDECIDED, Array, Truths
 from sweep.request.spec import SweepSpec
 
-#: Share of the width that each side of an undecided stretch may keep.
+#: Largest width of each side of an undecided stretch, as a share of the requested width.
 _SIDE = 0.25
 
-#: Rows with their lines of theory, and brackets, that are worked on at a time: 50 MB of starts and results.
+#: Rows of theoretical lines, or brackets, that are processed at a time: 50 MB of starts and results.
 AT_ONCE = 2**16
 
-#: Called with the share of some work that is done, from 0 to 1.
+#: Type of a function that is called with the completed share of some work, from 0 to 1.
 Seen = Callable[[float], None]
 
 Places = npt.NDArray[np.intp]
@@ -28,18 +28,18 @@ Codes = npt.NDArray[np.integer]
 
 @dataclass(frozen=True)
 class Brackets:
-    """Segments of the space of starts, each along one parameter, whose two ends have unlike verdicts.
+    """Segments of the space of starts, each along one parameter, whose two ends have different verdicts.
 
     Parameters
     ----------
     starts : mapping of str to array, shape (n,)
-        The starts, in SI; what they hold for the parameter of the segment does not matter.
+        The starts, in SI; their values of the segment's own parameter do not matter.
     along : array of int, shape (n,)
-        Which parameter each segment runs along: a place among the parameters of the model.
+        The parameter along which each segment runs, as an index into the parameters of the model.
     near, far : arrays, shape (n,)
-        Value of that parameter at the two ends, in SI, in either order.
+        Values of that parameter at the two ends, in SI, in either order.
     near_verdict, far_verdict : arrays of int, shape (n,)
-        Verdicts there, stable or unstable.
+        Verdicts at the two ends, stable or unstable.
     """
 
     starts: Starts
@@ -62,11 +62,11 @@ class Brackets:
 
 
 def unseen(share: float) -> None:
-    """Ignore how much is done."""
+    """Ignore the progress."""
 
 
 def bisected(spec: SweepSpec, given: Brackets, width: float, seen: Seen = unseen) -> Brackets:
-    """Bisect every bracket until it is no wider than `width`, or has no number left between its ends.
+    """Bisect every bracket until it is no wider than `width`, or no number lies between its ends.
 
     Parameters
     ----------
@@ -76,15 +76,15 @@ def bisected(spec: SweepSpec, given: Brackets, width: float, seen: Seen = unseen
     width : float
         In the SI unit of each segment's parameter.
     seen : callable, optional
-        Called after each halving with the share of those that the widest bracket needs.
+        Called after each halving with the completed share of the halvings that the widest bracket needs.
 
     Returns
     -------
     Brackets
-        The ends have the verdicts that they had. Where starts between them are undecided, or have a verdict that the
-        estimated error of their extremes leaves open, the bracket holds all of these and each side of them is no wider
-        than a quarter of `width`: it stays as wide as the undecided stretch.
-        Where the verdict changes more than once between the given ends, one of the changes is found.
+        The ends keep their verdicts. Starts between them may be undecided, or have a verdict that the estimated error
+        of their extremes leaves open: then the bracket contains this whole stretch, and on each side of it at most a
+        quarter of `width`.
+        If the verdict changes more than once between the given ends, one of the changes is found.
     """
     near, far = given.near.copy(), given.far.copy()
     for span in blocks(near.size, AT_ONCE):
@@ -104,7 +104,7 @@ def _bisected(spec: SweepSpec, given: Brackets, width: float, seen: Seen) -> tup
         before, after = search.unknown(width)
         if not before.size + after.size:
             return search.near, search.far
-        # undecided stretches have two sides to narrow, which takes more
+        # an undecided stretch takes more halvings, because both of its sides are narrowed
         seen(min(done / halvings, 1.0))
         done += 1
         middle = search.middles(before, after)
@@ -114,13 +114,13 @@ def _bisected(spec: SweepSpec, given: Brackets, width: float, seen: Seen) -> tup
 
 
 def _halvings(given: Brackets, width: float) -> int:
-    """Return how often the widest bracket has to be halved, at least once."""
+    """Return the number of halvings that the widest bracket needs, at least 1."""
     widest = float(np.max(np.abs(given.far - given.near), initial=0.0))
     return max(1, math.ceil(math.log2(max(widest / width, 1.0)))) if widest else 1
 
 
 class _Search:
-    """The segments: their ends, and where `has_undecided` the undecided stretch from `first` to `last`."""
+    """The segments: their ends and, where `has_undecided`, the undecided stretch from `first` to `last`."""
 
     def __init__(self, given: Brackets) -> None:
         self.given = given
@@ -129,30 +129,30 @@ class _Search:
         self.has_undecided = np.zeros(self.near.shape, bool)
 
     def unknown(self, width: float) -> tuple[Places, Places]:
-        """Return the segments that are too wide before their undecided stretch (or as a whole), and after it."""
+        """Return the segments that are too wide before their undecided stretch (or as a whole), and those after it."""
         before = _divisible(self.near, self._before(), np.where(self.has_undecided, _SIDE * width, width))
         after = self.has_undecided & _divisible(self.last, self.far, np.full(self.near.shape, _SIDE * width))
         return np.flatnonzero(before), np.flatnonzero(after)
 
     def middles(self, before: Places, after: Places) -> Array:
-        """Return the middles of what is too wide."""
+        """Return the middles of the stretches that are too wide."""
         first = 0.5 * (self.near + self._before())[before]
         return np.concatenate((first, 0.5 * (self.last + self.far)[after]))
 
     def record_before(self, which: Places, places: Array, codes: Codes) -> None:
-        """Record the verdicts at the middles before the undecided stretch, or of segments that have none."""
+        """Record the verdicts at the middles before the undecided stretch, or of segments without such a stretch."""
         _, on_far = self._sides(which, places, codes)
         self.has_undecided[on_far] = False
-        unclear, there = which[codes == UNDECIDED], places[codes == UNDECIDED]
+        unclear, unclear_places = which[codes == UNDECIDED], places[codes == UNDECIDED]
         fresh = ~self.has_undecided[unclear]
-        self.first[unclear], self.last[unclear[fresh]] = there, there[fresh]
+        self.first[unclear], self.last[unclear[fresh]] = unclear_places, unclear_places[fresh]
         self.has_undecided[unclear] = True
 
     def record_after(self, which: Places, places: Array, codes: Codes) -> None:
         """Record the verdicts at the middles after the undecided stretch."""
-        # a change found before the stretch leaves nothing to look for after it
-        held = self.has_undecided[which]
-        which, places, codes = which[held], places[held], codes[held]
+        # if a change was found before the stretch, there is nothing to find after it
+        still_open = self.has_undecided[which]
+        which, places, codes = which[still_open], places[still_open], codes[still_open]
         on_near, _ = self._sides(which, places, codes)
         self.has_undecided[on_near] = False
         self.last[which[codes == UNDECIDED]] = places[codes == UNDECIDED]
@@ -177,10 +177,10 @@ def verdicts(spec: SweepSpec, given: Brackets, which: Places, places: Array) -> 
 
 
 def judged(spec: SweepSpec, starts: Starts) -> npt.NDArray[np.int8]:
-    """Return the verdicts of starts, undecided where stated errors may change them.
+    """Return the verdicts of starts, undecided where the stated errors could change them.
 
-    Without this a bracket would close around where the integration puts the boundary, however coarse it is: with a
-    tolerance of 1e-6 rad brackets of 1e-9 rad/s lay 1e-7 rad/s beside the exact boundary.
+    Otherwise a bracket would close around the boundary of the integration, however coarse that is: with a tolerance of
+    1e-6 rad, brackets of 1e-9 rad/s missed the exact boundary by 1e-7 rad/s.
     """
     return np.asarray(compute(spec, starts, verdicts_only=True)["stability"])
 
@@ -192,14 +192,14 @@ def _divisible(one: Array, other: Array, width: Array) -> Truths:
 
 
 def theory_lines(spec: SweepSpec, axis: str) -> dict[str, tuple[Array, Array]]:
-    """Return the edges of theory along an axis over the remaining axes; see `sweep.model.description.Model.lines`.
+    """Return the theoretical edges along an axis, over the other axes; see `sweep.model.description.Model.lines`.
 
-    A criterion that theory does not know has no predicted boundary: NaN.
+    The predicted boundary is NaN for a criterion that theory does not cover.
     """
     rows, found = rows_along(spec, axis), dict[str, tuple[Array, Array]]()
     for span in blocks(rows.size, AT_ONCE):
         for name, lines in spec.model.lines(spec, axis, starts_of(rows, span)).items():
-            # of rows for which theory has no edge it may have no line
+            # theory may give no line for rows without an edge
             into = found.setdefault(name, (np.full(rows.size, np.nan), np.full(rows.size, np.nan)))
             known = lines if spec.criterion.predictable else lines[:1]
             for values, part in zip(into, known, strict=False):
@@ -208,5 +208,5 @@ def theory_lines(spec: SweepSpec, axis: str) -> dict[str, tuple[Array, Array]]:
 
 
 def rows_along(spec: SweepSpec, axis: str) -> SweepSpec:
-    """Return the spec of the rows along an axis: it has one value there, not zero if that can be."""
+    """Return the spec of the rows along an axis: the axis has a single value, if possible not zero."""
     return spec.replace(**{axis: next((float(end) for end in getattr(spec, axis).ends() if end), 1.0)})

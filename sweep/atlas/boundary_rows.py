@@ -1,4 +1,4 @@
-"""The boundary of an atlas as a table of its own, one row per row of the grid, for programs to read."""
+"""The boundary of an atlas as a table for programs: one row per row of the grid."""
 
 import csv
 import io
@@ -13,10 +13,10 @@ from sweep.atlas.row_edges import ROW_STATUS
 if TYPE_CHECKING:
     import xarray as xr
 
-#: One row of a table: column -> value; None where there is none.
+#: One row of a table: column -> value, None if missing.
 Row = dict[str, Any]
 
-#: Columns of an edge beside the axes, in the order of `edge_names`.
+#: Columns of an edge in addition to the axes, in the order of `edge_names`.
 _VALUES = ("measured", "halfwidth", "predicted", "critical")
 
 
@@ -26,7 +26,7 @@ def boundary_rows(dataset: "xr.Dataset") -> list[Row]:
     Parameters
     ----------
     dataset : xarray.Dataset
-        A whole one.
+        A whole atlas.
 
     Returns
     -------
@@ -55,12 +55,12 @@ def boundary_rows(dataset: "xr.Dataset") -> list[Row]:
 
 
 def curve_rows(dataset: "xr.Dataset") -> list[Row]:
-    """Return the points of the curves of a refined boundary: none if there are no curves.
+    """Return the points of the curves of a refined boundary; an empty list if there are no curves.
 
     Returns
     -------
     list of dict
-        ``curve`` (from 1), ``closed``, and along each axis the place and its half-width [SI].
+        ``curve`` (from 1), ``closed``, and for each axis the position and its half-width [SI].
     """
     if "curve_point_count" not in dataset:
         return []
@@ -77,9 +77,9 @@ def curve_rows(dataset: "xr.Dataset") -> list[Row]:
 
 
 def as_csv(rows: list[Row]) -> str:
-    """Return rows as CSV with a heading, every digit of every number; nothing where there is no value.
+    """Return rows as CSV with a heading, with all digits of every number and empty fields for missing values.
 
-    Without rows, the heading that an atlas of no axes has.
+    Without rows, return the heading for an atlas without axes.
     """
     text = io.StringIO()
     columns = list(rows[0]) if rows else ["along", "edge", *_VALUES, "status"]

@@ -1,4 +1,4 @@
-"""The boundary of stability that a grid of verdicts has: of its rows, and of its curves."""
+"""The stability boundary of a grid of verdicts, row by row and as curves."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any
@@ -15,12 +15,12 @@ from sweep.model.quantity import STABLE, UNSTABLE, Array
 from sweep.request.sources import Range, Values
 from sweep.request.spec import SweepSpec
 
-#: Variables of one shape with their values: those of one edge, of the curves, or of their points.
+#: Variables of the same shape with their values: the variables of one edge, of the curves, or of their points.
 Group = list[tuple[Declaration, npt.NDArray[Any]]]
 
 
 def boundary_groups(spec: SweepSpec, stability: Verdicts, seen: Seen = unseen) -> list[Group]:
-    """Return the boundary of a grid, from the verdicts of its cells.
+    """Find the boundary of a grid from the verdicts of its cells.
 
     Parameters
     ----------
@@ -28,22 +28,22 @@ def boundary_groups(spec: SweepSpec, stability: Verdicts, seen: Seen = unseen) -
     stability : array of int8, shape of the grid
         The verdicts of all cells (`sweep.model.quantity`).
     seen : callable, optional
-        Called now and then with the share of the work that is done, from 0 to 1.
+        Called now and then with the completed share of the work, from 0 to 1.
 
     Returns
     -------
     list of list of (Declaration, array)
-        Variables of one shape together. One value per row of each control for the edges: the upper edge (stable above)
-        along every such axis, and the lower edge (stable below) where theory or the cells have one. The measured value
-        lies in the middle of the bracket between the last unstable and the first stable cell, the half-width is half
-        that bracket; undecided cells between the two widen it, and NaN stands where there is none. Where the spec says
-        ``boundary = "refined"`` the bracket is bisected.
+        Groups of variables of the same shape. Edges have one value per row along each control: the upper edge (stable
+        above) for every such axis, and the lower edge (stable below) where theory or the cells have one. The measured
+        value is the middle of the bracket between the last unstable and the first stable cell, the half-width is half
+        of that bracket. Undecided cells between the two widen it; both are NaN where a row has no edge. With
+        ``boundary = "refined"`` in the spec, the bracket is bisected.
 
-        Where the boundary is refined and the grid has a plane, the curves follow (`sweep.atlas.curves.Curves`).
+        If the boundary is refined and the grid has a plane, the curves follow (`sweep.atlas.curves.Curves`).
     """
     controls = spec.model.controls(spec.axes)
     has_curves = spec.boundary_width is not None and len(spec.axes) > 1
-    # the curves have as much to bisect as the edges
+    # the curves take as many bisections as the edges
     of_edges = 0.5 if has_curves else 1.0
     groups = list[Group]()
     for number, axis in enumerate(controls):
@@ -57,13 +57,13 @@ def _part(seen: Seen, begin: float, share: float) -> Seen:
 
 
 def _edges(spec: SweepSpec, axis: str, stability: Verdicts, seen: Seen) -> Iterator[Group]:
-    """Yield the edges along one control; their rows are all cells along it, the other axes fixed."""
+    """Yield the edges along one control. A row is all cells along it, with the other axes fixed."""
     rows, lines = RowEdges.of(stability, spec.axes.index(axis)), theory_lines(spec, axis)
     drawn = [line[0] for line in lines.values()]
     one_line = len(drawn) == len(EDGES) and np.array_equal(drawn[0], drawn[1], equal_nan=True)
     for number, edge in enumerate(EDGES):
         inside, outside = (_values(getattr(spec, axis), places) for places in rows.bracket(edge))
-        # one line for both edges does not say that both are there
+        # the same line for both edges does not mean that both exist
         expected = edge in lines and not one_line
         if edge == "lower" and not expected and not np.isfinite(inside).any():
             break
@@ -72,7 +72,7 @@ def _edges(spec: SweepSpec, axis: str, stability: Verdicts, seen: Seen) -> Itera
             inside, outside = _narrowed(
                 spec, axis, inside, outside, spec.boundary_width, _part(seen, number * share, share)
             )
-        # of rows for which theory has no edge it may have no line
+        # theory may give no line for rows without an edge
         critical, predicted = lines.get(edge) or np.full((2, *inside.shape), np.nan)
         middle, half = 0.5 * (inside + outside), 0.5 * np.abs(outside - inside)
         values = (middle, half, predicted, critical, rows.status(edge))
@@ -88,14 +88,14 @@ def _narrowed(
     spec: SweepSpec, axis: str, inside: Array, outside: Array, width: float, seen: Seen
 ) -> tuple[Array, Array]:
     """Bisect the brackets of the rows along an axis, all at once."""
-    found = np.flatnonzero(np.isfinite(inside))
-    number = np.full(found.size, list(spec.model.parameters).index(axis))
-    codes = [np.full(found.size, code, np.int8) for code in (UNSTABLE, STABLE)]
-    starts = starts_at(rows_along(spec, axis), found)
-    near, far = (each.reshape(-1)[found] for each in (inside, outside))
+    rows = np.flatnonzero(np.isfinite(inside))
+    number = np.full(rows.size, list(spec.model.parameters).index(axis))
+    codes = [np.full(rows.size, code, np.int8) for code in (UNSTABLE, STABLE)]
+    starts = starts_at(rows_along(spec, axis), rows)
+    near, far = (ends.reshape(-1)[rows] for ends in (inside, outside))
     fine = bisected(spec, Brackets(starts, number, near, far, *codes), width, seen)
     narrow = np.full((2, inside.size), np.nan)
-    narrow[:, found] = fine.near, fine.far
+    narrow[:, rows] = fine.near, fine.far
     return narrow[0].reshape(inside.shape), narrow[1].reshape(inside.shape)
 
 
@@ -112,4 +112,7 @@ def _curves(spec: SweepSpec, stability: Verdicts, seen: Seen) -> list[Group]:
 
 
 def _group(declared: Iterable[Declaration], values: Iterable[npt.NDArray[Any]]) -> Group:
-    return [(each, np.asarray(held, each.dtype)) for each, held in zip(declared, values, strict=True)]
+    return [
+        (declaration, np.asarray(array, declaration.dtype))
+        for declaration, array in zip(declared, values, strict=True)
+    ]

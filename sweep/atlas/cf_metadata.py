@@ -1,4 +1,4 @@
-"""Declarations of an atlas file: variables with attributes, coordinates, and global attributes."""
+"""The contents of an atlas file: variables with their attributes, coordinates, and global attributes."""
 
 import json
 import os
@@ -30,7 +30,7 @@ from sweep.model.quantity import (
 from sweep.request.spec import SweepSpec
 from sweep.version import HOME, __version__
 
-#: Dimensions: the curves, and the points of all curves one after the other.
+#: Dimensions: the curves, and the points of all curves in sequence.
 CURVES, POINTS = "curve", "curve_point"
 
 #: The two edges of the unstable band: stable above, stable below.
@@ -48,13 +48,13 @@ _POINT = Tolerance(0.0, 1e-12, "both brackets hold the point of the curve", BRAC
 
 
 def edge_names(axis: str, edge: str = "upper") -> tuple[str, str, str, str]:
-    """Return the names of one edge along an axis: measured, its half-width, predicted, critical."""
+    """Return the names of the variables of one edge along an axis: measured, its half-width, predicted, critical."""
     side = f"lower_{axis}" if edge == "lower" else axis
     return f"boundary_{side}", f"boundary_{side}_halfwidth", f"predicted_{side}", f"critical_{side}"
 
 
 def status_name(axis: str, edge: str = "upper") -> str:
-    """Return the name of the variable that says why the rows of an edge have a boundary or none."""
+    """Return the name of the variable that states whether a row has an edge and, if not, why."""
     return f"{edge_names(axis, edge)[0]}_status"
 
 
@@ -72,7 +72,7 @@ def edge_quantities(model: Model, axis: str, edge: str = "upper") -> Mapping[str
     Returns
     -------
     Mapping of str to Quantity
-        Those of `edge_names`, all in the units of the parameter, and the flag of `status_name`.
+        The quantities of `edge_names`, all in the units of the parameter, and the flag of `status_name`.
     """
     along, of_theory = model.parameters[axis], model.line_words
     words, side = along.name.replace("_", " "), "below" if edge == "lower" else "above"
@@ -94,7 +94,7 @@ def edge_quantities(model: Model, axis: str, edge: str = "upper") -> Mapping[str
 
 
 def _missing_words(name: str, axis: str, edge: str) -> str:
-    """Return what it means that a row has no value of one of `edge_names`."""
+    """Return the comment that explains why a variable of `edge_names` has no value in a row."""
     measured, _, predicted, critical = edge_names(axis, edge)
     if name == predicted:
         return "missing: theory has no value for this perturbation and criterion"
@@ -104,7 +104,7 @@ def _missing_words(name: str, axis: str, edge: str) -> str:
 
 
 def curve_quantities() -> Mapping[str, Quantity]:
-    """Return what is stored of each curve."""
+    """Return the quantities that are stored for each curve."""
     return table(
         Quantity("curve_point_count", "", "1", "number of points of the curve", _COUNTED,
                  "the points of a curve follow on those of the one before", "i4"),
@@ -114,7 +114,7 @@ def curve_quantities() -> Mapping[str, Quantity]:
 
 
 def point_quantities(parameters: Mapping[str, Input], axes: Sequence[str]) -> Mapping[str, Quantity]:
-    """Return what is stored of each point of a curve: its place along every axis of the atlas, and the half-widths."""
+    """Return the quantities that are stored for each point of a curve: position along every axis, and half-widths."""
     rows = []
     for axis in axes:
         along, words = parameters[axis], axis.replace("_", " ")
@@ -127,16 +127,16 @@ def point_quantities(parameters: Mapping[str, Input], axes: Sequence[str]) -> Ma
     return table(*rows)
 
 
-#: Version of the layout of the file; a reader refuses what is newer than it knows.
+#: Version of the file layout; a reader refuses newer versions than its own.
 FORMAT = 1
 
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 
-#: zlib level: 4 and more cost several times the time for a few per cent of the size. So does netCDF write what is saved
-#: from memory; the chunks of a run are deflated by another library (`sweep.files.raw_chunks`) to about that size.
+#: zlib level for saving from memory: level 4 and higher take several times as long and save a few per cent of the size.
+#: The chunks of a run are deflated by another library (`sweep.files.raw_chunks`) to about the same size.
 COMPRESSION = 1
 
-#: Packages whose versions an atlas states: those that compute it, and those that write it.
+#: Packages that compute and write an atlas, whose versions it records.
 PACKAGES = ("numba", "llvmlite", "numpy", "xarray", "netCDF4", "h5py", "isal")
 
 _WAYS = {
@@ -146,7 +146,7 @@ _WAYS = {
     "fall time)",
 }
 
-#: The licence of an atlas or a motion, and how to cite the software.
+#: The license of an atlas or a motion, the software, and its citation.
 LICENSE = "the software is under BSD-3-Clause, and restricts nothing that is done with its data"
 SOFTWARE = f"eulerdisk {__version__}, a Python package{f': {HOME}' if HOME else ''}"
 CITATION = (
@@ -160,7 +160,7 @@ CONTENT = {"coverage_content_type": "modelResult"}
 
 @dataclass(frozen=True)
 class Declaration:
-    """One variable of an atlas before it has values: name, dimensions, type and CF attributes."""
+    """A variable of an atlas without its values: name, dimensions, type and CF attributes."""
 
     name: str
     dims: tuple[str, ...]
@@ -170,27 +170,27 @@ class Declaration:
 
     @property
     def fill(self) -> float | None:
-        """Value that stands for "missing" in a file: measured floats only, never coordinates or flags."""
+        """Fill value for missing values; only measured floats have one, not coordinates or flags."""
         return FILL if self.dtype.startswith("f") and not self.coordinate else None
 
 
 def cell_declarations(spec: SweepSpec) -> list[Declaration]:
     """Return the variables that have one value per cell."""
     computed = {name: spec.model.parameters[name] for name in spec.computed}
-    held = {**spec.model.cell_variables(spec), **computed}
+    quantities = {**spec.model.cell_variables(spec), **computed}
     if comment := spec.criterion.comment(spec.model):
-        held["stability"] = replace(held["stability"], description=ascii_text(comment))
-    return [*declare_cells(spec, held, "ending"), *start_declarations(spec)]
+        quantities["stability"] = replace(quantities["stability"], description=ascii_text(comment))
+    return [*declare_cells(spec, quantities, "ending"), *start_declarations(spec)]
 
 
 def start_declarations(spec: SweepSpec) -> list[Declaration]:
-    """Return the parameters of which every start of a list has its own value: auxiliary coordinates."""
+    """Return the parameters that differ between the starts of a list, as auxiliary coordinates."""
     attributes = {name: spec.model.parameters[name].attributes() for name in spec.listed}
     return [Declaration(name, spec.axes, "f8", each, True) for name, each in attributes.items()]
 
 
 def declare_cells(spec: SweepSpec, quantities: Mapping[str, Quantity], status: str) -> list[Declaration]:
-    """Return quantities declared over the cells of a grid; `status` names the flag that says what they are worth."""
+    """Declare quantities over the cells of a grid; `status` names the flag that qualifies them."""
     method = {"cell_methods": " ".join(f"{axis}:" for axis in spec.axes) + " point"} if spec.axes else {}
     shared = method | CONTENT | _auxiliary(spec)
     declared = []
@@ -205,7 +205,7 @@ def declare_cells(spec: SweepSpec, quantities: Mapping[str, Quantity], status: s
 
 
 def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration]:
-    """Return the variables of one edge of the unstable band, in the order in which their values come."""
+    """Return the variables of one edge of the unstable band, in the order of their values."""
     dims = tuple(name for name in spec.axes if name != axis)
     declared = []
     measured, halfwidth, _, _ = edge_names(axis, edge)
@@ -222,7 +222,7 @@ def edge_declarations(spec: SweepSpec, axis: str, edge: str) -> list[Declaration
 
 
 def curve_declarations(spec: SweepSpec) -> tuple[list[Declaration], list[Declaration]]:
-    """Return the variables of every curve of the boundary, and those of every point along every axis."""
+    """Return the variables that describe the curves of the boundary, and those that describe their points."""
     of_curves, of_points = list[Declaration](), list[Declaration]()
     for quantity in curve_quantities().values():
         ragged = {"sample_dimension": POINTS} if quantity.name == "curve_point_count" else {}
@@ -235,7 +235,7 @@ def curve_declarations(spec: SweepSpec) -> tuple[list[Declaration], list[Declara
 
 
 def coordinate_declarations(spec: SweepSpec) -> list[Declaration]:
-    """Return the axes, and the fixed parameters, which are scalars."""
+    """Return the axes, and the fixed parameters as scalars."""
     quantities = spec.quantities
     return [
         Declaration(
@@ -250,7 +250,7 @@ def coordinate_declarations(spec: SweepSpec) -> list[Declaration]:
 
 
 def global_attributes(spec: SweepSpec, command: str, made: str | None = None) -> dict[str, Any]:
-    """Return the global attributes: what it is, how it was made, and all that is needed to make it again.
+    """Return the global attributes of an atlas: what it is, how it was made, and everything needed to repeat it.
 
     Parameters
     ----------
@@ -258,7 +258,7 @@ def global_attributes(spec: SweepSpec, command: str, made: str | None = None) ->
     command : str
         What the user ran, for the history.
     made : str, optional
-        When, as `created` says it; now if not given.
+        The time in the form of `created`; now if not given.
     """
     now, words = made or created(), spec.model.words
     return {
@@ -282,16 +282,16 @@ def global_attributes(spec: SweepSpec, command: str, made: str | None = None) ->
 
 @lru_cache
 def versions(packages: tuple[str, ...]) -> str:
-    """Return the versions of packages as JSON. They are read once, as the packages are: that takes 1 ms each."""
+    """Return the versions of packages as JSON. The result is cached, because reading takes 1 ms per package."""
     from importlib.metadata import version
 
     return json.dumps({name: version(name) for name in packages}, sort_keys=True)
 
 
 def spec_attributes(spec: SweepSpec) -> dict[str, Any]:
-    """Return the global attributes that follow from a spec alone: settings and fixed parameters with their units.
+    """Return the global attributes that follow from the spec: settings and fixed parameters with their units.
 
-    The parameters are coordinates too, of no dimension; programs that select variables leave those out.
+    The parameters are also scalar coordinates, but programs that select variables drop those.
     """
     model = spec.model
     quantities = {**model.settings, **{name: model.parameters[name] for name in spec.fixed}}
@@ -311,18 +311,18 @@ def spec_attributes(spec: SweepSpec) -> dict[str, Any]:
 
 
 def _auxiliary(spec: SweepSpec) -> dict[str, str]:
-    """Return the attribute that names the parameters of a cell that are no dimensions."""
+    """Return the attribute that names the parameters of a cell that are not dimensions."""
     names = (*spec.listed, *spec.fixed)
     return {"coordinates": " ".join(names)} if names else {}
 
 
 def created() -> str:
-    """Return the time that an atlas says it was made, ISO 8601 in UTC: now, or $SOURCE_DATE_EPOCH.
+    """Return the creation time that an atlas records, ISO 8601 in UTC: now, or $SOURCE_DATE_EPOCH.
 
     Raises
     ------
     RequestError
-        If that is no time.
+        If $SOURCE_DATE_EPOCH is not a time.
     """
     epoch = os.environ.get("SOURCE_DATE_EPOCH")
     try:
@@ -336,5 +336,5 @@ def created() -> str:
 
 
 def ascii_text(text: str) -> str:
-    """Return a text for an attribute: what is not ASCII is escaped, since other characters make it an NC_STRING."""
+    """Escape the non-ASCII characters of an attribute, because they would make it an NC_STRING."""
     return text.encode("ascii", "backslashreplace").decode("ascii")

@@ -1,7 +1,7 @@
-"""Parts of an atlas that other programs leave out, made again from its spec and its verdicts.
+"""Restoration, from the spec and the verdicts, of parts of an atlas that other programs drop.
 
-CDO writes no scalar variables, so that the fixed parameters are lost; ``ncks -v`` and ``drop_vars`` leave out what
-they are told to.
+CDO writes no scalar variables, so the fixed parameters are lost; ``ncks -v`` and ``drop_vars`` drop variables on
+request.
 """
 
 import itertools
@@ -24,7 +24,7 @@ from sweep.request.spec import SweepSpec
 if TYPE_CHECKING:
     import xarray as xr
 
-#: How the names of the variables begin that follow from the verdicts.
+#: Prefixes of the variables that follow from the verdicts.
 BOUNDARY = ("boundary_", "predicted_", "critical_", "curve_")
 
 
@@ -34,20 +34,20 @@ def is_complete(dataset: "xr.Dataset", spec: SweepSpec) -> bool:
 
 
 def completed(dataset: "xr.Dataset", spec: SweepSpec) -> "xr.Dataset":
-    """Return an atlas with what its spec and its verdicts say and the dataset lacks; if it lacks nothing, itself.
+    """Restore the missing parts of an atlas from its spec and verdicts; return it unchanged if nothing is missing.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        All cells that the spec asks for, in its order.
+        All cells of the spec, in its order.
     spec : SweepSpec
-        That which the dataset states.
+        The spec that the dataset states.
 
     Returns
     -------
     xarray.Dataset
-        With the fixed parameters, and the boundary, which is sought again where a part of it is missing (a refined one
-        is bisected again); `history` says what was made again.
+        The atlas with the fixed parameters and the boundary. If a part of the boundary is missing, all of it is
+        searched again (and bisected again if it was refined). `history` lists what was restored.
     """
     done = []
     if _has_lost_boundary(dataset, spec):
@@ -64,7 +64,7 @@ def completed(dataset: "xr.Dataset", spec: SweepSpec) -> "xr.Dataset":
 
 
 def _with_parameters(dataset: "xr.Dataset", spec: SweepSpec) -> "xr.Dataset":
-    """Return an atlas with its fixed parameters, which its variables name, and all attributes of its axes."""
+    """Restore the fixed parameters, the `coordinates` attributes that name them, and all attributes of the axes."""
     made = {each.name: as_variable(each, value, spec) for each, value in coordinates(spec)}
     lost = _lost_parameters(dataset, spec)
     found = dataset.assign_coords({name: made[name] for name in lost})
@@ -90,7 +90,7 @@ def _lost_parameters(dataset: "xr.Dataset", spec: SweepSpec) -> list[str]:
 
 
 def _has_lost_boundary(dataset: "xr.Dataset", spec: SweepSpec) -> bool:
-    """Return whether an atlas lacks an edge that every grid has along a control, or its curves."""
+    """Return whether an atlas lacks the upper edge along a control, which every grid has, or its curves."""
     if spec.is_list:
         return False
     lost = any(

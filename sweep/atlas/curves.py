@@ -1,4 +1,4 @@
-"""The boundary of stability as curves: several, closed or not, through the planes of a grid."""
+"""The stability boundary as curves, open or closed, in the planes of a grid."""
 
 import math
 from collections.abc import Iterator
@@ -30,34 +30,34 @@ Ints = npt.NDArray[np.int64]
 class Curves:
     """The curves of a grid of verdicts as chains of points, one chain after the other.
 
-    Each curve lies in a plane of the last two axes. Each point lies on a line of the grid between two neighbouring
-    cells of unlike verdicts.
+    Each curve lies in a plane of the last two axes. Each point lies on a line of the grid, between two neighboring
+    cells with different verdicts.
 
     Parameters
     ----------
     spec : SweepSpec
-        Of two axes or more; the curves lie in the planes of the last two.
+        A spec with two or more axes; the curves lie in the planes of the last two.
     stability : array of int8, shape of the grid
         The verdicts of its cells.
 
     Attributes
     ----------
     counts, closed : arrays, shape (curves,)
-        How many points each curve has, and whether the last of them leads back to the first; the open curves come
-        first. Both sorts are in the order of the points that they begin with: an open one with the first of its ends, a
-        loop with the first of its points.
+        The number of points of each curve, and whether the last point is joined to the first. The open curves come
+        first. Open curves and loops are each sorted by their starting points: an open curve starts at the first of its
+        ends, a loop at the first of its points.
     cells : array of int64, shape (points,)
         Flat index of the first of the two cells of each point, curve after curve.
     along_last : array of bool, shape (points,)
-        Whether these are neighbours along the last axis, not along the last but one.
+        Whether the two cells are neighbors along the last axis, not along the last but one.
     codes : array of int8, shape (points,)
-        Verdict of the first of them.
+        Verdict of the first cell.
 
     Notes
     -----
-    Marching squares. Two sides of a square with unlike ends are joined; of a square whose corners alternate, the
-    verdict at its middle says which belong together; it is integrated like a cell. A curve ends at the border of the
-    grid and at undecided cells.
+    Marching squares. In a square, the two sides whose ends have different verdicts are joined. If the corners
+    alternate, the verdict at the middle, which is integrated like a cell, decides which sides are joined. A curve ends
+    at the border of the grid and at undecided cells.
     """
 
     def __init__(self, spec: SweepSpec, stability: Verdicts) -> None:
@@ -75,9 +75,9 @@ class Curves:
         self.codes = planes.reshape(-1)[self.cells].astype(np.int8)
 
     def measured(self, width: float, seen: Seen = unseen) -> "Points":
-        """Return the points, each bisected between its two cells to a bracket of some width [SI unit of its axis].
+        """Return the points, each bisected between its two cells to a bracket of a given width [SI unit of its axis].
 
-        `seen` is called with the share that is done.
+        `seen` is called with the completed share.
         """
         near, far = _bracket(self._spec, self.cells, self.along_last, self.codes, width, seen)
         return Points(self._spec, self.cells, self.along_last, 0.5 * (near + far), 0.5 * np.abs(far - near))
@@ -85,10 +85,10 @@ class Curves:
 
 @dataclass(frozen=True)
 class _Links:
-    """The two points that each point is joined to, in the square before it and in that after it.
+    """The two points to which each point is joined, in the square before it and in the square after it.
 
-    A link is twice the number of the other point, which is itself twice its number among those of its kind plus that
-    kind, plus 1 where the link crosses a saddle; `NOWHERE` where there is none.
+    A link is twice the number of the other point, plus 1 if the link crosses a saddle; `NOWHERE` if there is no link.
+    The number of a point is twice its number among the points of its kind, plus the kind.
     """
 
     before: Ints
@@ -96,7 +96,7 @@ class _Links:
 
 
 def _all_joined(spec: SweepSpec, planes: Verdicts) -> tuple[tuple[Ints, Ints], tuple[_Links, _Links]]:
-    """Return of both kinds of points the first cells, and what they are joined to, through all planes."""
+    """Return the first cells and the links of both kinds of points, over all planes."""
     found, counts = list[tuple[tuple[Ints, Ints], tuple[_Links, _Links]]](), [0, 0]
     for number, plane in enumerate(planes):
         found.append(_joined(spec, plane, number * plane.size, (counts[_DOWN], counts[_ACROSS])))
@@ -115,13 +115,13 @@ def _all_joined(spec: SweepSpec, planes: Verdicts) -> tuple[tuple[Ints, Ints], t
 def _joined(
     spec: SweepSpec, plane: Verdicts, first: int, numbers: tuple[int, int]
 ) -> tuple[tuple[Ints, Ints], tuple[_Links, _Links]]:
-    """Return the points of one plane, whose first cell and first numbers are given, as `_all_joined` does."""
+    """Return the points of one plane as `_all_joined` does, given its first cell and the first point numbers."""
     line = plane.shape[1]
     down, across = _unlike(plane[:-1], plane[1:]), _unlike(plane[:, :-1], plane[:, 1:])
     cells = tuple(row * line + column for row, column in (np.nonzero(down), np.nonzero(across)))
     row, column = np.nonzero(down[:, :-1] | down[:, 1:] | across[:-1] | across[1:])
     corner = row * line + column
-    # the sides of each square that points lie on: left, low, right, high
+    # the points on the sides of each square: left, low, right, high
     sides = np.stack(
         [
             _numbers(cells[kind], corner + beyond, kind, numbers[kind])
@@ -137,48 +137,48 @@ def _joined(
     ):
         before, after = (np.full(cells[kind].size, NOWHERE, np.int64) for _ in range(2))
         for into, side, link in ((before, begin, to_begin), (after, end, to_end)):
-            there = side != NOWHERE
-            into[(side[there] >> 2) - numbers[kind]] = link[there]
+            has_point = side != NOWHERE
+            into[(side[has_point] >> 2) - numbers[kind]] = link[has_point]
         joined.append(_Links(before, after))
     return (cells[_DOWN] + first, cells[_ACROSS] + first), (joined[_DOWN], joined[_ACROSS])
 
 
 def _unlike(one: Verdicts, other: Verdicts) -> Truths:
-    """Return where of two verdicts one is stable and the other unstable."""
-    # the codes are bits: no two others differ so
+    """Return where one of two verdicts is stable and the other unstable."""
+    # the codes are bits: no other two differ in these
     return np.asarray((one ^ other) == STABLE ^ UNSTABLE)
 
 
 def _numbers(cells: Ints, wanted: Ints, kind: int, first: int) -> Ints:
-    """Return links to the points that begin at some cells; `NOWHERE` where none does."""
+    """Return links to the points that begin at the wanted cells; `NOWHERE` if no point does."""
     at = np.searchsorted(cells, wanted)
-    there = np.append(cells, NOWHERE)[at] == wanted
-    return np.where(there, (at + first) << 2 | kind << 1, NOWHERE)
+    has_point = np.append(cells, NOWHERE)[at] == wanted
+    return np.where(has_point, (at + first) << 2 | kind << 1, NOWHERE)
 
 
 def _links_of_sides(spec: SweepSpec, sides: Ints, corners: Ints, codes: Verdicts) -> Ints:
-    """Return what the sides of squares are joined to, shape (4, squares)."""
+    """Return the links of the sides of squares, shape (4, squares)."""
     is_there = sides != NOWHERE
     crossed = is_there.sum(0)
-    # of two sides each is joined to what is left of their sum
+    # each of two sides is joined to the other one: their sum minus itself
     links = np.where(is_there & (crossed == 2), np.where(is_there, sides, 0).sum(0) - sides, NOWHERE)
     (saddle,) = np.nonzero(crossed == 4)
     if saddle.size:
         left, low, right, high = sides[:, saddle] | 1
         as_corner = _middle_verdicts(spec, corners[saddle]) == codes[saddle]
-        # joined to the middle, the first corner and the one opposite leave the two others cut off
+        # if the middle is like the first corner, the curve cuts off the two other corners
         links[:, saddle] = np.where(as_corner, (high, right, low, left), (low, left, high, right))
     return np.asarray(links)
 
 
 def _chains(links: tuple[_Links, _Links]) -> tuple[list[int], list[int], list[bool]]:
-    """Follow all points: their numbers chain after chain, the lengths of the chains, and which are loops."""
+    """Return the numbers of all points chain after chain, the lengths of the chains, and which are loops."""
     joined = tuple((each.before.tolist(), each.after.tolist()) for each in links)
     passed = tuple(bytearray(len(before)) for before, _ in joined)
     order, lengths, loops = list[int](), list[int](), list[bool]()
 
     def follow(start: int, came: int, is_loop: bool) -> None:
-        """Follow the points from one on, not toward the one that it came from, to an end or to the start."""
+        """Follow the points from `start`, away from `came`, to an end or back to the start."""
         here, begin = start, len(order)
         while here not in (NOWHERE, start) or len(order) == begin:
             kind, at = here & 1, here >> 1
@@ -192,18 +192,18 @@ def _chains(links: tuple[_Links, _Links]) -> tuple[list[int], list[int], list[bo
     for number in _ends(links):
         if not passed[number & 1][number >> 1]:
             follow(number, NOWHERE, False)
-    # the first point of a loop is of the first kind: a loop turns at both ends of its first line
+    # the first point of a loop is of the first kind, because a loop turns at both ends of its first line
     before, after = joined[_DOWN]
     at = 0
     while (at := passed[_DOWN].find(0, at)) >= 0:
-        # backward, but not through a saddle if that can be avoided
+        # backward, but if possible not through a saddle
         forward = before[at] & 1 and not after[at] & 1
         follow(at << 1 | _DOWN, before[at] >> 1 if forward else NOWHERE, True)
     return order, lengths, loops
 
 
 def _ends(links: tuple[_Links, _Links]) -> Iterator[int]:
-    """Yield the numbers of the points that are joined to one other at most."""
+    """Yield the numbers of the points that are joined to at most one other point."""
     for kind, each in enumerate(links):
         (at,) = np.nonzero((each.before == NOWHERE) | (each.after == NOWHERE))
         yield from (at << 1 | kind).tolist()
@@ -211,7 +211,7 @@ def _ends(links: tuple[_Links, _Links]) -> Iterator[int]:
 
 @dataclass(frozen=True)
 class Points:
-    """Points of curves: the place along one axis was measured and has a half-width, the others are the grid's.
+    """Points of curves. Their position along one axis is measured and has a half-width, the others are grid values.
 
     Parameters
     ----------
@@ -219,9 +219,9 @@ class Points:
     cells : array of int, shape (n,)
         Flat index of the first of the two cells of each point.
     along_last : array of bool, shape (n,)
-        Whether they are neighbours along the last axis, not along the last but one.
+        Whether the two cells are neighbors along the last axis, not along the last but one.
     middles, halfwidths : arrays, shape (n,)
-        Of the bracket along the measured axis, in SI.
+        Middle and half-width of the bracket along the measured axis, in SI.
     """
 
     spec: SweepSpec
@@ -231,7 +231,7 @@ class Points:
     halfwidths: Array
 
     def along(self, axis: str) -> tuple[Array, Array]:
-        """Return where each point lies along an axis, and its half-width there, 0 where it was not measured; in SI."""
+        """Return the position of each point along an axis, and its half-width, 0 if it was not measured; in SI."""
         after = self.spec.shape[self.spec.axes.index(axis) + 1 :]
         values = getattr(self.spec, axis)
         places = values.at(self.cells // math.prod(after) % len(values))
@@ -245,14 +245,14 @@ class Points:
 
 
 def without_curves(dataset: "xr.Dataset") -> "xr.Dataset":
-    """Return what an atlas holds on its grid: its dimensions are axes of its spec, and no others."""
+    """Return an atlas without its curves, so that all its dimensions are axes of its spec."""
     return dataset.drop_dims((CURVES, POINTS), errors="ignore")
 
 
 def _bracket(
     spec: SweepSpec, cells: Ints, along_last: Truths, codes: npt.NDArray[np.int8], width: float, seen: Seen
 ) -> tuple[Array, Array]:
-    """Return the ends of the bisected bracket between each cell, with its code, and the next."""
+    """Return the ends of the bisected bracket between each cell, whose verdict is in `codes`, and the next cell."""
     one, other = spec.axes[-2:]
     along = np.where(along_last, *(list(spec.model.parameters).index(name) for name in (other, one)))
     starts = starts_at(spec, cells)

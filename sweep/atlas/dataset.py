@@ -1,4 +1,4 @@
-"""An atlas as an xarray.Dataset: what is declared of it, joined with the values of computed blocks."""
+"""An atlas as an xarray.Dataset: the declared variables with the values of computed blocks."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
@@ -30,28 +30,28 @@ if TYPE_CHECKING:
 
 
 def empty_columns(spec: SweepSpec) -> dict[str, npt.NDArray[Any]]:
-    """Return a column of shape (size,) for each variable of the cells, to be filled with those of computed blocks."""
+    """Return a column of shape (size,) for each variable of the cells, to fill with the values of computed blocks."""
     return {each.name: np.zeros(spec.size, each.dtype) for each in cell_declarations(spec)}
 
 
 def assemble(spec: SweepSpec, columns: Columns, command: str, seen: Seen = unseen) -> "xr.Dataset":
-    """Return the atlas of a spec from the columns of all its cells.
+    """Build the atlas of a spec from the columns of all its cells.
 
     Parameters
     ----------
     spec : SweepSpec
     columns : mapping of str to array, shape (size,)
-        As from `empty_columns`, filled.
+        The columns of `empty_columns`, filled.
     command : str
         What the user ran, for the history.
     seen : callable, optional
-        Called now and then with the share of the search for the boundary that is done, from 0 to 1.
+        Called now and then with the completed share of the search for the boundary, from 0 to 1.
 
     Returns
     -------
     xarray.Dataset
-        Dimensions: the spec's axes in order. The variables are those of the model; their encoding is that of the
-        file profile, so that ``to_netcdf(path, format="NETCDF4_CLASSIC", engine="netcdf4")`` writes an atlas.
+        The variables of the model, over the axes of the spec in order. Their encoding follows the file profile, so
+        that ``to_netcdf(path, format="NETCDF4_CLASSIC", engine="netcdf4")`` writes an atlas.
     """
     import xarray as xr
 
@@ -69,7 +69,7 @@ def assemble(spec: SweepSpec, columns: Columns, command: str, seen: Seen = unsee
 
 
 def spec_named(dataset: "xr.Dataset") -> SweepSpec:
-    """Return the spec that an atlas states, of which it may be a selection.
+    """Return the spec that an atlas states. The atlas may be a selection of its cells.
 
     Raises
     ------
@@ -83,12 +83,12 @@ def spec_named(dataset: "xr.Dataset") -> SweepSpec:
 
 
 def spec_of(dataset: "xr.Dataset") -> SweepSpec:
-    """Return the spec that an atlas was made from.
+    """Return the spec from which an atlas was made.
 
     Raises
     ------
     RequestError
-        If the spec cannot be read, or the atlas is only a part of what it asks for.
+        If the spec cannot be read, or the atlas has only a part of its cells.
     """
     spec = spec_named(dataset)
     ending = dataset["ending"]
@@ -98,12 +98,12 @@ def spec_of(dataset: "xr.Dataset") -> SweepSpec:
     if sizes != whole:
         raise RequestError(
             f"This is not the whole atlas: its dimensions must be the axes of its spec, {whole}; got {sizes}.",
-            hint="Take the whole atlas, or make the selection an atlas: dataset.eulerdisk.atlas in Python.",
+            hint="Use the whole atlas, or turn the selection into an atlas: dataset.eulerdisk.atlas in Python.",
             where=place_of(dataset),
         )
     if tuple(sizes) != spec.axes:
         raise RequestError(
-            f"The dimensions must stand in the order of the axes of the spec, {', '.join(spec.axes)}; got "
+            f"The dimensions must be in the order of the axes of the spec, {', '.join(spec.axes)}; got "
             f"{', '.join(map(str, sizes))}.",
             hint=f"Use dataset.transpose({', '.join(map(repr, spec.axes))}, ...) in Python.",
             where=place_of(dataset),
@@ -112,7 +112,7 @@ def spec_of(dataset: "xr.Dataset") -> SweepSpec:
 
 
 def _with_starts(spec: SweepSpec, dataset: "xr.Dataset") -> SweepSpec:
-    """Return a spec with the values of its table, which the atlas holds as coordinates."""
+    """Return a spec with the values of its table of starts, which the atlas stores as coordinates."""
     require(dataset, spec.listed)
     columns = {name: np.asarray(dataset[name].values, np.float64) for name in spec.listed}
     try:
@@ -127,73 +127,74 @@ def require(dataset: "xr.Dataset", names: Iterable[str], place: str | None = Non
     Raises
     ------
     RequestError
-        Naming those that are missing, and `place`, the file.
+        With the names of the missing variables and the file, `place`.
     """
     missing = [name for name in names if name not in dataset]
     if missing:
         raise RequestError(
-            f"The atlas lacks {', '.join(missing)}, which this needs.",
-            hint="Give an atlas as eulerdisk run made it.",
+            f"The atlas lacks {', '.join(missing)}, needed here.",
+            hint="Give an unchanged atlas of eulerdisk run.",
             where=place or place_of(dataset),
         )
 
 
 def place_of(dataset: "xr.Dataset") -> str:
-    """Return what messages call an atlas: its file, if it has one."""
+    """Return the name of an atlas in messages: its file, if it has one."""
     return str(dataset.encoding.get("source", "atlas"))
 
 
 def found_edges(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[tuple[str, str]]:
-    """Yield the edges that an atlas has: the axis, and which edge of the unstable band along it."""
+    """Yield the edges of an atlas: an axis, and the edge of the unstable band along it."""
     yield from ((axis, edge) for axis in spec.axes for edge in EDGES if edge_names(axis, edge)[0] in dataset)
 
 
 def in_order(variable: "xr.DataArray | xr.Variable", dims: Sequence[Any]) -> npt.NDArray[Any]:
-    """Return the values of a variable with its dimensions in the given order, those of one value left out."""
-    held = [name for name in dims if name in variable.dims]
-    rest = [name for name in variable.dims if name not in held]
-    values = variable.values.transpose([variable.dims.index(name) for name in (*held, *rest)])
-    return values.reshape(values.shape[: len(held)])
+    """Return the values of a variable with its dimensions in the given order, without other dimensions, of length 1."""
+    ordered = [name for name in dims if name in variable.dims]
+    rest = [name for name in variable.dims if name not in ordered]
+    values = variable.values.transpose([variable.dims.index(name) for name in (*ordered, *rest)])
+    return values.reshape(values.shape[: len(ordered)])
 
 
 def edge_status(dataset: "xr.Dataset", axis: str, edge: str) -> npt.NDArray[np.int8]:
-    """Return why the rows of an edge have a boundary or none (`sweep.atlas.row_edges.RowEdges.status`).
+    """Return the status of the rows of an edge (`sweep.atlas.row_edges.RowEdges.status`).
 
-    In the dimensions of the measured boundary.
+    It has the dimensions of the measured boundary.
 
     Raises
     ------
     RequestError
-        If the variable is missing, or holds a code that there is not.
+        If the variable is missing, or contains an unknown code.
     """
     name = status_name(axis, edge)
     require(dataset, [name])
-    # where xarray has masked rows, flags are floats
+    # if xarray has masked rows, flags are floats
     stored: npt.NDArray[Any] = np.nan_to_num(dataset[name].values, nan=ROW_UNDECIDED)
     if strange := sorted({*np.unique(stored).tolist()} - {*ROW_STATUS}):
         raise RequestError(
-            f"The file is damaged: {name} holds {strange[0]}, which is none of {', '.join(map(str, ROW_STATUS))}.",
-            hint="Make it again with eulerdisk run.",
+            f"The file is damaged: {name} contains {strange[0]}, which is none of {', '.join(map(str, ROW_STATUS))}.",
+            hint="Compute it again with eulerdisk run.",
             where=place_of(dataset),
         )
     return stored.astype(np.int8)
 
 
 def coordinates(spec: SweepSpec) -> list[tuple[Declaration, npt.NDArray[Any]]]:
-    """Return the axes with their values, and the fixed parameters as scalars, each of its declared type."""
-    found = ((each, getattr(spec, each.name)) for each in coordinate_declarations(spec))
+    """Return the axes with their values, and the fixed parameters as scalars, in their declared types."""
+    pairs = ((declared, getattr(spec, declared.name)) for declared in coordinate_declarations(spec))
     return [
-        (each, np.asarray(held.array() if isinstance(held, Range | Values) else held, each.dtype))
-        for each, held in found
+        (declared, np.asarray(value.array() if isinstance(value, Range | Values) else value, declared.dtype))
+        for declared, value in pairs
     ]
 
 
 def boundaries(
     spec: SweepSpec, stability: npt.NDArray[np.integer], seen: Seen = unseen
 ) -> list[tuple[Declaration, npt.NDArray[Any]]]:
-    """Return the variables of the boundary that a grid of verdicts, of the spec's shape, has.
+    """Return the variables of the boundary of a grid of verdicts, which has the shape of the spec.
 
-    One value per row of each rate for the edges; where it is refined and the grid has a plane, the curves too.
+    The edges have one value per row along each rate. If the boundary is refined and the grid has a plane, the curves
+    are included.
     """
     return [pair for group in boundary_groups(spec, stability, seen) for pair in group]
 
@@ -210,13 +211,13 @@ def as_variable(declared: Declaration, values: npt.NDArray[Any], spec: SweepSpec
     import xarray as xr
 
     attributes = dict(declared.attributes)
-    # xarray keeps this one attribute among the encoding
+    # xarray keeps this attribute in the encoding
     attributes.pop("coordinates", None)
     return xr.Variable(declared.dims, values, attributes, encoding_of(declared, spec))
 
 
 def encoding_of(declared: Declaration, spec: SweepSpec) -> dict[str, Any]:
-    """Return how xarray is to store a declared variable: the file profile."""
+    """Return the encoding with which xarray stores a declared variable: the file profile."""
     encoding: dict[str, Any] = {"dtype": declared.dtype, "_FillValue": declared.fill}
     if declared.dims == spec.axes and spec.axes:
         encoding |= {
@@ -224,7 +225,7 @@ def encoding_of(declared: Declaration, spec: SweepSpec) -> dict[str, Any]:
             "complevel": COMPRESSION,
             "shuffle": True,
             "chunksizes": chunk_shape(spec.shape),
-            # xarray then leaves the chunks out where a selection is saved that is smaller than one
+            # with this, xarray drops the chunk sizes when it saves a selection that is smaller than a chunk
             "original_shape": spec.shape,
         }
     if "coordinates" in declared.attributes:

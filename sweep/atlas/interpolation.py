@@ -1,4 +1,4 @@
-"""Values of an atlas between its cells: measures linearly, flags and counts from the nearest cell."""
+"""Interpolation between the cells of an atlas: measures linearly, flags and counts from the nearest cell."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -19,32 +19,32 @@ if TYPE_CHECKING:
 
 
 def interpolated(atlas: "xr.Dataset", given: Mapping[str, Any]) -> "xr.Dataset":
-    """Return the variables of the cells at places between them.
+    """Interpolate the variables of the cells.
 
     Parameters
     ----------
     atlas : xarray.Dataset
-        A whole one, see `sweep.atlas.selection.as_atlas`.
+        A whole atlas, see `sweep.atlas.selection.as_atlas`.
     given : mapping of str to number, text with a unit, array, or xarray.DataArray
-        Axis -> the places; along the other axes the values stay. A rate may be given scaled, or as a speed. Arrays span
-        a grid; an xarray.DataArray [SI] gives points along its own dimensions, as in xarray.
+        Axis -> positions; other axes keep their values. A rate may be given scaled, or as a speed. Arrays span a grid;
+        an xarray.DataArray [SI] gives points along its own dimensions, as in xarray.
 
     Returns
     -------
     xarray.Dataset
-        Measures linearly between their neighbours, missing where a neighbour is missing; variables of whole numbers
-        (endings, verdicts, counts) of the nearest cell. It is no atlas.
+        Measures are interpolated linearly, and missing where a neighbor is missing; whole-number variables (endings,
+        verdicts, counts) come from the nearest cell. The result is not an atlas.
 
     Raises
     ------
     RequestError
-        If a name is no axis, or a value cannot be read or lies outside.
+        If a name is not an axis, or a value cannot be read or lies outside.
     """
     spec = spec_of(atlas)
     if spec.is_list:
         raise RequestError(
-            "Between the starts of a list nothing is known: the next one may lie anywhere.",
-            hint="Take cells with isel or sel, or compute a grid.",
+            "A list of starts cannot be interpolated: neighbors in the list may lie anywhere.",
+            hint="Select cells with isel or sel, or compute a grid.",
         )
     for name, raw in given.items():
         _check_name(spec, name, raw)
@@ -55,7 +55,7 @@ def interpolated(atlas: "xr.Dataset", given: Mapping[str, Any]) -> "xr.Dataset":
     }
     cells = atlas[[name for name in atlas.data_vars if atlas[name].dims == spec.axes]]
     whole = [name for name in cells.data_vars if cells[name].dtype.kind in "iu"]
-    # one value along an axis has nothing to lie between
+    # an axis with one value cannot be interpolated
     lines = {name: values for name, values in places.items() if cells.sizes[name] > 1}
     points = {name: values for name, values in places.items() if name not in lines}
     measures = cells.drop_vars(whole).interp(lines) if lines else cells.drop_vars(whole)
@@ -66,7 +66,7 @@ def interpolated(atlas: "xr.Dataset", given: Mapping[str, Any]) -> "xr.Dataset":
 
 
 def _is_pointwise(raw: Any) -> bool:
-    """Return whether places are an xarray.DataArray: points with dimensions of their own, not a grid."""
+    """Return whether positions are an xarray.DataArray: points with their own dimensions, not a grid."""
     return hasattr(raw, "dims") and hasattr(raw, "values")
 
 
@@ -74,7 +74,7 @@ def _check_name(spec: SweepSpec, name: str, raw: Any) -> None:
     parameter = parameter_of(name, spec.model)
     if name != parameter and _is_pointwise(raw):
         raise RequestError(
-            f"{name} is a number, a list or an array; points in an xarray.DataArray are given as {parameter}.",
+            f"{name} must be a number, a list or an array; points in an xarray.DataArray are given as {parameter}.",
             hint=f"Give {parameter} [{spec.model.parameters[parameter].units}].",
             where=name,
         )
@@ -84,7 +84,7 @@ def _check_name(spec: SweepSpec, name: str, raw: Any) -> None:
 
 
 def _places(spec: SweepSpec, name: str, raw: Any, word: str, given: Any) -> "float | Array | xr.DataArray":
-    """Return the places along an axis; `word` and `given` are what a request gave for them."""
+    """Return the positions along an axis; `word` and `given` are the name and the value in the request."""
     quantity, axis = spec.model.parameters[name], getattr(spec, name)
     pointwise = _is_pointwise(raw)
     given = raw.values if pointwise else given
@@ -94,10 +94,10 @@ def _places(spec: SweepSpec, name: str, raw: Any, word: str, given: Any) -> "flo
     if np.min(values) < ends[0] or np.max(values) > ends[1]:
         unit = as_given(float(np.max(values)), quantity, given).unit
         raise RequestError(
-            f"Outside of the cells nothing is known: {name} is "
+            f"Values outside the atlas cannot be interpolated: its {name} is "
             f"{limit_in(ends[0], quantity, unit, upper=False)} to {limit_in(ends[1], quantity, unit, upper=True)}.",
             hint=degrees_meant(quantity, word, given, np.atleast_1d(values))
-            or "Give values inside, or compute an atlas that holds them.",
+            or "Give values inside, or compute an atlas that contains them.",
             where=f"{word}={shown(given)}",
         )
     return raw.astype(np.float64) if pointwise else values

@@ -1,4 +1,4 @@
-"""The range of a control and theory: whether it contains the predicted boundary, and which range does."""
+"""Warnings about the range of a control that does not contain the predicted boundary, with a range that does."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -16,13 +16,13 @@ from sweep.request.spec import SweepSpec
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Rows for which the prediction is computed at most, spread evenly: 200 rows of the presets take 0.06 s.
+#: Largest number of rows for which the prediction is computed, spread evenly: 200 rows of the presets take 0.06 s.
 _MOST_ROWS = 2048
 
-#: How far a range reaches beyond the predicted boundary, as a share of it.
+#: Margin of the suggested range beyond the predicted boundary, as a share of it.
 _MARGIN = 0.2
 
-#: Significant digits of the ends of a range.
+#: Significant digits of the ends of the suggested range.
 _DIGITS = 3
 
 
@@ -33,15 +33,15 @@ def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None, asked: Itera
     ----------
     spec : SweepSpec
     dataset : xarray.Dataset, optional
-        Its atlas, which holds the prediction; computed for up to 2048 rows if not given.
+        Its atlas, which contains the prediction. If not given, the prediction is computed for up to 2048 rows.
     asked : iterable of str, optional
-        Names of the words of the request: the range is reported in them.
+        Names of the words of the request, in which the range is reported.
 
     Returns
     -------
     list of str
-        A sentence with a range to paste, that holds the predicted boundary of the rows; nothing where theory predicts
-        no boundary or only a bound of it, where rows differ, for an axis of one value, and where two controls are axes.
+        A sentence with a range to paste that contains the predicted boundary of the rows. Empty if theory predicts no
+        boundary or only a bound of it, if rows differ, if the axis has one value, or if two controls are axes.
     """
     controls = spec.model.controls(spec.axes)
     if len(controls) != 1 or len(getattr(spec, controls[0])) < 2 or spec.model.line_words.bound:
@@ -49,7 +49,7 @@ def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None, asked: Itera
     (axis,) = controls
     low, high = getattr(spec, axis).ends()
     if spec.computed and low < 0.0 < high:
-        # of a steady motion with rates of both signs theory gives the outer edges alone
+        # for a steady motion with rates of both signs, theory gives only the outer edges
         return []
     lines = _predicted(spec, axis) if dataset is None else _stored(dataset, axis)
     side = _side(low, high, lines)
@@ -57,21 +57,21 @@ def one_sided(spec: SweepSpec, dataset: "xr.Dataset | None" = None, asked: Itera
         return []
     known = np.concatenate([line[np.isfinite(line)] for line in lines.values()])
     if not known.any():
-        # no range around zero can be given as a share of it
+        # a margin relative to zero makes no range
         return []
     reported = reported_as(spec, asked)[axis]
     name, found = reported.quantity.name, reported.value(known)
     ends = dict.fromkeys(f"{value:.4g}" for value in (found.min(), found.max()))
     at = with_unit(" to ".join(ends), reported.quantity.units)
-    # converting a range to the parameter rounds its ends; they are written with four digits
+    # converting a range to the parameter rounds its ends, so four digits are written
     given = (
         getattr(spec, axis)
         if name == axis
         else _range(getattr(spec, axis), *reported.value(np.array([low, high])))
     )
     return [
-        f"{name}={given} lies on the {side} side of the predicted boundary in every row that has one: "
-        f"it is at {at}. Expect no boundary. A range that holds it: {name}={_around(spec, axis, found)}"
+        f"{name}={given} lies on the {side} side of the predicted boundary, which is at {at}, in every row that has "
+        f"one. Expect no boundary. A range that contains it: {name}={_around(spec, axis, found)}"
     ]
 
 
@@ -93,14 +93,14 @@ def _stored(dataset: "xr.Dataset", axis: str) -> dict[str, Array]:
 
 
 def _side(low: float, high: float, lines: dict[str, Array]) -> str:
-    """Return on which side all of a range lies, in all rows that have an edge: stable or unstable; empty if on none."""
+    """Return the side on which a range lies in all rows that have an edge, stable or unstable; empty if they differ."""
     if not lines:
         return ""
     edges = np.array([line.reshape(-1) for line in lines.values()]).reshape(len(lines), -1)
     edges = edges[:, np.isfinite(edges).any(axis=0)]
     if not edges.size or np.any((edges >= low) & (edges <= high)):
         return ""
-    # NaN where a row has one edge only: no comparison with it holds
+    # NaN if a row lacks this edge: comparisons with NaN are false
     above, below = (np.array(lines.get(edge, np.nan)).reshape(-1) for edge in EDGES)
     stable = (low > above) | (high < below)
     has_edge = np.isfinite(above) | np.isfinite(below)
@@ -116,13 +116,13 @@ def _around(spec: SweepSpec, axis: str, known: Array) -> str:
 
 
 def _range(given: Range | Values, start: float, stop: float) -> str:
-    """Return a range with other ends, with the count and the spacing of an axis."""
+    """Return a range with new ends, and with the count and the spacing of an axis."""
     log = isinstance(given, Range) and given.spacing == "log" and start > 0.0
     return f"{start:.{_DIGITS + 1}g}:{stop:.{_DIGITS + 1}g}:{len(given)}" + (":log" if log else "")
 
 
 def _rounded(value: float, outward: Callable[[float], int]) -> float:
-    """Return a number of a few digits, rounded outward."""
+    """Round a number outward to a few digits."""
     if value == 0.0:
         return 0.0
     unit = 10.0 ** (math.floor(math.log10(abs(value))) + 1 - _DIGITS)

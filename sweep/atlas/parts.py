@@ -1,4 +1,4 @@
-"""The part of an atlas, or the cell, that words name: ``alpha=0.5``, ``tilt=1deg,2deg``, ``roll_rate=2:3``."""
+"""Selection of a part or a cell of an atlas by words: ``alpha=0.5``, ``tilt=1deg,2deg``, ``roll_rate=2:3``."""
 
 import math
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: A value that differs by less, relative to the ends of its axis, is the one that was asked for.
+#: Relative difference, compared with the ends of the axis, below which two values count as the same.
 SAME = 1e-9
 
 
@@ -31,9 +31,8 @@ def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]
     ----------
     spec : SweepSpec
     given : mapping of str to number or text with a unit
-        A value for every axis, in SI or with a unit; an axis of one value needs none. Along a logarithmic axis
-        the nearest value is the one nearest in its logarithm. A rate may be given scaled, or as a speed. The
-        number of a start has to be one of the list.
+        A value for every axis, in SI or with a unit; optional for an axis with one value. Along a logarithmic axis,
+        logarithms are compared. A rate may be given scaled, or as a speed. The number of a start must be in the list.
 
     Returns
     -------
@@ -43,8 +42,7 @@ def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]
     Raises
     ------
     RequestError
-        If a name is none of the parameters, an axis has no value, a value lies outside the atlas, or there is no
-        such start.
+        If a name is not a parameter, an axis has no value, a value lies outside the atlas, or there is no such start.
     """
     parameters = spec.quantities
     for name in given:
@@ -58,7 +56,7 @@ def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]
     missing = [name for name in spec.axes if name not in values and len(getattr(spec, name)) > 1]
     if missing:
         raise RequestError(
-            f"A value is needed for each of {', '.join(spec.axes)}; none was given for {', '.join(missing)}.",
+            f"A cell needs a value for each of {', '.join(spec.axes)}; missing {', '.join(missing)}.",
             hint="Add " + " ".join(f"{name}={_example(spec, name)}" for name in missing) + ".",
         )
     return {
@@ -68,7 +66,7 @@ def nearest_cell(spec: SweepSpec, given: Mapping[str, object]) -> dict[str, int]
 
 
 def other_values(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, object]) -> str:
-    """Return where a cell is, along the axes for which another value was given; nothing if it has the values given.
+    """Return the values of a cell that differ from the given ones, in words; empty if none do.
 
     Parameters
     ----------
@@ -87,12 +85,12 @@ def other_values(spec: SweepSpec, place: Mapping[str, int], given: Mapping[str, 
 
 
 def _check_inside(spec: SweepSpec, name: str, value: float, word: str, raw: object) -> None:
-    """Refuse a value of a parameter that no cell has; `word` and `raw` are what was given for it."""
+    """Refuse a value of a parameter that no cell has; `word` and `raw` are the name and the value in the request."""
     quantity, held = spec.quantities[name], getattr(spec, name)
     if isinstance(held, str) or name in spec.listed:
-        how = "computed in every cell" if isinstance(held, str) else "another number in every start"
+        how = "computed in every cell" if isinstance(held, str) else "different for every start"
         raise RequestError(
-            f"{name} is {how}: a cell of this atlas is named by {', '.join(spec.axes)}.",
+            f"{name} is {how}: a cell of this atlas is selected by {', '.join(spec.axes)}.",
             hint="Leave it out.",
             where=f"{word}={shown(raw)}",
         )
@@ -104,13 +102,13 @@ def _check_inside(spec: SweepSpec, name: str, value: float, word: str, raw: obje
     raise RequestError(
         f"{asked.text} is outside the atlas, whose {name} is {holds}.",
         hint=degrees_meant(quantity, word, raw, np.array([value]))
-        or "Give a value inside, or compute an atlas that holds it.",
+        or "Give a value inside, or compute an atlas that contains it.",
         where=f"{word}={shown(raw)}",
     )
 
 
 def is_inside(axis: Range | Values | float, value: float) -> bool:
-    """Return whether a value lies within an axis, or no further outside than half a step, in logs if they are even."""
+    """Return whether a value lies within an axis extended by half a step, in logarithms if the axis is logarithmic."""
     held = axis.array() if isinstance(axis, Range | Values) else np.array([axis])
     steps = np.diff(held)[[0, -1]] if held.size > 1 else 2.0 * SAME * np.abs(held[[0, 0]])
     if isinstance(axis, Range) and axis.spacing == "log" and held.size > 1:
@@ -122,12 +120,12 @@ def is_inside(axis: Range | Values | float, value: float) -> bool:
 
 
 def nearest(axis: Range | Values, value: float, quantity: Input) -> int:
-    """Return the place of the value that is nearest; along a logarithmic axis, nearest in its logarithm.
+    """Return the index of the nearest value; along a logarithmic axis, logarithms are compared.
 
     Raises
     ------
     RequestError
-        If the axis has the numbers of starts, and this is none of them: a start has no nearest one.
+        If the axis consists of the numbers of starts and lacks this one: starts are not rounded to the nearest.
     """
     held = axis.array()
     if isinstance(axis, Range) and axis.spacing == "log" and value > 0.0:
@@ -137,54 +135,54 @@ def nearest(axis: Range | Values, value: float, quantity: Input) -> int:
         raise RequestError(
             f"There is no start {value:.12g}: this list has {held.size}, numbered from {held[0]:.0f} to "
             f"{held[-1]:.0f}.",
-            hint="Give one of its numbers: a start has no nearest one.",
+            hint="Give one of these numbers.",
             where=f"{START.name}={value:.12g}",
         )
     return place
 
 
 def is_other(axis: Range | Values, place: int, value: float) -> bool:
-    """Return whether the value at a place of an axis is another one than a given one, beyond rounding."""
+    """Return whether the value at an index of an axis differs from a given one by more than rounding."""
     return bool(abs(float(axis.at([place])[0]) - value) > SAME * np.abs(axis.ends()).max())
 
 
 def _example(spec: SweepSpec, name: str) -> str:
     axis = getattr(spec, name).array()
-    # the number of a start has to be whole
+    # the number of a start must be whole
     number = spec.quantities[name].spell(axis[axis.size // 2], 10 if spec.is_list else 3).split()[0]
     return number + ("deg" if spec.quantities[name].units == "rad" else "")
 
 
 class _Given(NamedTuple):
-    """A word of a request, and its text: perhaps a speed, where the axis is a rate."""
+    """A word of a request and its text, which may be a speed although the axis is a rate."""
 
     word: str
     text: str
 
 
 def part_of(dataset: "xr.Dataset", words: Mapping[str, str]) -> tuple["xr.Dataset", list[str]]:
-    """Return the part of an atlas that words name, as an atlas.
+    """Return the part of an atlas that words select, as an atlas.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         An atlas.
     words : mapping of str to str
-        Axis -> a number, which takes the nearest value and leaves the axis out; a list ``a,b``, which takes the
-        nearest of each; or ``start:stop``, all values between the two. Each number in SI or with a unit. A rate may
-        be given scaled, or as a speed.
+        Axis -> a number, which selects the nearest value and removes the axis; a list ``a,b``, which selects the
+        nearest value to each; or ``start:stop``, which selects all values between the two. Numbers are in SI or have a
+        unit. A rate may be given scaled, or as a speed.
 
     Returns
     -------
     part : xarray.Dataset
-        As from `as_atlas`.
+        The atlas from `as_atlas`.
     notes : list of str
-        Which values stand for others that the atlas does not have.
+        Notes on values that were replaced by the nearest value of the atlas.
 
     Raises
     ------
     RequestError
-        If a name is no axis, a value cannot be read, or lies outside.
+        If a name is not an axis, or a value cannot be read or lies outside.
     """
     spec = selected_spec(dataset)
     places: dict[str, int | list[int] | slice] = {}
@@ -203,14 +201,14 @@ def part_of(dataset: "xr.Dataset", words: Mapping[str, str]) -> tuple["xr.Datase
 
 
 def _parameter(spec: SweepSpec, name: str, text: str) -> tuple[str, str]:
-    """Return a word that gives a parameter; of a scaled rate or a speed, the rate for the disk of an atlas."""
+    """Return a parameter and its text; a scaled rate or a speed is converted to the rate for the atlas's disk."""
     if name not in spec.model.substitutes:
         return name, text
     parameter = parameter_of(name, spec.model)
     if text.count(":") != 1:
         return parameter, str(spec.resolve({name: text})[parameter])
     ends = [spec.resolve({name: part}, read_number)[parameter] for part in text.split(":")]
-    # an inclination falls where the tilt rises
+    # an inclination decreases as the tilt increases
     return parameter, ":".join(map(str, sorted(ends)))
 
 
@@ -219,7 +217,7 @@ def _no_axis(spec: SweepSpec, name: str) -> NoReturn:
         instead = [each.name for each in spec.model.substitutes.values() if each.parameter in spec.axes]
         unknown_word(name, (*spec.axes, *instead), spec.model)
     raise RequestError(
-        f"{name} is no axis of this atlas, whose axes are {', '.join(spec.axes) or 'none'}: there is nothing to pick.",
+        f"{name} is not an axis of this atlas; its axes are {', '.join(spec.axes) or 'none'}.",
         hint="Leave it out.",
         where=name,
     )
@@ -228,14 +226,14 @@ def _no_axis(spec: SweepSpec, name: str) -> NoReturn:
 def _places(
     axis: Range | Values, text: str, quantity: Input, notes: list[str], given: _Given
 ) -> int | list[int] | slice:
-    """Return the places along an axis that a text names; `given` is what the request says."""
+    """Return the indices along an axis that a text selects; `given` is the word of the request."""
     if text.count(":") == 1:
         low, high = (read_number(part, quantity) for part in text.split(":"))
         return _between(axis.array(), low, high, quantity, given)
     value = read_value(text, quantity)
     if isinstance(value, Range):
         raise RequestError(
-            f"A part of an axis is START:STOP, all values between the two; got {given.text}.",
+            f"A part of an axis is START:STOP, which selects all values between the two; got {given.text}.",
             hint=f"Write {given.word}={':'.join(given.text.split(':')[:2])}.",
         )
     if isinstance(value, Values):
@@ -253,12 +251,12 @@ def _between(axis: Array, low: float, high: float, quantity: Input, given: _Give
         f"No value of {quantity.name} lies from {first.text} to {last.text}; the axis is "
         f"{_extent(axis, quantity, first.unit)}.",
         hint=degrees_meant(quantity, *given, np.array([low, high]))
-        or "Give two values with some of the axis between them, the smaller one first.",
+        or "Give two values with values of the axis between them, the smaller one first.",
     )
 
 
 def _nearest(axis: Range | Values, value: float, quantity: Input, given: _Given, notes: list[str]) -> int:
-    """Return the place of the nearest value, and note which one it is where it is another one."""
+    """Return the index of the nearest value, and add a note if it differs from the given value."""
     held = axis.array()
     if not is_inside(axis, value):
         asked = as_given(value, quantity, given.text)
@@ -270,7 +268,7 @@ def _nearest(axis: Range | Values, value: float, quantity: Input, given: _Given,
     if is_other(axis, place, value):
         asked = as_given(value, quantity, given.text)
         taken = in_unit(float(held[place]), quantity, asked.unit, 6)
-        notes.append(f"{quantity.name} {taken} is the nearest of the atlas to {asked.text}")
+        notes.append(f"{quantity.name} {taken} is the value of the atlas nearest to {asked.text}")
     return place
 
 

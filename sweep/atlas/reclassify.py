@@ -1,4 +1,4 @@
-"""Another criterion or a finer boundary on a finished atlas: measures are stored, verdicts follow from them."""
+"""Reclassification by another criterion, and refinement of the boundary, of a finished atlas from its measures."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final, NoReturn
@@ -24,16 +24,16 @@ from sweep.request.words import GRID, REFINED, REFINED_WIDTH
 if TYPE_CHECKING:
     import xarray as xr
 
-#: In how many parts the search for a boundary is counted.
+#: Number of parts in which the progress of the boundary search is counted.
 _PARTS: Final = 1000
 
 
 def reclassify(
     dataset: "xr.Dataset", criterion: Criterion | str | Callable[["xr.Dataset"], Any]
 ) -> "xr.Dataset":
-    """Return an atlas with the verdicts and boundaries that another criterion gives.
+    """Return an atlas with the verdicts and boundaries of another criterion.
 
-    No cell of the grid is integrated again; for a refined boundary the places between cells are.
+    No cell of the grid is integrated again; a refined boundary needs integrations between cells.
 
     Parameters
     ----------
@@ -41,22 +41,22 @@ def reclassify(
         An atlas, as `sweep.run` or `sweep.open_atlas` returns it, or a selection from one.
     criterion : Criterion, str or callable
         For example ``departure:2deg``, ``amplification:10`` or ``peak_tilt > 10deg or fall_time < 2s``. A function is
-        called with the atlas, and returns which cells are unstable: an xarray.DataArray over the axes of the atlas, or
-        an array of its shape, of bool. What it returns counts as an expression does: a cell that could not be resolved
-        is undecided, and where it is false a cell is stable if its ending is final.
+        called with the atlas, and returns which cells are unstable: bools in an xarray.DataArray over the axes of the
+        atlas, or in an array of its shape. The result is used like that of an expression: a cell that could not be
+        resolved is undecided, and a cell with False is stable if its ending is final.
 
     Returns
     -------
     xarray.Dataset
-        The same measures, except for those that follow from the criterion, which the atlas then
-        lacks; `stability`, the boundaries and the attributes that name the criterion are new. By a function
-        the boundary is that of the grid, and the atlas cannot be saved: no file can state it.
+        The same measures, without those that depend on the old criterion; `stability`, the boundaries and the
+        attributes of the criterion are new. With a function, the boundary is not refined, and the atlas cannot be
+        saved, because a file cannot contain the function.
 
     Raises
     ------
     RequestError
-        If the dataset is no atlas; if the criterion is none, or judges by variables that the atlas does not have; if a
-        function returns something else than one bool for each cell.
+        If the dataset is not an atlas; if the criterion is invalid, or needs variables that the atlas does not have; if
+        a function does not return one bool for each cell.
     """
     require_atlas(dataset)
     atlas = as_atlas(dataset)
@@ -65,7 +65,7 @@ def reclassify(
         new = spec.replace(criterion=criterion)
         return _with_verdicts(atlas, new, _judged(atlas, new), f"reclassified with {criterion}")
     name = shown(printable(ascii_text(str(getattr(criterion, "__qualname__", type(criterion).__qualname__)))))
-    # between its cells the function gives no verdict
+    # the function gives no verdicts between cells
     new = spec.replace(criterion=Criterion("function", name), boundary=GRID)
     truths = _truths(criterion(atlas), atlas["ending"])
     verdicts = new.criterion.outcome(spec.model.endings, atlas["ending"].values, truths)
@@ -73,7 +73,7 @@ def reclassify(
 
 
 def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH, *, progress: Progress = None) -> "xr.Dataset":
-    """Return an atlas whose boundary is bisected, row by row and as curves.
+    """Return an atlas whose boundary is refined by bisection, row by row and as curves.
 
     Parameters
     ----------
@@ -92,8 +92,7 @@ def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH, *, progress: Pro
     Raises
     ------
     RequestError
-        If the dataset is no atlas, the width is not above 0, `progress` is something else, or the criterion is a
-        function.
+        If the dataset is not an atlas, the width is not above 0, `progress` is invalid, or the criterion is a function.
     """
     require_atlas(dataset)
     atlas = as_atlas(dataset)
@@ -103,14 +102,16 @@ def refine(dataset: "xr.Dataset", width: float = REFINED_WIDTH, *, progress: Pro
         timetable = Timetable([Stage(SEARCHING, _PARTS)], show, things="parts")
         timetable.begin(SEARCHING)
 
-        def searched(share: float) -> None:
+        def report_search(share: float) -> None:
             timetable.report(int(share * _PARTS))
 
-        return _with_verdicts(atlas, spec, _judged(atlas, spec), f"boundary refined to {width!r}", searched)
+        return _with_verdicts(
+            atlas, spec, _judged(atlas, spec), f"boundary refined to {width!r}", report_search
+        )
 
 
 def _judged(dataset: "xr.Dataset", spec: SweepSpec) -> npt.NDArray[np.int8]:
-    """Return the verdicts of the criterion of a spec, of the shape of the grid."""
+    """Return the verdicts by the criterion of a spec, in the shape of the grid."""
     needed = spec.criterion.reads(spec.model)
     require(dataset, needed)
     measured = {name: dataset[name].values.reshape(-1) for name in needed}
@@ -124,7 +125,7 @@ def _judged(dataset: "xr.Dataset", spec: SweepSpec) -> npt.NDArray[np.int8]:
 
 
 def _truths(given: Any, ending: "xr.DataArray") -> Truths:
-    """Return what a function has returned as an array over the grid, or refuse it."""
+    """Return the result of a function as an array over the grid, or refuse it."""
     import xarray as xr
 
     if isinstance(given, xr.DataArray) and set(given.dims) == set(ending.dims):
@@ -146,7 +147,7 @@ def _truths(given: Any, ending: "xr.DataArray") -> Truths:
 def _refuse(got: str, ending: "xr.DataArray") -> NoReturn:
     axes = ", ".join(map(str, ending.dims)) or "no axis"
     raise RequestError(
-        f"A function that classifies must return a bool for each cell: a DataArray over {axes}, or an array of shape "
+        f"A criterion function must return a bool for each cell: a DataArray over {axes}, or an array of shape "
         f"{ending.shape}; it returned {got}.",
         hint="Return a comparison of variables, as in lambda atlas: atlas.peak_tilt > 0.1.",
         where="criterion",
@@ -156,11 +157,13 @@ def _refuse(got: str, ending: "xr.DataArray") -> NoReturn:
 def _with_verdicts(
     dataset: "xr.Dataset", spec: SweepSpec, stability: npt.NDArray[np.int8], done: str, seen: Seen = unseen
 ) -> "xr.Dataset":
-    """Return an atlas with other verdicts, and what follows from them and their criterion."""
+    """Return an atlas with new verdicts, and everything that follows from them and from the criterion."""
     edges = edge_variables(spec, stability, seen)
     verdicts = dataset["stability"].copy(data=stability)
-    declared = next(each for each in cell_declarations(spec) if each.name == "stability")
-    verdicts.attrs["comment"] = declared.attributes["comment"]
+    declaration = next(
+        declaration for declaration in cell_declarations(spec) if declaration.name == "stability"
+    )
+    verdicts.attrs["comment"] = declaration.attributes["comment"]
     gone = [] if spec.criterion == spec_of(dataset).criterion else [*spec.model.of_criterion]
     changed = (
         without_boundary(dataset).drop_vars(gone, errors="ignore").assign({"stability": verdicts} | edges)

@@ -19,34 +19,34 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ReportedAs:
-    """The quantity in which values of a parameter are reported: `scale` times what they exceed `offset` by [SI]."""
+    """The quantity in which values of a parameter are reported: `scale` times (value minus `offset`), in SI."""
 
     quantity: Quantity
     scale: float = 1.0
     offset: float = 0.0
 
     def value(self, of_parameter: Any) -> Any:
-        """Return a value, or an array of them, of the parameter as one of the quantity, both in SI."""
+        """Convert a value or an array of the parameter to the quantity, both in SI."""
         return (of_parameter - self.offset) * self.scale
 
     def width(self, of_parameter: float) -> float:
-        """Return a difference of the parameter as one of the quantity, both in SI."""
+        """Convert a difference of the parameter to the quantity, both in SI."""
         return of_parameter * abs(self.scale)
 
     def spell(self, of_parameter: float, digits: int = 10) -> str:
-        """Return a value of the parameter as a message says it, with its unit."""
+        """Return a value of the parameter as text for a message, with its unit."""
         return self.quantity.spell(self.value(of_parameter), digits)
 
 
 def words_of_command(dataset: "xr.Dataset") -> list[str]:
-    """Return the names of the words in the command that made an atlas, which its history begins with."""
+    """Return the names of the words in the command that made an atlas, taken from the first line of its history."""
     return _names_in(plain_text(dataset.attrs.get("history", "")).partition("\n")[0])
 
 
 def with_substitutes(command: str, spec: SweepSpec) -> str:
-    """Return a command with the words of a spec that stand for its parameters, where it does not give them itself.
+    """Add to a command the substitute words of a spec that it does not contain.
 
-    Python and spec files give words too; the history of the atlas keeps them.
+    They come from Python or from a spec file; the history of the atlas keeps them.
     """
     names = _names_in(command)
     more = (f"{name}={text}" for name, text in spec.substitutes.items() if name not in names)
@@ -57,20 +57,20 @@ def _names_in(command: str) -> list[str]:
     try:
         words = shlex.split(command)
     except ValueError:
-        # a history that another program has cut
+        # another program has cut the history
         words = command.split()
-    return [found[1] for word in words if (found := re.match(r"(\w+)=", word))]
+    return [match[1] for word in words if (match := re.match(r"(\w+)=", word))]
 
 
 def reported_as(spec: SweepSpec, asked: Iterable[str]) -> Mapping[str, ReportedAs]:
-    """Return how the values of each parameter are reported: as they are, or as the word that was asked for instead.
+    """Return the quantity in which each parameter is reported: itself, or the substitute that was asked for.
 
     Parameters
     ----------
     spec : SweepSpec
     asked : iterable of str
-        Names of words. A later name replaces an earlier one. Ignored: a substitute whose scale differs between cells; a
-        substitute that decreases as its control increases, because 'above the boundary' would become 'below'.
+        Names of words. A later name replaces an earlier one. Ignored are substitutes whose scale differs between cells,
+        and substitutes that decrease as their control increases, because 'above the boundary' would become 'below'.
     """
     reported = {name: ReportedAs(each) for name, each in spec.quantities.items()}
     for name in asked:

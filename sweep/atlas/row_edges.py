@@ -1,4 +1,4 @@
-"""The edges of the unstable band in every row of a grid of verdicts, and why a row has one or none."""
+"""The edges of the unstable band in every row of a grid of verdicts, and why a row may have no edge."""
 
 import math
 from collections.abc import Mapping
@@ -12,13 +12,13 @@ import numpy.typing as npt
 from sweep.errors import counted
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE, Truths
 
-#: No place in a row.
+#: Index for no place in a row.
 NOWHERE = -1
 
-#: The codes of what a row of verdicts says of an edge.
+#: Codes for the status of an edge in a row of verdicts.
 ROW_UNDECIDED, STABLE_THROUGHOUT, UNSTABLE_THROUGHOUT, FOUND, MORE_THAN_ONE, OTHER_EDGE_ONLY = range(6)
 
-#: Each code with its name, as the file declares it.
+#: Names of the codes, as declared in the file.
 ROW_STATUS: Mapping[int, str] = MappingProxyType(
     {
         ROW_UNDECIDED: "undecided",
@@ -30,7 +30,7 @@ ROW_STATUS: Mapping[int, str] = MappingProxyType(
     }
 )
 
-#: Cells whose rows are looked at together: their verdicts and truths fit the cache of a processor.
+#: Number of cells whose rows are processed together: their verdicts and truth values fit into a processor's cache.
 _AT_ONCE = 2**18
 
 Verdicts = npt.NDArray[np.integer]
@@ -39,15 +39,15 @@ Places = npt.NDArray[np.intp]
 
 @dataclass(frozen=True)
 class RowEdges:
-    """The edges of rows by their verdicts; a row is all cells along one axis, with the other axes fixed.
+    """The edges in rows of verdicts. A row is all cells along one axis, with the other axes fixed.
 
     Parameters
     ----------
     stable_before, first_unstable, last_unstable, stable_after : arrays of int, shape of the rows
-        Places in a row: the first and the last unstable cell, the last stable cell before the first one, and the first
-        stable cell after the last one; `NOWHERE` where there is none, or where the row has no unstable cell.
+        Indices in a row: the last stable cell before the first unstable one, the first and the last unstable cell, and
+        the first stable cell after the last unstable one; `NOWHERE` if there is no such cell.
     is_split, has_undecided : arrays of bool, shape of the rows
-        Where stable cells lie between unstable ones, and where a cell is undecided.
+        Whether stable cells lie between unstable ones, and whether a cell is undecided.
     """
 
     stable_before: Places
@@ -84,18 +84,18 @@ class RowEdges:
         return cls(*(each.reshape(rest) for each in (*places, *truths)))
 
     def bracket(self, edge: str) -> tuple[Places, Places]:
-        """Return the places of the two cells between which an edge lies.
+        """Return the indices of the two cells between which an edge lies.
 
         Parameters
         ----------
         edge : {"upper", "lower"}
-            Stable above it, or below.
+            The edge with stable motion above it, or below it.
 
         Returns
         -------
         (unstable, stable) : arrays of int, shape of the rows
-            The last unstable cell and the first stable one after it, for the lower edge the first unstable cell and the
-            last stable one before it; `NOWHERE` in both where a row has no such pair.
+            The last unstable cell and the first stable one after it; for the lower edge, the first unstable cell and
+            the last stable one before it. Both are `NOWHERE` if a row has no such pair.
         """
         if edge == "upper":
             unstable, stable = self.last_unstable, self.stable_after
@@ -104,7 +104,7 @@ class RowEdges:
         return np.where(stable == NOWHERE, NOWHERE, unstable), stable
 
     def status(self, edge: str) -> npt.NDArray[np.int8]:
-        """Return for each row whether it has an edge, and if not, why.
+        """Return whether each row has an edge and, if not, why.
 
         Parameters
         ----------
@@ -113,22 +113,23 @@ class RowEdges:
         Returns
         -------
         array of int8, shape of the rows
-            A code of `ROW_STATUS`. Undecided cells are left out of the sequence of verdicts.
+            A code of `ROW_STATUS`. Undecided cells are skipped in the sequence of verdicts.
             ``found``: the verdict changes once in the direction of this edge, and the row ends on its stable side.
-            ``more_than_one_edge``: it changes so more than once, or changes back: the value stored is that of the
-            outermost edge, and there is none where the row ends on the unstable side. Rows without such a change are
-            ``undecided`` if a cell is, ``stable_throughout``, ``unstable_throughout``, or have the ``other_edge_only``.
+            ``more_than_one_edge``: the verdict changes in this direction more than once, or changes back. The stored
+            value is the outermost edge, and missing if the row ends on the unstable side. Rows without such a change
+            are ``undecided`` if a cell is, otherwise ``stable_throughout``, ``unstable_throughout`` or
+            ``other_edge_only``.
         """
         begins, ends = self.stable_before != NOWHERE, self.stable_after != NOWHERE
-        here = ends if edge == "upper" else begins
+        has_edge = ends if edge == "upper" else begins
         stable_throughout = self.first_unstable == NOWHERE
-        conditions = (self.is_split, here, self.has_undecided, stable_throughout, ~(begins | ends))
+        conditions = (self.is_split, has_edge, self.has_undecided, stable_throughout, ~(begins | ends))
         codes = (MORE_THAN_ONE, FOUND, ROW_UNDECIDED, STABLE_THROUGHOUT, UNSTABLE_THROUGHOUT)
         return np.asarray(np.select(conditions, codes, OTHER_EDGE_ONLY), np.int8)
 
 
 def _edges(verdicts: Verdicts) -> tuple[Places, Places, Places, Places, Truths, Truths]:
-    """Return the fields of `RowEdges` of rows along the last axis."""
+    """Return the fields of `RowEdges` for rows along the last axis."""
     unstable, stable = verdicts == UNSTABLE, verdicts == STABLE
     first, last = _first(unstable), _last(unstable)
     place, any_unstable = np.arange(verdicts.shape[-1]), (first != NOWHERE)[..., None]
@@ -139,23 +140,23 @@ def _edges(verdicts: Verdicts) -> tuple[Places, Places, Places, Places, Truths, 
 
 
 def _first(truths: Truths) -> Places:
-    """Return the first place along the last axis that is true; `NOWHERE` if none is."""
+    """Return the first index along the last axis that is true; `NOWHERE` if none is."""
     return np.where(truths.any(-1), truths.argmax(-1), NOWHERE)
 
 
 def _last(truths: Truths) -> Places:
-    """Return the last place along the last axis that is true; `NOWHERE` if none is."""
+    """Return the last index along the last axis that is true; `NOWHERE` if none is."""
     return np.where(truths.any(-1), truths.shape[-1] - 1 - truths[..., ::-1].argmax(-1), NOWHERE)
 
 
 def legal(verdicts: npt.NDArray[Any]) -> npt.NDArray[np.int8]:
-    """Return verdicts as codes: what is neither stable nor unstable is undecided."""
+    """Return verdicts as codes; any other value than stable or unstable becomes undecided."""
     known = (verdicts == STABLE) | (verdicts == UNSTABLE)
     return np.where(known, verdicts, UNDECIDED).astype(np.int8, copy=False)
 
 
 def in_words(status: npt.NDArray[np.integer], axis: str, edge: str = "", across: str = "") -> list[str]:
-    """Return in one line or two why rows have no boundary, or more than one; nothing if each has one.
+    """Explain in one or two lines why rows have no boundary, or more than one; no lines if each row has one.
 
     Parameters
     ----------
@@ -164,13 +165,13 @@ def in_words(status: npt.NDArray[np.integer], axis: str, edge: str = "", across:
     axis : str
         The parameter along which the rows lie.
     edge : {"", "upper", "lower"}
-        The edge that the codes belong to, where it is to be named.
+        The edge of the codes, if the text should name it.
     across : str
-        The parameter that has one value in each row, where rows are to be called by it.
+        The parameter that has one value in each row, if the text should name rows by it.
     """
 
     def place(count: int) -> str:
-        """Return in how many rows."""
+        """Return the number of rows, in words."""
         if count == status.size:
             return ""
         if across:
@@ -178,9 +179,9 @@ def in_words(status: npt.NDArray[np.integer], axis: str, edge: str = "", across:
         return f" in {counted(count, 'row', status.size)} along {axis}"
 
     counts = {code: int((status == code).sum()) for code in ROW_STATUS}
-    several, found = counts.pop(MORE_THAN_ONE), counts.pop(FOUND)
+    several, single = counts.pop(MORE_THAN_ONE), counts.pop(FOUND)
     missing = {name(code, edge): count for code, count in counts.items() if count}
-    without, lines = status.size - several - found, []
+    without, lines = status.size - several - single, []
     what = f"{edge} edge" if edge else "boundary"
     if without:
         reasons = (
@@ -193,6 +194,6 @@ def in_words(status: npt.NDArray[np.integer], axis: str, edge: str = "", across:
 
 
 def name(code: int, edge: str = "") -> str:
-    """Return the name of a code, in words; of an edge that is named, the other one is named too."""
+    """Return the name of a code in words; if an edge is given, "other" becomes the opposite edge."""
     words = ROW_STATUS[code].replace("_", " ")
     return words.replace("other", {"upper": "lower", "lower": "upper"}.get(edge, "other"))

@@ -1,7 +1,7 @@
-"""A selection from an atlas is an atlas: its spec, its attributes and its boundary are made to say so.
+"""Selections from an atlas as atlases, with a new spec, new attributes and a new boundary.
 
-``atlas.isel(alpha=0)`` takes cells, and leaves everything else as it was: the spec still asks for all values of alpha,
-and the boundary may lie outside the cells that are left.
+``atlas.isel(alpha=0)`` selects cells and leaves everything else unchanged: the spec still has all values of alpha, and
+the boundary may lie outside the selected cells.
 """
 
 from collections.abc import Mapping
@@ -29,72 +29,71 @@ from sweep.request.start_table import StartTable
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Values of a selected axis at most, where they are no range: each is written in the spec.
+#: Largest number of values of a selected axis that is not a range: each value is written in the spec.
 _MOST_LISTED = 50_000
 
-#: Rounding of a value of a range, as a share of it and of its larger end: the logarithm differs between processors.
+#: Allowed rounding of a value of a range, relative to it and to the larger end: logarithms differ between processors.
 _ROUNDING = 1e-12
 
 
-#: How the title of a dataset begins whose values lie between the cells of an atlas.
+#: Beginning of the title of a dataset that was interpolated between the cells of an atlas.
 BETWEEN = "Between the cells of: "
 
 
 def is_atlas(dataset: "xr.Dataset") -> bool:
-    """Return whether a dataset says that it is an atlas, and has cells."""
+    """Return whether a dataset has the attributes of an atlas, and cells."""
     stated = {"eulerdisk_format", "sweep_spec", "criterion", "title"} <= dataset.attrs.keys()
     return stated and "ending" in dataset and "stability" in dataset
 
 
 def attributes_of(given: object) -> Mapping[str, Any]:
-    """Return the attributes of a dataset; none of anything else, the class of datasets among it."""
-    found = getattr(given, "attrs", None)
-    return found if isinstance(found, Mapping) else {}
+    """Return the attributes of a dataset; empty for anything else, even for the class of datasets."""
+    attributes = getattr(given, "attrs", None)
+    return attributes if isinstance(attributes, Mapping) else {}
 
 
 def require_atlas(dataset: Any) -> None:
-    """Refuse what is no atlas, and say why it is none.
+    """Refuse an object that is not an atlas, and report why.
 
     Raises
     ------
     RequestError
     """
     names = getattr(dataset, "data_vars", None)
-    # the class has this name too
+    # the class has this attribute too
     if names is None or isinstance(dataset, type):
         raise RequestError(
             f"An atlas is an xarray.Dataset; got a {type(dataset).__name__}.",
-            hint="Give a dataset as sweep.run or sweep.open_atlas returns it.",
+            hint="Give a dataset from sweep.run or sweep.open_atlas.",
         )
     if str(dataset.attrs.get("title", "")).startswith(BETWEEN):
         raise RequestError(
-            "This is no stability atlas: it lies between the cells of one, as eulerdisk.interp returns it, and its "
-            "values belong to no start.",
-            hint="Take the atlas itself, or compute one there; dataset.to_netcdf writes such values.",
+            "This is not a stability atlas: eulerdisk.interp interpolated it between the cells of one.",
+            hint="Use the atlas itself, or compute one there; dataset.to_netcdf saves interpolated values.",
         )
     if "sweep_spec" not in dataset.attrs:
         given = printable(", ".join(map(str, names))) or "no variables"
         raise RequestError(
-            "This is no stability atlas, which sweep.run and eulerdisk run make, or its attributes are gone: it lacks "
-            f"the attribute sweep_spec; got a dataset of {given}.",
+            "This is not a stability atlas from sweep.run or eulerdisk run, or its attributes were lost: the attribute "
+            f"sweep_spec is missing; got a dataset of {given}.",
             hint="Give an atlas, and keep its attributes (xarray.set_options(keep_attrs=True)).",
             where=place_of(dataset),
         )
     if lost := [name for name in _always_held(dataset) if name not in dataset]:
         raise RequestError(
-            f"This is no stability atlas any more: it lacks {', '.join(lost)}, without which it cannot be read.",
-            hint="Take the atlas with all its variables; dataset.to_netcdf writes some of them.",
+            f"This is no longer a stability atlas: it lacks {', '.join(lost)}.",
+            hint="Use the atlas with all its variables; dataset.to_netcdf saves some of them.",
             where=place_of(dataset),
         )
 
 
 def _always_held(dataset: "xr.Dataset") -> tuple[str, ...]:
-    """Return the variables without which no file is read as an atlas."""
+    """Return the variables that every atlas must have."""
     return "ending", "stability", *spec_named(dataset).model.extremes
 
 
 def check_numbers(dataset: "xr.Dataset") -> None:
-    """Refuse an atlas of other things than numbers, or with fractions as flags, as ``interp`` of xarray makes them.
+    """Refuse an atlas with values that are not numbers, or with fractional flags, as from xarray's ``interp``.
 
     Raises
     ------
@@ -104,8 +103,8 @@ def check_numbers(dataset: "xr.Dataset") -> None:
         if (kind := dataset[name].dtype).kind not in "fiu":
             what = "coordinate" if name in dataset.coords else "variable"
             raise RequestError(
-                f"The {what} {name} of an atlas must be of numbers, floating point or whole; got the type {kind}.",
-                hint=f"Take the atlas as it was, or change it with dataset[{name!r}].astype.",
+                f"The {what} {name} of an atlas must contain floating-point or whole numbers; got the type {kind}.",
+                hint=f"Use the original atlas, or convert it with dataset[{name!r}].astype.",
                 where=place_of(dataset),
             )
     for name in ("ending", "stability"):
@@ -119,21 +118,21 @@ def _is_whole_numbers(dataset: "xr.Dataset", name: str) -> bool:
 
 def _no_flags(name: str) -> NoReturn:
     raise RequestError(
-        f"This is no atlas any more: {name} holds codes of flags, whole numbers, and here they have become floats, as "
-        "where, mean and interp of xarray make them.",
+        f"This is no longer an atlas: the codes in {name} must be whole numbers and have become floats, as after "
+        "where, mean or interp of xarray.",
         hint="Select cells with isel or sel; atlas.eulerdisk.interp takes flags from the nearest cell.",
         where=name,
     )
 
 
 def selected_spec(dataset: "xr.Dataset") -> SweepSpec:
-    """Return the spec of the cells that a dataset holds: that which it states, or of a selection one of its own.
+    """Return the spec of the cells of a dataset: the stated spec of an atlas, or a new spec for a selection.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        An atlas, or a selection whose axes kept their order and their coordinates; an axis of which one value was
-        taken is a scalar.
+        An atlas, or a selection whose axes kept their order and their coordinates. An axis with one selected value is
+        a scalar.
 
     Raises
     ------
@@ -146,13 +145,13 @@ def selected_spec(dataset: "xr.Dataset") -> SweepSpec:
     if strange := [str(name) for name in sizes if name not in stated.axes]:
         raise RequestError(
             f"The dimensions must be axes of the spec, {', '.join(stated.axes)}; got {', '.join(map(str, sizes))}.",
-            hint=f"Choose one value of {strange[0]}: dataset.isel({strange[0]}=0, drop=True) in Python.",
+            hint=f"Select one value of {strange[0]}: dataset.isel({strange[0]}=0, drop=True) in Python.",
             where=place_of(dataset),
         )
     if list(sizes) != [name for name in stated.axes if name in sizes]:
         present = ", ".join(repr(name) for name in stated.axes if name in sizes)
         raise RequestError(
-            f"The dimensions must stand in the order of the axes of the spec, {', '.join(stated.axes)}; got "
+            f"The dimensions must be in the order of the axes of the spec, {', '.join(stated.axes)}; got "
             f"{', '.join(map(str, sizes))}.",
             hint=f"Use dataset.transpose({present}, ...) in Python.",
             where=place_of(dataset),
@@ -180,35 +179,35 @@ def _one_start(stated: SweepSpec, dataset: "xr.Dataset") -> SweepSpec:
 
 
 def _kept(dataset: "xr.Dataset", axis: str, dimension: bool) -> float | Range | Values:
-    """Return what a selection has kept of an axis: one number, or some of its values."""
+    """Return the selected part of an axis: one number, or some of its values."""
     if axis not in dataset.variables:
         raise RequestError(
-            f"This selection has lost the coordinate {axis}, so that it cannot be told which cells it holds.",
-            hint="Select without drop=True, or take the whole atlas.",
+            f"This selection has lost the coordinate {axis}, so its cells cannot be identified.",
+            hint="Select without drop=True, or use the whole atlas.",
             where=place_of(dataset),
         )
     found: Array = np.asarray(dataset[axis].values, np.float64)
     if found.ndim != dimension:
         raise RequestError(
             f"The coordinate {axis} of this selection does not belong to its cells: it has the shape {found.shape}.",
-            hint="Take the whole atlas, and select from it with isel or sel.",
+            hint="Select from the whole atlas with isel or sel.",
             where=place_of(dataset),
         )
     if not dimension:
         return float(found)
     if not found.size:
         raise RequestError(
-            f"This selection holds no cells: it has no value of {axis} left.",
-            hint="Select at least one.",
+            f"This selection has no cells: no value of {axis} is left.",
+            hint="Select at least one value.",
             where=place_of(dataset),
         )
     if even := _as_range(found):
         return even
     if found.size > _MOST_LISTED:
         raise RequestError(
-            f"A selection may hold at most {_MOST_LISTED} values of an axis that are not evenly spaced; got "
+            f"A selection may have at most {_MOST_LISTED} values of an axis that are not evenly spaced; got "
             f"{found.size} of {axis}.",
-            hint="Take fewer, or the whole axis.",
+            hint="Select fewer, or the whole axis.",
             where=place_of(dataset),
         )
     try:
@@ -218,7 +217,7 @@ def _kept(dataset: "xr.Dataset", axis: str, dimension: bool) -> float | Range | 
 
 
 def _as_range(values: Array) -> Range | None:
-    """Return the range that has exactly these values, if there is one."""
+    """Return the range with exactly these values, if there is one."""
     for spacing in ("linear", "log"):
         try:
             found = Range(float(values[0]), float(values[-1]), values.size, spacing)
@@ -230,9 +229,9 @@ def _as_range(values: Array) -> Range | None:
 
 
 def _check_coordinates(dataset: "xr.Dataset", stated: SweepSpec) -> None:
-    """Refuse a dataset whose cells are not those that its coordinates and its spec say.
+    """Refuse a dataset whose coordinates contradict its spec.
 
-    An axis that was not cut has the values of the spec in their order; so has every fixed parameter that is there.
+    Uncut axes must have the values of the spec in their order, and fixed parameters, if present, its values.
     """
     sizes = dict(zip(dataset["ending"].dims, dataset["ending"].shape, strict=True))
     for declared, expected in coordinates(stated):
@@ -246,7 +245,7 @@ def _check_coordinates(dataset: "xr.Dataset", stated: SweepSpec) -> None:
 
 
 def _check_starts(dataset: "xr.Dataset", spec: SweepSpec) -> None:
-    """Refuse a list of starts whose parameters are not those that its spec draws."""
+    """Refuse a list of starts whose parameters differ from those that its spec draws."""
     for span in blocks(spec.size) if spec.listed and not spec.starts else ():
         starts = starts_of(spec, span)
         for name in spec.listed:
@@ -257,7 +256,7 @@ def _check_starts(dataset: "xr.Dataset", spec: SweepSpec) -> None:
 def _check_values(
     dataset: "xr.Dataset", name: str, found: "xr.DataArray", expected: Array, quantity: Input
 ) -> None:
-    # computing with xarray drops attributes
+    # xarray drops attributes in computations
     units = found.attrs.get("units", quantity.units)
     if units != quantity.units:
         _other_cells(dataset, name, f"must have the units {quantity.units}; got {units}")
@@ -266,7 +265,7 @@ def _check_values(
             dataset, name, f"must be {expected.size} numbers; got {found.size} of type {found.dtype}"
         )
     stored = np.asarray(found, np.float64)
-    # written so that NaN is beyond; a value near 0 inside a range is known to the rounding of its ends
+    # NaN counts as different; near 0, a value inside a range has the rounding of its ends
     apart = ~(np.abs(stored - expected) <= _ROUNDING * (np.abs(expected) + np.abs(expected).max()))
     if apart.any():
         first = np.flatnonzero(apart)[0]
@@ -274,43 +273,43 @@ def _check_values(
         _other_cells(
             dataset,
             name,
-            f"has other values than its spec, or another order of them: {np.count_nonzero(apart)} of {expected.size} "
-            f"are others, {values}",
+            f"has other values than its spec, or another order: {np.count_nonzero(apart)} of {expected.size} differ, "
+            f"{values}",
         )
 
 
 def _other_cells(dataset: "xr.Dataset", name: str, what: str) -> NoReturn:
     raise RequestError(
-        f"The coordinate {name} {what}. It cannot be told which cells these are.",
-        hint=f"Select with isel or sel, and keep the order of the axes, as by dataset.sortby({name!r}); a damaged file "
-        "is made again with eulerdisk run.",
+        f"The coordinate {name} {what}. The cells cannot be identified.",
+        hint=f"Select with isel or sel, and keep the order of the axes, as with dataset.sortby({name!r}). If the file "
+        "is damaged, compute it again with eulerdisk run.",
         where=place_of(dataset),
     )
 
 
 def as_atlas(dataset: "xr.Dataset", trusting: bool = False) -> "xr.Dataset":
-    """Return the atlas that a dataset is: itself, or, of a selection, one whose spec asks for its cells alone.
+    """Return a dataset as an atlas: an atlas unchanged, a selection with a spec for only its cells.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         An atlas or a selection from one, see `selected_spec`.
     trusting : bool
-        Whether the coordinates of a whole atlas are left to the caller, who checks them. Those of a selection decide
-        which cells it holds, and are always checked.
+        Whether the caller checks the coordinates of a whole atlas. The coordinates of a selection decide which cells
+        it has, and are always checked.
 
     Returns
     -------
     xarray.Dataset
-        The same cells, with the dimensions in the order of the spec; what is no atlas is returned as it is. In a
-        selection the boundary is sought again among them (a refined one is bisected again), the attributes state its
-        own spec, and `history` what was taken. What another program has left out is made again
-        (`sweep.atlas.completion.completed`).
+        The same cells, with the dimensions in the order of the spec; a dataset that is not an atlas is returned
+        unchanged. For a selection, the boundary is searched again among its cells (and bisected again if it was
+        refined), the attributes state its own spec, and `history` what was selected. Parts that another program has
+        dropped are restored (`sweep.atlas.completion.completed`).
 
     Raises
     ------
     RequestError
-        As from `selected_spec`, or if a coordinate is not that of the spec.
+        As from `selected_spec`, or if a coordinate contradicts the spec.
     """
     import xarray as xr
 
@@ -360,7 +359,7 @@ def as_atlas(dataset: "xr.Dataset", trusting: bool = False) -> "xr.Dataset":
 
 
 def _in_history(kept: object, spec: SweepSpec) -> str:
-    """Return what was kept of an axis; numbers of starts may be many, and one start has none."""
+    """Return the selected part of an axis for the history, shortened for a list; one start has no numbers."""
     return shown(str(kept)) if spec.is_list else str(kept) or "one"
 
 
@@ -369,7 +368,7 @@ def _differ(one: SweepSpec, other: SweepSpec, name: str) -> bool:
 
 
 def _on_grid(variable: "xr.Variable", declared: Declaration, spec: SweepSpec) -> "xr.Variable":
-    """Return a variable of the cells with the encoding of its grid, and the attribute that names its axes."""
+    """Return a variable of the cells with the encoding and the `cell_methods` attribute of its grid."""
     found = variable.copy(deep=False)
     found.encoding = encoding_of(declared, spec)
     found.attrs.pop("cell_methods", None)

@@ -1,4 +1,4 @@
-"""The share of a list of starts that is unstable, with its error."""
+"""The unstable share of a list of starts, with its confidence interval."""
 
 import math
 from dataclasses import dataclass
@@ -13,20 +13,20 @@ from sweep.model.quantity import FAILED, MISSING, STABLE, UNSTABLE
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Quantile of the normal distribution at 97.5 %: two of them hold 95 %.
+#: Quantile of the normal distribution at 97.5 %: plus and minus this value enclose 95 %.
 _QUANTILE = 1.959963984540054
 
 
 @dataclass(frozen=True)
 class Share:
-    """How many starts of a list are unstable.
+    """The number of unstable starts of a list, and of others.
 
     Attributes
     ----------
     unstable, stable : int
         Starts with a verdict.
     undecided, failed, missing : int
-        Starts without one: the criterion leaves them open, they could not be computed, they have not been computed.
+        Starts without a verdict: undecided by the criterion, impossible to compute, or not computed.
     """
 
     unstable: int
@@ -42,12 +42,12 @@ class Share:
 
     @property
     def value(self) -> float:
-        """Share of the decided starts that is unstable; NaN if there is none."""
+        """Unstable share of the decided starts; NaN if there are none."""
         return self.unstable / self.decided if self.decided else math.nan
 
     @property
     def interval(self) -> tuple[float, float]:
-        """The interval that holds, in 95 % of such samples, the probability that a start is unstable.
+        """The 95 % confidence interval for the probability that a start is unstable.
 
         Notes
         -----
@@ -56,7 +56,7 @@ class Share:
         return wilson(self.unstable, self.decided)
 
     def percentages(self) -> tuple[str, str, str]:
-        """Return the share and the ends of its interval in per cent, with the digits that the interval leaves."""
+        """Return the share and the ends of its interval in per cent, with as many digits as the interval justifies."""
         low, high = self.interval
         digits = max(0, min(8, 1 - math.floor(math.log10(100.0 * (high - low)))))
         value, least, most = (f"{100.0 * each:.{digits}f}" for each in (self.value, low, high))
@@ -64,30 +64,30 @@ class Share:
 
 
 def wilson(count: int, total: int, quantile: float = _QUANTILE) -> tuple[float, float]:
-    """Return Wilson's interval for a probability of which `count` of `total` draws were hits; (0, 1) of no draws."""
+    """Return Wilson's interval for a probability, from `count` hits in `total` draws; (0, 1) without draws."""
     if not total:
         return 0.0, 1.0
     share, weight = count / total, quantile**2 / total
     middle = (share + 0.5 * weight) / (1.0 + weight)
     half = math.sqrt(weight * (share * (1.0 - share) + 0.25 * weight)) / (1.0 + weight)
-    # of no hits, and of hits alone, the end is known
+    # without hits, or with only hits, one end is known
     return (middle - half if count else 0.0), (middle + half if count < total else 1.0)
 
 
 def unstable_share(dataset: "xr.Dataset") -> Share:
-    """Return the share of the starts of a list, or of a selection from one, that is unstable.
+    """Return the unstable share of a list of starts, or of a selection from one.
 
     Raises
     ------
     RequestError
-        If the atlas is a grid: its shares say where the grid lies, and nothing of the motion.
+        If the atlas is a grid, whose share depends only on where its axes end.
     """
     spec = spec_named(dataset)
     if not spec.is_list:
         raise RequestError(
-            "A share of unstable cells is told of random starts; this atlas is a grid, of which the share says no more "
-            "than where its axes end.",
-            hint="Run the words with distributions and samples, as in roll_rate=uniform:2:4 samples=1e6.",
+            "The unstable share needs random starts; this atlas is a grid, whose share depends only on where its axes "
+            "end.",
+            hint="Run it with distributions and samples, as in roll_rate=uniform:2:4 samples=1e6.",
             where=place_of(dataset),
         )
     require(dataset, ("stability", "ending"))
@@ -99,7 +99,7 @@ def unstable_share(dataset: "xr.Dataset") -> Share:
 
 
 def in_words(found: Share) -> str:
-    """Return a share as people read it."""
+    """Return a share as a line of a report."""
     apart = {"undecided": found.undecided, "failed": found.failed, "not computed": found.missing}
     rest = ", ".join(f"{count} {word}" for word, count in apart.items() if count)
     left_out = f"; left out: {rest}" if rest else ""

@@ -1,7 +1,7 @@
-"""The structure of an atlas file, checked once, so that no reader has to look again.
+"""A check of the structure of an atlas file, made once so that readers can rely on it.
 
-Its variables have the dimensions, types, units and flags that its spec asks for; its values are not looked at, but for
-coordinates. A selection from an atlas is one too: an axis may be shorter, or a scalar.
+The variables must have the dimensions, types, units and flags of the spec. Values are not checked, except those of
+coordinates. A selection from an atlas also passes: an axis may be shorter, or a scalar.
 """
 
 import itertools
@@ -26,7 +26,7 @@ from sweep.request.spec import SweepSpec
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Global attributes that are text, if they are there.
+#: Global attributes that must be text, if present.
 _TEXTS = (
     "title",
     "summary",
@@ -42,39 +42,39 @@ _TEXTS = (
 #: Attributes that xarray moves to the encoding of packed variables; an atlas has no packed variables.
 _PACKED = ("scale_factor", "add_offset")
 
-#: Kinds of the types of coordinates, in words.
-_KINDS = {"f": "numbers of floating point", "i": "whole numbers"}
+#: Kinds of coordinate types, in words.
+_KINDS = {"f": "floating-point numbers", "i": "whole numbers"}
 
-#: Problems that a message names.
+#: Largest number of problems that a message names.
 _MOST_NAMED = 3
 
 
 def check_structure(dataset: "xr.Dataset", spec: SweepSpec, place: str) -> None:
-    """Refuse what is not built as the atlas of a spec, or as a selection from it.
+    """Refuse a dataset that does not have the structure of the atlas of a spec, or of a selection from it.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        With the variables ``ending`` and ``stability``, and none that no atlas has.
+        With the variables ``ending`` and ``stability``, and without variables that no atlas has.
     spec : SweepSpec
-        That which the dataset states.
+        The spec that the dataset states.
     place : str
-        What messages call it.
+        The name of the dataset in messages.
 
     Raises
     ------
     RequestError
-        Naming what is wrong.
+        With the problems.
     """
     problems = list(_grid_problems(dataset, spec))
-    # what follows relies on the grid
+    # the other checks rely on the grid
     problems = problems or [*_variable_problems(dataset, spec), *_attribute_problems(dataset)]
     if problems:
         more = f"; and {len(problems) - _MOST_NAMED} more" if len(problems) > _MOST_NAMED else ""
         raise RequestError(
-            "The file is not built as the atlas that its sweep_spec states: "
+            "The file does not have the structure of the atlas in its sweep_spec: "
             f"{'; '.join(problems[:_MOST_NAMED])}{more}.",
-            hint="Make it again with eulerdisk run, or take a copy that no other program has changed.",
+            hint="Compute it again with eulerdisk run, or use a copy that no other program has changed.",
             where=place,
         )
 
@@ -112,7 +112,7 @@ def _coordinate_problem(
     if not values.size or not np.isfinite(values).all():
         return "must be finite and increasing"
     if steps.size and (steps < 0.0).all():
-        return f"runs backwards and must increase, as by dataset.sortby({dims[0]!r}) in Python"
+        return f"decreases and must increase: use dataset.sortby({dims[0]!r}) in Python"
     return "" if (steps > 0.0).all() else "must be finite and increasing"
 
 
@@ -123,14 +123,14 @@ def known_names(spec: SweepSpec) -> set[str]:
 
 
 def strangers(dataset: "xr.Dataset", spec: SweepSpec) -> dict[str, str]:
-    """Return the variables that no atlas has and that cannot stand beside its cells: name -> what is wrong with it.
+    """Return the variables that no atlas has and that do not fit its cells: name -> problem.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         With the variable ``ending``.
     spec : SweepSpec
-        That which the dataset states.
+        The spec that the dataset states.
     """
     known, grid = known_names(spec), dataset["ending"].dims
     problems = {
@@ -140,7 +140,7 @@ def strangers(dataset: "xr.Dataset", spec: SweepSpec) -> dict[str, str]:
 
 
 def _groups(spec: SweepSpec) -> list[Sequence[Declaration]]:
-    """Return the declarations of the boundaries; of each group an atlas has all or none."""
+    """Return the declarations of the boundaries in groups; an atlas has all variables of a group or none."""
     if spec.is_list:
         return []
     edges = [edge_declarations(spec, axis, edge) for axis in spec.model.controls(spec.axes) for edge in EDGES]
@@ -155,9 +155,9 @@ def _variable_problems(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
         names = [each.name for each in group]
         present = [name in dataset for name in names]
         if any(present) and not all(present):
-            yield f"{names[present.index(False)]} is missing beside {names[present.index(True)]}"
+            yield f"{names[present.index(False)]} is missing, but {names[present.index(True)]} is present"
     for name, found in dataset.variables.items():
-        # all others are parameters, which are coordinates
+        # all other variables are parameters, which are coordinates
         if name in declared and (problem := _unlike(found, declared[name], grid, spec)):
             yield f"{name} {problem}"
     if "curve_point_count" in dataset:
@@ -167,8 +167,8 @@ def _variable_problems(dataset: "xr.Dataset", spec: SweepSpec) -> Iterator[str]:
 def _unlike(
     found: "xr.DataArray | xr.Variable", declared: Declaration, grid: tuple[Any, ...], spec: SweepSpec
 ) -> str:
-    """Return how a variable differs from what is declared of it; empty if it does not."""
-    # a selection has lost the dimensions of axes of which it took one value
+    """Return how a variable differs from its declaration; empty if it does not."""
+    # a selection lacks the dimensions of axes with one selected value
     dims = {name for name in declared.dims if name in grid or name not in spec.axes}
     if set(found.dims) != dims or len(found.dims) != len(dims):
         return f"must have the dimensions {_listed(dims)}; got {_listed(found.dims)}"
@@ -195,9 +195,9 @@ def _has_two_fills(found: "xr.DataArray | xr.Variable") -> bool:
 
 
 def _stray(found: "xr.DataArray | xr.Variable", grid: tuple[Any, ...]) -> str:
-    """Return why a variable that no atlas has cannot stand beside its cells; empty if it can."""
+    """Return why a variable that no atlas has does not fit the cells; empty if it does."""
     if len(set(found.dims)) < len(found.dims) or not set(found.dims) <= {*grid, CURVES, POINTS}:
-        return f"has dimensions that are no axes of the cells: {_listed(found.dims)}"
+        return f"has dimensions that are not axes of the cells: {_listed(found.dims)}"
     if found.dtype.kind not in "iufb":
         return f"must be numbers; got {found.dtype}"
     return _flag_problem(found, False)
@@ -211,16 +211,16 @@ def _flag_problem(found: "xr.DataArray | xr.Variable", needed: bool) -> str:
     words = meanings.split() if isinstance(meanings, str) else []
     if codes.dtype.kind in "iu" and codes.ndim == 1 and codes.size == len(words) == len(set(codes.tolist())):
         return ""
-    return "must have flag_values, whole numbers, and as many words in flag_meanings"
+    return "must have whole numbers as flag_values, and as many words in flag_meanings"
 
 
 def _curve_problems(dataset: "xr.Dataset") -> Iterator[str]:
     counts = dataset["curve_point_count"]
     points = dataset.sizes.get(POINTS, 0)
     if counts.dims == (CURVES,) and counts.dtype.kind in "iu":
-        held = np.asarray(counts[...])
-        # integers of 64 bits could add up to anything
-        if not (held > 0).all() or held.sum(dtype=np.float64) != points:
+        numbers = np.asarray(counts[...])
+        # summed as floats, because 64-bit integers could overflow
+        if not (numbers > 0).all() or numbers.sum(dtype=np.float64) != points:
             yield f"curve_point_count must add up to the {counted(points, 'point')} of the curves"
 
 

@@ -1,4 +1,4 @@
-"""Which cells of an atlas to trust: those of which an ending is known, or a value as well as is asked for."""
+"""The cells of an atlas that can be trusted: their ending is known, or a value is known as well as requested."""
 
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ from sweep.model.quantity import FINAL, LOST, OPEN, PROMISED, UNDISTURBED, Truth
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Roles of the endings of motions that were followed to the end, or to the end of the time.
+#: Roles of the endings of motions that were followed to their end, or to the end of the time.
 _KNOWN = (FINAL, LOST, OPEN, UNDISTURBED)
 
 
@@ -23,7 +23,7 @@ def trusted_cells(atlas: "xr.Dataset", variable: str | None, within: float | Non
     Parameters
     ----------
     atlas : xarray.Dataset
-        A whole one.
+        A whole atlas.
     variable : str, optional
     within : float, optional
 
@@ -44,8 +44,8 @@ def trusted_cells(atlas: "xr.Dataset", variable: str | None, within: float | Non
     numbers = [name for name, row in quantities.items() if row.flags is None and row.dtype.startswith("f")]
     if variable not in numbers or within is None or not within >= 0.0:
         raise RequestError(
-            "A value is trusted by the name of its variable and the largest error that will do, 0 or more, in its "
-            f"unit; got variable={shown(variable)} within={shown(within)}.",
+            "A trusted value needs the name of a variable and its largest allowed error, 0 or more, in its unit; got "
+            f"variable={shown(variable)} within={shown(within)}.",
             hint=f'Write trusted("{variable if variable in numbers else numbers[0]}", within=1e-6), for instance; the '
             f"variables are {', '.join(numbers)}.",
             where="trusted",

@@ -26,12 +26,12 @@ def test_words_pick_values(atlas):
         (
             {"roll_rate": "2.25rad/s"},
             {"roll_rate": 6},
-            ["roll_rate 2.2 rad/s is the nearest of the atlas to 2.25 rad/s"],
+            ["roll_rate 2.2 rad/s", "nearest to 2.25 rad/s"],
         ),
-        ({"roll_rate": "0.91"}, {"roll_rate": 0}, ["roll_rate 1 rad s-1 is the nearest"]),
+        ({"roll_rate": "0.91"}, {"roll_rate": 0}, ["roll_rate 1 rad s-1"]),
         ({"tilt": "1deg:4deg", "alpha": "1"}, {"tilt": [2, 3], "alpha": 2}, []),
         # nearer to 1 deg in its logarithm, though 3.16 deg is nearer than 0.1 deg is to 0.316 deg
-        ({"tilt": "1.7deg"}, {"tilt": 2}, ["tilt 1 deg is the nearest"]),
+        ({"tilt": "1.7deg"}, {"tilt": 2}, ["tilt 1 deg"]),
         ({"tilt": "0.1deg,0.11deg"}, {"tilt": [0]}, ["0.11"]),
         # tilts of 1 to 5 deg
         ({"inclination": "85deg:89deg", "alpha": "1"}, {"tilt": [2, 3], "alpha": 2}, []),
@@ -46,8 +46,8 @@ def test_words_pick_values(atlas):
         np.testing.assert_array_equal(part["peak_tilt"], expected["peak_tilt"])
         assert part["ending"].dims == expected["ending"].dims
         assert part.eulerdisk.spec.shape == expected["ending"].shape
-        assert len(notes) == len(noted)
-        assert all(words in note for words, note in zip(noted, notes, strict=True))
+        assert len(notes) == bool(noted)
+        assert all(words in "".join(notes) for words in noted)
 
 
 def test_bad_words_are_refused(atlas):
