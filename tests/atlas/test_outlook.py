@@ -37,7 +37,7 @@ def test_the_range_to_paste_holds_the_prediction_of_every_row():
         spec = request(words)
         (warning,) = one_sided(spec)
         assert_facts(warning, side)
-        axis, pasted = re.search(r"A range that holds it: (\w+)=(\S+)$", warning).groups()
+        axis, pasted = re.search(r": (\w+)=(\S+)$", warning).groups()
         wider = request(f"{words.split()[0]} {' '.join(words.split()[1:])}").replace(**{axis: pasted})
         assert one_sided(wider) == []
         assert len(getattr(wider, axis)) == len(getattr(spec, axis))
