@@ -90,12 +90,12 @@ def _check_command(words: Sequence[str]) -> None:
     if not words or words[0].startswith("-") or words[0] in _COMMANDS:
         return
     from sweep.errors import RequestError, shown
-    from sweep.request.suggestions import suggestion
+    from sweep.request.suggestions import nearest_word
 
     about = [word for word in words[1:2] if word in _COMMANDS]
     instead = {"help": ["eulerdisk", *about, "--help"], "version": ["eulerdisk", "--version"]}
     word = shown(words[0])
-    meant = suggestion(words[0], (*_COMMANDS, *instead)).removeprefix("Did you mean ").removesuffix("?")
+    meant = nearest_word(words[0], (*_COMMANDS, *instead))
     hint = f"Did you mean {meant}? " * bool(meant) + "eulerdisk --help describes them."
     if meant in instead:
         hint = f"Write {' '.join(instead[meant])}."

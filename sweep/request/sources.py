@@ -52,14 +52,18 @@ _Rule = tuple[bool, str, str]
 class SourceError(RequestError):
     """Values that make no axis and no distribution: the rule that they break, and what was given."""
 
+    def __init__(self, message: str, hint: str = "", where: str | None = None, rule: str = "") -> None:
+        super().__init__(message, hint, where)
+        self.args, self.rule = (*self.args, rule), rule
+
     @classmethod
     def of(cls, rule: str, given: object, hint: str) -> Self:
         """Return the error that some values break a rule."""
-        return cls(f"{rule}; got {shown(given)}.", hint)
+        return cls(f"{rule}; got {shown(given)}.", hint, rule=rule)
 
     def with_given(self, given: object) -> Self:
         """Return the same error with what a request gave, in place of the values in SI."""
-        return type(self).of(self.message.partition("; got ")[0], given, self.hint)
+        return self.of(self.rule, given, self.hint)
 
 
 def _check(rules: Iterable[_Rule], given: object) -> None:

@@ -39,7 +39,12 @@ def unknown_word(
     )
 
 
+def nearest_word(word: object, known: Sequence[str]) -> str | None:
+    """Return the known word that was probably meant, or None."""
+    return next(iter(difflib.get_close_matches(str(word).lower(), known, n=1)), None)
+
+
 def suggestion(word: object, known: Sequence[str]) -> str:
-    """Return a question for the known word that is nearest, or nothing."""
-    close = difflib.get_close_matches(str(word).lower(), known, n=1)
-    return f"Did you mean {close[0]}?" if close else ""
+    """Return a question for the known word that was probably meant, or nothing."""
+    meant = nearest_word(word, known)
+    return f"Did you mean {meant}?" if meant else ""
