@@ -53,7 +53,7 @@ REMOVERS = {
 EXCEPTIONS = {
     "sweep/accessor.py .rename",
     "sweep/accessor.py verdict.rename",
-    "sweep/model/disk/contact.py found.rename",
+    "sweep/model/disk/contact.py slips.rename",
     # into memory
     "sweep/figures/sheet.py self.savefig",
     "sweep/files/atlas_writer.py netCDF4.Dataset",

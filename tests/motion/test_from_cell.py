@@ -138,7 +138,7 @@ def test_an_atlas_without_periods_is_followed_for_ten_seconds(rolling):
 def test_what_names_no_motion_is_refused(rolling):
     """Cells that the atlas does not have, words that a motion does not have, values that are not possible."""
     for words, facts in [
-        ({"roll_rate": 15}, ["none was given for tilt", "Add tilt="]),
+        ({"roll_rate": 15}, ["roll_rate, tilt", "Add tilt="]),
         ({"roll_rate": 55, "tilt": "1deg"}, ["outside the atlas", "5 rad s-1 to 24 rad s-1"]),
         ({"speed": "1m/s", "tilt": "1deg"}, ["outside the atlas", "roll_rate"]),
         ({"speed": "18cm/s", "roll_rate": 15, "tilt": "1deg"}, ["roll_rate is given once"]),

@@ -25,8 +25,8 @@ HARMLESS = [
     ("kernels/disk/rk4.py", "# a division would cost a tenth of the step", "# another comment"),
     (
         "kernels/lanes/schedule.py",
-        "The functions of the model are those of",
-        "The functions of a model are those of",
+        "The model's functions are declared in",
+        "A model's functions are declared in",
     ),
     (
         "sweep/model/disk/initial_conditions.py",

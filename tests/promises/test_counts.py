@@ -47,4 +47,4 @@ def test_one_of_everything(command, spec_file):
     text = "\n".join(said)
     assert not re.findall(rf"(?<![\d.,:-])1 (?:\w+ )?(?:{_THINGS})\b[^\n]*", text)
     assert_facts(text, "1 of 1 block")
-    assert_facts(text, "one sweep")
+    assert_facts(text, "1 of 1 sweep")
