@@ -1,4 +1,4 @@
-"""Attributes, types and dimensions of an atlas compared with its spec and the tables of its model."""
+"""Comparison of the attributes, types and dimensions of an atlas with its spec and its model's tables."""
 
 import hashlib
 import json
@@ -22,16 +22,16 @@ from sweep.version import __version__
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Global attributes that nothing in the file or in this program decides, and why.
+#: Global attributes whose content cannot be checked, and why.
 FREE: Mapping[str, str] = {
     "title": "free text",
-    "history": "free text, beside the time of date_created",
+    "history": "free text, except for the time in date_created",
     "comment": "free text",
-    "kernel_hash": "names the code that computed the cells, which cannot be had from its hash",
-    "versions": "the libraries that were there when the cells were computed",
+    "kernel_hash": "identifies the code that computed the cells; a hash does not reveal the code",
+    "versions": "the libraries installed when the cells were computed",
 }
 
-#: Attributes of a variable that say what its values mean. Other code may put the others in other words.
+#: Attributes that give the values of a variable their meaning. Other code may word the remaining ones differently.
 _MEANING = (
     "units",
     "flag_values",
@@ -43,23 +43,23 @@ _MEANING = (
     "dimensions",
 )
 
-#: Attributes that an atlas has not, by which other programs read its values as others or as missing.
+#: Attributes that no atlas has, and that make other programs change values or treat them as missing.
 _READ_OTHERWISE = (
     "scale_factor", "add_offset", "valid_min", "valid_max", "valid_range", "missing_value", "_Unsigned", "flag_masks",
     "compress",
 )  # fmt: skip
 
-#: The reference for attributes of variables.
+#: Reference for the attributes of variables.
 _TABLE = "the table of the model"
 
-#: Global attributes that other code may put in other words.
+#: Global attributes that other code may word differently.
 _WORDS = (
     "Conventions", "summary", "keywords", "references", "criterion_meaning", "software", "license", "citation",
 )  # fmt: skip
 
 _TIME = r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ"
 
-#: Attributes.
+#: Attributes by name.
 _Attributes = Mapping[str, Any]
 
 
@@ -71,7 +71,7 @@ def _is_table_of_versions(text: str) -> bool:
     return isinstance(named, dict) and all(isinstance(each, str) for each in named.values())
 
 
-#: Global attributes of which only the form is known: what they are compared with, and whether they fit it.
+#: Global attributes whose form is checked: the expected form, and a test of whether they have it.
 _FORMS: Mapping[str, tuple[str, Callable[[SweepSpec, _Attributes, str], object]]] = {
     "source": (
         "eulerdisk VERSION, method of the spec",
@@ -82,7 +82,7 @@ _FORMS: Mapping[str, tuple[str, Callable[[SweepSpec, _Attributes, str], object]]
         lambda _, held, text: text == hashlib.sha256(str(held["sweep_spec"]).encode()).hexdigest(),
     ),
     "sweep_spec": (
-        "the canonical text of the spec that it spells",
+        "the canonical text of the spec",
         lambda spec, _, text: text == spec.canonical(),
     ),
     "date_created": (
@@ -91,15 +91,15 @@ _FORMS: Mapping[str, tuple[str, Callable[[SweepSpec, _Attributes, str], object]]
     ),
     "kernel_hash": ("the form of a SHA-256", lambda _, __, text: re.fullmatch("[0-9a-f]{64}", text)),
     "versions": ("a table of versions in JSON", lambda _, __, text: _is_table_of_versions(text)),
-    "title": ("words", lambda _, held, __: isinstance(held["title"], str)),
-    "history": ("words", lambda _, held, __: isinstance(held["history"], str)),
+    "title": ("text", lambda _, held, __: isinstance(held["title"], str)),
+    "history": ("text", lambda _, held, __: isinstance(held["history"], str)),
 }
 
 
 def attribute_statements(
     spec: SweepSpec, dataset: "xr.Dataset", boundary: Iterable[Declaration], own: bool
 ) -> Iterator[Statement]:
-    """Yield what is found of the global attributes, and of the attributes of all variables.
+    """Yield the results for the global attributes and for the attributes of all variables.
 
     Parameters
     ----------
@@ -107,18 +107,18 @@ def attribute_statements(
     dataset : xarray.Dataset
         The atlas.
     boundary : iterable of Declaration
-        The variables of the boundary that its verdicts have.
+        The boundary variables that follow from the verdicts of the atlas.
     own : bool
-        Whether the code that made the atlas is this code. If it, or the version, is not, words are not judged.
+        Whether this code made the atlas. If the code or the version differs, wording is not judged.
     """
-    # words may change with the version though the arithmetic stays
+    # a new version may change wording without changing the arithmetic
     own = own and str(dataset.attrs.get("source")).startswith(f"eulerdisk {__version__}, ")
-    # of attributes that hold a path, a time or a hash only the form is expected
+    # placeholders: for attributes with a command, a time or a hash, only the form is checked
     expected = global_attributes(spec, "", "1970-01-01T00:00:00Z")
     for name, value in expected.items():
         yield from _of_global(spec, dataset.attrs, name, value, own)
     for name in [str(each) for each in dataset.attrs if each not in expected]:
-        yield Statement(name, FREE.get(name, "no attribute of an atlas"))
+        yield Statement(name, FREE.get(name, "not an attribute of atlases"))
     declared = {
         each.name: each for each in (*coordinate_declarations(spec), *cell_declarations(spec), *boundary)
     }
@@ -127,21 +127,21 @@ def attribute_statements(
         if name in dataset:
             yield from _of_variable(each, dataset[name], own, "source" in dataset.encoding, scalars)
         else:
-            yield _wrong(name, "what every atlas of its spec has", "missing")
+            yield _wrong(name, "the variables of its spec", "missing")
     for name in [str(each) for each in dataset.variables if each not in declared]:
-        yield Statement(name, "no variable of an atlas of its spec")
+        yield Statement(name, "not a variable of atlases with this spec")
 
 
 def _of_global(
     spec: SweepSpec, stored: _Attributes, name: str, value: object, own: bool
 ) -> Iterator[Statement]:
     if name not in stored:
-        yield _wrong(name, "what every atlas has", "missing")
+        yield _wrong(name, "the attributes of every atlas", "missing")
         return
     against, fits = _FORMS.get(name, ("its spec and this version", None))
     right = fits(spec, stored, str(stored[name])) if fits else _equal(stored[name], value)
     if not right and not own and name in _WORDS:
-        yield Statement(name, "made by other code, which may put it otherwise")
+        yield Statement(name, "made by other code, which may word it differently")
     elif not right:
         yield _wrong(name, against, shown(stored[name]) + ("" if fits else f" instead of {shown(value)}"))
     elif name in FREE:
@@ -153,8 +153,8 @@ def _of_global(
 def _of_variable(
     declared: Declaration, variable: "xr.DataArray", own: bool, in_file: bool, scalars: Set[str]
 ) -> Iterator[Statement]:
-    """Yield one statement of all attributes of a variable that are right, and one of each that is not."""
-    # what xarray keeps among the encoding it drops in most operations
+    """Yield one statement for all correct attributes of a variable, and one for each wrong attribute."""
+    # most xarray operations drop the encoding, so it is checked only if the variable comes from a file
     encoded = {
         name: variable.encoding.get(name)
         for name in ("_FillValue", "missing_value", "coordinates", "_Unsigned")
@@ -181,14 +181,14 @@ def _of_variable(
     for name in [each for each in stored if each not in expected]:
         place = f"{declared.name}:{name}"
         if name == "missing_value" and declared.fill is not None and _equal(stored[name], declared.fill):
-            # as CDO writes it: the same values are missing
-            yield Statement(place, "no attribute of such a variable")
+            # CDO writes this; the same values are missing
+            yield Statement(place, "not an attribute of this variable")
         elif name in (*_MEANING, *_READ_OTHERWISE):
-            # xarray adds it when it saves a variable from memory
+            # xarray adds the coordinates when it saves a variable from memory
             if name != "coordinates" or not set(str(stored[name]).split()) <= scalars:
                 yield _wrong(place, _TABLE, f"{shown(stored[name])} instead of nothing")
         else:
-            yield Statement(place, "no attribute of such a variable")
+            yield Statement(place, "not an attribute of this variable")
 
 
 def _wrong(name: str, against: str, words: str) -> Statement:

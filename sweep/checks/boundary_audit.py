@@ -1,4 +1,4 @@
-"""The boundary of an atlas, searched again in its verdicts, and its brackets by the exact reference."""
+"""Checks of an atlas's boundary: a second search in the verdicts, and exact verdicts at the ends of brackets."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
@@ -18,19 +18,19 @@ from sweep.request.spec import SweepSpec
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Relative rounding of an axis and of a middle between two of its values, and of a line of theory: its sums are longer.
+#: Relative rounding error of axis values and their midpoints; and of lines of theory, whose sums are longer.
 _ROUNDING, _THEORY_ROUNDING = 1e-12, 1e-9
 
-#: The same where the processor rounds like the one that made the atlas.
+#: The rounding error of axis values if this processor rounds like the one that made the atlas.
 _LAST_BITS = 1e-15
 
-#: A bracket from another machine may be this many times as wide as the one found here, or as the spec asks for.
+#: Largest ratio between the width of a bracket from another machine and the width found here or set in the spec.
 _WIDER = 4.0
 
-#: The name of a half-width is that of the middle of its bracket with this suffix.
+#: Suffix of a half-width: its name is the name of the bracket's middle plus this suffix.
 _HALF = "_halfwidth"
 
-#: Variables of one shape by their names.
+#: Variables of one shape by name.
 _Columns = Mapping[str, Array]
 
 
@@ -45,14 +45,14 @@ def boundary_statements(
     dataset : xarray.Dataset
         The atlas; variables that it lacks have no result.
     again : iterable of list of (Declaration, array)
-        The boundary of the stored verdicts (`sweep.atlas.boundary_search.boundary_groups`).
+        The boundary found in the stored verdicts (`sweep.atlas.boundary_search.boundary_groups`).
     repeated : bool
-        Whether computations on this machine give the bits of the atlas.
+        Whether computations on this machine reproduce the bits of the atlas.
 
     Notes
     -----
     All variables follow from the stored verdicts. If the spec asks for a refined boundary, the exact reference must
-    also have different verdicts at the two ends of every bracket.
+    also give different verdicts at the two ends of every bracket.
     """
     for group in again:
         found = {declared.name: np.asarray(values, np.float64) for declared, values in group}
@@ -77,7 +77,7 @@ def boundary_statements(
                 checks.add_whole(against, difference(stored[name], values), allowed)
                 if (one_verdict := ends.get(name.removesuffix(_HALF))) is not None:
                     checks.add_whole(
-                        "unlike exact verdicts at the ends of its bracket", one_verdict, np.zeros(shape)
+                        "different exact verdicts at the ends of its bracket", one_verdict, np.zeros(shape)
                     )
                 yield declared, checks.statement(_places_in_words(spec, declared, shape))
 
@@ -90,7 +90,7 @@ def _places_in_words(spec: SweepSpec, declared: Declaration, shape: tuple[int, .
     def in_words(flat: int) -> str:
         places = dict(zip(declared.dims, np.unravel_index(flat, shape), strict=True))
         if not places:
-            return "the one row"
+            return "the only row"
         if places.keys() <= set(spec.axes):
             return row_in_words(spec, places)
         return ", ".join(f"{name} {number}" for name, number in places.items())
@@ -99,14 +99,14 @@ def _places_in_words(spec: SweepSpec, declared: Declaration, shape: tuple[int, .
 
 
 def _brackets(spec: SweepSpec, group: Group, stored: _Columns) -> Iterator[tuple[str, str]]:
-    """Yield the brackets whose ends have exact verdicts: the axis along which each lies, and the name of its middle."""
+    """Yield the axis and the name of the middle of each bracket whose ends have exact verdicts."""
     if spec.model.exact is None or spec.boundary_width is None:
         return
-    # where the reference does not know what the criterion judges by, it has no verdict of an end
+    # the reference gives no verdict if it does not know a variable that the criterion uses
     if not set(spec.criterion.needs(spec.model)).isdisjoint(spec.model.unknown_to.get("exact", ())):
         return
     if POINTS in group[0][0].dims and len(stored) < len(group):
-        # the coordinates of a point are needed to have its exact verdict
+        # the exact verdict at a point needs all of its coordinates
         return
     for axis in spec.axes:
         for middle in (f"curve_{axis}", *(edge_names(axis, edge)[0] for edge in EDGES)):
@@ -117,7 +117,7 @@ def _brackets(spec: SweepSpec, group: Group, stored: _Columns) -> Iterator[tuple
 def _allowed(
     spec: SweepSpec, name: str, again: _Columns, is_float: bool, repeated: bool
 ) -> tuple[str, Array | float]:
-    """Return the reference for a variable of the boundary, and the allowed difference of each value."""
+    """Return the reference for a boundary variable, and the allowed difference of each value."""
     size = np.abs(np.nan_to_num(again[name]))
     if name.startswith(("predicted_", "critical_")):
         return "the line of theory, computed again", _THEORY_ROUNDING * size
@@ -136,12 +136,12 @@ def _allowed(
 
 
 def _alike(spec: SweepSpec, stored: _Columns, axis: str, middle: str) -> Array:
-    """Return 1 where both ends of a bracket have the same exact verdict, else 0; an end on the edge is undecided."""
+    """Return 1 where both ends of a bracket have the same exact verdict, otherwise 0; undecided ends give 0."""
     exact = spec.replace(method="exact")
     centre, width = stored[middle].reshape(-1), stored[middle + _HALF].reshape(-1)
     known = np.isfinite(centre) & np.isfinite(width)
     if middle.startswith("curve_"):
-        # a point lies on the grid along all axes but the measured one
+        # a point lies on the grid along all axes except the measured one
         known &= width > 0.0
         starts = _point_starts(exact, stored, centre.size)
     else:
@@ -157,9 +157,9 @@ def _alike(spec: SweepSpec, stored: _Columns, axis: str, middle: str) -> Array:
 
 
 def _on_the_grid(spec: SweepSpec, axis: str, ends: Array) -> Array:
-    """Return the ends of brackets; an end within rounding of a value of the axis becomes that value.
+    """Return the ends of brackets; move an end within rounding of an axis value to that value.
 
-    A criterion may hold at a single double, as ``tilt == 1deg`` does, and middle plus half-width may miss it.
+    A criterion such as ``tilt == 1deg`` may hold at a single double, which middle plus half-width may miss.
     """
     held = getattr(spec, axis).array()
     after = np.clip(np.searchsorted(held, ends), 1, held.size - 1)
@@ -168,7 +168,7 @@ def _on_the_grid(spec: SweepSpec, axis: str, ends: Array) -> Array:
 
 
 def _point_starts(spec: SweepSpec, stored: _Columns, count: int) -> Starts:
-    """Return the starts at some points of the curves."""
+    """Return the starts at the points of the curves."""
     others = dict.fromkeys(spec.computed, np.nan) | dict(spec.constants)
     others |= {name: getattr(spec, name) for name in spec.fixed}
     points = {name: np.full(count, value) for name, value in others.items()}

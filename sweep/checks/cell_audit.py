@@ -1,4 +1,4 @@
-"""The cells of an atlas compared with the reference of its model, and with a repetition of its integration."""
+"""Comparison of the cells of an atlas with the model's reference, and with a repeated integration."""
 
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -19,26 +19,26 @@ from sweep.model.quantity import MISSING, Quantity, Truths
 from sweep.request.spec import SweepSpec
 from sweep.request.words import MOST_STEPS
 
-#: Steps that are repeated at most: about a second. In an atlas of more steps every k-th cell is integrated again.
+#: Largest number of steps to repeat, about a second's work. Beyond it, only every k-th cell is integrated again.
 _MOST_STEPS = 1e9
 
-#: The count of the steps of each cell.
+#: Variable with the step count of each cell.
 STEPS = "steps"
 
-#: Cells that are judged at a time: their arrays of doubles stay in the cache of a processor.
+#: Number of cells judged at a time: their arrays of doubles stay in the processor's cache.
 _JUDGED_CELLS = 2**15
 
-#: Share of the cells of a block whose times have to come out the same, to the bit, if the processor computes as the one
-#: that made the atlas; and the number of cells that may be corrupt in a small block.
+#: Share of the cells of a block whose times must be bit-identical if this processor rounds like the one that made the
+#: atlas; and the number of corrupt cells that a small block may have.
 _SAME, _FEW = 0.99, 3
 
-_AGAIN = "its computation, repeated"
-_FOLLOWS = "its computation, repeated from the stored extremes"
+_AGAIN = "its repeated computation"
+_FOLLOWS = "its computation repeated from the stored extremes"
 
-#: Cells with what the atlas stores of them, block by block in C order.
+#: Blocks of cells in C order, with their stored variables.
 StoredBlocks = Iterable[tuple[Span, Columns]]
 
-#: Cells with the variables of the audit.
+#: A block of cells with their audit variables.
 AuditedBlock = tuple[Span, dict[str, npt.NDArray[np.generic]]]
 
 
@@ -46,8 +46,8 @@ AuditedBlock = tuple[Span, dict[str, npt.NDArray[np.generic]]]
 class _Computed:
     """Results of the kernels for the cells of a block: starts, reference, and repeated integration.
 
-    `again` holds the measures of every k-th cell, from the cell `first` of the block on; `follows` the results of
-    another kernel for the stored extremes. Both may be empty.
+    `again` holds the measures of every k-th cell, starting with cell `first` of the block; `follows` holds the results
+    that another kernel computes from the stored extremes. Both may be empty.
     """
 
     starts: Starts
@@ -65,9 +65,9 @@ class CellAudit:
     spec : SweepSpec
     reference : Reference
     held : iterable of str
-        The variables of the atlas with one value per cell.
+        The variables in the atlas with one value per cell.
     own : bool
-        Whether the code that made the atlas is this code, by its hash.
+        Whether this code made the atlas, judging by its hash.
     stride : int
         Every `stride`-th cell is integrated again (`stride_of`).
 
@@ -93,7 +93,7 @@ class CellAudit:
     def audited(self, blocks: StoredBlocks) -> Iterator[AuditedBlock]:
         """Check all cells, and yield the variables of the audit, arrays of shape (len(span),).
 
-        The kernels run in the thread of the caller. Another thread meanwhile judges the block before.
+        The kernels run in the caller's thread. Meanwhile another thread judges the previous block.
         """
         with ThreadPoolExecutor(max_workers=1) as pool:
             waiting: deque[Future[AuditedBlock]] = deque()
@@ -121,7 +121,7 @@ class CellAudit:
             first = -span.start % self._stride
             which = slice(first, None, self._stride)
             again = measure(spec, {name: np.ascontiguousarray(each[which]) for name, each in starts.items()})
-        # the kernel of the contact forces reads the stated error, which another program may have left out
+        # the kernel of the contact forces needs the stated error, which another program may have dropped
         if self._stride != 1 and spec.model.error_name in stored:
             follows = spec.model.measure_more(spec, starts, stored)
         return _Computed(starts, exact, first, again, follows)
@@ -147,10 +147,10 @@ class CellAudit:
         return span, found
 
     def _add(self, checks: Iterable[CellCheck], span: Span, part: slice, wrong: Truths) -> None:
-        """Add checks of some cells of a block to the checks of their variables, and mark wrong cells."""
+        """Add checks of part of a block to the checks of their variables, and mark wrong cells."""
         for check in checks:
             self._named.add(check.name)
-            # files made by other code are not judged by what this code promises
+            # promises of this code do not apply to files made by other code
             if check.promise and not self._own:
                 continue
             start = span.start + (part.start or 0)
@@ -159,7 +159,7 @@ class CellAudit:
                 wrong[part] |= beyond
 
     def _again(self, stored: Columns, computed: _Computed) -> Iterator[CellCheck]:
-        """Yield the checks by a repetition of the integration of every k-th cell."""
+        """Yield the checks against a repeated integration of every k-th cell."""
         if not self._stride:
             return
         spec, measured = self._spec, computed.again
@@ -167,7 +167,7 @@ class CellAudit:
         there = ~spec.model.endings.have(MISSING, kept["ending"])
         exactly = _same_rounding(spec, kept, measured, there)
         self.repeated &= exactly
-        against = _AGAIN if exactly else f"{_AGAIN} on a processor that rounds otherwise"
+        against = _AGAIN if exactly else f"{_AGAIN} on a processor that rounds differently"
         for name in measured_quantities(spec):
             if name in stored:
                 yield _repeated(self._quantities[name], against, kept[name], measured[name], exactly, there)
@@ -181,10 +181,10 @@ class CellAudit:
 
 
 def stride_of(steps: Iterable[npt.NDArray[np.generic]]) -> int:
-    """Return k if every k-th cell is to be integrated again, from the numbers of steps of all cells in blocks."""
+    """Return the stride k of the cells to integrate again, from the step counts of all cells in blocks."""
     total = 0.0
     for each in steps:
-        # the steps of a corrupt file may be anything
+        # a corrupt file may hold any step counts
         counts = np.abs(np.nan_to_num(np.asarray(each, np.float64), posinf=0.0))
         total += float(np.minimum(counts, MOST_STEPS).sum())
     return max(1, int(np.ceil(total / _MOST_STEPS)))
@@ -195,7 +195,7 @@ def _cut(columns: Columns, part: slice) -> dict[str, npt.NDArray[Any]]:
 
 
 def _same_rounding(spec: SweepSpec, stored: Columns, measured: Columns, there: Truths) -> bool:
-    """Return whether the times, or else the extremes, came out the same to the bit in nearly all cells that are there.
+    """Return whether the times (without times, the extremes) are bit-identical in nearly all computed cells.
 
     Their last bits depend on whether the processor has a fused multiply-add.
     """
@@ -224,7 +224,7 @@ def _repeated(
     exactly: bool,
     judged: Truths,
 ) -> CellCheck:
-    """Return the check of a variable by a repetition: to the bit, or within its tolerance."""
+    """Return the check of a variable against its repeated computation, bit for bit or within its tolerance."""
     bound, size = quantity.tolerance, np.abs(np.nan_to_num(np.asarray(again, np.float64)))
     allowed = np.zeros(size.shape) if exactly else bound.absolute + bound.relative * size
     return CellCheck(quantity.name, against, difference(stored, again), allowed, judged)

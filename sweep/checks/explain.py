@@ -1,6 +1,6 @@
-"""Explain one cell of an atlas: what is stored, whether a new run repeats it, what is exact, and why this verdict.
+"""Explanation of one cell of an atlas: stored values, repeated run, exact values, and the reason for the verdict.
 
-The cell is computed again from the file alone: its spec gives the start, the step and the criterion.
+The cell is recomputed from the file only: the spec in the file gives the start, the step and the criterion.
 """
 
 import re
@@ -43,12 +43,13 @@ _WIDTH = 118
 
 @dataclass(frozen=True)
 class Explanation:
-    """A cell in words.
+    """The explanation of a cell.
 
-    `text` is the report; `start` has every parameter, `stored` every measure of the cell, NaN where it or the atlas has
-    none, `exact` those that the exact reference knows [SI], none if the model lacks one; `repeated` says whether a new
-    run of the cell agrees within the tolerances, `exactly` whether to the bit, `confirmed` whether no stored value
-    contradicts the motion followed in time. A cell that was not computed has nothing to disagree with.
+    `text` is the report. `start` has every parameter. `stored` has every measure, NaN if the cell or the atlas lacks
+    it. `exact` has the measures that the exact reference knows [SI]; it is empty if the model has no reference.
+    `repeated` is true if a new run of the cell agrees within the tolerances, `exactly` if it agrees bit for bit, and
+    `confirmed` if no stored value contradicts the motion followed in time. All three are true for a cell that was not
+    computed.
     """
 
     text: str
@@ -62,19 +63,19 @@ class Explanation:
 
 
 def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
-    """Explain the cell nearest to given values.
+    """Explain the cell nearest to the given values.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        A whole one.
+        A whole atlas.
     given : mapping of str to number or text
         A value for every axis, as in `nearest_cell`.
 
     Raises
     ------
     RequestError
-        If it is only a part of an atlas, or the values do not name one of its cells.
+        If the dataset is only part of an atlas, or the values do not identify a cell.
     """
     spec = spec_of(dataset)
     place = nearest_cell(spec, given)
@@ -85,26 +86,26 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
     measures = model.cell_variables(spec)
     require(dataset, ("stability", *spec.criterion.needs(model)))
     table = {**measures, **model.parameters}
-    # another program may have left out some
+    # another program may have dropped some variables
     cell = {name: _value_at(dataset, name, place) for name in (*measures, *spec.computed) if name in dataset}
     stored = dict.fromkeys(measures, np.nan)
     stored |= {name: float(value) for name, value in cell.items()}
     exact = {}
     if model.exact is not None:
         exact = {name: float(values[0]) for name, values in model.exact.measures(spec, starts).items()}
-    repeated = "nothing to repeat: the cell has not been computed"
+    repeated = "not repeated: the cell has not been computed"
     differing, beyond = list[str](), list[str]()
     if model.endings.of(stored["ending"]).role != MISSING:
         made = str(dataset.attrs.get("kernel_hash", "unknown"))
         own = made == arithmetic_hash(spec)
         differing, beyond = _repeat(spec, starts, cell, table, own)
-        kernels = "the same kernels" if own else f"other kernels than those of the file ({made[:12]})"
+        kernels = "the same kernels" if own else f"different kernels from the file's ({made[:12]})"
         outcome = "every value agrees bit for bit"
         if differing:
             outcome = (
-                f"not to the bit ({', '.join(differing)}), but within the tolerances of eulerdisk compare"
+                f"not bit for bit ({', '.join(differing)}), but within the tolerances of eulerdisk compare"
             )
-        repeated = f"from the file alone, with {kernels}: {_beyond(beyond) if beyond else outcome}"
+        repeated = f"from the file only, with {kernels}: {_beyond(beyond) if beyond else outcome}"
     in_time = _followed(spec, start, stored)
     contradicted = [
         name for name, (value, error) in in_time.items() if _apart(table[name], stored[name], value, error)
@@ -126,15 +127,15 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
         f"verdict     {measures['stability'].flag(stored['stability'])} by {spec.criterion}",
         f"because     {_reason(spec, start, stored)}",
     ]
-    # folded under its own text, past the label; `fill` would also take away the spaces of a short line
-    folded = [_folded(line, spec) if len(line) > _WIDTH else line for line in lines]
+    # only long lines: `fill` would collapse the spaces of short ones. Continuations are indented past the label
+    folded = [_fold(line, spec) if len(line) > _WIDTH else line for line in lines]
     return Explanation(
         "\n".join(folded), spec, start, stored, exact, not beyond, not differing, not contradicted
     )
 
 
-def _folded(line: str, spec: SweepSpec) -> str:
-    """Return a line in several, a number and its unit in one."""
+def _fold(line: str, spec: SweepSpec) -> str:
+    """Return a line broken into several, with each number next to its unit."""
     model = spec.model
     quantities = (*model.parameters.values(), *model.cell_variables(spec).values())
     known = {units for each in quantities for units in (each.units, each.shown_units)} - {"1", ""}
@@ -144,7 +145,7 @@ def _folded(line: str, spec: SweepSpec) -> str:
 
 
 def _value_at(dataset: "xr.Dataset", name: str, place: Mapping[str, int]) -> Any:
-    """Return the value of a variable in one cell, or in its row, as a scalar of numpy."""
+    """Return the value of a variable in one cell, or in its row, as a numpy scalar."""
     variable = dataset.variables[name]
     return np.asarray(variable[tuple(place[str(dim)] for dim in variable.dims)])[()]
 
@@ -152,9 +153,9 @@ def _value_at(dataset: "xr.Dataset", name: str, place: Mapping[str, int]) -> Any
 def _repeat(
     spec: SweepSpec, starts: Starts, cell: Mapping[str, Any], table: Mapping[str, Quantity], own: bool
 ) -> tuple[list[str], list[str]]:
-    """Compute one cell again: the names of the values that differ in any bit, and of those beyond their tolerance.
+    """Recompute one cell; return the names of values that differ in any bit, and of those beyond their tolerance.
 
-    `cell` holds the stored values in their types; `own` says whether the same kernels made them.
+    `cell` holds the stored values in their stored types; `own` is true if the same kernels made them.
     """
     differing, beyond = [], []
     again = compute(spec, starts)
@@ -164,7 +165,7 @@ def _repeat(
         if not other_bits(again[name], stored[name])[0]:
             continue
         differing.append(name)
-        # other kernels make other errors with other work
+        # different kernels have different errors and different step counts
         judged = own or table[name].tolerance not in OF_THE_RUN
         most = allowed_of_cells(table[name], *both, starts)
         if judged and not (difference(again[name], stored[name]) <= most)[0]:
@@ -191,7 +192,7 @@ def _start(spec: SweepSpec, start: Mapping[str, float], reported: Mapping[str, R
     for name in [each for each in start if each not in spec.axes]:
         word = getattr(spec, name) if name in spec.constants else "none"
         spelled = reported[name].spell(start[name]) if np.isfinite(start[name]) else word
-        # a length that a body does not have is 0, a moment of its shape is not
+        # a constant of 0 is a length that the body does not have; its moments of inertia are not 0
         if start[name] != 0.0 or name not in spec.constants:
             fixed.append(f"{reported[name].quantity.name} {spelled}")
     yield f"start       {', '.join(fixed)}"
@@ -229,7 +230,7 @@ def _in_time(
 ) -> Iterator[str]:
     if not found:
         return
-    says = _beyond(contradicted) if contradicted else "nothing contradicts it"
+    says = _beyond(contradicted) if contradicted else "no stored value contradicts it"
     yield f"in time     the motion followed in time: {says}"
     variables = spec.model.cell_variables(spec)
     for name, (value, _) in found.items():
@@ -237,11 +238,11 @@ def _in_time(
 
 
 def _beside(quantity: Quantity, value: float, stored: float, width: int) -> str:
-    """Return another value of a variable, and how far the stored one is from it."""
+    """Return another value of a variable, and the distance of the stored value from it."""
     apart, shown = abs(value - stored), quantity.spell(value) if np.isfinite(value) else "none"
-    # a difference is compared with a tolerance, which is in SI
-    off = f"the cell is off by {spell_size(apart, quantity.units)}"
-    return f"{shown:<{width}} {off if np.isfinite(apart) else 'the cell has none'}"
+    # in SI, like the tolerance with which it is compared
+    off = f"the cell differs by {spell_size(apart, quantity.units)}"
+    return f"{shown:<{width}} {off if np.isfinite(apart) else 'the cell has no value'}"
 
 
 def _beyond(names: Sequence[str]) -> str:
@@ -251,7 +252,10 @@ def _beyond(names: Sequence[str]) -> str:
 def _followed(
     spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, float]
 ) -> dict[str, tuple[float, float]]:
-    """Return what the motion of the cell in time says of its variables, and the errors of that; see `Model.in_time`."""
+    """Return the values of variables found by following the cell's motion in time, and their errors.
+
+    See `Model.in_time`.
+    """
     module, _, function = spec.model.in_time.partition(":")
     if not module:
         return {}
@@ -260,7 +264,7 @@ def _followed(
 
 
 def _apart(quantity: Quantity, stored: float, value: float, error: float) -> bool:
-    """Return whether a stored value contradicts another one, which may be off by `error`."""
+    """Return whether a stored value contradicts another value, which has the given error."""
     if np.isnan(stored):
         return False
     tolerance = quantity.tolerance
@@ -274,7 +278,7 @@ def _lines(
     place: Mapping[str, int],
     reported: Mapping[str, ReportedAs],
 ) -> Iterator[str]:
-    """Yield where the boundaries of the cell's row lie."""
+    """Yield the lines on the boundaries of the cell's row."""
     for axis, edge in found_edges(dataset, spec):
         measured, halfwidth, predicted, critical = (
             float(_value_at(dataset, name, place)) for name in edge_names(axis, edge)
@@ -291,7 +295,7 @@ def _lines(
         else:
             status = edge_status(dataset, axis, edge)[tuple(map(place.__getitem__, others))]
             reason = row_edges.name(int(status), edge)
-            yield f"boundary    none was measured{row} ({side}): {reason}; {here}"
+            yield f"boundary    none measured{row} ({side}): {reason}; {here}"
         if not np.isfinite([predicted, critical]).any():
             yield f"            theory has no line{row}"
             continue
@@ -314,7 +318,7 @@ def _reason(spec: SweepSpec, start: Mapping[str, float], stored: Mapping[str, fl
 
 
 def departure(spec: SweepSpec, start: Mapping[str, float]) -> tuple[float, float]:
-    """Return the undisturbed value of a cell, and how far the criterion lets it go, both in SI."""
+    """Return the undisturbed value of a cell, and the departure that the criterion allows, both in SI."""
     starts = {name: np.array([value]) for name, value in start.items()}
     allowed = spec.criterion.allowed(spec.model.perturbation(spec, starts))
     return float(spec.model.undisturbed(spec, starts)[0]), float(allowed[0])

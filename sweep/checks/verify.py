@@ -1,4 +1,4 @@
-"""Hold all that an atlas states against what it follows from: its spec, and the reference of its model."""
+"""Checks of everything an atlas states against its spec and its model's reference."""
 
 import os
 from collections.abc import Generator, Iterator
@@ -40,53 +40,53 @@ from sweep.runs.forecast import bisected_cells
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Name of the stage.
+#: Name of the progress stage.
 CHECKING: Final = "checking"
 
-#: Rounding of a value of a range, as a share of its larger end.
+#: Rounding error of a value in a range, relative to the larger end of the range.
 _ROUNDING = 1e-15
 
-#: The attributes of an audit that hold its statements, and which cells were a sample.
+#: Attributes of an audit: its statements, and a description of its sample of cells.
 _STATEMENTS, _SAMPLE = "audit_statements", "audit_sample"
 
 
 def verify(
     dataset: "xr.Dataset | str | os.PathLike[str]", *, seed: int | None = None, progress: Progress = None
 ) -> "xr.Dataset":
-    """Hold all that an atlas states against its spec and the reference of its model.
+    """Check everything an atlas states against its spec and its model's reference.
 
     Parameters
     ----------
     dataset : xarray.Dataset, str or Path
-        An atlas, as `sweep.run` or `sweep.open_atlas` returns it, or a selection from one, or its file.
+        An atlas from `sweep.run` or `sweep.open_atlas`, a selection from one, or its file.
     seed : int, optional
-        Which cells are computed a second time, of a model without an exact reference; fresh ones if not given.
+        Selects the cells to recompute for a model without an exact reference; a new selection each time if not given.
     progress : bool or callable, optional
         As in `sweep.run`.
 
     Returns
     -------
     xarray.Dataset
-        On the dimensions of the atlas: the variables of its model's audit (docs/atlas.md). A cell
-        agrees if its extremes lie within the tolerance that the atlas records, its period within what that tolerance
-        means for it, its ending and verdict are the exact ones, its derived numbers follow from its extremes, and its
-        other variables are what its integration gives again. What was found of each variable and attribute, the
-        boundary and its curves too, is in the attribute ``audit_statements``; `findings` reads it. A model without an
-        exact reference has every cell checked by its own rules and a sample by a second computation, which the
-        attribute ``audit_sample`` names.
+        The variables of the model's audit (docs/atlas.md), on the dimensions of the atlas. A cell agrees if its
+        extremes lie within the tolerance that the atlas records, its period lies within the error implied by that
+        tolerance, its ending and verdict are exact, its derived numbers follow from its extremes, and a repeated
+        integration reproduces its other variables. The attribute ``audit_statements`` holds the result for each
+        variable and attribute, including the boundary and its curves; `findings` reads it. If the model has no exact
+        reference, every cell is checked by the model's own rules and a sample is recomputed; the attribute
+        ``audit_sample`` describes the sample.
 
     Raises
     ------
     RequestError
-        If its model has no reference, or the atlas lacks a variable that is needed, or cannot be read, or `progress`
-        is something else.
+        If the model has no reference, the atlas lacks a required variable or cannot be read, or `progress` is
+        invalid.
     """
     with atlas_of(dataset) as atlas:
         return _audited(_Audit(atlas, seed), progress)
 
 
 def _audited(audit: "_Audit", progress: Progress) -> "xr.Dataset":
-    """Return what `verify` returns."""
+    """Return the audit as a dataset; see `verify`."""
     import xarray as xr
 
     spec, declared = audit.spec, audit.declared
@@ -105,17 +105,17 @@ def _audited(audit: "_Audit", progress: Progress) -> "xr.Dataset":
 
 
 def findings(audited: "xr.Dataset") -> Findings:
-    """Return the counts and statistics of an audit, as from `sweep.verify`.
+    """Return the counts and statistics of an audit made by `sweep.verify`.
 
     Raises
     ------
     RequestError
-        If it is none.
+        If the dataset is not an audit.
     """
     if _STATEMENTS not in attributes_of(audited) or "audit" not in audited:
         raise RequestError(
-            "This is no audit of an atlas: it lacks the variable audit, or the attribute audit_statements.",
-            hint="Give what sweep.verify returns, with its attributes.",
+            "This is not an audit of an atlas: it lacks the variable audit or the attribute audit_statements.",
+            hint="Pass the result of sweep.verify, with its attributes.",
         )
     spec = spec_named(audited)
     summary = AuditSummary(_reference(spec).audit)
@@ -127,7 +127,7 @@ def findings(audited: "xr.Dataset") -> Findings:
 
 
 def findings_of(dataset: "xr.Dataset", seed: int | None = None, show: Show = no_op) -> Findings:
-    """Return `findings` of the audit of an atlas, of which no more than some blocks are in memory at once.
+    """Return the `findings` of an atlas's audit, keeping only a few blocks in memory.
 
     Parameters
     ----------
@@ -135,12 +135,12 @@ def findings_of(dataset: "xr.Dataset", seed: int | None = None, show: Show = no_
     seed : int, optional
         As in `verify`.
     show : callable, optional
-        Called with how far the audit is.
+        Called with the progress of the audit.
 
     Raises
     ------
     RequestError
-        As from `verify`.
+        As in `verify`.
     """
     audit = _Audit(dataset, seed)
     for span, found in audit.blocks(show):
@@ -150,12 +150,12 @@ def findings_of(dataset: "xr.Dataset", seed: int | None = None, show: Show = no_
 
 
 class _Audit:
-    """The audit of an atlas: first of its cells, block by block, then of all else.
+    """The audit of an atlas: first its cells, block by block, then everything else.
 
     Raises
     ------
     RequestError
-        Where `dataset` cannot be verified.
+        If `dataset` cannot be verified.
     """
 
     def __init__(self, dataset: "xr.Dataset", seed: int | None) -> None:
@@ -169,7 +169,7 @@ class _Audit:
             self.spec,
             (*self._reference.needed(self.spec), *self.spec.model.cell_variables(self.spec)),
         )
-        # another program may have left some out
+        # another program may have dropped some variables
         self._held = [
             name
             for name in dict.fromkeys(names)
@@ -187,7 +187,7 @@ class _Audit:
         return stride_of(stored[STEPS] for _, stored in self._reader.blocks([STEPS]))
 
     def blocks(self, show: Show = no_op) -> Iterator[AuditedBlock]:
-        """Yield all cells in C order with the variables of the audit, and show how far it is."""
+        """Yield all cells in C order with the variables of the audit, and report progress."""
         timetable = Timetable(
             [Stage(CHECKING, self.spec.size), Stage(SEARCHING, bisected_cells(self.spec))], show
         )
@@ -195,7 +195,7 @@ class _Audit:
         with prefetch(self._read()) as stored:
             for span, variables in self._cells.audited(stored):
                 yield span, variables
-                # kernels that are not kept on disk are compiled in the first block
+                # the first block includes the compilation of kernels that are not cached on disk
                 (timetable.report if span.start else timetable.measure_from)(span.stop)
         timetable.begin(SEARCHING)
 
@@ -203,7 +203,7 @@ class _Audit:
         try:
             yield from self._reader.blocks(self._held)
         except UnreadableError as problem:
-            _refuse(self.dataset, f"{problem.name} cannot be read, {problem}")
+            _refuse(self.dataset, f"{problem.name} cannot be read ({problem})")
 
     def attributes(self) -> dict[str, Any]:
         """Return the attributes of the audit, except for its result."""
@@ -217,7 +217,7 @@ class _Audit:
         }
 
     def result(self) -> dict[str, str]:
-        """Return what is found of each variable and attribute, once all cells were taken, and which were a sample."""
+        """Return the statements and the description of the sample; call this after all cells have been checked."""
         spec, dataset = self.spec, self.dataset
         verdicts = legal(self._reader.read("stability", Span(0, spec.size))).reshape(spec.shape)
         again = boundary_groups(spec, verdicts)
@@ -233,44 +233,44 @@ class _Audit:
 
 
 def _coordinate_statements(spec: SweepSpec, dataset: "xr.Dataset") -> Iterator[Statement]:
-    """Yield what is found of the coordinates that are there, whose shapes are known to be right."""
+    """Yield the results for the coordinates of the dataset; their shapes have been checked before."""
     found = {
         name: Checks(name, spec.quantities[name].units) for name in (*spec.axes, *spec.fixed, *spec.listed)
     }
     for declared, expected in coordinates(spec):
         if (name := declared.name) in dataset.variables:
             against = "the axis of the spec" if declared.dims else "the value in the spec"
-            _hold(found[name], against, 0, dataset[name], expected, spec.quantities[name])
+            _compare(found[name], against, 0, dataset[name], expected, spec.quantities[name])
     for span in blocks(spec.size) if spec.listed else ():
         starts = starts_of(spec, span)
         for name in spec.listed:
             stored, against = dataset[name][span.start : span.stop], f"{getattr(spec, name)} of the spec"
-            _hold(found[name], against, span.start, stored, starts[name], spec.quantities[name])
+            _compare(found[name], against, span.start, stored, starts[name], spec.quantities[name])
     for name, checks in found.items():
         if checks.tallies:
             yield checks.statement(partial(_value_in_words, spec, tuple(map(str, dataset[name].dims))))
 
 
-def _hold(
+def _compare(
     checks: Checks, against: str, start: int, found: "xr.DataArray", expected: Array, quantity: Quantity
 ) -> None:
-    """Hold some values of a coordinate against those of the spec, from a flat index on."""
+    """Compare values of a coordinate with the values in the spec, starting at a flat index."""
     stored, right, rule = np.asarray(found, np.float64).reshape(-1), expected.reshape(-1), quantity.tolerance
-    # a value near 0 inside a range is known to the rounding of its ends
+    # a value near 0 inside a range is only as accurate as the rounding of the ends
     allowed = rule.absolute + rule.relative * np.abs(right) + _ROUNDING * np.abs(right).max()
     checks.tallies.setdefault(against, Tally()).add(start, difference(stored, right), allowed)
 
 
 def _value_in_words(spec: SweepSpec, dims: tuple[str, ...], place: int) -> str:
-    return row_in_words(spec, {name: np.intp(place) for name in dims}) if dims else "the one value"
+    return row_in_words(spec, {name: np.intp(place) for name in dims}) if dims else "the only value"
 
 
 def _reference(spec: SweepSpec, seed: int | None = None) -> Reference:
     found = spec.model.reference(spec.size, seed)
     if found is None:
         raise RequestError(
-            f"The model {spec.model.name} has no exact reference to verify an atlas with.",
-            hint="Compare with an atlas of a smaller tolerance instead: eulerdisk compare.",
+            f"An atlas of the model {spec.model.name} cannot be verified: the model has no exact reference.",
+            hint="Compare it with an atlas of smaller tolerance instead: eulerdisk compare.",
         )
     return found
 
@@ -285,18 +285,18 @@ def _checked(dataset: "xr.Dataset", seed: int | None) -> tuple[SweepSpec, Refere
     if odd := [name for name in (*names, *listed) if dataset[name].dims != spec.axes]:
         _refuse(
             dataset,
-            f"each variable must have the dimensions {', '.join(spec.axes) or '()'}; {', '.join(odd)} has others",
+            f"{', '.join(odd)} must have the dimensions {', '.join(spec.axes) or '()'}, as every variable of the cells",
         )
     for each in coordinate_declarations(spec):
         shape = tuple(len(getattr(spec, name)) for name in each.dims)
         if each.name not in dataset or dataset[each.name].shape != shape:
-            _refuse(dataset, f"the coordinate {each.name} does not have the values of its spec")
+            _refuse(dataset, f"the coordinate {each.name} is missing, or its length differs from the spec")
     return spec, reference
 
 
 def _refuse(dataset: "xr.Dataset", reason: str) -> NoReturn:
     raise RequestError(
         f"The atlas cannot be verified: {reason}.",
-        hint="Make it again with eulerdisk run.",
+        hint="Recompute it with eulerdisk run.",
         where=place_of(dataset),
     )
