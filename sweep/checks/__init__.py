@@ -1,1 +1,1 @@
-"""Checks of atlases: against the exact reduction, against a reference atlas, and of one cell in detail."""
+"""Checks of atlases: against the exact reduction, against a reference atlas, and one cell in detail."""

@@ -1,4 +1,4 @@
-"""Two atlases brought side by side: the cells that both have."""
+"""Alignment of two atlases: the cells that both have."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: Settings that change the errors of the measures of a cell and not their meaning.
+#: Settings that change the errors of the measures, but not their meaning.
 _STEPPING = ("step", "tolerance")
 
-#: Where values of an axis are: indices, or a slice.
+#: Positions of values on an axis: indices or a slice.
 _Places = npt.NDArray[np.intp] | slice
 
-#: Options that change neither the measures of a cell nor their meaning.
+#: Options that change neither the measures nor their meaning.
 _PRESENTATION = ("title", "boundary", "device")
 
-#: Attributes in words, and those that hold the spec itself, of which `_check_meaning` has spoken.
+#: Attributes that `_check_attributes` skips: one in words, and those with the spec, which `_check_meaning` compares.
 _SPELLED = ("criterion_meaning", "sweep_spec", "sweep_fingerprint")
 
-#: Words that say how many starts of a list there are: its axis has their numbers.
+#: Options that give the number of starts in a list: its axis already has their numbers.
 _EXTENT = ("samples", "start")
 
 
@@ -45,9 +45,9 @@ class OtherGridError(RequestError):
 class Pair:
     """Two atlases with the same dimensions in the same order and the same cells.
 
-    `specs` are those of both, with their whole grids. `cut` names the axes of which only a part is common,
-    `cell_variables` is the table of what either has of every cell; `in_blocks` says of both whether their cells can be
-    read block by block.
+    `specs` are their specs, with the whole grids. `cut` names the axes that they share only in part. `cell_variables`
+    is the table of the cell variables of either. `in_blocks` is true for an atlas whose cells can be read block by
+    block.
     """
 
     new: "xr.Dataset"
@@ -66,12 +66,12 @@ class Pair:
 
     @property
     def boundaries(self) -> tuple[str, str]:
-        """The option ``boundary`` of both."""
+        """The option ``boundary`` of both atlases."""
         return self.specs[0].boundary, self.specs[1].boundary
 
     @property
     def other_errors(self) -> str:
-        """Why the errors and the work of the integration are not the same; empty if they have to be."""
+        """The reason why integration errors and step counts may differ; empty if they must be equal."""
         differing = [
             name for name in _STEPPING if getattr(self.specs[0], name) != getattr(self.specs[1], name)
         ]
@@ -93,7 +93,7 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
     Raises
     ------
     RequestError
-        If they are of different motions or criteria, or if their grids differ.
+        If their motions or criteria differ, or if their grids differ without `common`.
     """
     specs = spec_of(new), spec_of(reference)
     _check_meaning(*specs)
@@ -114,7 +114,7 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
         _part(dataset, spec, axes, {name: each.of[side] for name, each in places.items()})
         for side, (dataset, spec) in enumerate(zip((new, reference), specs, strict=True))
     ]
-    # single indices netCDF reads one by one, and other orders of the axes only as a whole
+    # netCDF reads scattered indices one by one; transposed axes need the whole variable
     in_blocks = [
         _is_in_order(dataset, axes) and all(isinstance(each.of[side], slice) for each in places.values())
         for side, dataset in enumerate((new, reference))
@@ -127,7 +127,7 @@ def align(new: "xr.Dataset", reference: "xr.Dataset", *, common: bool) -> Pair:
         cut=cut,
         cell_variables={**specs[0].model.cell_variables(specs[0]), **specs[1].model.cell_variables(specs[1])},
         notes=tuple(
-            f"only a part of {name} is common: {counted(places[name].count, 'value')}"
+            f"only part of {name} is common: {counted(places[name].count, 'value')}"
             for name in axes
             if name in cut
         ),
@@ -149,7 +149,7 @@ def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
         )
     if new.is_list != reference.is_list:
         raise RequestError(
-            "A list of starts and a grid have no cells in common that could be compared.",
+            "A list of starts cannot be compared with a grid.",
             hint="Compare two lists, or two grids.",
         )
     additions = [name for name, word in new.model.options.items() if not word.decides]
@@ -163,38 +163,38 @@ def _check_meaning(new: SweepSpec, reference: SweepSpec) -> None:
         fields.append("starts")
     for name, quantity in new.model.parameters.items():
         values = getattr(new, name), getattr(reference, name)
-        # a parameter that each cell computes for itself is a word
+        # a parameter computed per cell is a word
         words = any(isinstance(value, str) for value in values)
         fixed = name not in (*new.axes, *reference.axes)
         if name in (*new.listed, *reference.listed):
-            # columns were compared with their tables
+            # columns were compared as part of their tables
             if values[0] != values[1] and not all(isinstance(value, Column) for value in values):
                 fields.append(name)
         elif (words and values[0] != values[1]) or (not words and fixed and not _same(*values, quantity)):
             fields.append(name)
     if fields:
         raise RequestError(
-            "The two atlases cannot be compared: they must be of the same system, starts, criterion and method, and "
+            "The two atlases cannot be compared: they must have the same system, starts, criterion and method, but "
             f"they differ in {_in_words(fields, new, reference)}.",
-            hint="Compare with an atlas of the same request (run --from makes one); against exact values, use "
+            hint="Compare with an atlas of the same request (run --from makes one). To check against exact values, use "
             "eulerdisk verify.",
         )
 
 
 def _check_attributes(dataset: "xr.Dataset", spec: SweepSpec) -> None:
-    """Refuse an atlas whose attributes say other numbers, units, method or criterion than its spec."""
+    """Refuse an atlas whose attributes contradict the numbers, units, method or criterion of its spec."""
     for name, value in spec_attributes(spec).items():
         if name in dataset.attrs and name not in _SPELLED and str(dataset.attrs[name]) != str(value):
             raise RequestError(
-                f"An attribute of this atlas is not what its cells were computed with: {name} is "
-                f"{shown(dataset.attrs[name])}, and its spec says {value}.",
-                hint="Take an undamaged copy, or compute it again: eulerdisk verify says what else was changed.",
+                f"The attribute {name} of this atlas contradicts its spec: it is {shown(dataset.attrs[name])}, but the "
+                f"cells were computed with {value}.",
+                hint="Use an undamaged copy, or recompute it. eulerdisk verify reports other changes.",
                 where=place_of(dataset),
             )
 
 
 def _same_tables(new: SweepSpec, reference: SweepSpec) -> bool:
-    """Return whether two specs have tables of one kind, with the same values in the starts that are in both."""
+    """Return whether two specs have the same kind of table, with equal values in the starts that both have."""
     tables = new.starts, reference.starts
     if tables[0] == tables[1] or not all(isinstance(each, StartTable) for each in tables):
         return bool(tables[0] == tables[1])
@@ -214,7 +214,7 @@ def _check_same_grid(specs: tuple[SweepSpec, SweepSpec], axes: tuple[str, ...], 
     if fields:
         raise OtherGridError(
             "The two atlases are not on the same grid: they must have the same axes with the same values, in the same "
-            f"order, and they differ in {_in_words(fields, *specs)}.",
+            f"order, but they differ in {_in_words(fields, *specs)}.",
             hint="Add --common (in Python common=True) to compare the cells that both have.",
         )
 
@@ -229,9 +229,9 @@ def _same(left: Any, right: Any, quantity: Quantity) -> Any:
 
 @dataclass(frozen=True)
 class _Common:
-    """The values of a parameter that two atlases have in common: their places in each, and how many they are.
+    """The common values of a parameter in two atlases: their positions in each atlas, and their number.
 
-    `cut` says whether either has others.
+    `cut` is true if either atlas has further values.
     """
 
     of: tuple[_Places, _Places]
@@ -242,7 +242,7 @@ class _Common:
 def _places(specs: tuple[SweepSpec, SweepSpec], name: str) -> _Common:
     held = [getattr(spec, name) for spec in specs]
     if held[0] == held[1] and isinstance(held[0], Range | Values):
-        # the arrays of a long axis are not made
+        # avoids making the arrays of long axes
         return _Common((slice(None), slice(None)), len(held[0]), False)
     values = _values_of(specs[0], name), _values_of(specs[1], name)
     found = _matches(*values, {**specs[0].quantities, **specs[1].quantities}[name])
@@ -253,13 +253,13 @@ def _places(specs: tuple[SweepSpec, SweepSpec], name: str) -> _Common:
 
 
 def _values_of(spec: SweepSpec, name: str) -> Array:
-    """Return the values of a parameter that is not computed per cell, shape (n,): one, if it is fixed."""
+    """Return the values of a parameter that is not computed per cell, shape (n,); n is 1 if it is fixed."""
     value = getattr(spec, name)
     return value.array() if isinstance(value, Range | Values) else np.array([float(value)])
 
 
 def _as_slice(places: npt.NDArray[np.intp]) -> _Places:
-    """Return increasing places as a slice where they are evenly spaced: cells of those are read in blocks."""
+    """Return increasing positions as a slice if evenly spaced: cells in a slice can be read in blocks."""
     steps = np.diff(places)
     if not places.size or (steps != steps[:1]).any():
         return places
@@ -269,9 +269,9 @@ def _as_slice(places: npt.NDArray[np.intp]) -> _Places:
 def _matches(
     new: Array, reference: Array, quantity: Quantity
 ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
-    """Return the indices, in each of two increasing arrays, of the values that both have."""
+    """Return the indices of the common values in each of two increasing arrays."""
     after = np.searchsorted(new, reference)
-    # the match, if there is one, is the neighbour on either side
+    # a match can only be the neighbor on either side
     left, right = (np.clip(after + shift, 0, new.size - 1) for shift in (-1, 0))
     nearest = np.where(np.abs(new[left] - reference) <= np.abs(new[right] - reference), left, right)
     found = np.flatnonzero(_same(new[nearest], reference, quantity))
@@ -279,7 +279,7 @@ def _matches(
 
 
 def _is_in_order(dataset: "xr.Dataset", axes: tuple[str, ...]) -> bool:
-    """Return whether an atlas has all axes, and every variable has its axes in the order of `axes`."""
+    """Return whether an atlas has all axes, and each of its variables has them in the order of `axes`."""
     in_order = all(
         tuple(name for name in each.dims if name in axes) == tuple(name for name in axes if name in each.dims)
         for each in dataset.variables.values()
@@ -290,9 +290,9 @@ def _is_in_order(dataset: "xr.Dataset", axes: tuple[str, ...]) -> bool:
 def _part(
     dataset: "xr.Dataset", spec: SweepSpec, axes: tuple[str, ...], places: Mapping[str, _Places]
 ) -> "xr.Dataset":
-    """Select cells; a parameter that is fixed here and an axis there becomes an axis of one value."""
+    """Select cells; turn a parameter that is fixed here but an axis in the other atlas into an axis of one value."""
     # other tools drop the attribute that says which variables are coordinates
     dataset = dataset.set_coords([name for name in spec.fixed if name in dataset.data_vars])
     cells = dataset.expand_dims([name for name in axes if name not in dataset.dims])
-    # curves have dimensions of their own
+    # the ellipsis stands for the dimensions of curves
     return cells.isel(places).transpose(*axes, ...)

@@ -1,4 +1,4 @@
-"""The cells of two aligned atlases, read block by block from both at once, and those of them that stand on an edge."""
+"""The cells of two aligned atlases, read block by block from both, and the cells that lie on an edge."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
@@ -23,7 +23,7 @@ Places = npt.NDArray[np.intp]
 
 @dataclass(frozen=True)
 class CellBlock:
-    """Cells of two atlases by their flat indices, increasing, and what each atlas holds of them."""
+    """Cells of two atlases: their increasing flat indices, and their columns in each atlas."""
 
     pair: Pair
     places: Places
@@ -31,7 +31,7 @@ class CellBlock:
     reference: Columns
 
     def at(self, which: Places) -> "CellBlock":
-        """Return the cells at some places of the block."""
+        """Return the cells at some positions in the block."""
         new, reference = (
             {name: held[which] for name, held in each.items()} for each in (self.new, self.reference)
         )
@@ -39,7 +39,7 @@ class CellBlock:
 
     @cached_property
     def starts(self) -> Starts:
-        """The coordinates of the reference."""
+        """The starts of the cells in the reference."""
         dataset = self.pair.reference
         along = np.unravel_index(self.places, dataset["ending"].shape) if self.pair.axes else ()
         index = dict(zip(self.pair.axes, along, strict=True))
@@ -53,7 +53,7 @@ class CellBlock:
 
     @property
     def stated(self) -> tuple[Stated, Stated]:
-        """The statements of both atlases about the cells, the new one first."""
+        """The specs and columns of both atlases, the new one first."""
         return Stated(self.pair.specs[0], self.new), Stated(self.pair.specs[1], self.reference)
 
 
@@ -68,12 +68,12 @@ class CellPair:
     ----------
     pair : Pair
     seen : callable, optional
-        Called with the number of cells that are done.
+        Called with the number of finished cells.
 
     Attributes
     ----------
     names : set of str
-        The variables with one number per cell that both have.
+        The variables with one number per cell that both atlases have.
     """
 
     def __init__(self, pair: Pair, seen: Callable[[int], None] = lambda _: None) -> None:
@@ -106,28 +106,27 @@ class CellPair:
                 self._seen(span.stop)
 
     def flips(self, block: CellBlock) -> Mapping[str, Truths]:
-        """Return which cells of a block stand on an edge: whose ending, and whose verdict, may be another one.
+        """Return which cells of a block lie on an edge, so that their ending or their verdict may flip.
 
-        The ending of a cell may where a neighbour of it, in the reference, ended as the new atlas says: an ending
-        changes where time, error or coordinate reaches its limit, and that edge runs between cells. With the same
-        ending, a cell may have another verdict where the limit of the criterion lies between the
-        departures of the two, or within the tolerance of the extremes from either; a criterion of one's own where its
-        comparisons are so for the variables that they name. Where the ending flips, the verdict that follows from it
-        may flip too.
+        The ending of a cell may flip if a neighbor in the reference has the ending that the cell has in the new atlas:
+        an ending changes where time, error or coordinate reaches its limit, and that edge runs between cells. With the
+        same ending, the verdict of a cell may flip if the limit of the criterion lies between the departures in the two
+        atlases, or within the tolerance of the extremes from either. For a user's criterion, the same holds for its
+        comparisons and the variables in them. Where the ending flips, the verdict that depends on it may flip too.
         """
         new, old = block.new, block.reference
         endings, verdicts = (new[name] != old[name] for name in ("ending", "stability"))
         same_ending = ~endings
-        endings[endings] = self._beside(block.at(np.flatnonzero(endings)))
+        endings[endings] = self._match_neighbors(block.at(np.flatnonzero(endings)))
         close = verdicts & same_ending
         close[close] = _at_limit(block.at(np.flatnonzero(close)))
         return {"ending": endings, "stability": verdicts & (endings | close)}
 
-    def _beside(self, block: CellBlock) -> Truths:
-        """Return which cells have a neighbour along any axis that has, in the reference, the ending that they have."""
+    def _match_neighbors(self, block: CellBlock) -> Truths:
+        """Return which cells have a neighbor along any axis whose ending in the reference is their new ending."""
         found, shape = np.zeros(block.places.shape, bool), self.pair.reference["ending"].shape
         if self.pair.spec.is_list or not shape:
-            # the next start of a list may lie anywhere
+            # consecutive starts of a list are not neighbors
             return found
         stride = 1
         for count, at in zip(reversed(shape), reversed(np.unravel_index(block.places, shape)), strict=True):
@@ -139,13 +138,13 @@ class CellPair:
         return found
 
     def _reference_ending(self, places: Places) -> Values:
-        """Return the endings in the reference of cells that lie near each other."""
+        """Return the endings of some cells in the reference; the cells should lie near each other."""
         span = Span(int(places.min()), int(places.max()) + 1)
         return self._readers[1].read("ending", span)[places - span.start]
 
 
 def _at_limit(block: CellBlock) -> Truths:
-    """Return which cells have the edge of the criterion between the two atlases."""
+    """Return which cells have the limit of the criterion between their values in the two atlases."""
     if not block.places.size:
         return np.zeros(0, bool)
     spec, stated = block.pair.spec, block.stated

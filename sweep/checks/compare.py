@@ -1,9 +1,9 @@
 """The regression check: compare an atlas with a reference.
 
-Coordinates have to be those of the specs. Decisions (endings, verdicts) must be equal, measures must agree within what
-the two atlases state (`sweep.checks.variables`), and a value that is missing in one must be missing in the other. In a
-borderline cell the last bit decides: such flips are counted apart. What a reference holds of its cells, the new atlas
-must hold; what only the new one holds is named, and no difference.
+Coordinates must agree with the specs. Decisions (endings, verdicts) must be equal, measures must agree within the
+accuracy that the two atlases state (`sweep.checks.variables`), and a value that is missing in one must be missing in
+the other. In a borderline cell the last bit decides: such flips are counted separately. The new atlas must have every
+cell variable of the reference; a variable that only the new atlas has is noted, but is not a difference.
 """
 
 import math
@@ -27,21 +27,21 @@ from sweep.progress.timetable import Progress, Stage, Timetable
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Name of the stage.
+#: Name of the progress stage.
 COMPARING: Final = "comparing"
 
-#: Attributes of an atlas whose contents `align` has compared.
+#: Attributes whose contents `align` has compared.
 _COMPARED = ("sweep_spec", "sweep_fingerprint")
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """The result of a comparison: `same` if no value differs, except because of borderline cells."""
+    """The result of a comparison: `same` if no value differs, except where borderline cells flipped."""
 
     cells: int
     common: bool
     findings: tuple[Finding, ...]
-    #: attribute -> (new, reference): when, by what and in which words they were made; these may differ
+    #: attribute -> (new, reference): the time, program and wording of the requests, which may differ
     provenance: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
@@ -52,7 +52,7 @@ class Comparison:
 
     @property
     def identical(self) -> bool:
-        """Whether the two atlases hold the same variables with the same bits; attributes aside."""
+        """Whether the two atlases have the same variables with the same bits; attributes may differ."""
         return self.same and not self.notes and all(finding.bitwise for finding in self.findings)
 
     @property
@@ -73,7 +73,7 @@ class Comparison:
 
 
 def _without_infinities(value: Any) -> Any:
-    """Replace numbers that JSON does not have by None: shares where nothing is allowed, values of damaged files."""
+    """Replace NaN and infinity, which JSON lacks, by None: ratios to an allowed 0, values of damaged files."""
     if isinstance(value, dict):
         return {key: _without_infinities(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):
@@ -92,18 +92,18 @@ def compare(
 ) -> Comparison:
     """Compare an atlas with a trusted one.
 
-    Cells are read block by block: of files of any size with equal grids, some tens of megabytes are in memory at once.
+    Cells are read block by block: files of any size with equal grids take some tens of megabytes of memory.
 
     Parameters
     ----------
     new, reference : xarray.Dataset, str or Path
-        Atlases, as `sweep.run` or `sweep.open_atlas` returns them, or selections from some, or their files.
+        Atlases from `sweep.run` or `sweep.open_atlas`, selections from them, or their files.
     common : bool
-        Compare only the cells that both have; otherwise the grids must be the same.
+        Compare only the cells that both atlases have. Otherwise their grids must be equal.
     tolerances : mapping of str to float or str, optional
-        Variable -> largest difference allowed, in SI or as text with a unit, instead of what the atlases state.
+        Variable -> allowed difference, in SI or as text with a unit, instead of the accuracy that the atlases state.
     exact : bool
-        All bits of all variables have to be the same; no cell is borderline, and no variable is left out.
+        Require all bits of all variables to be equal: no cell counts as borderline, and no variable is skipped.
     progress : bool or callable, optional
         As in `sweep.run`.
 
@@ -114,9 +114,8 @@ def compare(
     Raises
     ------
     RequestError
-        If a coordinate of one is not that of its spec; if the two are not comparable: other parameters, criterion,
-        method, duration or fall_tilt, or other grids; or if a tolerance cannot be that of a variable, or `progress` is
-        something else.
+        If a coordinate disagrees with its spec; if the atlases are not comparable, because their parameters, criterion,
+        method, duration, fall_tilt or grids differ; or if a tolerance or `progress` is invalid.
     """
     with atlas_of(new) as one, atlas_of(reference) as other:
         pair = align(as_atlas(one), as_atlas(other), common=common)
@@ -128,12 +127,12 @@ def compare(
 def _compared(
     pair: Pair, tolerances: Mapping[str, float | str], exact: bool, progress: Progress
 ) -> tuple[tuple[Finding, ...], tuple[str, ...]]:
-    """Return what was found in each variable of two atlases whose cells stand side by side, and what was not held."""
+    """Return the findings on the variables of two aligned atlases, and notes on the variables not compared."""
     held = [HeldVariable(each, pair, exact) for each in variables(pair)]
     if exact and tolerances:
         raise RequestError(
-            "Equal bits leave no tolerance: exact goes without tolerances; got both.",
-            hint="Leave one of them out.",
+            "The option exact requires equal bits and allows no tolerances; got both.",
+            hint="Omit exact or the tolerances.",
         )
     measured = {each.variable.name: each.variable.quantity for each in held if each.variable.has_tolerance}
     for name, limit in read_limits(tolerances, measured).items():
@@ -164,7 +163,7 @@ def _compared(
 
 
 def _provenance(pair: Pair) -> dict[str, tuple[str, str]]:
-    """Return the attributes in which the two differ: when, by what and in which words they were made."""
+    """Return the attributes that differ: the time, program and wording of the requests."""
     found = _different(pair.new.attrs, pair.reference.attrs, _COMPARED)
     new, reference = pair.specs
     found |= {

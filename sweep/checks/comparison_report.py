@@ -1,4 +1,4 @@
-"""The report of a comparison: in words for a person, in JUnit XML for a CI server."""
+"""The report of a comparison: text for people, JUnit XML for CI servers."""
 
 from collections.abc import Iterator
 
@@ -8,16 +8,16 @@ from sweep.checks.junit import Case, to_xml
 from sweep.errors import are, counted, printable
 from sweep.model.quantity import with_unit
 
-#: Characters of an attribute that the words show; the JSON has all.
+#: Number of characters of an attribute that the text shows; the JSON has all.
 _SHOWN = 60
 
 
 def in_words(comparison: Comparison) -> str:
-    """Return the report of a comparison: the outcome, a line per variable, its worst cell, and what made the files."""
+    """Return the text of the report: the outcome, each variable with its worst cell, and the provenance."""
     lines = [_outcome(comparison), ""]
     for finding in comparison.findings:
         lines += _lines(finding)
-    lines += [f"not judged: {note}" for note in comparison.notes]
+    lines += [f"note: {note}" for note in comparison.notes]
     return "\n".join([*lines, "", *_provenance(comparison)])
 
 
@@ -28,9 +28,9 @@ def to_junit(comparison: Comparison, name: str, seconds: float = 0.0) -> str:
     ----------
     comparison : Comparison
     name : str
-        What the suite is called, for example the name of the file.
+        Name of the suite, for example the name of the file.
     seconds : float
-        How long the comparison took. The variables are read and judged together, and bear equal shares of it.
+        Duration of the comparison. Variables are compared together, so each gets an equal share of it.
     """
     share = seconds / max(len(comparison.findings), 1)
     cases = [
@@ -45,19 +45,21 @@ def _outcome(comparison: Comparison) -> str:
     different = [finding for finding in comparison.findings if finding.different]
     flips = {finding.name: finding.on_edge for finding in comparison.findings}
     edge = max(flips.get("ending", 0), flips.get("stability", 0))
-    apart = f"; {edge} on an edge flipped, which is no disagreement" if edge else ""
+    apart = f"; {counted(edge, 'borderline cell')} flipped, which is not a difference" if edge else ""
     if different:
-        compared = f"; compared were {cells}" if comparison.common else ""
+        compared = f"; compared {cells}" if comparison.common else ""
         return f"DIFFERENT in {', '.join(map(_counted, different))}{compared}{apart}"
     if comparison.identical:
         return f"identical: {cells}, all {counted(len(comparison.findings), 'variable')} bit for bit"
     least = max(comparison.findings, key=lambda finding: finding.share)
-    most = f"; at most {_percent(least.share)} of what is allowed ({least.name})" if least.share else ""
+    most = (
+        f"; at most {_percent(least.share)} of the allowed difference ({least.name})" if least.share else ""
+    )
     return f"within tolerance: {cells}{most}{apart}"
 
 
 def _counted(finding: Finding) -> str:
-    # all values of a variable with other units, or that one atlas lacks
+    # all values differ: the units differ, or one atlas lacks the variable
     if finding.note:
         return finding.name
     return f"{finding.name} ({counted(finding.different, 'value', finding.values)})"
@@ -75,12 +77,14 @@ def _lines(finding: Finding) -> Iterator[str]:
         limit = f"; allowed there {finding.worst.allowed:.2g}" if finding.worst.allowed else ""
         yield f"{'':<9} worst cell: {finding.worst.place}: {values}{limit}"
     if finding.different and not finding.note:
-        so_much = "so much" if finding.worst is not None and finding.worst.allowed else "nothing"
+        so_much = (
+            "this difference" if finding.worst is not None and finding.worst.allowed else "no difference"
+        )
         yield f"{'':<9} {so_much} is allowed because {finding.reason}"
 
 
 def what(finding: Finding) -> str:
-    """Return how a variable differs: how many of its values, the largest difference, what is allowed."""
+    """Return how a variable differs: the number of values, the largest difference, the allowed difference."""
     if finding.note:
         return printable(finding.note)
     parts = (
@@ -88,13 +92,13 @@ def what(finding: Finding) -> str:
         if finding.different
         else []
     )
-    parts += [f"{finding.on_edge} flipped on an edge"] if finding.on_edge else []
+    parts += [f"{finding.on_edge} flipped in borderline cells"] if finding.on_edge else []
     if finding.largest:
         parts.append(
             f"largest difference {with_unit(f'{finding.largest:.2g}', finding.units)}, allowed {finding.allowed:.2g}"
         )
     if finding.share and not finding.different:
-        parts.append(f"at most {_percent(finding.share)} of what is allowed")
+        parts.append(f"at most {_percent(finding.share)} of the allowed difference")
     return ", ".join(parts) or f"{finding.values} equal"
 
 
@@ -104,9 +108,9 @@ def _percent(share: float) -> str:
 
 def _provenance(comparison: Comparison) -> Iterator[str]:
     if not comparison.provenance:
-        yield "made alike: no attribute differs"
+        yield "provenance: no attribute differs"
         return
-    yield "made differently (provenance, not judged; new, then reference):"
+    yield "provenance differs (not judged; new | reference):"
     for name, (new, reference) in comparison.provenance.items():
         yield f"  {name}: {_short(new)} | {_short(reference)}"
 

@@ -27,7 +27,7 @@ from sweep.model.quantity import EDGE_HALFWIDTH, GRID, OF_THE_RUN, TIMED, Array,
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Attributes of a variable that give its numbers their meaning.
+#: Attributes that give the numbers of a variable their meaning.
 MEANING = ("units", "flag_values", "flag_meanings")
 
 
@@ -35,7 +35,7 @@ MEANING = ("units", "flag_values", "flag_meanings")
 class Cell:
     """The cell where two atlases differ most, relative to the allowed difference.
 
-    It has coordinates [SI], values, their difference and the allowed one; in words, coordinates and values of flags.
+    `where` has its coordinates [SI], `place` the same in words, and `flags` the values of flags in words.
     """
 
     where: dict[str, float]
@@ -51,10 +51,10 @@ class Cell:
 class Finding:
     """The comparison of one variable.
 
-    `different` counts the values that differ by more than is allowed, `on_edge` those that differ because a borderline
-    cell flipped. Of the other values, `largest` is the largest absolute difference and `allowed` the allowed one there,
-    in the units of the variable, 0 for flags; `share` is the largest ratio of both. `bitwise` says whether all bits are
-    equal, and `reason` gives the reason for the allowed difference.
+    `different` counts the values that differ by more than is allowed, `on_edge` the values that differ because a
+    borderline cell flipped. `largest` is the largest absolute difference among the other values, `allowed` the allowed
+    difference there, both in the units of the variable, and 0 for flags; `share` is the largest ratio of difference to
+    allowed difference. `bitwise` is true if all bits are equal. `reason` is the reason for the allowed difference.
     """
 
     name: str
@@ -72,19 +72,19 @@ class Finding:
 
 
 class HeldVariable:
-    """A variable of either atlas, and the comparison of its values.
+    """The comparison of one variable, which one or both atlases have.
 
     Parameters
     ----------
     variable : Variable
     pair : Pair
     exact : bool
-        Whether all bits have to be the same.
+        Whether all bits must be equal.
 
     Attributes
     ----------
     limit : float or None
-        What the caller allows.
+        The difference that the caller allows.
     """
 
     def __init__(self, variable: Variable, pair: Pair, exact: bool) -> None:
@@ -94,12 +94,12 @@ class HeldVariable:
         self._missing = lacking(variable.name, pair)
 
     def add_cells(self, block: CellBlock, flips: Mapping[str, Truths]) -> None:
-        """Add the values of some cells; `flips` says in which the ending and the verdict may be another."""
+        """Add the values of some cells; `flips` marks the cells whose ending and verdict may flip."""
         name = self.variable.name
         new, old = block.new[name], block.reference[name]
         bits = other_bits(new, old)
         self._bitwise &= not bits.any()
-        # the first block counts in any case: where nothing differs, what is allowed is that of the first cell
+        # always add the first block: if nothing differs, the report shows the allowed difference of the first cell
         if not bits.any() and block.places[0]:
             return
         excused = flips.get("stability" if name == "stability" else "ending", False)
@@ -111,7 +111,7 @@ class HeldVariable:
         self._add(int(block.places[0]), new, old, bits, most, excused)
 
     def add_whole(self, on_edge: Places) -> None:
-        """Add all values of a variable that has not one per cell; `on_edge` are the cells that may be others."""
+        """Add all values of a variable without one value per cell; `on_edge` are the cells that flipped."""
         name, pair = self.variable.name, self._pair
         if self._missing:
             return
@@ -127,7 +127,7 @@ class HeldVariable:
         self._add(0, new.values, old.values, bits, most, self._excused(on_edge))
 
     def _given(self) -> float | None:
-        """Return what is allowed of all values alike, None if each states its own."""
+        """Return the allowed difference if it is the same for all values, otherwise None."""
         return 0.0 if self._exact else self.limit
 
     def _add(
@@ -138,10 +138,10 @@ class HeldVariable:
         rule = self.variable.quantity.tolerance
         beyond = bits
         if not self._exact:
-            # written so that NaN is beyond
+            # written so that NaN counts as beyond
             beyond = ~(apart <= most)
             if rule in OF_THE_RUN or rule.stated == TIMED:
-                # no time, error or number of steps is negative
+                # times, errors and step counts are never negative
                 beyond |= (new < 0.0) != (old < 0.0)
         columns = [
             np.asarray(np.broadcast_to(each, apart.shape)).reshape(-1) for each in (most, beyond, excused)
@@ -156,11 +156,11 @@ class HeldVariable:
         )
 
     def _excused(self, on_edge: Places) -> Truths | bool:
-        """Return which values may differ because a borderline cell flips: curves, and the bracket of its row."""
+        """Return which values may differ because a borderline cell flipped: all curves, and the bracket of its row."""
         variable, shape = self.variable, self._pair.reference["ending"].shape
         if variable.kind == CURVE:
             return bool(on_edge.size)
-        # the lines of theory do not depend on cells
+        # lines of theory do not depend on cells
         if variable.kind != EDGE or not variable.name.startswith("boundary_"):
             return False
         axis = self._pair.axes.index(variable.axis)
@@ -169,7 +169,7 @@ class HeldVariable:
         return np.asarray(cells.any(axis=axis))
 
     def outcome(self, curves_move: bool) -> "Finding | str":
-        """Return the finding, or the reason why there is none; curves move where any cell is on an edge."""
+        """Return the finding, or the reason for not comparing; `curves_move` if any cell flipped."""
         variable, pair = self.variable, self._pair
         if self._missing:
             reason = (
@@ -187,23 +187,23 @@ class HeldVariable:
         return self._finding(bitwise=False)
 
     def _not_judged(self) -> str:
-        """Return why a difference is not judged; empty if it is."""
+        """Return the reason for not judging a difference; empty if it is judged."""
         if self._exact:
             return cut_along(self.variable, self._pair)
         if reason := _elsewhere(self.variable, self._pair):
             return reason
         if self.variable.kind == FOREIGN:
-            return "this version does not know it"
+            return "this version does not know this variable"
         return self._pair.other_errors if self.variable.quantity.tolerance in OF_THE_RUN else ""
 
     def _reason(self) -> str:
-        """Return why the values may differ as far as they may."""
+        """Return the reason for the allowed difference."""
         rule = self.variable.quantity.tolerance
         if self._exact:
-            return "every bit has to be the same"
+            return "the option exact requires equal bits"
         if rule == GRID and self.variable.name not in self._pair.axes:
-            # which no range has made
-            return "a number that was given is known to rounding"
+            # a single value, not computed from a range
+            return "a number in a request is exact to rounding"
         return rule.reason
 
     def _all_different(self, note: str, excused: bool = False) -> "Finding":
@@ -222,7 +222,7 @@ class HeldVariable:
             different=0 if bitwise else tally.beyond,
             on_edge=tally.excused,
             bitwise=bitwise,
-            reason="it was given" if self.limit is not None and not bitwise else self._reason(),
+            reason="the tolerance was given" if self.limit is not None and not bitwise else self._reason(),
         )
         if bitwise:
             return found
@@ -232,7 +232,7 @@ class HeldVariable:
         return replace(found, share=tally.ratio, worst=worst)
 
     def _worst_cell(self) -> "Cell | None":
-        """Return the cell with the largest difference over what is allowed, one beyond it before all others."""
+        """Return the cell with the largest ratio to the allowed difference; cells beyond it come first."""
         worst, pair = self._tally.worst, self._pair
         if worst is None or not (worst.beyond or worst.ratio > 0.0):
             return None
@@ -258,20 +258,20 @@ def _flag(value: float | None, flags: Mapping[int, str]) -> str:
 
 
 def _elsewhere(variable: Variable, pair: Pair) -> str:
-    """Return why the values of a variable belong to other places in the two; empty if they do not."""
+    """Return why the values of a variable belong to different places in the two atlases; empty if they do not."""
     if along := cut_along(variable, pair):
         return along
     ways = pair.boundaries
-    # brackets around one place of any width can be compared
+    # brackets of different widths around the same place can still be compared
     if ways[0] != ways[1] and (variable.kind == CURVE or variable.quantity.tolerance == EDGE_HALFWIDTH):
-        return f"boundary differs: {' and '.join(ways)}"
+        return f"the option boundary differs: {' and '.join(ways)}"
     return ""
 
 
 def _other_kind(new: "xr.DataArray", old: "xr.DataArray") -> str:
     if new.shape != old.shape:
-        # curves of different numbers or lengths cannot be compared point by point
-        return f"{counted(new.size, 'value')}, in the reference {old.size}"
+        # curves with different numbers of points cannot be compared point by point
+        return f"it has {counted(new.size, 'value')}, but {old.size} in the reference"
     if new.dims != old.dims:
         return f"its dimensions differ: {', '.join(map(str, new.dims))} and {', '.join(map(str, old.dims))}"
     if {new.dtype.kind, old.dtype.kind} - set("biuf"):

@@ -23,23 +23,23 @@ class Findings:
     Parameters
     ----------
     counts : mapping of str to int
-        Each flag of the audit to its number of cells.
+        Flag of the audit -> number of cells.
     agreeing, disagreeing, missing : int
-        Cells that agree within time and tolerance, cells that disagree, and cells that have not been computed. The
-        other cells are unresolved or invalid, in the atlas or in the reference.
+        Numbers of cells that agree within time and tolerance, disagree, and have not been computed. The other cells
+        are unresolved or invalid, in the atlas or in the reference.
     compared : int
-        Cells with a value in the reference or in a second computation.
+        Number of cells with a value in the reference or in a second computation.
     coordinate, units : str
-        The coordinate whose extremes were compared, and their unit.
+        The coordinate whose extremes were compared, and its unit.
     extremes : (median, 99 %, largest)
-        Distribution of the error of the extremes [SI] over the cells that have one and did not end by time; NaN without
-        such cells. For more than 2**21 cells median and 99 % come from a regular subset.
+        Distribution of the errors of the extremes [SI], for the cells that have one and did not end by time; NaN
+        without such cells. For more than 2**21 cells, median and 99 % come from a regular subset.
     period : (median, 99 %, largest)
         Distribution of the relative error of the period.
     period_share : float
-        Largest error of a period, divided by the allowed error.
+        Largest ratio of the error of a period to the allowed error.
     named : sequence of (str, mapping of str to float)
-        Flag and coordinates of the first disagreeing cells; if all agree, of the cell with the largest difference.
+        Flag and coordinates of the first disagreeing cells, or of the cell with the largest difference if all agree.
     tolerance : float
         Tolerance of the atlas, in the same unit.
     method : str
@@ -47,9 +47,9 @@ class Findings:
     statements : sequence of Statement
         Results for each variable and attribute.
     sampled : str
-        The cells of the sample, if only a sample was computed by another method; else empty.
+        Description of the sample if only a sample was computed by another method; otherwise empty.
     told, has_period : str, bool
-        A description of `extremes`, and whether there are periods.
+        A description of `extremes`, and whether the audit has periods.
     """
 
     counts: Mapping[str, int]
@@ -77,12 +77,12 @@ class Findings:
 
     @property
     def wrong(self) -> Sequence[Statement]:
-        """The statements of the atlas that are wrong."""
+        """The statements that the audit found wrong."""
         return [each for each in self.statements if each.wrong]
 
     @property
     def passed(self) -> bool:
-        """Whether cells were compared, none disagrees, none is missing, and nothing that the atlas states is wrong."""
+        """Whether cells were compared, none disagrees, none is missing, and no statement is wrong."""
         return self.compared > 0 and not self.disagreeing and not self.missing and not self.wrong
 
 
@@ -97,13 +97,13 @@ class AuditSummary:
     Attributes
     ----------
     counts : dict of str to int
-        Each flag to its number of cells.
+        Flag -> number of cells.
     compared : int
-        Cells with a value in the reference.
+        Number of cells with a value in the reference.
     extremes, period : Distribution
-        The error of the extremes over the cells that have one and did not end by time; the relative error of periods.
+        Errors of the extremes, for the cells that have one and did not end by time; relative errors of periods.
     period_share : float
-        Largest finite error of a period, divided by the allowed error; NaN without periods.
+        Largest finite ratio of the error of a period to the allowed error; NaN without periods.
     """
 
     def __init__(self, audit: Audit) -> None:
@@ -117,7 +117,7 @@ class AuditSummary:
         self._most = -np.inf
 
     def add(self, start: int, variables: Mapping[str, npt.NDArray[np.generic]]) -> None:
-        """Add cells from `start` on: the variables of the audit, arrays of shape (n,)."""
+        """Add the audit variables of the cells that begin at flat index `start`, arrays of shape (n,)."""
         audit, codes = self._audit, variables["audit"]
         for code, name in self._flags.items():
             self.counts[name] += int(np.count_nonzero(codes == code))
@@ -140,7 +140,7 @@ class AuditSummary:
             )
 
     def findings(self, spec: SweepSpec, statements: Sequence[Statement], sampled: str) -> Findings:
-        """Return what an audit of the atlas of a spec has found, with its statements; `sampled` as in `Findings`."""
+        """Return the findings of the audit, including its statements; `sampled` as in `Findings`."""
         audit, named = self._audit, self._disagreeing
         if not named and self._worst is not None and np.isfinite(self.extremes.largest):
             named = [self._worst]
@@ -165,7 +165,7 @@ class AuditSummary:
         )
 
     def _sum_of(self, codes: tuple[int, ...]) -> int:
-        """Return how many cells have one of some codes."""
+        """Return the number of cells with any of these codes."""
         return sum(self.counts[self._flags[code]] for code in codes)
 
     def _keep_places(
@@ -183,6 +183,6 @@ class AuditSummary:
 
 
 def _where(spec: SweepSpec, place: int) -> dict[str, float]:
-    """Return the coordinates of a cell, given by its flat index."""
+    """Return the coordinates of the cell at a flat index."""
     places = zip(spec.axes, np.unravel_index(place, spec.shape), strict=True)
     return {name: float(getattr(spec, name).at(each)) for name, each in places}

@@ -1,4 +1,4 @@
-"""JUnit XML: what was checked and what is wrong, for a CI server."""
+"""JUnit XML for CI servers: the checks and their failures."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -9,9 +9,9 @@ from sweep.errors import printable
 
 @dataclass(frozen=True)
 class Case:
-    """A test: its name, the seconds that it took, and what is wrong, empty if nothing is.
+    """A test: its name, its duration in seconds, and what is wrong (empty if it passed).
 
-    `kind` is ``failure`` or ``error``; `details` stand below what is wrong.
+    `kind` is ``failure`` or ``error``; `details` are printed below `wrong`.
     """
 
     name: str
@@ -22,7 +22,7 @@ class Case:
 
 
 def to_xml(suites: Iterable[tuple[str, Sequence[Case]]]) -> str:
-    """Return the XML of test suites: the name of each, and its tests."""
+    """Return the XML of test suites, each with a name and tests."""
     held = [(printable(name), cases) for name, cases in suites]
     root = ElementTree.Element("testsuites", _counts([case for _, cases in held for case in cases]))
     for name, cases in held:

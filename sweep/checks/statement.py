@@ -22,14 +22,14 @@ class Statement:
     Parameters
     ----------
     name : str
-        The variable, the attribute, or both joined by a colon.
+        The variable or the attribute, or both joined by a colon.
     against : str
-        The reference of the comparison, or the reason why there was none.
+        The reference of the comparison, or the reason for not comparing.
     judged, wrong : int
-        Number of values compared, and of wrong ones by the check that finds most.
+        Number of values compared, and number of wrong values in the check that finds most.
     difference, allowed : float
-        The largest difference as a multiple of the allowed one, and the allowed difference there, in `units`; NaN if
-        values are words or missing.
+        The difference with the largest ratio to the allowed difference, and the allowed difference there, in `units`;
+        NaN if values are words or missing.
     units : str
     named : sequence of str
         The first wrong values, in words.
@@ -51,7 +51,7 @@ class Statement:
 
 
 def to_text(statements: Iterable[Statement]) -> str:
-    """Return statements as ASCII JSON, for an attribute; numbers that are not finite are null."""
+    """Return statements as ASCII JSON for an attribute; numbers that are not finite become null."""
     rows = [
         {
             name: None if isinstance(value, float) and not math.isfinite(value) else value
@@ -80,14 +80,14 @@ class Checks:
     Attributes
     ----------
     tallies : dict of str to Tally
-        Result of each comparison by its reference.
+        Reference of a comparison -> its result.
     """
 
     def __init__(self, name: str, units: str) -> None:
         self._name, self._units, self.tallies = name, units, dict[str, Tally]()
 
     def add(self, start: int, check: CellCheck, step: int = 1) -> Truths | None:
-        """Add a check of every k-th value from a flat index on, k = `step`; return the wrong ones, None without any."""
+        """Add a check of every `step`-th value from flat index `start` on; return which are wrong, None if none is."""
         tally = self.tallies.setdefault(check.against, Tally(check.share))
         if check.unknown is None:
             tally.unknown += (step - 1) * check.difference.size
@@ -96,21 +96,21 @@ class Checks:
         return tally.add(start, check.difference, check.allowed, check.judged, step=step)
 
     def add_whole(self, against: str, apart: Array, allowed: Array | float) -> None:
-        """Add the check of all values of the variable, arrays of any shape."""
+        """Add a check of all values of the variable, arrays of any shape."""
         tally = self.tallies[against] = Tally()
         tally.add(0, apart.reshape(-1), np.broadcast_to(allowed, apart.shape).reshape(-1))
 
     def statement(self, in_words: Callable[[int], str]) -> Statement:
-        """Return the statement: its numbers are those of the worst check, a wrong one before all others.
+        """Return the statement, with the numbers of the worst check; failed checks come first.
 
         Parameters
         ----------
         in_words : callable
-            The flat index of a value -> where that is.
+            Flat index of a value -> its place in words.
         """
         checks = {against: each for against, each in self.tallies.items() if each.judged}
         if not checks:
-            return Statement(self._name, "made by other code, which promised nothing of it")
+            return Statement(self._name, "made by other code, which promises nothing about it")
         worst = max(checks.values(), key=_severity)
         wrong = max(
             (each for each in checks.values() if each.fails), key=lambda each: each.beyond, default=None
@@ -131,28 +131,28 @@ class Checks:
 
 
 def _severity(tally: Tally) -> tuple[bool, bool, bool, float]:
-    """Return the key that orders checks: one with a size of the difference comes after one without."""
+    """Return the key that orders checks by severity; a check with a finite ratio ranks above one without."""
     ratio = tally.worst.ratio if tally.worst else -1.0
     return tally.fails, not tally.share, math.isfinite(ratio), ratio
 
 
 def _with_share(against: str, tally: Tally) -> str:
-    """Return the reference of a comparison, with the share of wrong cells where some are allowed."""
+    """Return the reference of a comparison, with the share of wrong cells if some are allowed."""
     if not tally.share:
         return against
     found, allowed = 100.0 * tally.beyond / tally.judged, 100.0 * tally.share
-    return f"{against} ({found:.2g} % of cells beyond it, {allowed:g} % allowed)"
+    return f"{against} ({found:.2g} % of cells beyond the tolerance, {allowed:g} % allowed)"
 
 
 def cell_in_words(spec: SweepSpec, place: int) -> str:
-    """Return the coordinates of a cell, given by its flat index."""
+    """Return the coordinates of the cell at a flat index, in words."""
     return row_in_words(spec, dict(zip(spec.axes, np.unravel_index(place, spec.shape), strict=True)))
 
 
 def row_in_words(spec: SweepSpec, places: Mapping[str, np.intp]) -> str:
-    """Return the coordinates of a row or a cell, given by its places along some axes."""
+    """Return the coordinates of a row or a cell in words, from its indices along some axes."""
     words = [
         f"{name} {spec.quantities[name].spell(getattr(spec, name).at(place))}"
         for name, place in places.items()
     ]
-    return ", ".join(words) or "the one cell"
+    return ", ".join(words) or "the only cell"

@@ -1,4 +1,4 @@
-"""Counts of values that differ by more than is allowed, the first of them, and the worst."""
+"""Counts of values that differ by more than is allowed, with the first and the worst value."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from sweep.model.quantity import Array, Truths
 
-#: Number of wrong values that are named.
+#: Number of wrong values to name.
 MOST_NAMED = 3
 
 Values = npt.NDArray[Any]
@@ -18,8 +18,8 @@ Values = npt.NDArray[Any]
 class Worst:
     """The worst value: its flat index, its difference, the allowed difference, and their ratio.
 
-    `beyond` says whether the difference is too large. The ratio is infinite if a value is missing or no difference is
-    allowed. `values` are the two differing values, if they were given.
+    `beyond` is true if the difference is too large. The ratio is infinite if a value is missing or no difference is
+    allowed. `values` are the two differing values, if given.
     """
 
     beyond: bool
@@ -41,14 +41,14 @@ class Tally:
     Attributes
     ----------
     judged, beyond, excused : int
-        Number of values compared; of those that exceed the allowed difference, the wrong ones and the excused ones.
+        Numbers of values compared, wrong, and excused. Wrong and excused values exceed the allowed difference.
     unknown : int
         Number of values without an expected value.
     first : list of int
         Flat indices of the first wrong values.
     largest, allowed, ratio : float
-        If values were given: the largest difference of two existing values that are not excused, the allowed difference
-        there, and the largest ratio of both.
+        If values were given: the largest difference between two values, none missing and not excused, the allowed
+        difference there, and the largest ratio of difference to allowed difference.
     worst : Worst or None
         None until a value is judged.
     """
@@ -80,22 +80,22 @@ class Tally:
         excused: Truths | bool = False,
         values: tuple[Values, ...] = (),
     ) -> Truths | None:
-        """Add every k-th value from a flat index on, k = `step`; arrays of shape (n,).
+        """Add every `step`-th value from flat index `start` on; arrays of shape (n,).
 
         Parameters
         ----------
         start : int
         apart, allowed : array
-            The difference of each value (`difference`), and the allowed difference.
+            The difference at each value (see `difference`), and the allowed difference.
         judged : array of bool
             Which values were compared.
         step : int
         beyond : array of bool, optional
-            Which values are wrong, if the difference does not decide it.
+            Which values are wrong, if this does not follow from the difference.
         excused : array of bool
-            Which values may exceed the allowed difference.
+            Which values may exceed the allowed difference without being wrong.
         values : tuple of array
-            The values compared.
+            The values that were compared.
 
         Returns
         -------
@@ -105,10 +105,10 @@ class Tally:
         if not apart.size:
             return None
         self.judged += apart.size if judged is True else int(np.count_nonzero(judged))
-        # most parts are right: two passes over what is in the cache; extremes of an array that holds NaN are NaN
+        # shortcut for parts without differences, two passes in the cache; max and min of an array with NaN are NaN
         if self.worst and beyond is None and apart.max() == 0.0 and allowed.min() >= 0.0:
             return None
-        # written so that NaN is beyond
+        # written so that NaN counts as beyond
         wrong: Truths = (~(apart <= allowed) if beyond is None else beyond) & judged
         self.excused += int(np.count_nonzero(wrong & excused))
         wrong = wrong & ~np.asarray(excused)
@@ -142,7 +142,7 @@ class Tally:
         counted: Truths,
         values: tuple[Values, ...],
     ) -> None:
-        """Keep the value with the largest ratio, of two equal ones the first; one that is beyond before all others."""
+        """Keep the value with the largest ratio, the first of equal ones; values beyond the limit come first."""
         beyond = bool(wrong.any())
         rank = np.where(np.isnan(ratio), np.inf, ratio)
         rank[~(wrong if beyond else counted)] = -1.0
@@ -161,10 +161,10 @@ class Tally:
 
 
 def difference(stored: Values, right: Values) -> Array:
-    """Return the absolute differences: 0 where both values are missing, NaN where one of the two is."""
+    """Return the absolute differences: 0 where both values are missing, NaN where only one is."""
     one, other = np.asarray(stored, np.float64), np.asarray(right, np.float64)
     found, unlike = np.zeros(one.shape), one != other
-    # most values are the same
+    # most values are equal
     if unlike.any():
         unlike &= ~(np.isnan(one) & np.isnan(other))
         with np.errstate(invalid="ignore"):
@@ -174,7 +174,7 @@ def difference(stored: Values, right: Values) -> Array:
 
 
 def other_bits(new: Values, old: Values) -> Truths:
-    """Return where two arrays of one shape differ in any bit; all missing values are alike."""
+    """Return where two arrays of one shape differ in any bit; all NaNs count as equal."""
     if new.dtype != old.dtype or new.dtype.kind not in "biuf":
         return np.asarray(np.full(old.shape, new.dtype != old.dtype) | (new != old))
     words = f"u{new.dtype.itemsize}"

@@ -1,7 +1,7 @@
-"""The variables of two atlases: of what kind each is, which one atlas may lack, and how far its values may differ.
+"""The variables of two atlases: their kinds, which of them may be missing, and the allowed differences.
 
-The rule of a quantity is its `sweep.model.quantity.Tolerance`; what an atlas states is the tolerance of its spec, the
-errors of its cells, the half-widths of its brackets and its method.
+The rule of a quantity is its `sweep.model.quantity.Tolerance`. An atlas states the tolerance in its spec, the errors of
+its cells, the half-widths of its brackets and its method.
 """
 
 from collections.abc import Iterator, Mapping
@@ -22,13 +22,13 @@ from sweep.request.start_list import START
 from sweep.request.suggestions import suggestion
 from sweep.request.values import read_number
 
-#: Kinds of variables: those of the grid itself, of every cell, of every row along a control, of curves, and others.
+#: Kinds of variables: per grid axis, per cell, per row along a control parameter, per curve point, and unknown ones.
 COORDINATE, CELL, EDGE, CURVE, FOREIGN = "coordinate", "cell", "edge", "curve", "foreign"
 
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable of either atlas: its quantity, what kind it is, and the axis that an edge lies on."""
+    """A variable of either atlas: its quantity, its kind, and for an edge its axis."""
 
     quantity: Quantity
     kind: str
@@ -41,12 +41,12 @@ class Variable:
 
     @property
     def has_tolerance(self) -> bool:
-        """Whether its differences are measured: it is no decision, and known."""
+        """Whether its differences are measured: for known variables that are neither decisions nor coordinates."""
         return self.kind not in (COORDINATE, FOREIGN) and self.quantity.flags is None
 
 
 def variables(pair: Pair) -> Iterator[Variable]:
-    """Yield the variables that either atlas holds, coordinates first."""
+    """Yield the variables of either atlas, coordinates first."""
     model, both = pair.spec.model, (pair.new, pair.reference)
     held = list(dict.fromkeys(str(name) for atlas in both for name in atlas.variables))
     per_cell = [name for name in model.parameters if any(name in atlas.data_vars for atlas in both)]
@@ -75,17 +75,20 @@ def lacking(name: str, pair: Pair) -> str:
 
 
 def may_lack(variable: Variable, pair: Pair) -> bool:
-    """Return whether one atlas may lack a variable: the reference one of the cells, both what is foreign."""
+    """Return whether an atlas may lack a variable.
+
+    The reference may lack variables of the cells; either atlas may lack coordinates and unknown variables.
+    """
     if variable.kind in (COORDINATE, FOREIGN):
         return True
     return variable.kind == CELL and variable.name in pair.new
 
 
 def cut_along(variable: Variable, pair: Pair) -> str:
-    """Return that a variable needs a whole axis of which only a part is common; empty if it does not."""
+    """Return a message if a variable needs a whole axis but only part of it is common; otherwise empty."""
     needs = {EDGE: [variable.axis], CURVE: pair.axes}.get(variable.kind, ())
     along = sorted(pair.cut.intersection(needs))
-    return f"only a part of {', '.join(along)} is common" if along else ""
+    return f"only part of {', '.join(along)} is common" if along else ""
 
 
 _HALFWIDTH = "_halfwidth"
@@ -93,14 +96,14 @@ _HALFWIDTH = "_halfwidth"
 
 @dataclass(frozen=True)
 class Stated:
-    """Cells of one atlas: its spec, and columns of one shape."""
+    """Cells of one atlas: the spec, and columns of one shape."""
 
     spec: SweepSpec
     columns: Mapping[str, npt.NDArray[Any]]
 
 
 def allowed(quantity: Quantity, pair: Pair) -> Array:
-    """Return how far each value may differ of a variable that has not one per cell, of the shape of the reference."""
+    """Return the allowed differences of a variable without one value per cell, in the shape of the reference."""
     rule = quantity.tolerance
     rounding = rule.absolute + rule.relative * magnitude(pair.reference[quantity.name].values)
     if rule.stated == BRACKET:
@@ -111,21 +114,21 @@ def allowed(quantity: Quantity, pair: Pair) -> Array:
 
 
 def allowed_of_cells(quantity: Quantity, new: Stated, reference: Stated, starts: Starts) -> Array:
-    """Return how far each value of a variable of the cells may differ, in its units.
+    """Return the allowed difference of each value of a cell variable, in its units.
 
     Parameters
     ----------
     quantity : Quantity
     new, reference : Stated
-        With `quantity`, the extremes and their error.
+        Their columns include `quantity`, the extremes and their error.
     starts : mapping of str to array
         Starts of the cells, in SI, of the shape of the columns.
     """
     columns = reference.columns
     if quantity.tolerance == STEP_COUNT and new.spec.method == reference.spec.method == "exact":
-        # which takes no steps
+        # the exact method takes no steps
         return np.zeros(columns[quantity.name].shape)
-    # rules that do not use the errors do without them
+    # errors are computed only for rules that use them
     errors = _extreme_errors(new) + _extreme_errors(reference) if quantity.tolerance.stated else 0.0
     own = new.columns.get(quantity.tolerance.stated)
     found = stated_error(quantity, reference.spec, starts, columns, errors)
@@ -133,20 +136,20 @@ def allowed_of_cells(quantity: Quantity, new: Stated, reference: Stated, starts:
 
 
 def _extreme_errors(atlas: Stated) -> Array:
-    """Return how far [unit of the coordinate] the extremes of each cell may be from the true ones."""
+    """Return the possible error of the extremes of each cell, in the unit of the coordinate."""
     spec, found = atlas.spec, atlas.columns.get(atlas.spec.model.error_name)
     if found is None:
         return np.asarray(spec.tolerance)
-    # no cell is resolved with a larger error than its tolerance: a file that states one is damaged
+    # a resolved cell never has an error above the tolerance: a file that states one is damaged
     doubled = np.minimum(PROMISED * found.astype(np.float64), PROMISED * spec.tolerance)
     if spec.method == "exact":
-        # no steps: the tolerance only says where a cell counts as unresolved
+        # no steps: the tolerance only decides which cells count as unresolved
         return np.where(np.isnan(doubled), spec.tolerance, doubled)
     return np.fmax(doubled, spec.tolerance)
 
 
 def _brackets(name: str, pair: Pair) -> Array | float:
-    """Return the sum of the half-widths of both, 0 where one has none or both brackets are cells of the grid."""
+    """Return the sum of both half-widths, or 0 if both brackets are cells of the grid; a missing one counts 0."""
     half = f"{name}{_HALFWIDTH}"
     sides = [np.nan_to_num(atlas[half].values) for atlas in (pair.new, pair.reference) if half in atlas]
     of_cells = pair.boundaries == ("grid", "grid") and not name.startswith("curve_")
@@ -156,10 +159,10 @@ def _brackets(name: str, pair: Pair) -> Array | float:
 
 
 def _open_in_halfwidth(quantity: Quantity, pair: Pair) -> Array | float:
-    """Return what may differ in half-widths: all brackets have ends that are known to rounding.
+    """Return the allowed difference of half-widths: the rounding of the bracket ends, and more for open brackets.
 
-    A bracket that is wider than asked for ends where the estimated errors leave a verdict open. Each side is found to a
-    quarter of the width, which rounding may move; other kernels or steps have other errors.
+    A bracket wider than requested ends where the estimated errors leave a verdict open. Each side is located to a
+    quarter of the width, and rounding may move it. Different kernels or steps have different errors.
     """
     sides = [np.nan_to_num(atlas[quantity.name].values) for atlas in (pair.new, pair.reference)]
     name = quantity.name.removesuffix(_HALFWIDTH)
@@ -175,7 +178,7 @@ def _open_in_halfwidth(quantity: Quantity, pair: Pair) -> Array | float:
 
 
 def read_limits(given: Mapping[str, float | str], known: Mapping[str, Quantity]) -> dict[str, float]:
-    """Return the largest differences that a caller allows, in SI.
+    """Return the largest differences that the caller allows, in SI.
 
     Parameters
     ----------
@@ -187,16 +190,16 @@ def read_limits(given: Mapping[str, float | str], known: Mapping[str, Quantity])
     Raises
     ------
     RequestError
-        If there is no such variable, it is a decision or a coordinate, or the value is negative or no number.
+        If a variable is unknown, a decision or a coordinate, or a value is negative or not a number.
     """
     limits = {}
     for name, raw in given.items():
         place = f"{name}={shown(raw)}"
         if name not in known:
             raise RequestError(
-                f"There is no variable {name} whose differences are measured in these atlases; there are "
+                f"No tolerance can be given for {name}: these atlases have no such measured variable. They have "
                 f"{', '.join(known)}.",
-                hint=suggestion(name, tuple(known)) or "Name one of these.",
+                hint=suggestion(name, tuple(known)) or "Name one of these variables.",
                 where=place,
             )
         limit = read_number(raw, known[name])
