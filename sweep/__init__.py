@@ -1,7 +1,8 @@
-"""Stability atlases of rolling disks and other bodies, and of systems of your own.
+"""Stability atlases of rolling disks and other bodies, and of your own systems.
 
-``sweep.run(spec)`` computes an atlas, ``sweep.SweepSpec`` says which; datasets have the accessor ``dataset.eulerdisk``.
-The names in ``__all__`` are public: docs/api.md lists them with their arguments, and promises how they may change.
+``sweep.run(spec)`` computes the atlas that a ``sweep.SweepSpec`` describes; datasets have the accessor
+``dataset.eulerdisk``. The names in ``__all__`` are public: docs/api.md lists them with their arguments, and states how
+they may change.
 """
 
 from importlib import import_module
@@ -13,8 +14,8 @@ from sweep.version import __version__
 
 if getattr(kernels, "MARK", None) != "eulerdisk":
     raise ImportError(
-        f"`import kernels` found another distribution's package at {kernels.__file__}. eulerdisk owns the import "
-        "names `sweep` and `kernels`: install it in an environment of its own."
+        f"`import kernels` found the package of another distribution at {kernels.__file__}. eulerdisk needs the "
+        "import names `sweep` and `kernels`: install it in its own environment."
     )
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
     from sweep.runs.run import Failures as Failures
     from sweep.runs.run import run_to_file as run_to_file
 
-# Loaded when first used: reading a request must not wait for numba and xarray.
+# Modules are loaded on first use: reading a request must not wait for numba and xarray.
 _HOME = {
     "Comparison": "sweep.checks.compare",
     "Criterion": "sweep.request.criterion",
@@ -77,7 +78,7 @@ _HOME = {
     "verify": "sweep.checks.verify",
 }
 
-# Written out, because type checkers read it; docs/api.md says what each one is, and how they may change.
+# Written out for type checkers; docs/api.md describes each name, and how it may change.
 __all__ = [
     "Comparison",
     "Criterion",
@@ -110,16 +111,16 @@ __all__ = [
 ]
 
 
-# dataset.eulerdisk, as soon as there are datasets
+# registers dataset.eulerdisk as soon as xarray is imported
 when_imported("xarray", lambda: import_module("sweep.accessor"))
 
 
 if not TYPE_CHECKING:
-    # hidden from type checkers, for which any name at all would be one of this package
+    # hidden from type checkers, which would otherwise accept any name
     def __getattr__(name: str) -> Any:
-        """Import a public name from its home."""
+        """Import a public name from its module."""
         if name in _HOME:
-            # not above: there it would end the command line with a traceback, which `sweep.cli` can avoid
+            # not at import: `sweep.cli` reports the error without a traceback
             import_module("sweep.platforms").check_system()
             return getattr(import_module(_HOME[name]), name)
         raise AttributeError(f"module 'sweep' has no attribute {name!r}")

@@ -1,7 +1,7 @@
-"""``dataset.eulerdisk``: what an atlas, or one motion, can be asked from the xarray.Dataset itself.
+"""The accessor ``dataset.eulerdisk`` of an xarray.Dataset with an atlas or a motion.
 
-The package registers it when both this package and xarray have been imported, in whichever order. Nothing heavy is
-imported here before something is asked.
+It is registered once this package and xarray have been imported, in either order. Heavy modules are imported on first
+use.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,13 +29,13 @@ NAME = "eulerdisk"
 
 
 class Eulerdisk:
-    """An atlas, or one motion, as its reader sees it.
+    """The accessor of an atlas or a motion.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        An atlas or a selection from one, which is taken for an atlas of its own. Or a motion, as `sweep.simulate`
-        returns it, or a stretch of one; it has `plot` and `animate`.
+        An atlas, or a selection from one, which is treated as a complete atlas. Or a motion from `sweep.simulate`, or
+        part of one; for a motion, only `plot` and `animate` work.
     """
 
     def __init__(self, dataset: xr.Dataset) -> None:
@@ -44,14 +44,14 @@ class Eulerdisk:
 
     @property
     def atlas(self) -> xr.Dataset:
-        """The atlas that a selection is: its spec asks for these cells alone, and its boundary lies among them.
+        """The selection as an atlas: its spec requests only these cells, and its boundary lies among them.
 
-        A whole atlas is returned with its dimensions in the order of its spec.
+        For a whole atlas, the same atlas with its dimensions in the order of its spec.
 
         Raises
         ------
         RequestError
-            If it is no atlas, or the selection has lost a coordinate or its order.
+            If the dataset is not an atlas, or the selection lost a coordinate or the order of its values.
         """
         if self._own is None:
             from sweep.atlas.selection import as_atlas
@@ -62,12 +62,12 @@ class Eulerdisk:
 
     @property
     def spec(self) -> "SweepSpec":
-        """The request that the atlas was made from; of a selection, the one that asks for its cells.
+        """The request for the cells of the atlas or the selection.
 
         Raises
         ------
         RequestError
-            As from `atlas`.
+            As in `atlas`.
         """
         from sweep.atlas.dataset import spec_of
 
@@ -75,20 +75,20 @@ class Eulerdisk:
 
     @property
     def stable(self) -> xr.DataArray:
-        """Where the criterion says stable: array of bool over the grid. Undecided cells are neither."""
+        """Array of bool over the grid, true in stable cells. Undecided cells are neither stable nor unstable."""
         return self._verdict(STABLE, "stable")
 
     @property
     def unstable(self) -> xr.DataArray:
-        """Where the criterion says unstable: array of bool over the grid."""
+        """Array of bool over the grid, true in unstable cells."""
         return self._verdict(UNSTABLE, "unstable")
 
     @property
     def unstable_share(self) -> "Share":
-        """The share of the random starts that is unstable.
+        """The share of unstable motions among the random starts.
 
-        It has ``value`` and its 95 % ``interval``, and the numbers of starts: ``unstable``, ``stable``, ``undecided``,
-        ``failed``, ``missing``.
+        It has the ``value``, its 95 % ``interval``, and the numbers of starts ``unstable``, ``stable``, ``undecided``,
+        ``failed`` and ``missing``.
 
         Raises
         ------
@@ -101,28 +101,28 @@ class Eulerdisk:
         return unstable_share(self._dataset)
 
     def trusted(self, variable: str | None = None, *, within: float | None = None) -> xr.DataArray:
-        """Return which cells to trust: those whose ending is known, or a value of which is known well enough.
+        """Return which cells to trust: cells with a known ending, or with a variable that is known well enough.
 
-        ``atlas.where(atlas.eulerdisk.trusted())`` leaves out cells that were not computed, that could not be followed,
-        and those that are too sensitive to their start. A measure may be known of these too:
-        ``trusted("peak", within=1e-3)``.
+        ``atlas.where(atlas.eulerdisk.trusted())`` drops cells that were not computed, could not be followed, or are too
+        sensitive to their start. Such a cell may still have a known measure: ``trusted("peak", within=1e-3)``.
 
         Parameters
         ----------
         variable : str, optional
-            A measure or another number of the cells.
+            A measure or another numeric variable of the cells.
         within : float, optional
-            How far it may be off, in its unit, by twice what the cells state.
+            The largest error allowed, in the unit of the variable, for twice the error that a cell states.
 
         Returns
         -------
         xarray.DataArray
-            Of bool, over the axes.
+            Array of bool over the axes.
 
         Raises
         ------
         RequestError
-            If only one of both is given, the variable is no number of the cells, or the dataset is no atlas.
+            If only one argument is given, the variable is not a numeric variable of the cells, or the dataset is not an
+            atlas.
         """
         from sweep.atlas.trust import trusted_cells
 
@@ -136,29 +136,29 @@ class Eulerdisk:
 
     @property
     def critical(self) -> xr.DataArray:
-        """The analytic critical value [SI], the upper edge of the unstable band, over the remaining axes."""
+        """The analytic critical value [SI], the upper edge of the unstable band, along the remaining axes."""
         return self.boundary()["critical"]
 
     def boundary(self, axis: str | None = None, edge: str = "upper") -> xr.Dataset:
-        """Return the boundary of stability along a control parameter, for the disk a rate.
+        """Return the boundary of stability along a control parameter (for the disk, a rate).
 
         Parameters
         ----------
         axis : str, optional
-            The parameter; needed only if the atlas has boundaries along two.
+            The parameter; required only if the atlas has boundaries along two.
         edge : {"upper", "lower"}
-            The edge of the unstable band: stable above it, or below it.
+            The edge of the unstable band: the motion is stable above the upper edge, or below the lower one.
 
         Returns
         -------
         xarray.Dataset
-            ``measured`` and its ``halfwidth``, ``predicted`` and ``critical`` [SI], over the remaining axes, and
-            ``status``, which says why a row has no boundary, if the atlas has it.
+            ``measured`` and its ``halfwidth``, ``predicted`` and ``critical`` [SI], along the remaining axes; also
+            ``status``, the reason why a row has no boundary, if the atlas has it.
 
         Raises
         ------
         RequestError
-            If it is no atlas, or has no such boundary.
+            If the dataset is not an atlas, or has no such boundary.
         """
         from sweep.atlas.dataset import found_edges
 
@@ -168,25 +168,25 @@ class Eulerdisk:
         if len(along) != 1:
             raise RequestError(
                 "There is no such boundary, or more than one: this atlas has "
-                f"{', '.join(edge_names(*each)[0] for each in found) or 'none'}; asked for was the {edge} edge along "
+                f"{', '.join(edge_names(*each)[0] for each in found) or 'none'}; the request was the {edge} edge along "
                 f"{axis or ' and '.join(along) or 'no parameter'}.",
                 hint="Name a parameter and an edge, upper or lower.",
             )
         name = along[0]
         names = dict(zip(edge_names(name, edge), given, strict=True)) | {status_name(name, edge): "status"}
         part = atlas[list(names)].rename(names)
-        # it is not an atlas any more
+        # the result is not an atlas
         part.attrs = {}
         return part
 
     def reclassify(self, criterion: "Criterion | str | Callable[[xr.Dataset], Any]") -> xr.Dataset:
-        """Return the atlas with the verdicts of another criterion; see `sweep.reclassify`."""
+        """Return the atlas with the verdicts of a different criterion; see `sweep.reclassify`."""
         from sweep.atlas.reclassify import reclassify
 
         return reclassify(self.atlas, criterion)
 
     def cell(self, **given: float | str) -> xr.Dataset:
-        """Return the cell nearest to the values given for the axes: ``cell(roll_rate=2.4, tilt="1deg")``.
+        """Return the cell nearest to the given axis values: ``cell(roll_rate=2.4, tilt="1deg")``.
 
         Raises
         ------
@@ -200,41 +200,42 @@ class Eulerdisk:
         return self.atlas[rows].isel(place)
 
     def interp(self, **given: Any) -> xr.Dataset:
-        """Return the cells' variables at places between them: ``interp(roll_rate=2.413, tilt="1.5deg")``.
+        """Return the variables at points between the cells: ``interp(roll_rate=2.413, tilt="1.5deg")``.
 
-        Measures are interpolated linearly; endings, verdicts and counts are those of the nearest cell. (The ``interp``
-        of xarray interpolates the codes of flags too, so that a verdict becomes a fraction.) What lies between an
-        unstable and a stable cell no interpolation knows: compute an atlas there.
+        Measures are interpolated linearly; endings, verdicts and counts come from the nearest cell. (The ``interp`` of
+        xarray also interpolates the codes of flags, so that a verdict becomes a fraction.) Interpolation cannot show
+        what happens between an unstable and a stable cell: compute an atlas there.
 
         Parameters
         ----------
         **given
-            Axis -> a number, text with a unit, or an array; inside the atlas. A rate may be given scaled, or as a
-            speed. Arrays span a grid; an xarray.DataArray [SI] gives points along its own dimensions.
+            Axis -> a number, text with a unit, or an array; inside the atlas. A rate may be scaled, or a speed. Arrays
+            span a grid; an xarray.DataArray [SI] gives points along its own dimensions.
 
         Returns
         -------
         xarray.Dataset
-            Not an atlas any more: its values belong to no start.
+            Not an atlas: its values do not belong to starts that were computed.
 
         Raises
         ------
         RequestError
-            If a name is no axis, or a value lies outside.
+            If a name is not an axis, or a value lies outside the atlas.
         """
         from sweep.atlas.interpolation import interpolated
 
         return interpolated(self.atlas, given)
 
     def simulate(self, **words: float | str) -> xr.Dataset:
-        """Return the motion in time of the cell nearest to the values given for the axes; see `sweep.simulate`.
+        """Return the motion in time of the cell nearest to the given axis values; see `sweep.simulate`.
 
-        ``simulate(roll_rate=2.4, tilt="1deg", duration="10s")``: words that name no axis change the motion.
+        ``simulate(roll_rate=2.4, tilt="1deg", duration="10s")``: arguments other than axes change the motion.
 
         Raises
         ------
         RequestError
-            If an axis has no value, a value lies outside the atlas, a word is not known, or there is no such motion.
+            If an axis has no value, a value lies outside the atlas, an argument is unknown, or the motion does not
+            exist.
         """
         from sweep.atlas.parts import nearest_cell
         from sweep.motion.origin import cell_and_changes, request_of_cell
@@ -265,43 +266,43 @@ class Eulerdisk:
     ) -> "Figure":
         """Return the stability map, or the figure of a motion, as a matplotlib Figure.
 
-        The words are those of ``eulerdisk plot`` (docs/figures.md); the figure of a motion takes none of them.
+        The arguments are the options of ``eulerdisk plot`` (docs/figures.md); the figure of a motion takes none.
 
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Draw into these, with the settings of their figure; the legend is below them, and can be removed.
+            Draw into these axes, with the settings of their figure; the legend is below them and can be removed.
         rate : {"linear", "squared", "scaled", "speed"}, optional
-            What the axis of a rate shows; scaled is in units of sqrt(g/R), the speed of the contact point is the roll
-            rate times the radius.
+            Quantity on the axis of a rate. Scaled: in units of sqrt(g/R). Speed: the speed of the contact point, roll
+            rate times radius.
         quantity : str, optional
-            The variable of the cells that gives the colours; by default the peak.
+            The cell variable shown by the colors; the peak by default.
         contours : str, number or sequence, optional
-            Levels of contour lines of it, as in ``"5deg,20deg"`` (numbers are SI), or ``"auto"``.
+            Levels of contour lines of `quantity`, such as ``"5deg,20deg"`` (numbers are SI), or ``"auto"``.
         family : bool
-            Draw an atlas of more than two axes as a family of boundary curves, not as a map each.
+            Draw an atlas with more than two axes as a family of boundary curves instead of several maps.
         losses : bool
-            Of a disk with losses: draw how long it stays aloft, and which law took most of its energy.
+            For a disk with losses: draw how long it stays aloft, and which law took most of its energy.
         regimes : bool
-            Without losses: draw how many wells the potential has, and which motions cross upright.
+            Without losses: draw the number of wells of the potential, and the motions that cross upright.
         friction : float, optional
             Hatch where rolling without slip needs a larger friction coefficient.
         bare : bool
-            Draw no title and no caption, and a short legend. The text of title, caption, legend and bar of colours is
-            the label of the figure, ``figure.get_label()``.
+            Draw no title and no caption, and a short legend. ``figure.get_label()`` returns the text of title, caption,
+            legend and color bar.
         without : str or sequence of str, optional
-            Parts to leave out: title, caption, legend, strip, bar, as in ``"strip,bar"``.
+            Parts to omit: title, caption, legend, strip, bar; for example ``"strip,bar"``.
         width, height : str or float, optional
-            Of the figure, as in ``"86mm"``; a number is in m.
+            Size of the figure, such as ``"86mm"``; a number is in m.
         font_size : float, optional
-            Size of the words [points].
+            Size of the text [points].
         dpi : int, optional
             Dots per inch of the figure.
 
         Raises
         ------
         RequestError
-            If one of them is not possible, or the atlas cannot be drawn.
+            If an argument is invalid, or the atlas cannot be drawn.
         """
         words = {
             "rate": rate, "quantity": quantity, "contours": contours, "family": family, "width": width,
@@ -322,8 +323,8 @@ class Eulerdisk:
         drawn, shown = ("regimes", "kinds of motion") if regimes else ("losses", "times and laws")
         if given := [name for name, value in others.items() if value is not None]:
             raise RequestError(
-                f"A map of {drawn} has {shown}, and nothing else; got {drawn} with {' and '.join(given)}.",
-                hint=f"Leave {' and '.join(given)} out.",
+                f"A map of {drawn} shows only {shown}; got {drawn} with {' and '.join(given)}.",
+                hint=f"Omit {' and '.join(given)}.",
             )
         draw = plots.regimes if regimes else plots.losses
         return draw([self.atlas], Look.read(**words))
@@ -332,7 +333,7 @@ class Eulerdisk:
         if given := [name for name, value in words.items() if value is not None and value is not False]:
             raise RequestError(
                 f"{' and '.join(given)} belong{'s' if len(given) == 1 else ''} to the map of an atlas; "
-                "this is a motion, whose figure takes no words.",
+                "this is a motion, whose figure takes no arguments.",
                 hint="Write motion.eulerdisk.plot().",
             )
         from sweep.figures import plots
@@ -354,24 +355,23 @@ class Eulerdisk:
         Parameters
         ----------
         path : str or Path
-            mp4, which needs the program ffmpeg, or gif.
+            An mp4 file, which needs the program ffmpeg, or a gif file.
         speed : float, optional
-            Seconds of the motion for a second of the film; if not given, the film lasts some seconds. It says how fast
-            it plays.
+            Seconds of motion per second of film; if not given, the film lasts some seconds. The film shows its speed.
         fps : int, optional
             Frames per second, 25 if not given.
         size : str or (int, int), optional
-            Width and height in dots, 640x480 if not given.
+            Width and height [pixels], 640x480 if not given.
         camera : {"fixed", "follow", "top"}, optional
-            It sees all of the motion, goes along with the disk, or looks from above; if not given, it follows a disk
-            that would go far if it went on as it starts.
+            A view of the whole motion, a view that moves with the disk, or a view from above. If not given, the camera
+            follows a disk whose initial motion would take it far.
         overwrite : bool, default False
-            Replace a file of that name.
+            Replace an existing file.
 
         Raises
         ------
         RequestError
-            If the dataset is no motion, or there can be no such film or file.
+            If the dataset is not a motion, an option is invalid, or the file cannot be written.
         """
         from sweep.figures.disk.film_options import FilmOptions
         from sweep.files.paths import check_target
@@ -380,7 +380,7 @@ class Eulerdisk:
             values = {name: self._dataset[name].values for name in self.spec.axes}
             cell = ", ".join(f"{name}={float(axis[axis.size // 2])!r}" for name, axis in values.items())
             raise RequestError(
-                "This is a stability atlas, and only a motion can be filmed.",
+                "This is a stability atlas; only a motion can be filmed.",
                 hint=f"Film the motion of a cell: atlas.eulerdisk.simulate({cell}).eulerdisk.animate(path).",
             )
         check_motion(self._dataset)
@@ -392,14 +392,14 @@ class Eulerdisk:
         animation.save(self._dataset, path, options)
 
     def explore(self, *, port: int = 0, open_browser: bool = False) -> "Explorer":
-        """Open the explorer of the atlas: a map of its cells, and of those between and beyond, computed as one looks.
+        """Open the explorer of the atlas: a map that computes further cells, between and beyond, while you look.
 
         Parameters
         ----------
         port : int
-            Where this machine answers; any that is free if not given.
+            Port on this machine; any free port if not given.
         open_browser : bool
-            Open the page in the browser too; a notebook shows it by itself.
+            Also open the page in the browser; a notebook shows it anyway.
 
         Returns
         -------
@@ -409,20 +409,20 @@ class Eulerdisk:
         Raises
         ------
         RequestError
-            If it is no atlas, its cells are no plane, or the port cannot be used.
+            If the dataset is not an atlas, its cells do not form a plane, or the port cannot be used.
         """
         from sweep.explorer.explorer import explore
 
         return explore(self.atlas, port=port, open_browser=open_browser)
 
     def __repr__(self) -> str:
-        """Return a few lines: what was swept, its grid and disk, its verdicts, its boundaries against theory."""
+        """Return a short summary: the sweep, its grid and disk, the verdicts, the boundaries compared with theory."""
         from sweep.figures.summary import as_text
 
         return as_text(self._dataset)
 
     def _repr_html_(self) -> str:
-        """Return the same as a table, for a notebook, with a small map."""
+        """Return the summary as an HTML table with a small map, for notebooks."""
         from sweep.figures.summary import as_html
 
         return as_html(self._dataset)
@@ -430,16 +430,16 @@ class Eulerdisk:
     def _check(self) -> None:
         if is_motion(self._dataset):
             raise RequestError(
-                "This is one motion in time, and no stability atlas: its accessor has plot and animate.",
+                "This is not a stability atlas: it is one motion in time, whose accessor has plot and animate.",
                 hint="Compute an atlas with sweep.run.",
             )
         if not is_atlas(self._dataset):
             require_atlas(self._dataset)
             given = ", ".join(map(str, self._dataset.data_vars)) or "no variables"
             raise RequestError(
-                "This is no stability atlas: the accessor eulerdisk serves datasets that sweep.run and eulerdisk run "
-                f"have made; got a dataset of {given}.",
-                hint="Open an atlas, and keep its attributes (xarray.set_options(keep_attrs=True)).",
+                "This is not a stability atlas: the accessor eulerdisk needs a dataset from sweep.run or eulerdisk "
+                f"run. Got a dataset of {given}.",
+                hint="Open an atlas and keep its attributes (xarray.set_options(keep_attrs=True)).",
             )
         check_numbers(self._dataset)
 
@@ -450,6 +450,6 @@ class Eulerdisk:
         return verdict.rename(name)
 
 
-# importlib.reload would register it again, and xarray warn of it
+# after importlib.reload, xarray would warn of a second registration
 if not hasattr(xr.Dataset, NAME):
     xr.register_dataset_accessor(NAME)(Eulerdisk)  # type: ignore[no-untyped-call]  # xarray gives it no types

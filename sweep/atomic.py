@@ -1,7 +1,7 @@
-"""Files that appear whole: created under a name that cannot be guessed, synchronised, and renamed.
+"""Files that appear complete or not at all: created with an unguessable name, synced, and renamed.
 
-Nothing else in `sweep` opens a file for writing, renames one or replaces one. What is opened here is always a new file:
-a name that is taken is an error, and so is a symbolic link, which somebody else may have put there.
+No other module of `sweep` opens a file for writing, renames or replaces one. Files are created here, never reused: an
+existing name is an error, and so is a symbolic link, which somebody else may have planted.
 """
 
 import contextlib
@@ -12,25 +12,25 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-#: Name of a temporary file or folder; no other program makes one that fits.
+#: Name of a temporary file or folder; no other program makes such names.
 TEMPORARY = re.compile(r"\.eulerdisk-[0-9a-f]{16}\.tmp")
 
-#: Bytes of a name that all file systems take.
+#: Length of the longest name that all file systems accept [bytes].
 _LONGEST_NAME = 255
 
 
 def create(path: Path, mode: int = 0o666) -> int:
-    """Create a file and return its handle; FileExistsError if the name is taken, by a symbolic link too."""
+    """Create a file and return its handle; FileExistsError if the name exists, even as a symbolic link."""
     return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, mode)
 
 
 def open_or_create(path: Path) -> int:
-    """Return the handle of a file that may be there; an OSError says that it is a symbolic link."""
+    """Return the handle of a file, created if missing; OSError if it is a symbolic link."""
     return os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
 
 
 def create_temporary(folder: Path, mode: int = 0o666) -> Path:
-    """Create an empty file in a folder, for a library that writes to a name, and return its path."""
+    """Create an empty file in a folder, for a library that writes to a path, and return its path."""
     path = folder / _temporary_name()
     os.close(create(path, mode))
     return path
@@ -45,7 +45,7 @@ def create_temporary_folder(folder: Path) -> Path:
 
 @contextlib.contextmanager
 def scratch_folder(folder: Path) -> Iterator[Path]:
-    """Yield an empty folder in a folder, for files that are read at once; it is removed with all that it holds."""
+    """Yield an empty folder in a folder, for short-lived files; remove it with its contents at the end."""
     path = create_temporary_folder(folder)
     try:
         yield path
@@ -54,7 +54,7 @@ def scratch_folder(folder: Path) -> Iterator[Path]:
 
 
 def publish(unfinished: Path, path: Path) -> None:
-    """Rename a finished temporary file to its final name, such that a power cut leaves the old state or the new one."""
+    """Rename a finished temporary file to its final name; after a power cut, the old or the new file exists."""
     handle = os.open(unfinished, os.O_RDWR | os.O_NOFOLLOW | os.O_CLOEXEC)
     try:
         os.fsync(handle)
@@ -65,9 +65,8 @@ def publish(unfinished: Path, path: Path) -> None:
 
 
 def publish_bytes(path: Path, content: bytes, mode: int = 0o666) -> None:
-    """Write a file that is either absent or complete, also after a power cut; if that fails no temporary file stays."""
-    # not the tempfile module: only the owner can read its files, and another account of the same group may have to go
-    # on with a run
+    """Write a file so that it is complete or absent even after a power cut; remove the temporary file on failure."""
+    # not the tempfile module: only the owner can read its files, but another account of the same group may resume a run
     unfinished = create_temporary(path.parent, mode)
     try:
         with open(unfinished, "rb+") as file:
@@ -78,7 +77,7 @@ def publish_bytes(path: Path, content: bytes, mode: int = 0o666) -> None:
 
 
 def publish_folder(unfinished: Path, path: Path) -> None:
-    """Rename a finished temporary folder to its final name, and remove the folder that had the name."""
+    """Rename a finished temporary folder to its final name, and remove the folder that had this name."""
     if os.path.lexists(path):
         before = path.with_name(_temporary_name())
         os.rename(path, before)
@@ -93,15 +92,15 @@ def publish_folder(unfinished: Path, path: Path) -> None:
 
 
 def rename_aside(path: Path, ending: str) -> None:
-    """Append an ending to the name of a file, which is kept for a person to look at."""
+    """Append an ending to the name of a file, so that a person can inspect it later."""
     path.rename(path.with_name(path.name + ending))
 
 
 def try_publishing(path: Path, source: Path | None = None) -> None:
-    """Create an empty file, rename it as `publish` would, and remove it; an OSError says what the file system refuses.
+    """Create an empty file, rename it as `publish` would, and remove it; OSError if the file system refuses.
 
-    The trial has a name of its own beside `path`, with the characters and the length of that of `path` as far as there
-    is room for them. The file is created in the folder `source`, or in that of `path`.
+    The trial file lies next to `path`. Its name contains the name of `path`, cut to the longest allowed length. The
+    file is created in the folder `source`, or in the folder of `path`.
     """
     begun = create_temporary(source or path.parent)
     name = os.fsencode(path.name)
@@ -116,7 +115,7 @@ def try_publishing(path: Path, source: Path | None = None) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Write the names in a folder to the disk, on file systems that can do so."""
+    """Sync the names in a folder to the disk, on file systems that support it."""
     with contextlib.suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:

@@ -1,19 +1,19 @@
-"""The errors that a user can put right, and their exit statuses."""
+"""Errors that a user can correct, with their exit statuses."""
 
 import os
 import re
 from pathlib import Path
 from typing import Self
 
-#: Characters of a message, and of its place: a word of the user may have a million, a path four thousand.
+#: Largest number of characters of a message, and of its place: a user's word may have a million, a path four thousand.
 _MOST_SHOWN, _MOST_OF_PLACE = 4000, 500
 
-#: A character beyond ASCII, spelled by its number in an attribute of a file.
+#: The escape sequence of a character beyond ASCII in an attribute of a file.
 _SPELLED = re.compile(r"\\x[89a-f][0-9a-f]|\\u[0-9a-f]{4}|\\U[0-9a-f]{8}")
 
 
 class RequestError(Exception):
-    """A request that cannot be carried out; nothing has been touched.
+    """A request that cannot be carried out; nothing has been changed.
 
     ``str(error)`` is one line: where, message, hint.
 
@@ -24,22 +24,22 @@ class RequestError(Exception):
     hint : str, optional
         What to do, in one sentence: "Write roll_rate=2.5."
     where : str, optional
-        The key, cell or file, or the words of the user.
+        The key, the cell, the file, or the user's words.
     """
 
     #: Exit status of a command that ends with this error.
     status = 2
 
     def __init__(self, message: str, hint: str = "", where: str | None = None) -> None:
-        # All texts in args: an exception is pickled by its args, and workers send errors between processes.
+        # All texts go to args: exceptions are pickled by their args, and workers send errors between processes.
         super().__init__(message, hint, where)
         self.message, self.hint, self.where = message, hint, where
 
     def __str__(self) -> str:
-        """Return the error as one line that prints, also where words of the user or of a file would not."""
+        """Return the error as one printable line, escaping characters from the user or a file."""
         place = f"{_shortened(self.where, _MOST_OF_PLACE)}: " if self.where else ""
         text = printable(f"{place}{self.message} {self.hint}".rstrip())
-        # the sentence is at the end, behind what was given
+        # keep the end too: the hint is there, behind the user's words
         return _shortened(text, _MOST_SHOWN)
 
     def at(self, where: str) -> Self:
@@ -48,13 +48,13 @@ class RequestError(Exception):
 
 
 class StorageError(RequestError):
-    """The file system refuses what was computed: no space, a quota, a limit or a defect. Complete blocks are kept."""
+    """The file system cannot store the results: no space, a quota, a limit or a defect. Complete blocks are kept."""
 
     status = 3
 
 
 class NoMotionError(RequestError):
-    """A start that is possible and has no motion: none exists, it ends where it begins, or it could not be resolved."""
+    """A valid start without a motion: none exists, it ends where it begins, or it could not be resolved."""
 
 
 class FailedBlocksError(RequestError):
@@ -64,15 +64,15 @@ class FailedBlocksError(RequestError):
 
 
 class LeftOutWarning(UserWarning):
-    """A file holds variables that no atlas has, and that cannot be read with one: they are left out."""
+    """A file has variables that no atlas has and that cannot be read with it: they are left out."""
 
 
 class SurroundingsWarning(RuntimeWarning):
-    """The surroundings cost time or last bits: the folder of the cache, the system or the processor."""
+    """The cache folder, the system or the processor costs time or changes last bits."""
 
 
 class StoppedError(Exception):
-    """A run was asked to stop and ended between two blocks; ``str(error)`` says which finished blocks are kept."""
+    """A run was asked to stop and ended between two blocks; ``str(error)`` states which finished blocks are kept."""
 
 
 def _shortened(text: str, most: int) -> str:
@@ -80,41 +80,41 @@ def _shortened(text: str, most: int) -> str:
 
 
 def shown(raw: object) -> str:
-    """Return what a request gave, as it was given, short enough for a message."""
+    """Return a value of a request as the user wrote it, shortened for a message."""
     text = raw if isinstance(raw, str) else repr(raw)
     return text if len(text) <= 80 else f"{text[:60]} ... {text[-15:]}"
 
 
 def as_path(given: object, example: str = "rolling.nc") -> Path:
-    """Return a path that was given as text or as a path.
+    """Return a path given as text or as a path object.
 
     Raises
     ------
     RequestError
-        If it is something else.
+        If it is neither.
     """
     text = os.fspath(given) if isinstance(given, (str, os.PathLike)) else None
     if isinstance(text, str):
         return Path(text)
     raise RequestError(
-        f"A path is a text or a pathlib.Path; got a {type(given).__name__}.",
-        hint=f'Write "{example}", for instance.',
+        f"A path must be a string or a pathlib.Path; got a {type(given).__name__}.",
+        hint=f'For example, write "{example}".',
     )
 
 
 def counted(count: int, thing: str, of: int | None = None) -> str:
-    """Return a count with its noun: ``1 cell``, ``0 cells``; `of` so many: ``1 of 3 cells``, ``1 of 1 cell``."""
+    """Return a count with its noun: ``1 cell``, ``0 cells``; with `of`: ``1 of 3 cells``, ``1 of 1 cell``."""
     noun = thing if (count if of is None else of) == 1 else f"{thing}s"
     return f"{count} {noun}" if of is None else f"{count} of {of} {noun}"
 
 
 def are(count: int, one: str = "is", more: str = "are") -> str:
-    """Return the verb of so many things: ``is`` of one, ``are`` of none or several."""
+    """Return the verb for a count: ``is`` for one, ``are`` for none or several."""
     return one if count == 1 else more
 
 
 def printable(text: str) -> str:
-    """Return a text on one line with all that does not print escaped: XML may not hold it, and a terminal obeys it."""
+    """Return a text on one line with unprintable characters escaped: XML forbids them, and terminals obey them."""
     if text.isprintable():
         return text
     return "".join(
@@ -123,12 +123,12 @@ def printable(text: str) -> str:
 
 
 def plain_text(attribute: object) -> str:
-    """Return the text of an attribute as a person wrote it, which is what figures and terminals show.
+    """Return the text of an attribute as a person wrote it, to show in figures and terminals.
 
     Parameters
     ----------
     attribute : object
-        As `sweep.atlas.cf_metadata.ascii_text` gives it. What is no number of a character that prints stays as it is.
+        Text from `sweep.atlas.cf_metadata.ascii_text`. Escapes of unprintable characters are kept.
     """
 
     def character(spelled: re.Match[str]) -> str:

@@ -1,11 +1,11 @@
-"""The machine: all that the program asks of it, and the systems and processors that are supported.
+"""Queries of the machine, and the supported systems and processors.
 
-Processors, memory, free disk and the user's folder are asked for here and nowhere else, so that tests can put their own
-answers in place of these functions; whoever calls one calls it by its module, ``platforms.free_bytes(...)``.
+Only this module asks for processors, memory, free disk space and the user's folder, so that tests can replace these
+functions. Call them through the module, as in ``platforms.free_bytes(...)``.
 
-Supported are Linux and macOS on x86-64 and arm64 processors with fused multiply-add: there the tests run, and there the
-bits of the golden files were made. A system without file locks of the POSIX kind is refused: the journal of a run needs
-them. Another processor computes too, more slowly and with other last bits.
+The supported systems are Linux and macOS on x86-64 and arm64 processors with fused multiply-add: the tests run there,
+and the golden files were made there. A system without POSIX file locks is refused, because the journal of a run needs
+them. Other processors also work, but more slowly and with different last bits.
 """
 
 import importlib.util
@@ -23,7 +23,7 @@ from pathlib import Path
 
 from sweep.errors import RequestError, SurroundingsWarning
 
-#: Address space [bytes] that a small run and a figure take, and what each thread adds (its stack and its buffers).
+#: Address space [bytes] of a small run and a figure, and of each additional thread (its stack and its buffers).
 _LIBRARIES_BYTES, _THREAD_BYTES = 0.8e9, 1.0e8
 
 #: Possible values of NUMBA_NUM_THREADS.
@@ -38,7 +38,7 @@ class UnsupportedSystemError(RequestError, ImportError):
 
 
 def check_system() -> None:
-    """Refuse a system without the file locks of runs.
+    """Refuse a system without the file locks that runs need.
 
     Raises
     ------
@@ -46,16 +46,16 @@ def check_system() -> None:
     """
     if importlib.util.find_spec("fcntl") is None:
         raise UnsupportedSystemError(
-            f"Linux and macOS are supported; this system is {platform.system() or sys.platform}, which lacks the file "
-            "locks (Python's module fcntl) that keep two runs from writing one output.",
+            f"eulerdisk supports Linux and macOS; this system is {platform.system() or sys.platform}, which lacks the "
+            "file locks (Python's module fcntl) that prevent two runs from writing the same output.",
             hint="On Windows use eulerdisk in the Windows Subsystem for Linux (WSL).",
         )
 
 
 def check_memory() -> None:
-    """Refuse a limit of memory under which the libraries cannot be loaded.
+    """Refuse a memory limit that is too small for loading the libraries.
 
-    They do not report that they have too little: they end the process, or wait for threads that could not be started.
+    The libraries do not report this: they end the process, or wait for threads that could not be started.
 
     Raises
     ------
@@ -73,16 +73,16 @@ def check_memory() -> None:
 
 
 def most_threads() -> int:
-    """Return how many threads kernels may run in: NUMBA_NUM_THREADS, or as many as there are processors.
+    """Return the largest number of threads for kernels: NUMBA_NUM_THREADS, or the number of processors.
 
     Raises
     ------
     RequestError
-        If the variable is no number.
+        If the variable is not a number from 1 to 9999.
     """
     asked = os.environ.get("NUMBA_NUM_THREADS")
     if asked == "":
-        # as from an unset variable of a script; Numba would take it for a number
+        # e.g. from an unset variable in a script; Numba would try to read it as a number
         del os.environ["NUMBA_NUM_THREADS"]
     if asked and not re.fullmatch(_THREADS, asked):
         raise RequestError(
@@ -94,22 +94,22 @@ def most_threads() -> int:
 
 
 def available_threads() -> int:
-    """Return how many threads this process may use: its processors, within the CPU quota of its control group."""
+    """Return the number of threads for this process: its processors, limited by the CPU quota of its cgroup."""
     return max(1, min(processors(), math.ceil(min(processor_quota(), 1e9))))
 
 
 def usual_threads() -> int:
-    """Return how many threads kernels run in by default: those available, NUMBA_NUM_THREADS at most."""
+    """Return the default number of threads for kernels: the available ones, at most NUMBA_NUM_THREADS."""
     return min(available_threads(), most_threads())
 
 
 def processors() -> int:
-    """Return how many processors this process may use."""
+    """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def processor_quota() -> float:
-    """Return how many processors' time the control group of this process may take; infinite without a quota."""
+    """Return the CPU quota of this process's control group, in processors; infinite without a quota."""
     try:
         with open("/sys/fs/cgroup/cpu.max", encoding="ascii") as file:
             quota, period = file.read().split()
@@ -119,7 +119,7 @@ def processor_quota() -> float:
 
 
 def address_space() -> float:
-    """Return how many bytes of addresses this process may use; infinite without a limit."""
+    """Return the limit of this process's address space [bytes]; infinite without a limit."""
     import resource
 
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
@@ -127,16 +127,16 @@ def address_space() -> float:
 
 
 def free_bytes(folder: Path) -> float:
-    """Return the bytes that are free on the disk of a folder; infinite if the file system does not say."""
-    # a file system that has no size does not say what it takes: /proc takes nothing, some network mounts anything
+    """Return the free space on the disk of a folder [bytes]; infinite if the file system does not report it."""
+    # file systems that report a size of 0 do not report their room: /proc has none, some network mounts any amount
     usage = shutil.disk_usage(folder)
     return usage.free if usage.total else math.inf
 
 
 def cache_home() -> Path:
-    """Return the folder in which this user keeps what can be made again.
+    """Return the cache folder of this user.
 
-    A user without a home, as in a container that runs under a bare number, has a folder among the temporary files.
+    For a user without a home, as in a container with a bare user number, it lies among the temporary files.
     """
     import platformdirs
 
@@ -144,19 +144,19 @@ def cache_home() -> Path:
         folder = Path(platformdirs.user_cache_dir("eulerdisk", appauthor=False))
     except RuntimeError:
         folder = Path("~")
-    # older versions of platformdirs leave "~" as it is, which would name a folder here
+    # older versions of platformdirs do not expand "~", which would name a folder in the working directory
     return folder if folder.is_absolute() else Path(tempfile.gettempdir(), f"eulerdisk-{os.getuid()}")
 
 
 def processor() -> str:
-    """Return LLVM's name of this processor."""
+    """Return LLVM's name for this processor."""
     from llvmlite import binding
 
     return str(binding.get_host_cpu_name())
 
 
 def host_features() -> Mapping[str, bool]:
-    """Return the features of this processor, by LLVM's names; none if LLVM does not know it."""
+    """Return the features of this processor by LLVM name; empty if LLVM does not know the processor."""
     from llvmlite import binding
 
     try:
@@ -167,20 +167,20 @@ def host_features() -> Mapping[str, bool]:
 
 @lru_cache
 def warn_of_processor() -> None:
-    """Warn once, when the first kernel is loaded, if the system or the processor is none of those supported."""
+    """Warn once, when the first kernel is loaded, if the system or the processor is not supported."""
     problem = _problem()
     if problem:
         warnings.warn(
-            f"{problem}. Supported are Linux and macOS on x86-64 and arm64 processors with fused multiply-add. The "
-            "kernels work here too, but may be slower, and the last bits of an atlas may differ from those of other "
-            "machines.",
+            f"{problem}. eulerdisk supports Linux and macOS on x86-64 and arm64 processors with fused multiply-add. "
+            "The kernels also work here, but may be slower, and the last bits of an atlas may differ from atlases of "
+            "other machines.",
             SurroundingsWarning,
             stacklevel=2,
         )
 
 
 def _problem() -> str:
-    """Return what is not supported here, without a full stop; empty if everything is."""
+    """Return what is not supported here, without a period; empty if everything is supported."""
     machine = platform.machine().lower()
     if sys.platform not in _SYSTEMS:
         return f"eulerdisk was not tested on this system, {sys.platform}"
@@ -192,6 +192,6 @@ def _problem() -> str:
 
 
 def _has_fma() -> bool:
-    """Return whether an x86-64 processor multiplies and adds in one instruction, as far as LLVM can tell."""
-    # LLVM compiles without the instruction for a processor that it does not know
+    """Return whether LLVM reports a fused multiply-add instruction for an x86-64 processor."""
+    # LLVM compiles without this instruction for unknown processors
     return bool(host_features().get("fma"))

@@ -1,12 +1,13 @@
-"""The pytest fixture `eulerdisk_atlas`: run a spec and compare the atlas with a reference file, or rewrite the file.
+"""The pytest fixture `eulerdisk_atlas`, which runs a spec and compares the atlas with a reference file.
 
 ::
 
     def test_rolling(eulerdisk_atlas):
         eulerdisk_atlas("rolling roll_rate=2:4:20 tilt=0.1deg:20deg:10:log", "data/rolling.nc")
 
-``pytest --eulerdisk-regen`` rewrites the reference files instead. Values may differ as far as the two atlases state;
-``eulerdisk_atlas(words, file, tolerances={"tilt_max": 1e-6})`` allows other differences, and ``exact=True`` none.
+``pytest --eulerdisk-regen`` rewrites the reference files instead. Values may differ within the accuracy that the two
+atlases state; ``eulerdisk_atlas(words, file, tolerances={"tilt_max": 1e-6})`` sets other tolerances, and ``exact=True``
+allows no difference.
 """
 
 import shlex
@@ -18,7 +19,7 @@ import pytest
 
 _OPTION = "--eulerdisk-regen"
 
-#: Messages about a reference file.
+#: End of the message about a rewritten reference file.
 _WRITTEN = " was written"
 
 
@@ -29,7 +30,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
-    """Say which reference files were written: a skipped test alone says it only to those who ask."""
+    """Report which reference files were written: pytest shows the reason for a skip only on request."""
     for report in terminalreporter.stats.get("skipped", ()) if config.getoption(_OPTION) else ():
         if (said := str(report.longrepr[2]).removeprefix("Skipped: ")).endswith(_WRITTEN):
             terminalreporter.write_line(f"eulerdisk: {said}")
@@ -39,9 +40,9 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
 def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[..., None]:
     """Return a function that runs a spec and compares the atlas with a reference file.
 
-    Its arguments are the words of ``eulerdisk run``, as one text, and the path of the file, relative to the folder of
-    the test; `tolerances` and `exact` are those of `sweep.checks.compare.compare`. It fails the test with the report of
-    ``eulerdisk compare`` if the two differ.
+    Its arguments are the words of ``eulerdisk run`` as one string, and the path of the file relative to the folder of
+    the test; `tolerances` and `exact` are as in `sweep.checks.compare.compare`. If the two differ, the test fails with
+    the report of ``eulerdisk compare``.
     """
     folder = request.path.parent
 
@@ -68,20 +69,20 @@ def eulerdisk_atlas(request: pytest.FixtureRequest) -> Callable[..., None]:
         first, *changes = shlex.split(words)
         wrong = ""
         try:
-            # the path of a spec file is relative to the folder of the test too
+            # the path of a spec file is also relative to the folder of the test
             spec = SweepSpec.from_words(folder / first if first.endswith(".toml") else first, changes)
             if request.config.getoption(_OPTION):
                 command = f"eulerdisk run {words} -o {Path(reference).as_posix()}"
                 run_to_file(spec, path, overwrite=True, command=command)
                 pytest.skip(f"{reference}{_WRITTEN}")
             if not path.exists():
-                pytest.fail(f"{path} does not exist: pytest {_OPTION} writes it", pytrace=False)
+                pytest.fail(f"{path} does not exist; create it with pytest {_OPTION}", pytrace=False)
             with open_atlas(path) as trusted:
                 comparison = compare(run(spec), trusted, tolerances=tolerances, exact=exact)
         except RequestError as error:
             wrong = f"{words}: {error}"
         if wrong:
-            # not where the error is handled: pytest would print both, and the message says what to do
+            # outside of the except block, because pytest would print both errors; the message has the hint
             pytest.fail(wrong, pytrace=False)
         if not comparison.same:
             pytest.fail(f"{words}: differs from {reference}\n{in_words(comparison)}", pytrace=False)

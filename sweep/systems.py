@@ -1,6 +1,6 @@
-"""Imports for a file of systems: the marks ``@system(...)`` and ``@body(...)``, functions, and a number.
+"""Imports for a file of systems: the decorators ``@system(...)`` and ``@body(...)``, functions, and pi.
 
-A mark reads the source of the function and never calls it::
+A decorator reads the source of the function and never calls it::
 
     from sweep.systems import system, sin
 
@@ -32,7 +32,7 @@ __all__ = ["System", "body", "cos", "exp", "log", "pi", "sin", "sqrt", "system",
 
 
 class System:
-    """A system of a user, made by the mark ``@system(...)``.
+    """A user's system, made by the decorator ``@system(...)`` or ``@body(...)``.
 
     Parameters
     ----------
@@ -44,29 +44,29 @@ class System:
         self.__name__, self.__doc__ = definition.name, definition.title or None
 
     def __repr__(self) -> str:
-        """Return what a notebook shows."""
+        """Return a short text for notebooks."""
         names = ", ".join(each.name for each in self.definition.states)
         return f"<system {self.definition.name} of {names}>"
 
     def __call__(self, *states: float, **parameters: float) -> tuple[float, ...]:
-        """Return the rates of the states at one place.
+        """Return the rates of the states at one point.
 
         Parameters
         ----------
         *states : float
-            In their units in SI; the start for those that are left out.
+            Values in SI units; states that are not given have their start values.
         **parameters : float
-            Parameters and states by name, in SI, and ``t`` [time], which is 0 otherwise.
+            Parameters and states by name, in SI, and the time ``t``, 0 by default.
 
         Returns
         -------
         tuple of float
-            NaN or infinity where a rate has no value.
+            NaN or infinity if a rate has no value.
 
         Raises
         ------
         TypeError
-            As of any function that is called with other arguments than it has.
+            As for any function, if an argument is unknown, repeated or one too many.
         """
         found = self.definition
         given = dict(zip((each.name for each in found.states), states, strict=False))
@@ -83,38 +83,38 @@ class System:
 
 
 def system(*args: Any, **words: Any) -> Callable[[Callable[..., Any]], System]:
-    """Return a mark that reads a system from the source of a function.
+    """Return a decorator that reads a system from the source of a function.
 
     Parameters
     ----------
     **words
         ``duration``, ``ends``, ``measures``, ``label``, ``conserved``, ``stable``, ``theory``. They are read from the
-        source like the function: a text stands there itself, in quotes.
+        source like the function, so a text must be a string literal.
 
     Raises
     ------
     RequestError
-        When it marks a function: if its source cannot be found, or what it says cannot be computed; with the line.
+        From the decorator: if the source of the function cannot be found, or cannot be computed; with the line.
     """
     return _mark("system", args, words)
 
 
 def body(*args: Any, **words: Any) -> Callable[[Callable[..., Any]], System]:
-    """Return a mark that reads a body of revolution, which rolls on a plane, from the source of a function.
+    """Return a decorator that reads a rolling body of revolution from the source of a function.
 
-    The function returns the height of the centre of mass over the plane, over the radius, as a function of ``tilt``,
-    which is the support function of the body's meridian, and the axial and the transverse moment of inertia about the
-    centre of mass, over mass times radius squared (docs/own-system.md).
+    The function returns three values (docs/own-system.md). The first is the height of the center of mass above the
+    plane, divided by the radius, as a function of ``tilt``: the support function of the body's meridian. The others are
+    the axial and the transverse moment of inertia about the center of mass, divided by mass times radius squared.
 
     Parameters
     ----------
     **words
-        Those of `system`, except for ``conserved``: of a body that is its energy.
+        As in `system`, except ``conserved``: for a body this is the energy.
 
     Raises
     ------
     RequestError
-        Also if the meridian is not convex, or the moments are those of no body.
+        As in `system`; also if the meridian is not convex, or no body has these moments.
     """
     return _mark("body", args, words)
 
@@ -125,22 +125,22 @@ def _mark(
     def mark(function: Callable[..., Any]) -> System:
         try:
             lines, first = inspect.getsourcelines(function)
-        # TypeError: of what is no function
+        # TypeError: the argument is not a function
         except (OSError, TypeError) as problem:
             raise RequestError(
-                "The source of this system cannot be found, and it is read from its source.",
-                hint="Write it in a file or in a cell of a notebook.",
+                "The source of this system cannot be found; a system is read from its source.",
+                hint="Write it in a file or in a notebook cell.",
                 where=shown(getattr(function, "__name__", repr(function))),
             ) from problem
         path = Path(inspect.getsourcefile(function) or "")
-        # a cell of a notebook has a name of digits
+        # a notebook cell has no file
         where = path.name if path.is_file() else "this cell"
         return System(read_function(textwrap.dedent("".join(lines)), where, first, _constants(function)))
 
     if len(args) == 1 and not words and callable(args[0]):
         has_units = name == "body" or bool(getattr(args[0], "__annotations__", {}))
         raise RequestError(
-            f"@{name} has no words: duration is missing.",
+            f"@{name} needs at least the argument duration; got none.",
             hint=f'Write @{name}(duration="{"10 s" if has_units else "10"}").',
             where=shown(getattr(args[0], "__name__", repr(args[0]))),
         )
@@ -148,7 +148,7 @@ def _mark(
 
 
 def _constants(function: Callable[..., Any]) -> dict[str, float]:
-    """Return the numbers that a function may name: of its module, and of a function around it."""
+    """Return the numbers that a function may use: globals of its module, and variables of enclosing functions."""
     found = dict(getattr(function, "__globals__", {}))
     cells = getattr(function, "__closure__", None) or ()
     for name, cell in zip(getattr(function, "__code__").co_freevars, cells, strict=True):  # noqa: B009

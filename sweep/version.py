@@ -1,6 +1,6 @@
-"""The version of the distribution, and its home. They stand here alone: a tree never installed states them too."""
+"""The version and the home page of the distribution, defined only here so that they exist without installation."""
 
 __version__ = "0.1.0"
 
-#: Where the program is to be had, as ``[project.urls]`` says; empty as long as it is nowhere.
+#: Home page of the program, as in ``[project.urls]``; empty until it is published.
 HOME = ""

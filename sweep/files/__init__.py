@@ -1,1 +1,1 @@
-"""Datasets in files: written aside, checked and published by one rename; opened, looked at and exported."""
+"""Datasets in files: writing to temporary names, checking, publishing by one rename, opening and exporting."""

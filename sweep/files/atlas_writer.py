@@ -1,8 +1,8 @@
-"""The netCDF file of an atlas, written from blocks of cells: netCDF declares it, its chunks are filtered in threads.
+"""The netCDF file of an atlas, written from blocks of cells whose chunks are filtered in several threads.
 
-netCDF writes the small variables and declares those of the cells. Their chunks are filtered in several threads
-(`sweep.files.raw_chunks`), and h5py, which can store what is filtered already, puts them into the same file. The two
-libraries bring an HDF5 each, so the file is never open in both.
+netCDF writes the small variables and declares the cell variables. Several threads filter the chunks of the cell
+variables (`sweep.files.raw_chunks`), and h5py, which can store filtered chunks, writes them to the same file. Each
+library has its own HDF5, so the file is never open in both.
 """
 
 import contextlib
@@ -26,18 +26,18 @@ from sweep.files.raw_chunks import RawChunks, packed
 from sweep.model.description import Columns
 from sweep.request.spec import SweepSpec
 
-#: Returns all variables of the cells of a span from the columns that there are of them.
+#: Returns all cell variables of a span from the columns available.
 Completion = Callable[[Span, Columns], Columns]
 
-#: Threads that filter, at most: one thread writes as much as about so many filter.
+#: Largest number of filtering threads: about this many keep the one writing thread busy.
 _MOST_THREADS = 16
 
-#: Chunks that wait to be written beside those that are being filtered, 5 MB each.
+#: Chunks waiting to be written, in addition to those being filtered; 5 MB each.
 _WAITING = 2
 
 
 class _Chunk(NamedTuple):
-    """A chunk of the cells' variables: its cells, its place in the grid, and its stored form for each variable."""
+    """A chunk of the cell variables: its cells, its place in the grid, and its stored form for each variable."""
 
     block: Block
     slices: tuple[slice, ...]
@@ -47,22 +47,22 @@ class _Chunk(NamedTuple):
 class AtlasWriter:
     """The netCDF file of an atlas while it is written: cells first, then the boundary.
 
-    All methods have to be called in one thread, since neither netCDF nor HDF5 may be called in two.
+    All methods must be called in the same thread, because netCDF and HDF5 are not thread-safe.
 
     Parameters
     ----------
     path : Path
-        A temporary name: until the boundary is written, the file is not complete.
+        A temporary name: the file is incomplete until the boundary is written.
     spec : SweepSpec
     attributes : mapping
         The global attributes.
     threads : int
-        Threads that filter chunks, beside the one that writes them.
+        Number of threads that filter chunks, in addition to the one that writes them.
 
     Raises
     ------
     OSError, RuntimeError
-        From every method: if the file system or netCDF refuses.
+        From every method, if the file system or netCDF fails.
     """
 
     def __init__(
@@ -72,7 +72,7 @@ class AtlasWriter:
         attributes: Mapping[str, Any],
         threads: int = 1,
     ) -> None:
-        # absolute, because netCDF-C leaves out blanks at the begin of a name
+        # absolute, because netCDF-C drops blanks at the start of a name
         self._path, self.spec, self._threads = path.absolute(), spec, min(threads, _MOST_THREADS)
         self._cells = cell_declarations(spec)
         self._chunk = chunk_shape(spec.shape)
@@ -89,17 +89,17 @@ class AtlasWriter:
     def write_cells(
         self, blocks: Iterable[Block], complete: Completion = lambda _, columns: columns
     ) -> Iterator[Block]:
-        """Write the variables with one value per cell chunk by chunk; yield the cells of each chunk that is written.
+        """Write the cell variables chunk by chunk; yield the cells of each chunk once it is written.
 
-        The order of the chunks depends on the grid alone, and so do the bytes of the file.
+        The order of the chunks depends only on the grid, so the bytes of the file do not depend on the threads.
 
         Parameters
         ----------
         blocks : iterable of Block
             All cells in C order.
         complete : callable
-            Makes all variables of a chunk of what the blocks hold; called in several threads at once. If not given, the
-            blocks hold all variables.
+            Computes all variables of a chunk from the columns of the blocks; called in several threads at once. If not
+            given, the blocks must have all variables.
         """
         if not self.spec.axes:
             yield self._write_only_cell(blocks, complete)
@@ -110,7 +110,7 @@ class AtlasWriter:
             contents = [packed(_filled(each, columns[each.name]), cells) for each in self._cells]
             return _Chunk(Block(block.span, columns), slices, contents)
 
-        # not lists: 1e10 cells have 150,000 chunks
+        # generators, not lists: 1e10 cells have 150,000 chunks
         places = (slices for _, slices in chunks(self.spec.shape))
         spans = (span for span, _ in chunks(self.spec.shape))
         jobs = zip(places, regroup(blocks, spans), strict=True)
@@ -122,15 +122,15 @@ class AtlasWriter:
                 yield chunk.block
 
     def write_boundary(self, seen: Seen = unseen) -> None:
-        """Find the boundary that the stored verdicts have, and write it, with the dimensions that only it has.
+        """Find the boundary in the stored verdicts, and write it with its dimensions.
 
-        `seen` is called now and then with the share of the search that is done, from 0 to 1.
+        `seen` is called from time to time with the finished share of the search, from 0 to 1.
         """
         with self._opened("a") as file:
             stability = file["stability"]
             stability.set_auto_maskandscale(False)
             verdicts = np.asarray(stability[...])
-        # the search calls `seen`, which may read files of its own
+        # the file is closed here, because the search calls `seen`, which may read other files
         found = [*boundaries(self.spec, verdicts, seen)]
         with self._opened("a") as file:
             for declared, values in found:
@@ -141,14 +141,14 @@ class AtlasWriter:
 
     @contextlib.contextmanager
     def _opened(self, mode: Literal["w", "a"]) -> Iterator[Any]:
-        # not at the top: a request that is refused before any file is opened need not wait for this import
+        # not at the top, so that a request refused before any file is opened does not wait for this import
         import netCDF4
 
         with netcdf_to_itself(), netCDF4.Dataset(self._path, mode, format="NETCDF4_CLASSIC") as file:
             yield file
 
     def _write_only_cell(self, blocks: Iterable[Block], complete: Completion) -> Block:
-        """Write the cell of a grid without axes: netCDF stores single numbers as they are."""
+        """Write the cell of a grid without axes: netCDF stores scalars without chunks."""
         (given,) = blocks
         block = Block(given.span, complete(given.span, given.columns))
         with self._opened("a") as file:
@@ -157,7 +157,7 @@ class AtlasWriter:
         return block
 
     def _is_compressed(self, declared: Declaration) -> bool:
-        """Whether a coordinate is as long as the cells are many: the numbers of a list of starts."""
+        """Return whether a coordinate is as long as the list of starts, and should be compressed."""
         return self.spec.is_list and declared.dims == self.spec.axes
 
     def _write_whole(self, file: Any, declared: Declaration, values: npt.NDArray[Any]) -> None:
@@ -187,9 +187,9 @@ def _filled(declared: Declaration, values: Any) -> Any:
 def _in_order[S, T](
     function: Callable[[S, T], _Chunk], jobs: Iterable[tuple[S, T]], threads: int
 ) -> Iterator[Iterator[_Chunk]]:
-    """Give what a function returns for each job, computed in threads, in the order of the jobs.
+    """Yield an iterator over the results of a function for each job, computed in threads, in the order of the jobs.
 
-    Few more jobs are taken than there are threads: memory stays bounded.
+    Only a few more jobs than threads are started at a time, which bounds the memory.
     """
     pool = ThreadPoolExecutor(threads)
 
@@ -209,7 +209,7 @@ def _in_order[S, T](
 
 
 def regroup(blocks: Iterable[Block], spans: Iterable[Span]) -> Iterator[Block]:
-    """Yield consecutive spans of cells, cut from consecutive blocks of the same cells."""
+    """Yield the cells in the given consecutive spans, cut from consecutive blocks of the same cells."""
     stream, held = iter(blocks), list[Block]()
     for span in spans:
         while not held or held[-1].span.stop < span.stop:
@@ -219,7 +219,7 @@ def regroup(blocks: Iterable[Block], spans: Iterable[Span]) -> Iterator[Block]:
             name: [each.columns[name][cut] for each, cut in zip(held, cuts, strict=True)]
             for name in held[0].columns
         }
-        # most spans lie in one block: its columns are not copied
+        # most spans lie in one block, whose columns are not copied
         yield Block(
             span, {name: part[0] if len(part) == 1 else np.concatenate(part) for name, part in parts.items()}
         )

@@ -1,6 +1,6 @@
-"""The cells of an atlas block by block: its variables as flat columns of consecutive cells.
+"""The cells of an atlas, read block by block as flat columns of consecutive cells.
 
-A block is a few whole chunks, so that of a file every chunk is inflated once and an atlas of any size can be read.
+A block consists of a few whole chunks, so every chunk of a file is inflated once and an atlas of any size can be read.
 """
 
 import math
@@ -16,7 +16,7 @@ from sweep.engine.grid import BLOCK_CELLS, Span, chunk_shape, chunks
 if TYPE_CHECKING:
     import xarray as xr
 
-#: How often a chunk of a file may be inflated while all blocks are read one after the other.
+#: Largest number of times that a chunk of a file may be inflated, on average, while all blocks are read in turn.
 _MOST_TIMES = 2.0
 
 Values = npt.NDArray[Any]
@@ -24,7 +24,7 @@ Slices = tuple[slice, ...]
 
 
 class UnreadableError(OSError):
-    """Cells of a variable cannot be read.
+    """The cells of a variable cannot be read.
 
     Attributes
     ----------
@@ -38,17 +38,16 @@ class UnreadableError(OSError):
 
 
 class CellReader:
-    """Reads variables with one value per cell.
+    """A reader of variables with one value per cell.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        An atlas in memory, or opened from a file and not read yet.
+        An atlas in memory, or a lazily opened one.
     names : sequence of str
-        Variables of one shape, that of the grid.
+        Variables with the shape of the grid.
     whole : bool
-        Read each variable as a whole when cells of it are asked for: of a dataset whose cells are others, or in another
-        order, than those of its file.
+        Read each variable as a whole on first use. Use this if the dataset selects or reorders the cells of its file.
     """
 
     def __init__(self, dataset: "xr.Dataset", names: Sequence[str], whole: bool = False) -> None:
@@ -66,7 +65,7 @@ class CellReader:
     def blocks(self, names: Collection[str]) -> Generator[tuple[Span, dict[str, Values]]]:
         """Yield all cells in C order: spans of whole chunks, and the columns of some variables, shape (len(span),).
 
-        The names are looked at for each block anew.
+        `names` is read again for each block, so it may change in between.
 
         Raises
         ------
@@ -76,7 +75,7 @@ class CellReader:
             yield span, {name: self.read(name, span) for name in tuple(names)}
 
     def spans(self) -> Iterator[Span]:
-        """Yield the spans of `blocks`: no more than a block of computation each, or one chunk."""
+        """Yield the spans of `blocks`, each at most a block of computation or one chunk."""
         start, stop = 0, 0
         for span, _ in self._places:
             if span.stop - start > BLOCK_CELLS and stop > start:
@@ -87,7 +86,7 @@ class CellReader:
             yield Span(start, stop)
 
     def read(self, name: str, span: Span) -> Values:
-        """Return the values of a variable in any span of cells, shape (len(span),); not to be changed.
+        """Return the values of a variable in any span of cells, shape (len(span),); do not modify them.
 
         Raises
         ------
@@ -96,12 +95,12 @@ class CellReader:
         first = bisect_right(self._begins, span.start) - 1
         places = self._places[first : bisect_left(self._begins, span.stop)]
         if len(places) == 1:
-            # of an array in memory this is a view
+            # a view, if the array is in memory
             return self._cut(name, *places[0], span)
         return np.concatenate([self._cut(name, chunk, slices, span) for chunk, slices in places])
 
     def _cut(self, name: str, chunk: Span, slices: Slices, span: Span) -> Values:
-        """Return the cells of a chunk that lie in a span."""
+        """Return the values of a chunk that lie in a span."""
         try:
             return self._chunk_of(name, slices)[max(0, span.start - chunk.start) : span.stop - chunk.start]
         except (OSError, RuntimeError) as problem:
@@ -116,7 +115,7 @@ class CellReader:
 
 
 def _is_read_often(encoding: Mapping[Any, Any], shape: tuple[int, ...], chunk: tuple[int, ...]) -> bool:
-    """Return whether the chunks of a file lie so across those of the grid that each is inflated several times."""
+    """Return whether reading the grid by its chunks would inflate the chunks of the file several times."""
     stored = encoding.get("chunksizes")
     if not stored or len(stored) != len(shape):
         return False

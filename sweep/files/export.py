@@ -1,6 +1,6 @@
 """Atlases and motions in other formats: tables of cells or samples (csv, parquet), and zarr.
 
-A format is an entry in `FORMATS`; no other code depends on which formats there are.
+Each format is an entry in `FORMATS`; no other code depends on the list of formats.
 """
 
 import contextlib
@@ -23,57 +23,57 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-#: Rows of a table that are in memory at a time.
+#: Number of rows of a table in memory at a time.
 _ROWS = 250_000
 
 
 class Format(NamedTuple):
-    """A format that atlases are exported to."""
+    """An export format."""
 
-    #: Writes an atlas; what is at the path appears only when it is complete.
+    #: Writes an atlas; the file appears only when it is complete.
     write: Callable[["xr.Dataset", Path], None]
-    #: The distribution that the format needs beside those that are always installed.
+    #: The distribution that the format needs in addition to those always installed.
     distribution: str | None = None
-    #: Refuses a target that cannot be written, or that must not be replaced unless the second argument says so.
+    #: Refuses a target that cannot be written, or that exists if the second argument (overwrite) is false.
     check: Callable[[Path, bool], None] = check_target
-    #: Returns the name of a second file, which some atlases have.
+    #: Returns the path of a second file, which some atlases need.
     beside: Callable[[Path], Path] | None = None
 
 
 def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: bool = False) -> list[Path]:
-    """Write an atlas or a motion in another format; what is at `path` appears only when it is complete.
+    """Write an atlas or a motion in another format; the file or folder appears only when it is complete.
 
     Parameters
     ----------
     dataset : xarray.Dataset
-        An atlas, or a motion: its table has one row for each sample.
+        An atlas, or a motion, whose table has one row for each sample.
     path : str or Path
-        The file, or for zarr the folder.
+        The file, or the folder for zarr.
     kind : str
-        A key of `FORMATS`. A table (csv, parquet) has one row for each cell: the parameters, the measures in SI, flags
-        as words. Parquet has the boundaries of the cell's row too, but no curves, and keeps units and attributes in its
-        metadata. Beside a csv is another one, ``NAME.boundary.csv``, if the atlas has a boundary: see
+        A key of `FORMATS`. A table (csv, parquet) has one row for each cell: parameters, measures in SI, and flags as
+        words. Parquet also has the boundaries of the cell's row, but no curves; its metadata has the units and
+        attributes. For csv, the boundary goes to a second file ``NAME.boundary.csv`` if the atlas has one; see
         `sweep.atlas.boundary_rows`.
     overwrite : bool
-        Replace what is there.
+        Replace an existing file or folder.
 
     Returns
     -------
     list of Path
-        What was written: `path`, and the file with the boundary if there is one.
+        The paths written: `path`, and the file with the boundary if there is one.
 
     Raises
     ------
     RequestError
-        If the format is unknown or its library missing, or the target cannot be written.
+        If the format is unknown, its library is missing, or the target cannot be written.
     StorageError
-        If the file system refuses.
+        If the file system fails.
     """
     path = Path(path)
     if kind not in FORMATS:
         raise RequestError(
-            f"There is no format {shown(kind)}; the formats are {', '.join(FORMATS)}.",
-            hint="Choose one of them.",
+            f"Unknown format {shown(kind)}; the formats are {', '.join(FORMATS)}.",
+            hint="Choose one of these formats.",
             where="--to",
         )
     chosen = FORMATS[kind]
@@ -81,7 +81,7 @@ def export(dataset: "xr.Dataset", path: str | Path, kind: str, *, overwrite: boo
         ready = [name for name, each in FORMATS.items() if each.distribution is None]
         raise RequestError(
             f"The format {kind} needs the package {chosen.distribution}, which is not installed; {', '.join(ready)} "
-            "needs nothing more.",
+            "needs no other package.",
             hint=f"Run `pip install {chosen.distribution}`, or choose another format.",
             where="--to",
         )
@@ -96,9 +96,9 @@ def _write_csv(dataset: "xr.Dataset", path: Path) -> None:
     rows = (boundary_rows(dataset) or curve_rows(dataset)) if of_cells else []
     with published(path) as unfinished:
         for i, table in enumerate(_tables(without_boundary(dataset) if of_cells else dataset)):
-            # every digit, so that the number read is the number written
+            # pandas writes every digit, so that reading gives the same numbers
             table.to_csv(unfinished, mode="a" if i else "w", header=not i, index=False)
-    # one that is there belongs to what has been replaced
+    # an existing boundary file belongs to the replaced table, so it is overwritten even without rows
     if rows or boundary_file(path).exists():
         with published(boundary_file(path)) as unfinished:
             unfinished.write_text(as_csv(rows), encoding="ascii")
@@ -110,7 +110,7 @@ def _check_csv(path: Path, overwrite: bool) -> None:
 
 
 def boundary_file(path: Path) -> Path:
-    """Return the file beside a table of cells that has the boundary: ``atlas.boundary.csv``."""
+    """Return the path of the boundary file next to a table of cells: ``atlas.boundary.csv``."""
     return path.parent / f"{path.stem}.boundary{path.suffix}"
 
 
@@ -139,26 +139,26 @@ def _check_zarr(path: Path, overwrite: bool) -> None:
         check_target(path, False)
     elif not overwrite:
         raise RequestError(
-            "Nothing is written, because the folder exists; what exists is not replaced by accident.",
+            "Nothing was written, because the folder exists; existing data is not replaced by accident.",
             hint="To replace it, add --overwrite (in Python overwrite=True).",
             where=str(path),
         )
     elif any(path.iterdir()) and not any((path / name).exists() for name in (".zgroup", "zarr.json")):
         raise RequestError(
-            "This folder is not a zarr store, and only a zarr store is replaced by one.",
+            "This folder is not a zarr store, and --overwrite replaces only zarr stores.",
             hint="Give another name.",
             where=str(path),
         )
 
 
 def _write_zarr(dataset: "xr.Dataset", path: Path) -> None:
-    # values are read as they are written
+    # values are read lazily while they are written, so damage shows here
     with published_folder(path) as unfinished, damage_named(dataset):
-        # format 2: every reader of zarr knows it, and its consolidated metadata are part of it
+        # format 2: every zarr reader supports it, and consolidated metadata are part of the format
         dataset.drop_encoding().to_zarr(unfinished, mode="w", zarr_format=2, consolidated=True)
 
 
-#: Name of the format -> the format.
+#: Formats by name.
 FORMATS = {
     "csv": Format(_write_csv, check=_check_csv, beside=boundary_file),
     "parquet": Format(_write_parquet, "pyarrow"),
@@ -167,11 +167,11 @@ FORMATS = {
 
 
 def _tables(dataset: "xr.Dataset") -> Iterator["pd.DataFrame"]:
-    """Yield the cells in C order, or the samples of a motion, some rows at a time; flags are words."""
+    """Yield the cells in C order, or the samples of a motion, as tables of some rows; flags are words."""
     import numpy as np
 
     dataset = without_curves(dataset)
-    # a motion has one ending
+    # the ending of a motion is a scalar
     axes = [str(name) for name in dataset["ending"].dims or dataset.dims]
     meanings = {
         str(name): dict(
@@ -186,7 +186,7 @@ def _tables(dataset: "xr.Dataset") -> Iterator["pd.DataFrame"]:
     }
     order = list(dict.fromkeys([*axes, *map(str, dataset.coords), *map(str, dataset.data_vars)]))
     if not axes:
-        # pandas makes a table only of what has a dimension
+        # pandas needs at least one dimension for a table
         axes, dataset = ["cell"], dataset.expand_dims("cell")
     rows = dataset.sizes[axes[0]]
     step = max(1, _ROWS * rows // max(1, math.prod(dataset.sizes[name] for name in axes)))

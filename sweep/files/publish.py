@@ -1,4 +1,4 @@
-"""Publishing for libraries that write to a name: the file or folder appears when it is complete, or not at all."""
+"""Publishing for libraries that write to a path: the file or folder appears complete or not at all."""
 
 import contextlib
 import errno
@@ -15,18 +15,18 @@ from sweep.errors import RequestError, StorageError
 #: Errors of the system that mean "no room": the disk is full, or a quota or a limit on file sizes is reached.
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
-#: An atlas compresses to about this share of its cells' bytes at most (measured: 0.3 to 0.75).
+#: Largest ratio of the size of an atlas file to the bytes of its cells (measured: 0.3 to 0.75).
 FILE_SHARE = 0.8
 
 
 @contextlib.contextmanager
 def published(path: Path, needed: float = 0.0) -> Iterator[Path]:
-    """Yield an empty file with a temporary name beside `path`, to be written; it is published when the block ends.
+    """Yield an empty temporary file next to `path` to write to; publish it when the ``with`` block ends.
 
-    If the block fails, the file is removed. If the file system refuses, or has no room for `needed` bytes, the error is
-    a StorageError.
+    If the block fails, the file is removed. If the file system fails, or has no room for `needed` bytes, a StorageError
+    is raised.
     """
-    # absolute, because programs take the begin of a relative name for an option, a protocol or nothing (a blank)
+    # absolute, because programs misread the start of a relative name as an option or a protocol, or drop a blank
     path = path.absolute()
     with refusals(path, lambda: needed):
         unfinished = create_temporary(path.parent)
@@ -40,7 +40,7 @@ def published(path: Path, needed: float = 0.0) -> Iterator[Path]:
 
 
 def _reserve(unfinished: Path, size: int) -> None:
-    """Give a file so many bytes of the disk, and take them back; an OSError says that it cannot have them."""
+    """Check that a file can have `size` bytes by allocating and freeing them; raise OSError if not."""
     with open(unfinished, "rb+") as file:
         os.pwrite(file.fileno(), b"\0", max(size - 1, 0))
         if hasattr(os, "posix_fallocate"):
@@ -50,7 +50,7 @@ def _reserve(unfinished: Path, size: int) -> None:
 
 @contextlib.contextmanager
 def published_folder(path: Path) -> Iterator[Path]:
-    """Do what `published` does, for a folder: one that had the name is removed when the new one is complete."""
+    """Do the same as `published` for a folder; an existing folder is removed when the new one is complete."""
     path = path.absolute()
     with refusals(path):
         unfinished = create_temporary_folder(path.parent)
@@ -65,21 +65,21 @@ def published_folder(path: Path) -> Iterator[Path]:
 def refusals(
     path: Path, needed: Callable[[], float] = lambda: 0.0, kept: Callable[[], str] = lambda: ""
 ) -> Iterator[None]:
-    """Turn the errors of the file system and of netCDF into a StorageError that says what to do.
+    """Turn errors of the file system and of netCDF into a StorageError with a hint.
 
     Parameters
     ----------
     path : Path
-        The file that was to be written in the end.
+        The final path of the output.
     needed : callable
-        Returns how many bytes are still to be written.
+        Returns the number of bytes still to be written.
     kept : callable
-        Returns a clause that says which results are kept, and where; an empty text if the same command cannot go on.
+        Returns a clause that says which results are kept and where; empty if the same command cannot resume.
     """
     try:
         yield
     except (OSError, RuntimeError) as problem:
-        # netCDF raises RuntimeError("NetCDF: HDF error") for every error of the system; other RuntimeErrors are defects
+        # netCDF raises RuntimeError("NetCDF: HDF error") for all system errors; other RuntimeErrors are defects
         if isinstance(problem, RuntimeError) and "NetCDF" not in str(problem):
             raise
         raise _refusal(problem, path, needed(), kept()) from problem
@@ -87,11 +87,11 @@ def refusals(
 
 def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> StorageError:
     free = platforms.free_bytes(path.parent)
-    # netCDF and HDF5 do not always tell the number of the system's error
+    # netCDF and HDF5 do not always report the number of the system error
     code = getattr(problem, "errno", None) or _probe(path.parent, int(needed))
     if code == errno.EFBIG:
-        wrong = "A file of this process may not become that large"
-        # how much a figure needs is not known before; shells count in 1024 bytes
+        wrong = "This process may not write files of that size"
+        # the size of a figure is not known in advance; ulimit counts units of 1024 bytes
         hint = (
             f"Raise the limit: `ulimit -f {math.ceil(needed / 1024)}`"
             if needed
@@ -99,10 +99,10 @@ def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> Storag
         )
     elif code in _NO_ROOM:
         missing = max(needed - (free if code == errno.ENOSPC else 0), 1e6)
-        wrong, hint = "There is no room left for the file", f"Free about {missing / 1e6:.0f} MB"
+        wrong, hint = "The disk has no room left for the file", f"Free about {missing / 1e6:.0f} MB"
     elif code in (errno.EACCES, errno.EPERM, errno.EROFS):
         wrong = "The file could not be written"
-        hint = "Get the right to write there, or give another name or folder"
+        hint = "Get permission to write there, or give another name or folder"
     else:
         wrong = "The file could not be written"
         hint = "Free some space, or give another name or folder"
@@ -115,7 +115,7 @@ def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> Storag
 
 
 def _probe(folder: Path, size: int) -> int:
-    """Return the error that the system gives for a file of this size, 0 for none; netCDF does not pass it on."""
+    """Return the system error for a file of this size, or 0; netCDF does not report it."""
     try:
         unfinished = create_temporary(folder)
     except OSError as problem:
@@ -131,12 +131,12 @@ def _probe(folder: Path, size: int) -> int:
 
 
 def check_room(path: Path, needed: float) -> None:
-    """Refuse what does not fit the disk.
+    """Refuse a file that does not fit on the disk.
 
     Parameters
     ----------
     path : Path
-        A file on that disk, which need not exist; its folder does.
+        A file on that disk. It need not exist, but its folder must.
     needed : float
         Bytes to be written.
 
@@ -147,15 +147,15 @@ def check_room(path: Path, needed: float) -> None:
     free = platforms.free_bytes(path.parent)
     if needed > free:
         raise RequestError(
-            f"The atlas does not fit on the disk: the file and the journal that it is made from take about "
-            f"{size(needed)}, and {size(free)} are free in {path.parent.resolve()}: {size(needed - free)} too little.",
+            f"The atlas does not fit on the disk: the file and its journal need about {size(needed)}, but only "
+            f"{size(free)} are free in {path.parent.resolve()}, {size(needed - free)} too little.",
             hint=f"Free {size(needed - free)}, use fewer cells or another disk.",
             where=str(path),
         )
 
 
 def size(count: float) -> str:
-    """Return a number of bytes for people."""
+    """Return a number of bytes in readable units."""
     for factor, unit in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB")):
         if count >= 10 * factor:
             return f"{count / factor:.0f} {unit}"

@@ -1,4 +1,4 @@
-"""Atlases read from netCDF files: opened lazily, refused with the reason."""
+"""Reading atlases from netCDF files, lazily; damaged and foreign files are refused with the reason."""
 
 import contextlib
 import math
@@ -23,33 +23,33 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-#: Values over file, in bytes, at most: deflate packs no more than 1032 bytes into one.
+#: Largest ratio of the bytes of the values to the bytes of the file: deflate packs at most 1032 bytes into one.
 _MOST_PACKED = 1032
 
-#: The attribute that makes a file one of a motion.
+#: The attribute that marks the file of a motion.
 _MOTION = "eulerdisk_trajectory_format"
 
-#: Bytes of chunks that netCDF keeps of each variable: one of those that are read one after the other. With the 16 MB to
-#: 64 MB of its own `compare` of 1e7 cells took 790 MB in place of 230.
+#: Chunk cache of netCDF for each variable [bytes]: one chunk, since chunks are read in order. With netCDF's default of
+#: 16 MB to 64 MB, `compare` of 1e7 cells took 790 MB instead of 230 MB.
 _KEPT_CHUNKS = 2**20
 
 
 def open_atlas(path: str | Path, *, indexed: bool = True) -> "xr.Dataset":
-    """Open an atlas; values are read when they are used. Close it, or use it in a ``with`` statement.
+    """Open an atlas lazily: values are read when used. Close it, or use it in a ``with`` statement.
 
-    Variables that another program has added are kept if they are numbers on the grid of the cells. Others are left
-    out, with a warning.
+    Variables added by another program are kept if they are numbers on the grid of the cells. Other variables are
+    dropped with a warning.
 
     Parameters
     ----------
     path : str or Path
     indexed : bool
-        Whether cells can be selected by their coordinates: for that xarray holds every axis in memory.
+        Whether cells can be selected by their coordinates. If so, xarray keeps every axis in memory.
 
     Raises
     ------
     RequestError
-        If the file is missing, is not netCDF, is not an atlas, or has a newer format than this version knows.
+        If the file is missing, is not netCDF, is not an atlas, or has a format newer than this version.
     """
     path = as_path(path)
     check_atlas(path)
@@ -75,19 +75,19 @@ def open_atlas(path: str | Path, *, indexed: bool = True) -> "xr.Dataset":
     except BaseException:
         stored.close()
         raise
-    _tell(path, left_out)
+    _warn_dropped(path, left_out)
     found.set_close(stored.close)
     return found
 
 
 @contextlib.contextmanager
 def opened_motion(path: Path) -> "Iterator[xr.Dataset]":
-    """Open the file of a motion, which is closed behind it; an error on a damaged variable names that.
+    """Open the file of a motion and close it at the end; an error on a damaged variable names the variable.
 
     Raises
     ------
     RequestError
-        If the file is missing, or is not readable.
+        If the file is missing or unreadable.
     """
     check_atlas(path)
     import xarray as xr
@@ -102,16 +102,16 @@ def opened_motion(path: Path) -> "Iterator[xr.Dataset]":
         yield dataset
 
 
-#: With what files of netCDF begin.
+#: First bytes of netCDF files.
 _NETCDF = (b"\x89HDF", b"CDF")
 
 
 def holds_motion(path: Path) -> bool:
-    """Return whether a file is that of a motion; not of what cannot be read, which `open_atlas` refuses."""
+    """Return whether a file holds a motion; False for unreadable files, which `open_atlas` refuses."""
     if not os.path.isfile(path):
         return False
     with contextlib.suppress(OSError), open(path, "rb") as file:
-        # the library is slow to load
+        # checked first, because the library is slow to load
         if not file.read(4).startswith(_NETCDF):
             return False
     import netCDF4
@@ -120,18 +120,18 @@ def holds_motion(path: Path) -> bool:
         with netcdf_to_itself(), netCDF4.Dataset(path.absolute()) as file:
             return _MOTION in file.ncattrs()
     except Exception:
-        # only the library works here: see `_netcdf_errors`
+        # every error here comes from the library: see `_netcdf_errors`
         return False
 
 
 @contextlib.contextmanager
 def atlas_of(given: "xr.Dataset | str | os.PathLike[str]") -> "Iterator[xr.Dataset]":
-    """Yield an atlas, or the one in a file, which is closed behind it.
+    """Yield the given atlas, or open the given file and close it at the end.
 
     Raises
     ------
     RequestError
-        If it is neither; as from `open_atlas`.
+        If it is neither an atlas nor a file; also as `open_atlas`.
     """
     if isinstance(given, (str, os.PathLike)):
         with open_atlas(Path(given)) as opened:
@@ -143,7 +143,7 @@ def atlas_of(given: "xr.Dataset | str | os.PathLike[str]") -> "Iterator[xr.Datas
 
 @contextlib.contextmanager
 def _small_chunk_cache() -> Iterator[None]:
-    """Let netCDF keep few chunks of the files that are opened meanwhile."""
+    """Reduce the chunk cache of files that are opened in the ``with`` block."""
     import netCDF4
 
     before = netCDF4.get_chunk_cache()
@@ -155,13 +155,13 @@ def _small_chunk_cache() -> Iterator[None]:
 
 
 def _unread_variables(path: Path) -> list[str]:
-    """Return the variables of a file that are neither numbers nor characters, which xarray may not open.
+    """Return the variables of a file that are neither numbers nor characters; xarray may fail to open them.
 
     Raises
     ------
     RequestError
-        If a variable has more values than the bytes of the file can hold: a few bytes can declare 2**40 cells, for
-        which reading them would ask for memory.
+        If the variables have more values than the bytes of the file can hold. A few bytes can declare 2**40 cells, and
+        reading them would need that much memory.
     OSError, RuntimeError and other errors of netCDF
         If the file cannot be read.
     """
@@ -183,9 +183,9 @@ def _unread_variables(path: Path) -> list[str]:
 
 
 def _as_atlas(dataset: "xr.Dataset", path: Path) -> "xr.Dataset":
-    """Return a dataset whose coordinates are those of its atlas.
+    """Return a dataset whose coordinates are the coordinates of its atlas.
 
-    The attribute `coordinates` of any variable may have made another one of them a coordinate.
+    The attribute `coordinates` of a variable may have turned other variables into coordinates.
     """
     wrong = [name for name in dataset.coords if name not in spec_named(dataset).quantities]
     if stray := sorted({*map(str, wrong)} & {*map(str, dataset.dims)}):
@@ -197,53 +197,53 @@ def _as_atlas(dataset: "xr.Dataset", path: Path) -> "xr.Dataset":
 def opened(path: Path, *, indexed: bool = True) -> Iterator["xr.Dataset"]:
     """Open an atlas as `open_atlas` does; if the ``with`` block fails on a damaged variable, the error names it.
 
-    A file that holds a selection from an atlas is an atlas of its own (`sweep.atlas.selection.as_atlas`).
+    A file with a selection from an atlas becomes a complete atlas (`sweep.atlas.selection.as_atlas`).
     """
     with open_atlas(path, indexed=indexed) as dataset, damage_named(dataset):
         yield as_atlas(dataset, trusting=True)
 
 
 def loaded(dataset: "xr.Dataset") -> "xr.Dataset":
-    """Return a dataset whose values are in memory; a RequestError names the variables that cannot be read."""
+    """Return a dataset with its values in memory; a RequestError names the variables that cannot be read."""
     with damage_named(dataset):
         return dataset.load()
 
 
 @contextlib.contextmanager
 def damage_named(dataset: "xr.Dataset") -> Iterator[None]:
-    """Turn an error within into a RequestError that names the variables of the atlas that cannot be read, if any."""
+    """Turn an error in the ``with`` block into a RequestError that names the damaged variables, if any."""
     try:
         yield
     except RequestError:
         raise
     except Exception as problem:
-        # several files may be read, or the defect be ours: the error belongs to this file only if it is damaged
+        # another file or a defect of this program may be the cause: blame this file only if it is damaged
         damaged = [str(name) for name, variable in dataset.variables.items() if not _can_be_read(variable)]
         if not damaged:
             raise
         raise RequestError(
             f"The file is damaged: {', '.join(damaged)} cannot be read ({shown(str(problem))}).",
-            hint="Make it again with eulerdisk run, or take a copy that is whole.",
+            hint="Recompute it with eulerdisk run, or use an undamaged copy.",
             where=place_of(dataset),
         ) from problem
 
 
 def _can_be_read(variable: "xr.DataArray | xr.Variable") -> bool:
     try:
-        # not `values`, which would be kept in memory
+        # not `values`, which would stay in memory
         for _, places in chunks(variable.shape):
             np.asarray(variable[places])
     except Exception:
-        # only the libraries work here: see `_netcdf_errors`
+        # every error here comes from the libraries: see `_netcdf_errors`
         return False
     return True
 
 
 @contextlib.contextmanager
 def _netcdf_errors(path: Path) -> Iterator[None]:
-    """Turn an error of the libraries into a refusal, and ignore their warnings, which hold names of the file.
+    """Turn errors of the libraries into a RequestError, and ignore their warnings, which contain names of the file.
 
-    Of a damaged file they raise all kinds of errors: AttributeError, KeyError, IndexError, MemoryError.
+    For a damaged file they raise all kinds of errors: AttributeError, KeyError, IndexError, MemoryError.
     """
     try:
         with warnings.catch_warnings():
@@ -253,15 +253,15 @@ def _netcdf_errors(path: Path) -> Iterator[None]:
         raise
     except Exception as problem:
         raise RequestError(
-            f"This is not a readable netCDF file, and an atlas is a netCDF-4 file, whole; got {path.stat().st_size} "
+            f"This is not a readable netCDF file; an atlas is a complete netCDF-4 file. Got {path.stat().st_size} "
             f"bytes: {shown(str(problem))}.",
-            hint="Make it again with eulerdisk run.",
+            hint="Recompute it with eulerdisk run.",
             where=str(path),
         ) from problem
 
 
 def _check(file: "xr.Dataset", path: Path, unread: Sequence[str]) -> dict[str, str]:
-    """Refuse an open file that is no atlas; return the variables that cannot stand in one, and why."""
+    """Refuse an open file that is not an atlas; return the variables that no atlas can have, and why."""
     if _MOTION in file.attrs:
         raise MotionGivenError(path)
     known = file.attrs.get("eulerdisk_format")
@@ -269,56 +269,58 @@ def _check(file: "xr.Dataset", path: Path, unread: Sequence[str]) -> dict[str, s
         version = int(str(known) if "sweep_spec" in file.attrs else "")
     except (TypeError, ValueError):
         raise RequestError(
-            "This is not a stability atlas, which has the attributes eulerdisk_format, a number, and sweep_spec; got a "
+            "This is not a stability atlas: it lacks the attribute sweep_spec or a number eulerdisk_format. Got a "
             f"netCDF file titled {shown(str(file.attrs.get('title', '(no title)')))!r}.",
             hint="Give a file made by eulerdisk run.",
             where=str(path),
         ) from None
     if version > FORMAT:
         raise RequestError(
-            f"The atlas is newer than this program, which reads formats up to {FORMAT}; got format {version}.",
+            f"The atlas is newer than this program: it has format {version}, and formats up to {FORMAT} can be read.",
             hint="Update eulerdisk.",
             where=str(path),
         )
     spec = spec_named(file)
     if spec.criterion.kind == "function":
-        raise no_atlas(path, f"it states the {spec.criterion}, which judged an atlas in memory")
+        raise no_atlas(path, f"its criterion is the {spec.criterion}, which can only judge atlases in memory")
     names = known_names(spec)
     if mistyped := sorted(names.intersection(unread)):
-        raise no_atlas(path, f"{mistyped[0]} is of a type that no atlas has")
+        raise no_atlas(path, f"{mistyped[0]} has a type that no atlas uses")
     require(file, ("ending", "stability", *spec.model.extremes), str(path))
     left_out = dict.fromkeys(unread, "is neither a number nor text") | strangers(file, spec)
     check_structure(file[[name for name in file.variables if name in names]], spec, str(path))
     return left_out
 
 
-def _tell(path: Path, left_out: dict[str, str]) -> None:
-    """Warn of variables that are left out."""
+def _warn_dropped(path: Path, left_out: dict[str, str]) -> None:
+    """Warn of variables that were dropped."""
     if left_out:
         name, problem = next(iter(left_out.items()))
         more = f", and {len(left_out) - 1} more" if len(left_out) > 1 else ""
         warnings.warn(
-            printable(f"{path}: no part of an atlas, and left out: {shown(name)}, which {problem}{more}"),
+            printable(
+                f"{path}: variables that no atlas has are left out: {shown(name)}, which {problem}{more}"
+            ),
             LeftOutWarning,
             stacklevel=3,
         )
 
 
 def no_atlas(path: Path, reason: str) -> RequestError:
-    """Return the error of a file that is read and is no atlas."""
+    """Return the error for a readable file that is not an atlas."""
     return RequestError(
-        f"This file is no stability atlas, or a damaged one: {reason}.",
+        f"This file is not a stability atlas, or it is damaged: {reason}.",
         hint="Give a file made by eulerdisk run.",
         where=str(path),
     )
 
 
 class MotionGivenError(RequestError):
-    """A file of one motion, given where an atlas is needed."""
+    """A file of a motion was given where an atlas is needed."""
 
     def __init__(self, path: Path) -> None:
         super().__init__(
-            "This file holds one motion in time, which eulerdisk simulate has made, and no stability atlas.",
-            hint="Give a file made by eulerdisk run; info, plot and export take a motion too.",
+            "This file is not a stability atlas: it holds one motion in time, made by eulerdisk simulate.",
+            hint="Give a file made by eulerdisk run. The commands info, plot and export also accept motions.",
             where=str(path),
         )
