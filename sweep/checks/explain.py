@@ -99,7 +99,7 @@ def explain(dataset: "xr.Dataset", given: Mapping[str, object]) -> Explanation:
         made = str(dataset.attrs.get("kernel_hash", "unknown"))
         own = made == arithmetic_hash(spec)
         differing, beyond = _repeat(spec, starts, cell, table, own)
-        kernels = "the same kernels" if own else f"other kernels than the file's ({made[:12]})"
+        kernels = "the same kernels" if own else f"different kernels from the file's ({made[:12]})"
         outcome = "every value agrees bit for bit"
         if differing:
             outcome = (

@@ -158,7 +158,7 @@ def check_apart(target: Path, *sources: Path) -> None:
     for source in sources:
         if os.path.exists(target) and os.path.samefile(target, source):
             raise RequestError(
-                "The output must be another file: this one is the input, which would be replaced.",
+                "The output must be another file: it would replace the input.",
                 hint="Give another name.",
                 where=str(target),
             )

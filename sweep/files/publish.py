@@ -90,7 +90,7 @@ def _refusal(problem: Exception, path: Path, needed: float, kept: str) -> Storag
     # netCDF and HDF5 do not always report the number of the system error
     code = getattr(problem, "errno", None) or _probe(path.parent, int(needed))
     if code == errno.EFBIG:
-        wrong = "This process may not write files of that size"
+        wrong = "This process may not write a file that large"
         # the size of a figure is not known in advance; ulimit counts units of 1024 bytes
         hint = (
             f"Raise the limit: `ulimit -f {math.ceil(needed / 1024)}`"

@@ -269,8 +269,8 @@ def _check(file: "xr.Dataset", path: Path, unread: Sequence[str]) -> dict[str, s
         version = int(str(known) if "sweep_spec" in file.attrs else "")
     except (TypeError, ValueError):
         raise RequestError(
-            "This is not a stability atlas: it lacks the attribute sweep_spec or a number eulerdisk_format. Got a "
-            f"netCDF file titled {shown(str(file.attrs.get('title', '(no title)')))!r}.",
+            "This is not a stability atlas: an atlas has the attributes sweep_spec and eulerdisk_format, a number. Got "
+            f"a netCDF file titled {shown(str(file.attrs.get('title', '(no title)')))!r}.",
             hint="Give a file made by eulerdisk run.",
             where=str(path),
         ) from None

@@ -85,7 +85,7 @@ def test_a_verdict_may_flip_on_the_edge_alone(reference):
         comparison = compare(new, edge)
         assert comparison.same
         assert finding(comparison, "stability").on_edge == 1
-        assert_facts(in_words(comparison), "1", "edge")
+        assert_facts(in_words(comparison), "1 borderline cell")
     # an ending that no neighbour has excuses no verdict
     assert found(compare(changed(new, "ending", place, 77), edge)) == {"ending": 1, "stability": 1}
     # the same flip where the limit is 1e-4 rad further is no matter of the last bit

@@ -17,7 +17,7 @@ def test_no_right_is_not_no_room(tmp_path):
     with pytest.raises(StorageError) as caught, refusals(tmp_path / "a"):
         raise PermissionError(errno.EACCES, "Permission denied", "a.nc.run/blocks/000000.tmp")
     assert_facts(str(caught.value), "a.nc.run/blocks/000000.tmp", "Permission denied")
-    assert_facts(caught.value.hint, "right", "folder")
+    assert_facts(caught.value.hint, "permission", "folder")
     assert "free" not in caught.value.hint.lower()
 
 
