@@ -1,7 +1,7 @@
 """Files that appear complete or not at all: created with an unguessable name, synced, and renamed.
 
-No other module of `sweep` opens a file for writing, renames or replaces one. Files are created here, never reused: an
-existing name is an error, and so is a symbolic link, which somebody else may have planted.
+No other module of `sweep` opens a file for writing, renames or replaces one. An existing name
+is an error, except in `open_or_create`. Symbolic links are always refused, because somebody else may have planted them.
 """
 
 import contextlib

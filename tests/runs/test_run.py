@@ -138,7 +138,7 @@ def test_targets_that_are_no_files(tmp_path):
         ("file/x.nc", "folder"),
         ("y" * 300 + "/x.nc", "folder"),
         ("y" * 300, "name"),
-        ("y" * 254, "created"),
+        ("y" * 254, "made"),
     ]:
         with refused(fact):
             run_to_file(SPEC, tmp_path / name, overwrite=True)
