@@ -185,7 +185,7 @@ def test_a_cell_that_was_tampered_with(command, tmp_path):
         file.kernel_hash = "0" * 64
     status, out, _ = command(line)
     assert status == 0
-    assert_facts(row(out, "repeated"), "not", "bit", "tilt_max", "within", "other kernels", "000000000000")
+    assert_facts(row(out, "repeated"), "not", "bit", "tilt_max", "within", "kernels", "000000000000")
     with netCDF4.Dataset("a.nc", "a") as file:
         file["tilt_max"][3, 0] = 0.5
     status, out, _ = command(line)
