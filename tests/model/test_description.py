@@ -1,4 +1,4 @@
-"""What a model tells the engine, and what a model has that says no more than it must."""
+"""What a model tells the engine, and the defaults of a model that defines only what it must."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from sweep.request.spec import SweepSpec
 
 
 class Plain(type(DISK)):
-    """The disk, except for all that a model need not say."""
+    """The disk without everything that a model may omit."""
 
     name = "plain"
     exact = None
@@ -31,7 +31,7 @@ class Plain(type(DISK)):
 
 
 def test_what_a_model_need_not_say():
-    """Without theory, exact reference and words of its own a model has none, and its starts are complete."""
+    """Without theory, exact reference or its own inputs it gets empty defaults; its starts are complete."""
     plain, spec = Plain(), SweepSpec(tilt="0.1,0.2", roll_rate="1:3:4")
     starts = whole(spec)
     assert plain.complete(spec, starts) is starts
@@ -48,13 +48,13 @@ def test_what_a_model_need_not_say():
 
 
 def test_controls_are_the_axes_with_a_boundary():
-    """A boundary is sought along control parameters only, in the order of the axes."""
+    """Boundaries are sought only along control parameters, in the order of the axes."""
     assert DISK.controls(("roll_rate", "tilt", "precession_rate")) == ["roll_rate", "precession_rate"]
     assert DISK.controls(("tilt", "alpha", "tilt_rate")) == []
 
 
 def test_a_map_has_the_first_control_upward():
-    """Of two axes the rate along which a boundary is sought goes up, wherever it stands; of two others the first."""
+    """The vertical axis of a map is the first control parameter, or the first axis if there is none."""
     for axes, expected in [
         (("tilt", "roll_rate"), "roll_rate"),
         (("precession_rate", "roll_rate"), "precession_rate"),
@@ -64,7 +64,7 @@ def test_a_map_has_the_first_control_upward():
 
 
 def test_reach_is_the_larger_distance_from_the_undisturbed_motion():
-    """Either extreme may be the farther one; without extremes there is no reach."""
+    """Either extreme may be farther away. Without extremes the reach is NaN."""
     spec = SweepSpec(tilt="0.1,0.2,0.3")
     measured = {"tilt_min": np.array([-0.3, 0.1, np.nan]), "tilt_max": np.array([0.2, 0.4, np.nan])}
     reach, scale = reach_and_scale(spec, whole(spec), measured)
@@ -74,7 +74,7 @@ def test_reach_is_the_larger_distance_from_the_undisturbed_motion():
 
 
 def test_a_model_has_to_say_what_is_disturbed():
-    """Title, undisturbed motion and perturbation have no default: a model without them cannot be made."""
+    """Headline, undisturbed motion and perturbation have no default; a model needs all three."""
     assert Model.__abstractmethods__ == {"headline", "undisturbed", "perturbation"}
     with pytest.raises(TypeError):
         Model()

@@ -17,7 +17,7 @@ ENDINGS = Endings(
 
 
 def test_an_ending_is_found_by_its_name_and_by_its_code():
-    """Names and codes are those of the list, with gaps or without; another code is an error of a file."""
+    """Names and codes match the list, also with gaps; any other code is an error in the file."""
     assert [each.code for each in ENDINGS] == [0, 1, 3, 4, 7]
     for each in ENDINGS:
         assert ENDINGS.code(each.name) == each.code
@@ -30,7 +30,7 @@ def test_an_ending_is_found_by_its_name_and_by_its_code():
 
 
 def test_cells_are_told_by_the_roles_of_their_endings():
-    """A role holds for all endings that have it, in any shape of cells, a single one included."""
+    """A role covers all its endings, for cells of any shape, also for a single cell."""
     codes = np.array([[0, 1, 3], [4, 7, 1]], np.int8)
     assert ENDINGS.codes(FAILED) == [4, 7]
     assert ENDINGS.codes(FAILED, LOST) == [3, 4, 7]
@@ -42,7 +42,7 @@ def test_cells_are_told_by_the_roles_of_their_endings():
 
 
 def test_the_file_declares_every_ending():
-    """Codes with names, and every name with its meaning; the list cannot be changed."""
+    """It lists each code with its name and each name with its meaning. The list is immutable."""
     assert ENDINGS.flags == {0: "not_computed", 1: "final", 3: "lost", 4: "broken", 7: "invalid"}
     for each in ENDINGS:
         assert f"{each.name}: {each.meaning}" in ENDINGS.quantity.description
@@ -51,7 +51,7 @@ def test_the_file_declares_every_ending():
         ENDINGS.flags[2] = "other"
 
 
-#: What the codes in files mean, from 0 on, by models: a number that stands in files keeps its meaning.
+#: Endings by code from 0 on, for each model. A code that files contain must keep its meaning.
 CODES = {
     "disk": ["not_computed", "bounded", "steady", "horizon", "fell", "unresolved", "invalid"],
     "lossy_disk": [
@@ -67,5 +67,5 @@ CODES = {
 
 @pytest.mark.parametrize("name", CODES)
 def test_codes_of_files_keep_their_meanings(name):
-    """Programs in other languages compare with these numbers."""
+    """Programs in other languages compare with these codes."""
     assert dict(registry.named(name).variables["ending"].flags) == dict(enumerate(CODES[name]))

@@ -1,4 +1,4 @@
-"""Compiled functions: what of their code counts, and the folder on disk in which they are kept."""
+"""Compiled functions: which parts of their code count, and their cache folder on disk."""
 
 import json
 import os
@@ -27,7 +27,7 @@ INTEGRATE = "kernels.disk.integrate"
 
 
 def python(program, *words, folder=CHECKOUT):
-    """Run Python in a process of its own, which imports from `folder` first; return what it prints."""
+    """Run Python in a separate process that imports from `folder` first; return its output."""
     done = subprocess.run(
         [sys.executable, "-W", "error::UserWarning", "-c", program, *map(str, words)],
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(CHECKOUT)])},
@@ -40,7 +40,7 @@ def python(program, *words, folder=CHECKOUT):
 
 
 def test_the_notice_of_compiling_says_which_laws(tmp_path, monkeypatch):
-    """Kernels of one module are told apart: those of two sets of losses are compiled apart."""
+    """Kernels of one module are distinguished: two sets of losses are compiled separately."""
     told = []
     monkeypatch.delenv("EULERDISK_NOTICES", raising=False)
     monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
@@ -74,7 +74,7 @@ def g():
 
 
 def test_code_counts_and_its_explanation_does_not(tmp_path, monkeypatch):
-    """Comments, docstrings and empty lines may be others; a number, an operator or a text may not."""
+    """Comments, docstrings and empty lines may change; numbers, operators and strings may not."""
     module = tmp_path / "counted.py"
     monkeypatch.syspath_prepend(tmp_path)
 
@@ -83,7 +83,7 @@ def test_code_counts_and_its_explanation_does_not(tmp_path, monkeypatch):
         return code_hash(["counted"]), code_hash([f])
 
     def f():
-        """Stand in for the function of the module."""
+        """Replace the function of the module."""
 
     f.__module__, f.__qualname__ = "counted", "f"
     before = hashes(CODE)
@@ -103,7 +103,7 @@ def test_code_counts_and_its_explanation_does_not(tmp_path, monkeypatch):
     )
     for old, new in edits:
         assert not set(hashes(CODE.replace(old, new))) & set(before), old
-    # of a function its own code alone
+    # A function's hash covers only its own code.
     whole, alone = hashes(CODE.replace("# no docstring", "# a text"))
     assert (whole == before[0], alone == before[1]) == (False, True)
 
@@ -181,7 +181,7 @@ EDITS = [
 
 
 def edited(tree, edits):
-    """Make edits in a copy of the project, one at a time, in a process of its own; return what `_HASHES` prints."""
+    """Make edits one by one in a copy of the project, in a new process; return what `_HASHES` prints."""
     done = subprocess.run(
         [sys.executable, "-c", _HASHES],
         cwd=tree,
@@ -197,23 +197,23 @@ def edited(tree, edits):
 
 @pytest.mark.slow_lane
 def test_the_hash_follows_the_code_that_decides_the_bits(tmp_path):
-    """An edit changes the hash of the ways of computing whose code it is in, and no other; a remark changes none."""
+    """An edit changes only the hashes of the methods that use that code; a comment changes none."""
     before, changed, compiler, files = edited(copy_of_the_project(tmp_path), EDITS)
     assert dict(zip((edit[:3] for edit in EDITS), changed, strict=True)) == {
         edit[:3]: edit[3] for edit in EDITS
     }
     assert len(set(before.values())) == 4
     assert all(re.fullmatch("[0-9a-f]{64}", each) for each in before.values())
-    # the hash of a request needs no compiler
+    # The hash of a request needs no compiler.
     assert not compiler
-    # every module that the kernel is made of counts, be it imported by the entry point or by what that imports
+    # Every module of the kernel counts, whether imported directly or indirectly.
     everywhere = [(str(Path(each).relative_to(tmp_path)), "", "_MORE = 1\n") for each in files]
     assert len(everywhere) > 10
     assert all("rk4" in each for each in edited(tmp_path, everywhere)[1])
 
 
 def test_modules_of_another_distribution_are_followed(tmp_path, monkeypatch):
-    """In every form of import all modules of a model's own package count, and what it takes from `kernels`."""
+    """For every form of import, the model's own modules count, and those that it uses from `kernels`."""
     package = tmp_path / "pendulum_kernels"
     (package / "deep").mkdir(parents=True)
     parts = ("absolute", "relative", "sibling", "listed", "aliased", "second", "continued", "unused")
@@ -259,7 +259,7 @@ print(Kernel("toy_kernels.run", "run").load()(3.0), "numba" in sys.modules)
 
 @pytest.fixture
 def toy(tmp_path, monkeypatch):
-    """Return the folder of a package of two modules, one of them a kernel, in an empty cache."""
+    """Return the folder of a package with two modules, one of them a kernel, with an empty cache."""
     folder = tmp_path / "models" / "toy_kernels"
     folder.mkdir(parents=True)
     for name, source in _TOY.items():
@@ -271,7 +271,7 @@ def toy(tmp_path, monkeypatch):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_an_edited_kernel_is_compiled_anew(toy):
-    """An edit in a file that the entry point only imports gives a new answer; the first one is still kept."""
+    """An edit in an imported module gives a new result; the first result stays cached."""
     for source, expected in (("G = 2.0\n", "6.0"), ("G = 4.0\n", "12.0")):
         (toy / "numbers.py").write_text(source)
         assert python(_CALL, folder=toy.parent).split() == [expected, "True"]
@@ -283,7 +283,7 @@ def test_an_edited_kernel_is_compiled_anew(toy):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_without_a_cache_the_kernel_is_compiled(toy, tmp_path, monkeypatch):
-    """A cache folder that cannot be made costs the compilation and nothing else: same answer, no complaint."""
+    """If the cache folder cannot be created, the kernel is compiled each time: same result, no warning."""
     occupied = tmp_path / "file"
     occupied.write_text("a file where the folder should be")
     monkeypatch.setenv("EULERDISK_CACHE_DIR", str(occupied / "cache"))
@@ -293,7 +293,7 @@ def test_without_a_cache_the_kernel_is_compiled(toy, tmp_path, monkeypatch):
 
 
 def test_the_cache_folder_is_named_after_all_that_matters(tmp_path, monkeypatch):
-    """The folder is the wanted one and holds the hash of the sources and the versions of the compilers."""
+    """It is in the configured folder; its name contains the source hash and the compiler versions."""
     monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
     folder = cache_folder([INTEGRATE])
     assert folder.parent == tmp_path
@@ -305,7 +305,7 @@ def test_the_cache_folder_is_named_after_all_that_matters(tmp_path, monkeypatch)
 
 
 def test_a_folder_that_others_can_write_is_not_used(tmp_path):
-    """Others who can write to it could have anything executed here; a warning says why, and what to do."""
+    """Anyone who can write to it could run code here; a warning gives the reason and the remedy."""
     safe = [(0o755, 0o755), (0o700, 0o700), (0o1777, 0o755)]
     for i, (root, folder) in enumerate(
         [*safe, (0o777, 0o755), (0o775, 0o755), (0o755, 0o775), (0o755, 0o1777)]
@@ -329,7 +329,7 @@ def test_a_folder_that_others_can_write_is_not_used(tmp_path):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_cache_can_be_used_under_every_umask(toy, tmp_path):
-    """Folders and files can be written by their owner alone, also where new files belong to a group, umask 002."""
+    """Only the owner can write folders and files, even with umask 002, where new files belong to a group."""
     python(f"import os; os.umask(0o002){_CALL}", folder=toy.parent)
     assert python(_CALL, folder=toy.parent).split() == ["6.0", "False"]
     modes = {
@@ -339,7 +339,7 @@ def test_a_cache_can_be_used_under_every_umask(toy, tmp_path):
 
 
 def test_a_full_disk_costs_the_next_compilation(tmp_path, monkeypatch):
-    """Where the compiled kernel cannot be kept, it is used all the same, and a warning names the folder."""
+    """A compiled kernel that cannot be stored is still used, and a warning names the folder."""
 
     def refuse(*_, **__):
         raise OSError(28, "No space left on device")
@@ -350,18 +350,18 @@ def test_a_full_disk_costs_the_next_compilation(tmp_path, monkeypatch):
 
 
 def test_a_width_of_vectors_that_is_none_is_refused(toy, monkeypatch):
-    """LLVM would pass over it."""
+    """LLVM itself would ignore it."""
     monkeypatch.setenv("EULERDISK_VECTOR_BITS", "wide")
     with refused("128", "256", "512", "'wide'"):
-        # one that nobody has loaded in this process
+        # A kernel that nothing in this process has loaded yet.
         Kernel("kernels.disk.trajectory", "derived", seconds=7.25).load()
 
 
 def test_a_cache_that_holds_nothing_is_refused(tmp_path, monkeypatch):
-    """If the kernels that were used are not kept, they will be compiled each time: the folder is named."""
+    """If the used kernels are not stored, each run compiles them again: the message names the folder."""
     monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path))
     used = [DISK.integrate, REDUCE]
-    # what another version has kept is no use
+    # Kernels stored by another version do not count.
     modules = sorted({module for each in used for module, _ in each._entries()})
     folders = [tmp_path / "another version", *(cache_folder([each]) for each in modules)]
     for folder in folders:
@@ -391,7 +391,7 @@ print(workers.used())
 
 @pytest.mark.skipif(not hasattr(os, "sched_getaffinity"), reason="a system without affinity")
 def test_threads_without_a_choice(monkeypatch):
-    """One per processor of the affinity, as many as the CPU quota allows, NUMBA_NUM_THREADS at most."""
+    """One thread per processor of the affinity, limited by the CPU quota and by NUMBA_NUM_THREADS."""
     for quota, named, expected in (
         ("max 100000", "", "8"),
         ("250000 100000", "", "3"),

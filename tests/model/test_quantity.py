@@ -1,4 +1,4 @@
-"""Quantities of every kind: complete, spelled for people, and tables that cannot be changed."""
+"""Quantities of all kinds are complete, readable in labels, and their tables are immutable."""
 
 import math
 
@@ -26,7 +26,7 @@ QUANTITIES = [
 
 
 def test_attributes_are_ascii():
-    """No attribute holds a character outside ASCII: some readers of netCDF refuse them."""
+    """All attributes are ASCII, because some netCDF readers refuse other characters."""
     for quantity in QUANTITIES:
         assert all(str(value).isascii() for value in quantity.attributes().values()), quantity
 
@@ -43,7 +43,7 @@ def test_every_quantity_is_complete():
 
 
 def test_flags_are_written_as_cf_has_them():
-    """The codes have the type of the variable, the names hold no space, and `flag` reads a code aloud."""
+    """Codes have the variable's type, names have no spaces, and `flag` returns a readable name."""
     for quantity in [each for each in QUANTITIES if each.flags is not None]:
         attributes = quantity.attributes()
         assert attributes["flag_values"].dtype == quantity.dtype, quantity
@@ -64,12 +64,12 @@ def test_flags_are_written_as_cf_has_them():
     ],
 )  # fmt: skip
 def test_units_of_any_model_are_typeset_alike(units, printed):
-    """A power is above the line, in whatever units a model has."""
+    """Exponents are superscripts, for the units of any model."""
     assert Quantity("rate", "", units, "a rate", GRID).plot_label.endswith(printed)
 
 
 def test_labels_speak_of_degrees():
-    """An angle's label says degrees, and its scale turns pi rad into 180 of them."""
+    """The label of an angle says degrees, and its scale turns pi rad into 180."""
     tilt = VARIABLES["tilt_max"]
     assert tilt.plot_label.endswith("(deg)")
     assert math.pi * tilt.plot_scale == pytest.approx(180.0, rel=1e-15)  # one rounding
@@ -78,7 +78,7 @@ def test_labels_speak_of_degrees():
 
 
 def test_a_table_is_not_changed():
-    """A table has its rows by name, in their order, and takes no other."""
+    """A table lists its rows by name, in their order, and is immutable."""
     rows = [Quantity(name, "", "1", name, DECISION) for name in ("b", "a")]
     made = table(*rows)
     assert list(made) == ["b", "a"]
@@ -87,5 +87,5 @@ def test_a_table_is_not_changed():
 
 
 def test_positive_excludes_zero_and_nan():
-    """The rule of many inputs holds above zero only."""
+    """The rule of many inputs holds only above zero."""
     assert positive(np.array([-1.0, 0.0, 5e-324, np.nan])).tolist() == [False, False, True, False]

@@ -1,4 +1,4 @@
-"""The models that a request may name, and never anything else."""
+"""A request may name only the models of the registry."""
 
 import pytest
 from messages import refused
@@ -13,7 +13,7 @@ from sweep.request.spec import SweepSpec
 
 
 def test_the_disk_is_the_default():
-    """It is the model of a request that names none; the one with losses stands beside it."""
+    """A request that names no model gets the disk; the lossy disk is also registered."""
     assert registry.named("disk") is DISK
     assert SweepSpec().model is DISK
     assert registry.names() == ("disk", "lossy_disk", "bodies", "lossy_bodies")
@@ -21,7 +21,7 @@ def test_the_disk_is_the_default():
 
 
 def test_a_word_chooses_a_model():
-    """One of its words is enough; a request without any has the default, and what no model knows chooses none."""
+    """One input of a model chooses it. No input means the default; an unknown input chooses no model."""
     assert registry.chosen(["rolling_friction", "spin"]) is LOSSY_DISK
     assert registry.chosen(["tube"]) is BODIES
     assert registry.chosen(["tube", "rolling_friction"]) is LOSSY_BODIES
@@ -33,7 +33,7 @@ def test_a_word_chooses_a_model():
 
 @pytest.mark.parametrize("name", ["sphere", "sweep.model.disk.model:DISK", "os", ""])
 def test_an_unknown_model_is_refused(name, tmp_path, monkeypatch):
-    """The message has the models that there are; a module of that name is not looked for."""
+    """The message lists the models; no module of that name is imported."""
     (tmp_path / "sphere.py").write_text("raise SystemExit('imported')")
     monkeypatch.syspath_prepend(str(tmp_path))
     with refused("disk, lossy_disk, bodies, lossy_bodies") as caught:
@@ -43,7 +43,7 @@ def test_an_unknown_model_is_refused(name, tmp_path, monkeypatch):
 
 
 def test_a_misspelt_preset_is_told_the_right_one():
-    """All presets are named, those of systems last."""
+    """The message lists all presets, those of systems last, and suggests the nearest name."""
     known = "circling, rolling, spinning, coin, toy, egg, thick_coin, torus, true_edge, driven_pendulum"
     with refused(known, "rolling?"):
         SweepSpec.preset("rollin")
@@ -52,7 +52,7 @@ def test_a_misspelt_preset_is_told_the_right_one():
 
 
 def test_an_atlas_names_a_model_and_imports_nothing(tmp_path, monkeypatch):
-    """A canonical text whose model there is not is refused, whatever module bears the name."""
+    """A canonical text with an unknown model is refused, even if a module of that name exists."""
     (tmp_path / "antigravity_model.py").write_text("raise SystemExit('imported')")
     monkeypatch.syspath_prepend(str(tmp_path))
     text = SweepSpec.preset("toy").canonical()

@@ -1,4 +1,4 @@
-"""Rules for several parameters: each row of a table for itself, of a grid all values with all."""
+"""Rules for several parameters: rows of a table are checked one by one, a grid with all combinations."""
 
 import pytest
 from messages import assert_facts
@@ -17,7 +17,7 @@ def lens(tilt, *, deep=0.5, axial=0.4, transverse=0.3):
 """)
 )
 
-#: Words of a request, columns of which each row is possible and ends are not, and the values of an impossible row.
+#: Inputs, columns whose rows are allowed although their extremes are not, and the values of a forbidden row.
 RULES = {
     "moments": (
         {"body": "ball"},
@@ -42,7 +42,7 @@ RULES = {
 
 @pytest.mark.parametrize("name", RULES)
 def test_rows_are_possible_or_named(name):
-    """A table of possible rows is taken; the first impossible row is named with its own values, wherever it stands."""
+    """A table of allowed rows is accepted; the first forbidden row is named with its values."""
     words, columns, wrong = RULES[name]
     words = {"roll_rate": 3, **words}
     assert SweepSpec(**words, starts={"tilt": TILTS, **columns}).size == 3
@@ -60,7 +60,7 @@ def test_rows_are_possible_or_named(name):
 
 @pytest.mark.parametrize("name", [name for name, (_, columns, _) in RULES.items() if len(columns) > 1])
 def test_of_a_grid_all_values_meet(name):
-    """The same values as axes are refused: the largest of one meets the least of the other."""
+    """The same values as axes are refused, as the largest of one meets the smallest of the other."""
     words, columns, _ = RULES[name]
     axes = {key: sorted(values) for key, values in columns.items()}
     with pytest.raises(RequestError):
@@ -69,7 +69,7 @@ def test_of_a_grid_all_values_meet(name):
 
 @pytest.mark.parametrize("name", [name for name in RULES if name != "body of one's own"])
 def test_a_spec_without_its_table(name):
-    """The text of a spec has not the values of its table, which were checked when it was given."""
+    """A spec's text omits the values of its table, which were checked when it was given."""
     words, columns, _ = RULES[name]
     spec = SweepSpec(**{"roll_rate": 3, **words}, starts={"tilt": TILTS, **columns})
     assert SweepSpec.from_canonical(spec.canonical()) == spec

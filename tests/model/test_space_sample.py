@@ -1,4 +1,4 @@
-"""A sample of an atlas of the reduction is followed in space, so that an error of the reduction itself is seen."""
+"""Some cells of an atlas are followed in space, which reveals errors of the reduction itself."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ DISK = {
 
 @pytest.mark.parametrize("words", [BALL, DISK], ids=["ball", "disk"])
 def test_the_reduction_agrees_with_motions_in_space(words):
-    """At least eight cells are followed, starts at rest among them."""
+    """At least eight cells are followed, including starts at rest."""
     audited = sweep.verify(sweep.run(sweep.SweepSpec(**words)), seed=3)
     findings = sweep.findings(audited)
     assert findings.passed
@@ -38,7 +38,7 @@ def test_the_reduction_agrees_with_motions_in_space(words):
 @pytest.mark.parametrize("name", ["tilt_min", "tilt_max", "nutation_period"])
 @pytest.mark.parametrize("words", [BALL, DISK], ids=["ball", "disk"])
 def test_an_error_of_the_reduction_is_seen(monkeypatch, words, name):
-    """The same 1e-7 is in the atlas and in what the reduction says of it again: only the sample can tell."""
+    """The atlas and its recomputation have the same error of 1e-7, so only the sample in space reveals it."""
     load = Kernel.load
 
     def reduce(*given):
@@ -52,7 +52,7 @@ def test_an_error_of_the_reduction_is_seen(monkeypatch, words, name):
 
 
 def test_an_atlas_without_a_motion_to_follow_says_so():
-    """All cells fall: the last line says that only the file was checked."""
+    """All cells fall, so the last line says that only the file was checked."""
     words = DISK | {"roll_rate": "0,0.1", "precession_rate": 0.0}
     findings = sweep.findings(sweep.verify(sweep.run(sweep.SweepSpec(**words)), seed=3))
     assert findings.sampled == ""
@@ -60,7 +60,7 @@ def test_an_atlas_without_a_motion_to_follow_says_so():
 
 
 def test_a_start_at_rest_is_a_turning_point():
-    """Started at one of its turning points, a motion has the same extremes and period."""
+    """A motion that starts at one of its turning points has the same extremes and period."""
     body, *_ = REFERENCE["torus"]
     rigid = RigidBody(body.core, body.shift, body.edge, body.axial, body.transverse, body.square)
     for o, s in ((0.5, 0.6), (0.3, -0.2)):

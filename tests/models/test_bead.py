@@ -1,7 +1,7 @@
-"""A bead on a hoop that turns about its vertical diameter, written in ten lines, against closed forms.
+"""A bead on a hoop turning about its vertical diameter, as a ten-line system, against closed forms.
 
-They are: the Jacobi integral angle'^2/2 - hoop_rate^2 sin(angle)^2/2 - (g/R) cos(angle) for the turning points, the
-frequency sqrt(g/R - hoop_rate^2) of small oscillations, the critical rate sqrt(g/R).
+These are the Jacobi integral angle'^2/2 - hoop_rate^2 sin(angle)^2/2 - (g/R) cos(angle) for the turning
+points, the frequency sqrt(g/R - hoop_rate^2) of small oscillations and the critical rate sqrt(g/R).
 """
 
 from pathlib import Path
@@ -21,7 +21,7 @@ CRITICAL = np.sqrt(9.81 / 0.5)
 
 
 def turning_points(angle, rate, hoop_rate, radius, gravity):
-    """Return the two angles around a start at which the Jacobi integral leaves no kinetic energy, by bisection."""
+    """Find the two angles around a start where the Jacobi integral leaves no kinetic energy, by bisection."""
     hoop, pull = hoop_rate**2, gravity / radius
 
     def kinetic(x):
@@ -37,7 +37,7 @@ def turning_points(angle, rate, hoop_rate, radius, gravity):
 
 
 def test_the_system_is_ten_lines():
-    """The whole file, without its import, has at most ten lines; no line of the engine knows of it."""
+    """The file has at most ten lines after its import, and the engine has no code for it."""
     text = FILE.read_text(encoding="utf-8")
     assert len(text[text.index("@system") :].splitlines()) <= 10
     for path in (*CHECKOUT.glob("sweep/**/*.py"), *CHECKOUT.glob("kernels/**/*.py")):
@@ -46,7 +46,7 @@ def test_the_system_is_ten_lines():
 
 
 def test_it_turns_where_the_jacobi_integral_says(rng):
-    """Random starts, followed for many oscillations: both turning points, to 2e-10 rad."""
+    """Random starts followed for many oscillations match both turning points to 2e-10 rad."""
     n = 60
     starts = {
         "angle": rng.uniform(-1.2, 1.2, n),
@@ -66,7 +66,7 @@ def test_it_turns_where_the_jacobi_integral_says(rng):
 
 
 def test_it_swings_with_the_frequency_of_small_oscillations():
-    """From rest at a small angle it is where the cosine is, except for the square of the angle."""
+    """From rest at a small angle it follows the cosine, up to the square of the angle."""
     for hoop_rate in (0.0, 2.0, 4.0):
         cell = sweep.run(str(FILE), angle=1e-5, hoop_rate=hoop_rate)
         expected = 1e-5 * np.cos(np.sqrt(CRITICAL**2 - hoop_rate**2) * 10.0)
@@ -75,7 +75,7 @@ def test_it_swings_with_the_frequency_of_small_oscillations():
 
 @pytest.mark.slow_lane
 def test_the_boundary_is_a_lower_edge():
-    """It lies where the energy says for each start, and comes down to sqrt(g/R) as criterion and start shrink."""
+    """For each start it follows from the energy; it approaches sqrt(g/R) as criterion and start shrink."""
     errors = []
     for degrees in (8.0, 4.0, 2.0):
         atlas = sweep.run(
@@ -89,6 +89,6 @@ def test_the_boundary_is_a_lower_edge():
         assert float(edge.critical[0]) == pytest.approx(CRITICAL, rel=1e-14)
         assert float(edge.measured[0]) == pytest.approx(predicted, abs=1e-7)
         errors.append(float(edge.measured[0]) - CRITICAL)
-    # the edge is a power series in the square of the angle
+    # The edge is a power series in the square of the angle.
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.02)
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.01)

@@ -1,4 +1,4 @@
-"""Atlases of bodies: theory beside what was measured, endings, and the commands that hold them against something."""
+"""Atlases of bodies: theory next to measurements, endings, and the commands that check them."""
 
 import numpy as np
 import pytest
@@ -12,12 +12,12 @@ RINGS = {"body": "torus", "tube": "0.05,0.3", "roll_rate": "2:3:11", "tilt": "0.
 
 @pytest.fixture(scope="module")
 def rings():
-    """Return an atlas of two rings, its boundary bisected."""
+    """Return an atlas of two rings with a bisected boundary."""
     return sweep.run(sweep.SweepSpec(**RINGS, boundary="refined"))
 
 
 def test_the_measured_boundary_is_where_theory_puts_it(rings):
-    """Rolling rings, spinning coins that are released or kicked, and circling, each to 1e-6 of its predicted line."""
+    """Rolling rings and spinning coins, released or kicked, match the predicted line to 1e-6."""
     spun = {"body": "rounded", "thickness": "0.05,0.3", "precession_rate": "3:5:11"}
     released = sweep.run(sweep.SweepSpec(**spun, tilt="0.1deg", boundary="refined"))
     kicked = sweep.run(
@@ -38,7 +38,7 @@ def test_the_measured_boundary_is_where_theory_puts_it(rings):
 
 
 def test_the_ball_falls_from_its_end_where_theory_says():
-    """The nearer the start to the vertical, the nearer the boundary to that of the linear motion, 0.7448445990."""
+    """As the start approaches the vertical, the boundary approaches the linear motion's, 0.7448445990."""
     words = {"body": "ball", "offset": 0.2, "axial_moment": 0.42, "transverse_moment": 0.38}
     apart = []
     for tilt in (88.0, 89.0):
@@ -54,7 +54,7 @@ def test_the_ball_falls_from_its_end_where_theory_says():
 
 
 def test_a_spheroid_upright_and_on_its_tip():
-    """Oblate ones have the boundary that is predicted, prolate ones none, and on its tip one stands at 2.2208045364."""
+    """Oblate ones match the predicted boundary, prolate ones have none; a tip is stable from 2.2208045364."""
     for words, axis in (
         ({"roll_rate": "2:4:11", "tilt": "0.1deg"}, "roll_rate"),
         (
@@ -85,7 +85,7 @@ def test_a_spheroid_upright_and_on_its_tip():
 
 
 def test_every_cell_is_held_against_the_reduction(rings):
-    """Each cell is counted, one that was moved is found; method=exact says the same as the engine."""
+    """`verify` counts each cell and finds a changed one; method=exact agrees with the stepping method."""
     audited = sweep.verify(rings)
     found = sweep.findings(audited)
     assert found.agreeing == rings.ending.size
@@ -101,14 +101,14 @@ def test_every_cell_is_held_against_the_reduction(rings):
 
 
 def test_every_cell_of_the_presets_is_resolved():
-    """No cell near a separatrix is left out by what is said of its error."""
+    """The stated error excludes no cell near a separatrix."""
     for preset in ("egg", "torus", "thick_coin", "true_edge"):
         spec = sweep.SweepSpec.preset(preset)
         assert not np.any(sweep.run(spec).ending == spec.model.endings.code("unresolved")), preset
 
 
 def test_an_atlas_has_no_length_that_its_body_lacks(rings):
-    """Nor a moment that follows from the body; what it has are coordinates."""
+    """It has no moments that follow from the body either. The lengths of its body are coordinates."""
     assert "tube" in rings.coords
     assert {"thickness", "fillet", "offset", "axial_moment"}.isdisjoint(rings.variables)
     assert "a torus" in rings.attrs["title"]
@@ -116,7 +116,7 @@ def test_an_atlas_has_no_length_that_its_body_lacks(rings):
 
 
 def test_contact_forces_are_recorded_on_request():
-    """As of the thin disk, which is a torus without a tube; verify computes them again; a slippery plane is told."""
+    """A torus without a tube has the thin disk's forces; `verify` recomputes them; slipping is reported."""
     words = {
         "tilt": "5deg,40deg",
         "roll_rate": "1,3",
@@ -140,7 +140,7 @@ def test_contact_forces_are_recorded_on_request():
 
 
 def test_explain_says_what_a_body_does():
-    """A coin that leans comes down on its other edge: it is open what then, and upright there is no theory."""
+    """A leaning coin comes down on its other edge: what follows is open, and no upright theory applies."""
     coin = {"body": "rim", "thickness": 0.2, "tilt": "2deg,40deg", "roll_rate": "0:4:3"}
     atlas = sweep.run(sweep.SweepSpec(**coin))
     meanings = atlas.ending.attrs["flag_meanings"].split()
@@ -155,7 +155,7 @@ def test_explain_says_what_a_body_does():
 
 
 def test_where_it_goes_is_recorded_on_request():
-    """It adds variables and changes no cell; verify computes them again; the thin disk is a torus without a tube."""
+    """The path adds variables and changes no cell; `verify` recomputes it."""
     words = {"body": "torus", "tube": "0,0.3", "axial_moment": 0.5, "transverse_moment": 0.25}
     spec = sweep.SweepSpec(**words, tilt="20deg", precession_rate=2.0, roll_rate="3,5")
     plain, atlas = sweep.run(spec), sweep.run(spec.replace(path="yes"))

@@ -1,4 +1,4 @@
-"""The words of bodies: what they choose, in what units, and what is refused."""
+"""The inputs of bodies: which model they choose, their units, and what is refused."""
 
 import math
 import re
@@ -22,7 +22,7 @@ BALL = {"body": "ball", "offset": 0.2, "axial_moment": 0.42, "transverse_moment"
 
 PROLATE = {"body": "spheroid", "flattening": -0.5}
 
-#: Words -> what the refusal says.
+#: Inputs -> text of the refusal.
 REFUSED = {
     "body=cube": "body is torus or rounded or rim or arc or ball or spheroid",
     "body=torus": "needs its tube",
@@ -65,12 +65,12 @@ REFUSED = {
 
 
 def spec_of(words):
-    """Return the spec of words of a command line, which change the preset `rolling`."""
+    """Return the spec of command-line words that change the preset `rolling`."""
     return SweepSpec.from_words("rolling", words.split())
 
 
 def test_what_no_body_is_is_refused_in_a_sentence():
-    """Each refusal says what is wrong, its bounds, and what to do."""
+    """Each refusal says what is wrong, the bounds, and what to do."""
     for words, told in REFUSED.items():
         with pytest.raises(RequestError) as caught:
             spec_of(words)
@@ -79,7 +79,7 @@ def test_what_no_body_is_is_refused_in_a_sentence():
 
 
 def test_a_length_that_a_body_lacks_is_refused():
-    """Every length of another body, also one that is optional there; the message names those that it has."""
+    """Even a length that is optional for another body is refused; the message names the body's own."""
     needed = {"tube": 0.2, "thickness": 0.2, "flattening": 0.1}
     names = sorted({name for lengths in LENGTHS.values() for name in lengths})
     for body, lengths in LENGTHS.items():
@@ -91,7 +91,7 @@ def test_a_length_that_a_body_lacks_is_refused():
 
 
 def test_a_length_is_a_share_of_the_radius_or_has_a_unit():
-    """Both ways, ranges too, and in a file; the spec holds the share."""
+    """Both forms work, also in ranges and files; the spec stores the share."""
     assert SweepSpec(body="torus", tube="5mm", radius="20mm").tube == 0.25
     axis = SweepSpec(body="rim", thickness="1mm:3mm:3", radius="10mm").thickness
     assert axis.array().tolist() == pytest.approx([0.1, 0.2, 0.3])
@@ -112,7 +112,7 @@ def test_a_table_has_a_body_for_each_start():
 
 
 def test_the_thin_disk_is_the_model_without_a_body(tmp_path):
-    """body=disk is no word of the text of a request, and takes the place of another body with all that is its own."""
+    """body=disk does not appear in a request's text; it replaces another body with all its inputs."""
     thin = SweepSpec.preset("rolling")
     assert SweepSpec.preset("rolling", body="disk").canonical() == thin.canonical()
     assert SweepSpec.preset("rolling", body="disk").fingerprint() == thin.fingerprint()
@@ -132,7 +132,7 @@ def test_the_thin_disk_is_the_model_without_a_body(tmp_path):
 
 
 def test_moments_follow_from_the_body_or_are_given():
-    """Those of known bodies: a hoop, tori, a cylinder, a disk with a semicircular edge, a ball."""
+    """The moments of a hoop, tori, a cylinder, a disk with a semicircular edge and a ball are known."""
     axial, transverse = 0.47998914980, 0.24319566028
     known = (
         ({"body": "torus", "tube": 0.0}, 1.0, 0.5),
@@ -155,7 +155,7 @@ def test_moments_follow_from_the_body_or_are_given():
 
 
 def test_moments_of_a_rim_by_quadrature():
-    """Against sums over thin slices of a solid whose edges are quarters of circles."""
+    """They match sums over thin slices of a solid whose edges are quarter circles."""
     starts = whole(SweepSpec(body="rim", thickness=0.5, fillet=0.1))
     z = (np.arange(400_000) + 0.5) / 400_000 * 0.25
     inner = np.maximum(z - 0.15, 0.0)
@@ -167,7 +167,7 @@ def test_moments_of_a_rim_by_quadrature():
 
 
 def test_rates_that_keep_the_tilt():
-    """Thin bodies circle and wobble at the disk's own rates; a motion of a thick one is steady."""
+    """Thin bodies circle and wobble at the disk's rates; a thick one has a steady motion."""
     words = {"tilt": "20deg,60deg", "precession_rate": 3.0, "roll_rate": "steady"}
     thin, hoop = (whole(SweepSpec(**words, **body)) for body in ({"alpha": 1}, {"body": "torus", "tube": 0}))
     np.testing.assert_allclose(hoop["roll_rate"], thin["roll_rate"], rtol=1e-14)
@@ -177,7 +177,7 @@ def test_rates_that_keep_the_tilt():
     )
     for rate in ("precession_rate", "roll_rate"):
         np.testing.assert_allclose(hoop[rate], thin[rate], rtol=1e-14)
-    # either edge of a rim: mirror images
+    # The motions on both edges of a rim are mirror images.
     spec = SweepSpec(body="rim", thickness=0.3, tilt="-70deg,70deg", precession_rate=3.0, roll_rate="steady")
     low, high = whole(spec)["roll_rate"]
     assert low == pytest.approx(-high, rel=1e-14)
@@ -185,7 +185,7 @@ def test_rates_that_keep_the_tilt():
 
 
 def test_what_starts_disturb():
-    """Upright, circling, or the ball's spin on its end: what a criterion measures from."""
+    """A criterion measures from upright, from circling, or from the ball's spin on its end."""
     for words, tilt in ((TORUS, 0.0), (BALL, math.pi / 2), (BALL | {"tilt": -1.0}, -math.pi / 2)):
         spec = SweepSpec(**{"tilt": 1.0, "tilt_rate": 0.1, **words})
         starts = whole(spec)
@@ -204,7 +204,7 @@ def test_what_starts_disturb():
 
 
 def test_what_a_start_disturbs_is_its_own():
-    """A spheroid of a grid disturbs what it does alone: the nearer of both, or its end where it is off its centre."""
+    """In a grid a spheroid disturbs the same motion as alone: the nearer one, or its end if off-center."""
     given = {"body": "spheroid", "axial_moment": 0.4, "transverse_moment": 0.5, "flattening": -0.5}
     spec = SweepSpec(**given, tilt="-80deg:80deg:9", offset="0,0.1", roll_rate=1.0)
     starts = whole(spec)
@@ -224,7 +224,7 @@ def test_what_a_start_disturbs_is_its_own():
 
 
 def test_lines_of_starts_upright_and_on_their_end():
-    """Each row has the line of what its start disturbs: none where an oblate spheroid spins on its pole."""
+    """Each row has the line of the motion it disturbs; an oblate spheroid on its pole has none."""
     spec = SweepSpec(body="spheroid", flattening=0.5, tilt="10deg,80deg", roll_rate="0.1:2:20")
     rows = {name: values[[0, 20]] for name, values in whole(spec).items()}
     assert np.degrees(rows["tilt"]) == pytest.approx([10.0, 80.0])
@@ -237,7 +237,7 @@ def test_lines_of_starts_upright_and_on_their_end():
 
 
 def test_what_rolls_through_its_poles_is_computed_by_the_reduction_alone():
-    """It is the method that balls and spheroids take, and leave behind for a body or a model that has RK4."""
+    """Balls and spheroids use method=exact, and drop it when replaced by a body or model that has RK4."""
     for words in (BALL, PROLATE):
         spec = SweepSpec(**words)
         assert spec.method == "exact"
@@ -266,7 +266,7 @@ def test_what_rolls_through_its_poles_is_computed_by_the_reduction_alone():
     ],
 )
 def test_a_length_without_a_body(words, bodies):
-    """A body is named that has what was given, no other is spoken of, and each that is named has all it needs."""
+    """The message names only bodies that have the given length, each with all the inputs it needs."""
     given = dict(word.split("=") for word in words.split())
     for ask in (lambda: spec_of(words), lambda: TrajectorySpec.read(roll_rate=3, **given)):
         with pytest.raises(RequestError) as caught:
@@ -280,14 +280,14 @@ def test_a_length_without_a_body(words, bodies):
 
 
 def test_lengths_that_no_body_has_together():
-    """One body is named for the first of them."""
+    """The message names a body for the first of them."""
     with refused("tube", "thickness", "body=torus"):
         spec_of("tube=0.2 thickness=0.3")
     assert spec_of("tube=0.2 body=torus").body == "torus"
 
 
 def test_a_column_of_a_length_without_a_body():
-    """What a table has is said of a body too."""
+    """The message about a column also suggests a body."""
     starts = {"tilt": [0.1, 0.2], "thickness": [0.1, 0.2]}
     with refused("thickness", "body=rim"):
         SweepSpec(roll_rate=3, starts=starts)
@@ -295,7 +295,7 @@ def test_a_column_of_a_length_without_a_body():
 
 
 def test_the_spin_of_a_body_on_its_end_is_the_sum_of_both_rates():
-    """About the vertical there: heading and roll turn the same way on one end and against each other on the other."""
+    """About the vertical the two rates add up on one end and subtract on the other."""
     for tilt, spin in ((89.9, 5.0), (-89.9, 1.0)):
         spec = SweepSpec(**PROLATE, tilt=f"{tilt}deg", roll_rate=3.0, precession_rate=2.0)
         start = {name: float(each[0]) for name, each in whole(spec).items()}

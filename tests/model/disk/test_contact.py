@@ -15,14 +15,14 @@ from sweep.model.disk.tables import CONTACT_VARIABLES
 
 
 def circling_atlas():
-    """Return cells of every kind: bounded over a wide range, and falling, some of which lift off."""
+    """Return an atlas with cells of every kind: bounded, and falling with or without lift-off."""
     spec = sweep.SweepSpec.preset("circling")
     return sweep.run(spec.replace(tilt="1deg:30deg:30", precession_rate="0.1:5:40", contact=True))
 
 
 @pytest.mark.compiled
 def test_an_atlas_holds_the_extremes_of_the_forces():
-    """Least normal force and largest friction needed are those of a dense integration in time, to 1e-6 (1 + x)."""
+    """Least normal force and largest friction needed match a dense integration in time to 1e-6 (1 + x)."""
     atlas = circling_atlas()
     ending = atlas["ending"].values
     rng = np.random.default_rng(2)
@@ -44,7 +44,7 @@ def test_an_atlas_holds_the_extremes_of_the_forces():
 
 @pytest.mark.compiled
 def test_presets_leave_no_force_unknown():
-    """In every cell of a preset with a motion the forces are known: at most 0.1 % may be left unresolved."""
+    """Every cell of a preset that has a motion also has contact forces."""
     for method in ["rk4", "exact"]:
         for preset, coarse in (
             ("rolling", {"roll_rate": "2:4:60", "tilt": "0.001deg:5deg:25:log"}),
@@ -59,7 +59,7 @@ def test_presets_leave_no_force_unknown():
 
 @pytest.mark.compiled
 def test_the_exact_reduction_gives_the_same_forces():
-    """The forces are those of the motion and not of the cell's tilts, so that both methods have them to the bit."""
+    """The forces follow from the start, not from the computed tilts: both methods agree bit for bit."""
     spec = sweep.SweepSpec.preset("rolling").replace(roll_rate="1:4:10", tilt="0.5deg:20deg:8", contact="yes")
     stepped, exact = sweep.run(spec), sweep.run(spec.replace(method="exact"))
     bounded = stepped["ending"].values == BOUNDED
@@ -70,7 +70,7 @@ def test_the_exact_reduction_gives_the_same_forces():
 
 @pytest.mark.compiled
 def test_unknown_forces_count_as_slipping():
-    """No coefficient is known to be enough for a cell whose forces are unresolved; without the flag nothing is said."""
+    """A cell with unresolved forces counts as slipping for any coefficient; contact_state is required."""
     atlas = circling_atlas()
     known = slipping(atlas, 1e9)
     assert not known.all()
@@ -82,7 +82,7 @@ def test_unknown_forces_count_as_slipping():
 
 @pytest.mark.compiled
 def test_contact_forces_are_compared_and_explained():
-    """A comparison judges the forces, and an explanation of a cell repeats them to the bit."""
+    """`compare` checks the forces, and `explain` reproduces them bit for bit."""
     spec = sweep.SweepSpec.preset("rolling").replace(roll_rate="1:4:6", tilt="0.5deg,2deg", contact="yes")
     atlas = sweep.run(spec)
     changed = atlas.assign(friction_needed=atlas["friction_needed"] + 0.01)
@@ -92,7 +92,7 @@ def test_contact_forces_are_compared_and_explained():
 
 
 def test_a_cell_that_lifts_off_slips_whatever_the_friction():
-    """It has no friction that it needs; those that press slip where they need more than there is."""
+    """It needs no particular friction; pressing cells slip if they need more friction than available."""
     cells = {
         "least_normal_force": ("cell", [-0.1, 0.0, 0.5, 0.5]),
         "friction_needed": ("cell", [np.nan, np.nan, 0.3, 0.1]),

@@ -1,4 +1,4 @@
-"""Atlases made by the exact reduction."""
+"""Atlases of the exact reduction."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.compiled
 
 
 def test_the_same_atlas():
-    """Dimensions, coordinates, endings, verdicts and boundaries are those of RK4, extremes and periods nearly so."""
+    """Dimensions, coordinates, endings, verdicts and boundaries equal RK4's; extremes and periods almost."""
     for preset in PRESETS:
         exact, rk4 = sweep.run(coarse(preset, method="exact")), atlas(preset)
         assert exact.sizes == rk4.sizes, preset
@@ -33,12 +33,12 @@ def test_the_same_atlas():
             xr.testing.assert_equal(exact[name], rk4[name])
         for name in ("tilt_min", "tilt_max", "peak_tilt"):
             assert np.abs(exact[name] - rk4[name]).max() < 1e-8, preset
-        # near a separatrix the period is not known better
+        # Near a separatrix the period is known less precisely.
         assert (np.abs(exact.nutation_period / rk4.nutation_period - 1.0) < 1e-5).mean() > 0.95, preset
 
 
 def test_what_needs_a_history_is_missing():
-    """No time of a fall, no drift, no steps; the method is named in the attributes and in the summary."""
+    """There is no fall time, no drift and no steps; the attributes and the summary name the method."""
     exact = sweep.run(SweepSpec(tilt="20deg", roll_rate="0:3:11", method="exact"))
     assert set(np.unique(exact.ending)) == {ENDINGS["bounded"], ENDINGS["fell"]}
     for name in ("fall_time", "energy_drift"):
@@ -52,7 +52,7 @@ def test_what_needs_a_history_is_missing():
 
 
 def test_time_never_ends_a_cell():
-    """Verdicts are for all time: none is left open by a horizon, for any duration."""
+    """Verdicts hold for all time: no duration leaves a cell at its horizon."""
     for duration in [1e-3, 1.0, 300.0]:
         exact = sweep.run(coarse("rolling", method="exact", duration=duration))
         assert set(np.unique(exact.ending)) == {ENDINGS["bounded"]}, duration
@@ -61,7 +61,7 @@ def test_time_never_ends_a_cell():
 
 @pytest.mark.slow_lane
 def test_extremes_and_falls_of_random_starts(crowd):
-    """All over the seven parameters extremes are those of an independent quadrature, and so is who falls."""
+    """Over all seven parameters, extremes and falls match an independent quadrature."""
     given, truth = crowd
     found = DISK.exact.measures(SweepSpec(), dict(zip(PARAMETERS, given, strict=True)))
     assert np.array_equal(found["ending"] == ENDINGS["fell"], truth.fell)
@@ -71,7 +71,7 @@ def test_extremes_and_falls_of_random_starts(crowd):
 
 @pytest.mark.slow_lane
 def test_every_start_near_flat_is_decided(rng):
-    """RK4 resolves all, with the endings and extremes of the reduction, to 89.9 degrees and beyond."""
+    """RK4 resolves every start up to 89.9 degrees and beyond, with the reduction's endings and extremes."""
     for rates in (
         {"roll_rate": "wobble", "precession_rate": "uniform:2:400", "tilt_rate": "uniform:-10:10"},
         {
@@ -93,7 +93,7 @@ def test_every_start_near_flat_is_decided(rng):
 
 
 def test_periods():
-    """The period is the time between returns to a turning point, as SciPy's integration in time has it."""
+    """The period is the time between returns to a turning point in SciPy's integration."""
     for start in [
         {"tilt_rate": 0.01, "roll_rate": 2.0},
         {"tilt": 0.01, "roll_rate": 3.0},
@@ -111,7 +111,7 @@ def test_periods():
 
 
 def test_wells_and_separatrix():
-    """Below the critical rate there are two wells, above it one; a released disk stays in its own, a kicked one not."""
+    """There are two wells below the critical rate, one above; only a kicked disk leaves its own well."""
     words = {"roll_rate": "2:3:11", "method": "exact"}
     released = sweep.run(SweepSpec(tilt="0.001deg", **words))
     critical = np.sqrt(9.81 / 0.5 / 3.0)
@@ -119,13 +119,13 @@ def test_wells_and_separatrix():
     assert np.array_equal(released.separatrix > 0.0, released.roll_rate < critical)
     assert np.array_equal(np.isnan(released.separatrix), released.roll_rate > critical)
     kicked = sweep.run(SweepSpec(tilt_rate=0.01, **words))
-    # over the top: what is left of the energy there is that of the kick, (1 + alpha/2) w^2 / 2 over g/R
+    # The kick lifts the disk over the barrier by its own energy, (1 + alpha/2) w^2 / 2 over g/R.
     assert np.allclose(-kicked.separatrix[released.wells == 2], 0.5 * 1.25 * 1e-4 * 0.5 / 9.81, rtol=1e-12)
     assert (kicked.tilt_min < 0.0).all()
 
 
 def test_unresolved_where_the_tolerance_asks_too_much():
-    """A cell whose extremes are not known to the tolerance is unresolved and has none, in either method's atlas."""
+    """A cell whose extremes are less certain than the tolerance is unresolved and has none."""
     start = {"tilt": "20deg", "roll_rate": 1.0}
     given = referee.starts(tilt=np.radians(20.0), roll_rate=1.0)
     push = -float(rates_to_maxima(given)[0]) * (1.0 - 1e-12)
@@ -142,7 +142,7 @@ def test_unresolved_where_the_tolerance_asks_too_much():
 
 @pytest.mark.usefixtures("two_threads")
 def test_bits_do_not_depend_on_threads_and_blocks():
-    """Threads, block size and the number of tables of alpha leave every bit as it is."""
+    """Threads, block size and the number of alpha tables change no bit."""
     for alpha in [0.5, "0.01:1:140"]:
         spec = SweepSpec(alpha=alpha, tilt="-40deg:60deg:7", tilt_rate=0.3, roll_rate="0:4:5", method="exact")
         reference = sweep.run(spec)
@@ -153,7 +153,7 @@ def test_bits_do_not_depend_on_threads_and_blocks():
 
 
 def test_the_file_is_the_dataset(tmp_path):
-    """An exact atlas written block by block reads back as what `run` returns."""
+    """An exact atlas written block by block reads back equal to the result of `run`."""
     spec = SweepSpec(tilt="1deg:60deg:5", roll_rate="0:4:7", method="exact")
     run_to_file(spec, tmp_path / "a.nc", block_cells=6)
     with open_atlas(tmp_path / "a.nc") as read:
@@ -163,7 +163,7 @@ def test_the_file_is_the_dataset(tmp_path):
 
 @pytest.mark.slow_lane
 def test_figures_name_the_method():
-    """The legend of a map and that of a profile say whose boundary is drawn."""
+    """The legends of maps and profiles name the method of the boundary."""
     for method, word in [("rk4", "RK4"), ("exact", "exact")]:
         for words in ({"tilt": "1deg:4deg:5"}, {"tilt": "1deg"}):
             drawn = plots.figure([sweep.run(SweepSpec(roll_rate="2:4:9", method=method, **words))])

@@ -1,6 +1,6 @@
-"""The starts of the disk: the rates that a cell computes for itself, what it disturbs, and by how much.
+"""The starts of the disk: computed rates, the undisturbed motion, and the size of the perturbation.
 
-Atlases whose precession rate is computed in every cell are verified and compared like those whose roll rate is.
+Atlases with a computed precession rate are verified and compared like those with a computed roll rate.
 """
 
 import math
@@ -29,7 +29,7 @@ WORDS = {
 
 
 def test_a_computed_rate_makes_a_disk_circle():
-    """Either rate may follow from the other one and the tilt: then the disk circles at its tilt."""
+    """Either rate may follow from the other one and the tilt; then the disk circles at its tilt."""
     for rate in WORDS:
         spec = SweepSpec(tilt="10deg", **WORDS[rate])
         assert computed_rates(spec) == ((rate,) if rate else ()), rate
@@ -38,26 +38,26 @@ def test_a_computed_rate_makes_a_disk_circle():
 
 
 def test_a_circling_cell_rolls_at_its_steady_rate():
-    """At 10 degrees and 0.5 rad/s the uniform disk of half a metre rolls at -4.6851 rad/s, as printed."""
+    """At 10 degrees and 0.5 rad/s a uniform disk of 0.5 m radius rolls at -4.6851 rad/s, as published."""
     found = whole(SweepSpec(roll_rate="steady", tilt="10deg", precession_rate=0.5))
     assert found["roll_rate"] == pytest.approx(-4.6851, abs=5e-5)
 
 
 def test_a_computed_rate_keeps_the_tilt():
-    """By the equations of motion a start with a computed precession rate has no acceleration of the tilt."""
+    """By the equations of motion, a start with a computed precession rate has no tilt acceleration."""
     for branch in ["steady-slow", "steady-fast"]:
         found = whole(SweepSpec(tilt="2deg,10deg", roll_rate=-6.0, precession_rate=branch))
         for tilt, precession, roll in zip(
             *(found[name] for name in ("tilt", "precession_rate", "roll_rate")), strict=True
         ):
-            # the terms that cancel are of the size of gravity over radius
+            # The terms that cancel are as large as gravity over radius.
             assert referee.accelerations((tilt, 0.0, precession, roll), 0.5, 0.5, 9.81)[0] == pytest.approx(
                 0.0, abs=1e-12
             ), branch
 
 
 def test_the_branches_are_the_slower_and_the_faster_rate():
-    """Of the two precession rates that keep a tilt steady-slow is the smaller one in magnitude."""
+    """Of the two precession rates that keep a tilt, steady-slow is the smaller in magnitude."""
     slow, fast = (
         whole(SweepSpec(tilt="2deg:20deg:5", roll_rate=-8.0, precession_rate=branch))["precession_rate"]
         for branch in ("steady-slow", "steady-fast")
@@ -66,13 +66,13 @@ def test_the_branches_are_the_slower_and_the_faster_rate():
 
 
 def test_a_rate_that_does_not_exist_is_not_finite():
-    """Without precession no roll rate keeps the tilt: that cell, and only that one, has none."""
+    """Without precession no roll rate keeps the tilt: only that cell has none."""
     found = whole(SweepSpec(roll_rate="steady", tilt="10deg", precession_rate="-1:1:3"))
     assert np.isfinite(found["roll_rate"]).tolist() == [True, False, True]
 
 
 def test_the_wobble_keeps_its_tilt_while_its_centre_rests():
-    """By the equations of motion the tilt has no acceleration, and the centre of mass no velocity."""
+    """By the equations of motion the tilt has no acceleration and the center of mass no velocity."""
     for alpha in [0.3, 0.5, 1.0]:
         found = whole(
             SweepSpec(tilt="-60deg,20deg,89.9deg", precession_rate="wobble", roll_rate="wobble", alpha=alpha)
@@ -84,14 +84,15 @@ def test_the_wobble_keeps_its_tilt_while_its_centre_rests():
             assert referee.accelerations((tilt, 0.0, precession, roll), alpha, 0.5, 9.81)[0] == pytest.approx(
                 0.0, abs=1e-13 * push
             ), alpha
-            # the contact point moves by -R f (sin, -cos)(heading), the centre stands R sin(tilt) (cos, sin) beside it
+            # The contact point moves by -R f (sin, -cos)(heading); the center is R sin(tilt) (cos, sin) away
+            # from it.
             assert 0.5 * (roll + precession * np.sin(tilt)) == pytest.approx(
                 0.0, abs=1e-13 * abs(precession)
             ), alpha
 
 
 def test_a_centre_at_rest_with_another_precession_rate_is_a_nutating_start():
-    """The roll rate follows from the precession rate; the tilt is accelerated, and upright is what is disturbed."""
+    """The roll rate follows from the precession rate; the tilt accelerates; upright is disturbed."""
     spec = SweepSpec(tilt="60deg", precession_rate="5,20", roll_rate="wobble")
     found = whole(spec)
     assert (spec.axes, spec.computed) == (("precession_rate",), ("roll_rate",))
@@ -110,7 +111,7 @@ def test_a_centre_at_rest_with_another_precession_rate_is_a_nutating_start():
 
 @pytest.mark.compiled
 def test_an_atlas_of_wobbles_is_verified():
-    """Both computed rates are stored and compared with the equations of the wobble; a wrong one is found."""
+    """Both computed rates are stored and compared with the wobble equations; a wrong one is found."""
     spec = SweepSpec(tilt="20deg:70deg:6", tilt_rate=1e-3, precession_rate="wobble", roll_rate="wobble")
     atlas = sweep.run(spec)
     assert findings(verify(atlas)).passed
@@ -119,12 +120,12 @@ def test_an_atlas_of_wobbles_is_verified():
 
 
 def perturbation(spec):
-    """Size of the perturbation in each start of a spec."""
+    """Return the perturbation of each start of a spec."""
     return spec.model.perturbation(spec, whole(spec))
 
 
 def test_the_motion_that_is_disturbed():
-    """A circling disk is disturbed at its own tilt, any other one upright."""
+    """A circling disk is disturbed at its own tilt, any other disk upright."""
     released = SweepSpec(tilt=[0.1, 0.2])
     assert released.model.undisturbed(released, whole(released)).tolist() == [0.0, 0.0]
     steady = released.replace(roll_rate="steady", precession_rate=1)
@@ -135,35 +136,35 @@ def test_the_motion_that_is_disturbed():
 
 
 def test_the_perturbation_of_a_start():
-    """A release is worth its tilt; a kick e is worth e/W, with W^2 = 2g/((2+alpha)R) = 15.696 / s^2 by hand."""
+    """A release counts as its tilt, a kick e as e/W, where W^2 = 2g/((2+alpha)R) = 15.696 / s^2 by hand."""
     released = SweepSpec(tilt=-0.1)
     assert perturbation(released).tolist() == [0.1]
     for kicked in (
         SweepSpec(tilt_rate=1e-4),
         SweepSpec(tilt=0.1, tilt_rate=1e-4, roll_rate="steady", precession_rate=1),
     ):
-        # relative tolerance: a handful of roundings
+        # The relative tolerance allows a few roundings.
         assert perturbation(kicked) == pytest.approx(1e-4 / math.sqrt(15.696), rel=1e-14)
 
 
 def test_the_scale_of_a_kick():
-    """A kick is worth kick / W, with W^2 = 4g/5R for the uniform disk and 2g/3R for the hoop."""
+    """A kick counts as kick / W, where W^2 = 4g/5R for the uniform disk and 2g/3R for the hoop."""
     for alpha, squared in [(0.5, 0.8), (1.0, 2 / 3)]:
         radius, gravity, kick = 0.5, 9.81, 0.01
         expected = kick / math.sqrt(squared * gravity / radius)
-        # a few roundings on either side
+        # A few roundings on either side.
         kicked = SweepSpec(tilt_rate=kick, alpha=alpha, radius=radius, gravity=gravity)
         assert perturbation(kicked) == pytest.approx(expected, rel=1e-14), (alpha, squared)
 
 
 def test_a_kick_and_a_release_add_as_squares():
-    """3 and 4 give 5: with W = 1 the scale is the hypotenuse of tilt and kick."""
+    """0.3 and 0.4 give 0.5: for W = 1 the scale is the hypotenuse of tilt and kick."""
     both = SweepSpec(tilt=0.3, tilt_rate=0.4, alpha=1.0, radius=2.0, gravity=3.0)
     assert perturbation(both) == pytest.approx(0.5, rel=1e-15)  # rounding
 
 
 def test_steady_rates_that_follow_from_nothing_are_refused():
-    """Both rates cannot be left open, and without precession no roll rate keeps a tilt."""
+    """At least one rate must be given, and without precession no roll rate keeps a tilt."""
     for words, key in [
         ({"roll_rate": "steady", "precession_rate": "steady-slow"}, "precession_rate"),
         ({"roll_rate": "steady"}, "precession_rate"),
@@ -176,7 +177,7 @@ def test_steady_rates_that_follow_from_nothing_are_refused():
 
 
 def test_circling_may_pass_through_zero_precession():
-    """An axis of precession rates through 0 is accepted: that one cell will be invalid, the others not."""
+    """An axis of precession rates through 0 is accepted; only the cell at 0 is invalid."""
     for axis in ("-1:1:3", "0:5:6", "-5:0:6"):
         assert circling(SweepSpec(roll_rate=" steady ", precession_rate=axis, tilt=0.1)), axis
 
@@ -188,7 +189,7 @@ GRID = {
 
 @pytest.fixture(scope="module")
 def branches():
-    """Return the atlases of both branches, and that of the same tilts by precession rate."""
+    """Return the atlases of both branches, and the atlas of the same tilts by precession rate."""
     found = {branch: sweep.run(sweep.SweepSpec(**GRID, precession_rate=branch)) for branch in
              ("steady-slow", "steady-fast")}  # fmt: skip
     words = GRID | {"roll_rate": "steady", "precession_rate": "-4:4:10"}
@@ -197,7 +198,7 @@ def branches():
 
 @pytest.mark.compiled
 def test_every_cell_is_verified(branches):
-    """Cells that exist agree with the exact reduction, the others are invalid, and none is left out."""
+    """Existing motions agree with the exact reduction, the others are invalid; no cell is skipped."""
     for branch in ["steady-slow", "steady-fast"]:
         atlas = branches[branch]
         found = findings(verify(atlas))
@@ -210,7 +211,7 @@ def test_every_cell_is_verified(branches):
 
 @pytest.mark.compiled
 def test_a_wrong_precession_rate_is_caught(branches):
-    """The precession rate that is computed for each cell is compared with the formula."""
+    """The computed precession rate of each cell is compared with the formula."""
     atlas = branches["steady-slow"].copy(deep=True)
     place = tuple(np.argwhere(np.isfinite(atlas["precession_rate"].values))[5])
     atlas["precession_rate"].values[place] *= 1.0 + 1e-6
@@ -220,7 +221,7 @@ def test_a_wrong_precession_rate_is_caught(branches):
 
 @pytest.mark.compiled
 def test_branches_are_compared(branches):
-    """A branch is the same as itself, every variable of it; two branches, or two forms, are not comparable."""
+    """A branch equals itself in every variable; two branches or two forms of start are not comparable."""
     atlas = branches["steady-slow"]
     comparison = compare(atlas, atlas)
     assert comparison.same

@@ -1,4 +1,4 @@
-"""Where the contact point of a thin disk goes: whether its path closes, and after how many nutations."""
+"""The path of the contact point of a thin disk: whether it closes, and after how many nutations."""
 
 import math
 
@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 import sweep
 from sweep.model.disk.path import CLOSED_PATH, MOST_NUTATIONS
 
-#: A disk that nutates by many degrees.
+#: A disk that nutates by tens of degrees.
 SPEC = sweep.SweepSpec(tilt="20deg", tilt_rate=0.3, roll_rate=5.0, path="yes", method="exact")
 
 
@@ -20,7 +20,7 @@ def nutation(precession, alpha=0.5):
 
 
 def test_a_disk_goes_where_a_motion_in_time_does():
-    """Distances of contact points from the centre of the ring, of a disk and of a hoop; no cell is changed."""
+    """The ring's radii match a motion in time, for a disk and a hoop; path=yes changes no other result."""
     for alpha in (0.5, 1.0):
         ring, plain = (
             nutation(1.5, alpha),
@@ -40,7 +40,7 @@ def test_a_disk_goes_where_a_motion_in_time_does():
 
 
 def test_a_path_that_closes_is_told_with_its_ratio():
-    """Two turns in five nutations, at a rate that is sought; beside it the path is annular, and the angle says so."""
+    """At a rate found by root search it closes after five nutations and two turns; nearby it is annular."""
 
     def off(precession):
         return nutation(precession).heading_per_nutation.item() + 0.8 * math.pi
@@ -71,7 +71,7 @@ def test_a_path_that_closes_is_told_with_its_ratio():
 
 
 def test_the_nearest_whole_turns():
-    """Of each start the count of nutations leaves the least angle, found one by one; none where nothing nutates."""
+    """The number of nutations is the one with the smallest angle, by brute force; 0 if nothing nutates."""
     atlas = sweep.run(SPEC.replace(precession_rate="-3:12:60"))
     for cell in range(60):
         gained, count, turns, angle = (

@@ -16,10 +16,10 @@ RATES = ("roll_rate", "precession_rate")
 
 
 def wells(rate, tilt, axis, alpha):
-    """Count the wells of the potential of a tilted start, by SciPy: its slope is zero once or three times.
+    """Count the wells of a tilted start's potential with SciPy: its slope has one or three zeros.
 
-    The slope is minus the acceleration of the tilt at rest; the rates as functions of the tilt are what the equations
-    of motion make of them at a tilt rate of one.
+    The slope is minus the tilt acceleration at rest; the rates as functions of the tilt follow from the
+    equations of motion at a tilt rate of one.
     """
     start = (0.0, rate) if axis == "roll_rate" else (rate, 0.0)
 
@@ -40,7 +40,7 @@ def wells(rate, tilt, axis, alpha):
 
 @pytest.mark.slow_lane
 def test_the_potential_has_two_wells_below_the_fold():
-    """By the equations of motion and SciPy the potential has two wells just below the curve, and one just above it."""
+    """By SciPy and the equations of motion the potential has two wells just below the curve, one above."""
     for alpha, axis, tilt in itertools.product([0.3, 1.0], RATES, [2.0, 12.0]):
         tilt = np.radians(tilt)
         rate = float(saddle_node_rates(np.array([tilt]), axis, alpha)[0])
@@ -54,7 +54,7 @@ def test_the_potential_has_two_wells_below_the_fold():
 
 @pytest.mark.compiled
 def test_the_reduction_counts_the_same_wells():
-    """From upright to 70 deg, a millionth below the curve the reduction finds two wells, a millionth above it one."""
+    """From upright to 70 deg the reduction finds two wells 1e-6 below the curve and one 1e-6 above."""
     for alpha, axis in itertools.product(ALPHAS, RATES):
         tilt = np.radians(np.linspace(0.01, 70.0, 300))
         given = {
@@ -72,7 +72,7 @@ def test_the_reduction_counts_the_same_wells():
 
 
 def test_it_starts_at_the_critical_rates():
-    """At upright the squares are 1/[2(1+alpha)] and 2/(2+alpha); it falls from there, alike on both sides."""
+    """At upright the squares are 1/[2(1+alpha)] and 2/(2+alpha); the curve falls from there on both sides."""
     for alpha in ALPHAS:
         tilt = np.radians(np.linspace(1e-6, 60.0, 200))
         for axis, squared in (("roll_rate", 0.5 / (1.0 + alpha)), ("precession_rate", 2.0 / (2.0 + alpha))):

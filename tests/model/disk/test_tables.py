@@ -1,4 +1,4 @@
-"""The tables of the disk: parameters with their domains, endings, and rows that are those of the kernels' arrays."""
+"""The disk's tables: parameters with their domains, endings, and the rows of the kernels' arrays."""
 
 import math
 
@@ -23,7 +23,7 @@ INPUTS = [*PARAMETERS.values(), *SETTINGS.values()]
 
 
 def test_the_seven_parameters_and_their_defaults():
-    """The default disk is uniform, 0.5 m in radius, on Earth, at rest and upright."""
+    """The default disk is uniform, has a radius of 0.5 m, and rests upright on Earth."""
     defaults = {name: parameter.default for name, parameter in PARAMETERS.items()}
     assert defaults == {
         "tilt": 0.0,
@@ -37,7 +37,7 @@ def test_the_seven_parameters_and_their_defaults():
 
 
 def test_defaults_obey_their_rules():
-    """A default that is a number is allowed by its own rule; one that is text is one of its words."""
+    """A numeric default satisfies its own rule; a text default is one of the allowed words."""
     for quantity in INPUTS:
         if isinstance(quantity.default, str):
             assert quantity.default in quantity.words, quantity
@@ -46,12 +46,12 @@ def test_defaults_obey_their_rules():
 
 
 def test_options_have_a_default_among_their_choices():
-    """A setting that is text can be left out."""
+    """Every text setting has a default that is one of its choices."""
     assert all(word.default in word.choices for word in OPTIONS.values())
 
 
 def test_domains_end_where_the_rule_says():
-    """The predicate of each rule holds inside the rule's interval and fails on and beyond its open ends."""
+    """Each rule's predicate holds inside its interval and fails on and beyond its open ends."""
     for name, inside, outside in [
         ("tilt", [-1.57, 0.0, 1.57], [-math.pi / 2, math.pi / 2, math.nan]),
         ("roll_rate", [-1e300, 0.0, 1e300], [math.inf, math.nan]),
@@ -69,7 +69,7 @@ def test_domains_end_where_the_rule_says():
 
 
 def test_rows_are_those_of_the_kernels():
-    """What Python hands to the kernels and takes from them has the order of the kernels' own tables."""
+    """Python passes rows to the kernels, and reads them, in the order of the kernels' own tables."""
     assert tuple(PARAMETERS) == arrays.PARAMETERS
     assert tuple(SETTINGS) == arrays.SETTINGS
     assert (DISK.measures, DISK.counts) == (arrays.MEASURES, arrays.COUNTS)
@@ -84,9 +84,9 @@ def test_rows_are_those_of_the_kernels():
 
 
 def test_endings_are_those_of_the_kernels():
-    """The flags of `ending` are the closed list of the kernels, code by code; each has a meaning and a reason.
+    """The flags of `ending` are the kernels' codes; each has a meaning and a reason.
 
-    The last code is that of a body with two edges, which the disk is not.
+    The last code belongs to bodies with two edges, which the disk does not have.
     """
     codes = {name.lower(): code for name, code in vars(endings).items() if name.isupper()}
     assert codes.pop("edge_change") == max(codes.values()) + 1
@@ -99,7 +99,7 @@ def test_endings_are_those_of_the_kernels():
 
 
 def test_what_endings_mean_for_the_verdict():
-    """Every ending has the role that its verdict follows from."""
+    """Every ending has the role that determines its verdict."""
     assert {each.name: each.role for each in ENDINGS} == {
         "not_computed": MISSING,
         "bounded": FINAL,
@@ -112,11 +112,11 @@ def test_what_endings_mean_for_the_verdict():
 
 
 def test_stability_flags():
-    """Zero is undecided, so that a cell without a verdict is never called stable."""
+    """Zero means undecided, so a cell without a verdict is never called stable."""
     assert VARIABLES["stability"].flags == {UNDECIDED: "undecided", STABLE: "stable", UNSTABLE: "unstable"}
     assert (UNDECIDED, STABLE, UNSTABLE) == (0, 1, 2)
 
 
 def test_what_the_exact_reduction_does_not_find_is_said_of_its_atlases():
-    """Each measure that needs an integration is named in `UNTIMED`: else a criterion judges by missing values."""
+    """Each measure that needs time integration is in `UNTIMED`, or criteria would use missing values."""
     assert {*UNTIMED} == {*arrays.MEASURES, *arrays.COUNTS} - {*REDUCED}

@@ -22,13 +22,13 @@ RATES = list(CRITICAL)
 
 
 def predicted(axis, **words):
-    """Predicted boundary of an upright disk along a rate, as (rate / critical rate)^2."""
+    """Return the predicted boundary of an upright disk along a rate, as (rate / critical rate)^2."""
     spec = SweepSpec(**{axis: "1:8:3"}, **words)
     return (theory_lines(spec, axis)["upper"][1]) ** 2 / CRITICAL[axis]
 
 
 def test_five_degrees_of_departure():
-    """For vanishing perturbations a departure of 5 deg happens below r = 0.993457 (rolling), 0.992617 (spinning)."""
+    """For vanishing perturbations it happens below r = 0.993457 (rolling) and 0.992617 (spinning)."""
     for axis, ratio in [("roll_rate", 0.993457), ("precession_rate", 0.992617)]:
         for perturbation in ({"tilt": 1e-9}, {"tilt_rate": 1e-6}):
             assert round(float(predicted(axis, **perturbation)), 6) == ratio, (axis, ratio)
@@ -61,18 +61,18 @@ def test_amplification_in_linear_theory():
         ],
     ):
         ratio = predicted(axis, criterion=f"amplification:{limit}", **perturbation)
-        # what is left is of the square of the tilts reached, at most 40 times 2.5e-5 rad
+        # The remainder is of the order of the squared tilts, which reach at most 40 times 2.5e-5 rad.
         assert ratio == pytest.approx(1.0 + excess(limit), rel=1e-6), limit
 
 
 def test_the_smallest_amplification_of_a_released_spinning_disk():
-    """Released spinning, the disk always swings to three times its tilt and more: below that nothing is stable."""
+    """Released spinning disks reach at least three times their tilt; a smaller limit has no boundary."""
     assert np.isnan(predicted("precession_rate", tilt=1e-6, criterion="amplification:2.9"))
 
 
 @pytest.mark.slow_lane
 def test_the_predicted_rate_turns_the_disk_at_the_limit(pick):
-    """Within 1e-8 of the predicted rate the exact peak crosses the limit: below the disk swings further, above less."""
+    """The exact peak exceeds the limit 1e-8 below the predicted rate, but not 1e-8 above it."""
     starts = [{"tilt": 0.03}, {"tilt": -0.02}, {"tilt_rate": 0.05}, {"tilt": 0.01, "tilt_rate": -0.04}]
     for axis, start in pick(itertools.product(RATES, starts), 3):
         limit = 0.12
@@ -85,14 +85,14 @@ def test_the_predicted_rate_turns_the_disk_at_the_limit(pick):
         assert peaks[0] > limit > peaks[1], (axis, start)
 
 
-# rates of 1e-160 are squared to nothing in SciPy's error estimate
+# Rates of 1e-160 underflow to zero when SciPy's error estimate squares them.
 _RATE = st.floats(-5.0, 5.0).filter(lambda rate: rate == 0.0 or abs(rate) > 1e-6)
 
 
 @pytest.mark.slow_lane
 @given(*[st.floats(-1.45, 1.45)] * 2, _RATE, _RATE, st.floats(0.01, 1.0))
 def test_carried_rates_solve_chaplygins_equations(start, tilt, s0, o0, alpha):
-    """Power series and numerical integration in the tilt carry the rates from one tilt to another alike."""
+    """Power series and numerical integration give the same rates at any other tilt."""
 
     def slope(tilt, y):
         s, o = y
@@ -106,7 +106,7 @@ def test_carried_rates_solve_chaplygins_equations(start, tilt, s0, o0, alpha):
 
 
 def test_carried_rates_are_hypergeometric():
-    """From upright the two solutions are Gauss's functions of sin(tilt)^2, evaluated by mpmath."""
+    """From upright the two solutions are Gauss's hypergeometric functions of sin(tilt)^2, by mpmath."""
     for tilt in [1e-6, 0.1, 0.7, 1.2, 1.48]:
         alpha = 0.5
         a = mpmath.mpc(0.25, -0.5 * mpmath.sqrt(mpmath.mpf(13) / 12))
@@ -123,7 +123,7 @@ def test_carried_rates_are_hypergeometric():
 
 
 def test_no_line_where_theory_has_none():
-    """A disk that rolls and spins at once has no predicted boundary; along a tilt none is looked for."""
+    """A disk that rolls and spins has no predicted boundary; along a tilt none is sought."""
     spec = SweepSpec(roll_rate="2:4:3", precession_rate=1.0, tilt="0.01:0.02:2")
     assert theory_lines(spec, "roll_rate") == {}
     assert spec.model.controls(spec.axes) == ["roll_rate"]
@@ -131,13 +131,13 @@ def test_no_line_where_theory_has_none():
 
 
 def sharp(preset, axis, tilts, count, **words):
-    """Measured boundary of a preset over a few tilts, and its prediction, along a finely divided rate."""
+    """Return a preset's atlas at a few tilts along a finely divided rate."""
     return run(SweepSpec.preset(preset).replace(**{"tilt": tilts, axis: count}, **words))
 
 
 @pytest.mark.compiled
 def test_the_measured_boundary_of_released_disks_is_the_predicted_one():
-    """Over the tilts of the preset the measured boundary is within its half-width of the predicted one."""
+    """Over the preset's tilts the measured boundary is within its half-width of the predicted one."""
     for (preset, axis, rates), alpha in itertools.product(
         [("rolling", "roll_rate", "2:4:900"), ("spinning", "precession_rate", "3:6:900")], [0.5, 1.0]
     ):
@@ -145,7 +145,7 @@ def test_the_measured_boundary_of_released_disks_is_the_predicted_one():
         off = np.abs(atlas[f"boundary_{axis}"] - atlas[f"predicted_{axis}"])
         inside = np.isfinite(atlas[f"boundary_{axis}"])
         line = atlas[f"predicted_{axis}"]
-        # a boundary is measured exactly where the predicted one lies among the rates
+        # A boundary is measured exactly where the predicted one is within the range of rates.
         assert np.array_equal(inside, (line > atlas[axis][0]) & (line < atlas[axis][-1])), (
             preset,
             axis,
@@ -163,7 +163,7 @@ def test_the_measured_boundary_of_released_disks_is_the_predicted_one():
 
 @pytest.mark.compiled
 def test_the_measured_boundary_of_circling_disks_is_the_predicted_one():
-    """A kick of 1e-6 rad/s finds both edges of the dome where k says, within half a cell and 1e-5 of the rate."""
+    """After a kick of 1e-6 rad/s both edges match k within half a cell plus 1e-5 of the rate."""
     atlas = sharp("circling", "precession_rate", "2deg:18deg:9", "0.05:5:1500", tilt_rate="1e-6rad/s")
     for edge in ("", "lower_"):
         measured, line = (atlas[f"{word}_{edge}precession_rate"] for word in ("boundary", "predicted"))
@@ -174,7 +174,7 @@ def test_the_measured_boundary_of_circling_disks_is_the_predicted_one():
 
 @pytest.mark.compiled
 def test_the_measured_boundary_converges_to_the_critical_rate():
-    """As perturbation and limit shrink together, the measured boundary closes in on the analytic line."""
+    """As perturbation and limit shrink together, the measured boundary converges to the critical rate."""
     for preset, axis in [("rolling", "roll_rate"), ("spinning", "precession_rate")]:
         critical = math.sqrt(CRITICAL[axis])
         rates = f"{0.95 * critical!r}:{1.02 * critical!r}:1500"
@@ -187,7 +187,7 @@ def test_the_measured_boundary_converges_to_the_critical_rate():
 
 
 def test_edges_on_a_negative_axis_are_mirrored():
-    """The motion does not care for the sign of its rates: upper and lower edge change places and sign."""
+    """The motion is symmetric under a sign change of its rates: upper and lower edge swap places and sign."""
     for preset in ["rolling", "spinning", "circling"]:
         spec = SweepSpec.preset(preset)
         axis = next(name for name in spec.axes if name != "tilt")
@@ -202,9 +202,9 @@ def test_edges_on_a_negative_axis_are_mirrored():
 
 
 def test_starts_beyond_the_limit_cost_nothing(monkeypatch):
-    """The series of a steep tilt has thousands of terms: it is summed for no start that is beyond the limit already.
+    """The slow series of a steep tilt is not summed for a start that is already beyond the limit.
 
-    In batches or one after the other, the predicted rates have the same bits.
+    The predicted rates are bit-identical whether computed in batches or one by one.
     """
     steepest = []
     legendre = theory._legendre

@@ -1,4 +1,4 @@
-"""Atlases of bodies with losses: what verify says of them, and how a wobble ends."""
+"""Atlases of bodies with losses: what `verify` reports, and how a wobble ends."""
 
 from unittest import mock
 
@@ -27,14 +27,14 @@ LAWS = (
 
 @pytest.fixture(autouse=True)
 def _one_kernel():
-    """Integrate by the kernel with all laws: each set of laws has its own, which takes seconds to compile."""
+    """Use one kernel with all laws: every set of laws has its own, which takes seconds to compile."""
     kernel = Kernel("kernels.lossy_bodies.integrate", WITH_ALL_LAWS)
     with mock.patch.object(LossyBodies, "integrator", return_value=kernel):
         yield
 
 
 def test_verify_agrees_and_finds_a_wrong_loss():
-    """Every cell follows from itself, a sample from half the step and from DOP853; a loss that is off is told."""
+    """Cells are self-consistent, and a sample matches half the step and DOP853; a wrong loss is reported."""
     spec = SweepSpec(
         **EDGE, tilt="5deg:70deg:6", tilt_rate=0.3, scaled_precession_rate="0.3:1.2:3", roll_rate=0.2,
         rolling_friction="50um", pivoting_friction="20um", contour_friction="30um", contour_damping="1e-7",
@@ -61,7 +61,7 @@ def _start(spec):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_a_wobble_near_flat_takes_its_leading_order(law):
-    """From half a degree on the whole motion lasts as long as theory says, to that inclination."""
+    """From half a degree on the wobble lasts as long as the leading-order theory says."""
     spec = SweepSpec(**EDGE, **WOBBLE, **law, duration="2000s")
     assert float(sweep.run(spec)["end_time"]) == pytest.approx(wobble_time(spec, _start(spec)), rel=4e-3)
     mirrored = spec.replace(tilt="-89.5deg")
@@ -72,7 +72,7 @@ def test_a_wobble_near_flat_takes_its_leading_order(law):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_without_thickness_that_is_the_thin_disks(law):
-    """A torus without a tube wobbles as long as the thin disk, by the closed forms of that; air asks for a face."""
+    """A torus without a tube wobbles as long as the thin disk's closed forms say; air needs a face."""
     size = {"radius": "37.55mm", "mass": "438.7g"}
     thin = SweepSpec(**size, **WOBBLE, **law)
     words = {"body": "torus", "tube": 0.0} if "air_law" not in law else {"body": "rounded", "thickness": 0.0}
@@ -81,7 +81,7 @@ def test_without_thickness_that_is_the_thin_disks(law):
 
 
 def test_no_critical_rate_where_nothing_is_in_balance():
-    """An arc has one about its centre; off it there is no balance upright, and no line."""
+    """An arc about its center has a critical rate; with an offset there is no upright balance and no line."""
     words = {
         "body": "arc",
         "fillet": 0.2,

@@ -1,4 +1,4 @@
-"""The words of bodies with losses: what they choose, and what is refused."""
+"""The inputs of bodies with losses: which model they choose, and what is refused."""
 
 import pytest
 from messages import assert_facts
@@ -9,7 +9,7 @@ from sweep.model.lossy_bodies.model import LOSSY_BODIES
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.request.spec import SweepSpec
 
-#: Words -> what the refusal says.
+#: Inputs -> text of the refusal.
 REFUSED = {
     "body=ball air_law=moffatt air_viscosity=18e-6 mass=1": "A ball rolls without losses",
     "body=spheroid flattening=0.2 contour_friction=0": "A spheroid rolls without losses",
@@ -30,7 +30,7 @@ REFUSED = {
 
 
 def spec_of(words, spec="rolling"):
-    """Return the spec of words of a command line, which change a preset."""
+    """Return the spec of command-line words that change a preset."""
     return SweepSpec.from_words(spec, words.split())
 
 
@@ -44,7 +44,7 @@ def test_what_has_no_losses_is_refused_in_a_sentence():
 
 
 def test_losses_of_a_ball_leave_nothing_on_the_disk(command, tmp_path):
-    """By every command that makes a file, also where a preset or an atlas has the losses or the ball."""
+    """Every command that writes a file refuses them, also on top of a preset or an atlas."""
     assert (
         command("run toy tilt=80deg,81deg precession_rate=20 duration=1ms criterion=aloft:1ms -o toy.nc -q")[
             0
@@ -69,7 +69,7 @@ def test_losses_of_a_ball_leave_nothing_on_the_disk(command, tmp_path):
 
 
 def test_words_of_a_body_and_of_losses_choose_both():
-    """Whether they come together, on a preset that has the others, or one after the other; one kind alone as before."""
+    """They may come together, on top of a preset with the other kind, or one after the other."""
     losses, body = "contour_friction=10um", "body=rim thickness=12.8mm fillet=2mm"
     assert spec_of(f"{losses} {body} radius=37.55mm").model is LOSSY_BODIES
     assert spec_of(body, "toy").model is LOSSY_BODIES
@@ -85,7 +85,7 @@ def test_words_of_a_body_and_of_losses_choose_both():
 
 
 def test_the_thin_disk_again():
-    """body=disk leaves the body behind and keeps the losses; a torus may come without a tube."""
+    """body=disk drops the body and keeps the losses; a torus needs no tube."""
     spec = spec_of("body=rim thickness=12.8mm fillet=2mm", "toy")
     thin = spec.replace(body="disk")
     assert thin.model is LOSSY_DISK
@@ -94,7 +94,7 @@ def test_the_thin_disk_again():
 
 
 def test_the_sample_of_an_audit_is_that_of_its_seed():
-    """The seed that `verify` is given draws the sample, and is told."""
+    """The seed given to `verify` draws the sample, and the report names it."""
     spec = SweepSpec(body="torus", tube=0.2, rolling_friction="1mm", roll_rate="1:3:5")
     samples = [spec.model.reference(5, seed).sampled for seed in (7, 7, 8)]
     assert_facts(samples[0], "seed 7")
@@ -102,7 +102,7 @@ def test_the_sample_of_an_audit_is_that_of_its_seed():
 
 
 def test_each_set_of_laws_has_its_kernel():
-    """The kernels are those of bodies, by the names of the disk's."""
+    """The kernels of bodies have the same names as the disk's."""
     spec = spec_of("body=rim thickness=12.8mm fillet=2mm friction=0.5", "toy")
     kernel = spec.model.integrator(spec)
     assert kernel.module == "kernels.lossy_bodies.integrate"

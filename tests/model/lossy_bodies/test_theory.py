@@ -1,4 +1,4 @@
-"""Where theory puts the boundary of upright bodies with losses, against motions."""
+"""The theoretical boundary of upright bodies with losses, compared with motions."""
 
 import math
 
@@ -19,13 +19,13 @@ pytestmark = pytest.mark.compiled
 
 @pytest.fixture(scope="module", autouse=True)
 def general():
-    """Compile no kernel for the laws of this file alone: there are five sets of them."""
+    """Use the general kernels instead of compiling five special ones for the laws of this file."""
     with lossy_runner.general_kernels():
         yield
 
 
 def drawn(rng):
-    """Return the words of a ring or a rounded disk of unit size."""
+    """Return the inputs of a random ring or rounded disk of unit size."""
     size = rng.uniform(0.05, 0.45)
     body = (
         {"body": "torus", "tube": size}
@@ -36,9 +36,10 @@ def drawn(rng):
 
 
 def test_the_estimate_of_a_finite_perturbation_is_little_above_the_boundary(rng):
-    """Random rings and disks that lose a tenth to a half of their rate: stable there, not 6 % below.
+    """Random bodies that lose 10 to 50 % of their rate are stable at the estimate, but not 6 % below it.
 
-    The limits are those of the thin disk (tests/model/lossy_disk/test_theory.py); the estimate is of leading order.
+    The limits are those of the thin disk (tests/model/lossy_disk/test_theory.py); the estimate is of leading
+    order.
     """
     judged = 0
     for _ in range(24):
@@ -64,7 +65,7 @@ def test_the_estimate_of_a_finite_perturbation_is_little_above_the_boundary(rng)
 
 
 def test_a_spinning_body_falls_after_its_rate_is_critical(rng):
-    """Pivoting friction c takes c/A of the rate per time: from what that says it is stable, from 5 % below not."""
+    """Pivoting friction c takes c/A per time: stable from the estimate on, unstable 5 % below."""
     for _ in range(4):
         words = {**drawn(rng), "tilt": 1e-9, "duration": 400.0, "pivoting_friction": rng.uniform(1e-4, 1e-3)}
         spec = SweepSpec(**words, precession_rate="0.1:5:2", criterion="departure:3deg")
@@ -83,7 +84,7 @@ def test_a_spinning_body_falls_after_its_rate_is_critical(rng):
 
 
 def test_the_rate_of_a_body_that_rolls_sinks_as_theory_says():
-    """(1 + I) s' = -c - k s of contour friction and damping; explain says how long that takes to the critical rate."""
+    """Contact and damping losses give (1 + I) s' = -c - k s; explain states the time to the critical rate."""
     words = {
         "body": "torus",
         "tube": 0.25,
@@ -110,7 +111,7 @@ def test_the_rate_of_a_body_that_rolls_sinks_as_theory_says():
 
 
 def test_a_rim_with_losses_has_no_upright_motion():
-    """It is told with presets that have a motion to disturb; a ring has an upright one, a rim that circles that."""
+    """The message suggests presets with a motion to disturb; upright rings and circling rims have one."""
     rim = {"body": "rim", "thickness": 0.2, "fillet": 0.05, "rolling_friction": 1e-4}
     assert_facts(LOSSY_BODIES.reason_without_verdicts(SweepSpec(**rim)), "thick_coin", "true_edge", "rolling")
     circles = SweepSpec(**rim, tilt="30deg", precession_rate=3.0, roll_rate="steady")
@@ -119,7 +120,7 @@ def test_a_rim_with_losses_has_no_upright_motion():
 
 
 def test_the_side_on_which_a_body_lies_down_decides_its_wobble():
-    """The mirror image of a body on the other side takes as long; the same body on the other side does not."""
+    """The mirror image of a body on the other side takes as long; the body itself does not."""
     arc = {
         "body": "arc",
         "fillet": 0.3,

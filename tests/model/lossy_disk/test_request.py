@@ -1,4 +1,4 @@
-"""The words of the disk with losses: which of them choose it, what its laws need, and what is refused."""
+"""The inputs of the lossy disk: which ones choose it, what its laws need, and what is refused."""
 
 import itertools
 import math
@@ -16,12 +16,12 @@ from sweep.model.lossy_disk import tables
 from sweep.model.lossy_disk.model import LOSSY_DISK
 from sweep.request.spec import SweepSpec
 
-#: Words with which every law has what it needs.
+#: Inputs that satisfy the needs of every law.
 FULL = {"mass": 0.4, "air_law": "bildsten", "air_viscosity": 1.8e-5, "air_density": 1.2}
 
 
 def test_the_tables_are_the_rows_of_the_kernels():
-    """Rows of the arrays follow from the tables: the same names in the same order, and the endings with their codes."""
+    """Tables and kernel arrays have the same names in the same order, and the same ending codes."""
     assert tuple(LOSSY_DISK.parameters) == arrays.PARAMETERS
     assert arrays.SETTINGS[: len(LOSSY_DISK.settings)] == tuple(LOSSY_DISK.settings)
     assert {*arrays.MEASURES, *arrays.COUNTS} <= set(LOSSY_DISK.variables)
@@ -32,7 +32,7 @@ def test_the_tables_are_the_rows_of_the_kernels():
 
 
 def test_a_word_of_a_loss_chooses_the_model():
-    """Any of them, a zero and a column of a table too; the text of the spec names the model and makes it again."""
+    """Any loss input chooses it, even zero or a column of a table; the canonical text restores the spec."""
     for words in [
         {"rolling_friction": "1mm"},
         {"pivoting_friction": 0},
@@ -51,7 +51,7 @@ def test_a_word_of_a_loss_chooses_the_model():
 
 
 def test_without_one_it_is_the_disk():
-    """Its spec does not mention losses at all, in text and fingerprint."""
+    """The text and the fingerprint of its spec do not mention losses."""
     for words in [{}, {"tilt": "1deg,2deg", "fall_tilt": "80deg", "contact": "yes"}]:
         spec = SweepSpec(**words)
         assert spec.model is DISK, words
@@ -59,7 +59,7 @@ def test_without_one_it_is_the_disk():
 
 
 def test_words_of_a_motion_choose_no_losses():
-    """Mass and friction are words of a single motion of any disk, flat_tilt takes the place of another word."""
+    """`mass` and `friction` belong to single motions of any disk; `flat_tilt` replaces another input."""
     for name in ("mass", "friction", "flat_tilt"):
         assert name not in LOSSY_DISK.chosen_by
         with refused(name):
@@ -67,7 +67,7 @@ def test_words_of_a_motion_choose_no_losses():
 
 
 def test_files_presets_and_changes_choose_it_too(spec_file, tmp_path):
-    """A preset or a file with a word of a loss on the command line, a file with one, a table beside the file."""
+    """The input may come with a preset, on the command line, in a file, or in a table next to the file."""
     made = SweepSpec.from_words("rolling", ["rolling_friction=10um"])
     assert (made.model, made.axes) == (LOSSY_DISK, ("roll_rate", "tilt"))
     assert SweepSpec.preset("rolling", rolling_friction="10um") == made
@@ -81,7 +81,7 @@ def test_files_presets_and_changes_choose_it_too(spec_file, tmp_path):
 
 
 def test_a_spec_that_is_changed_keeps_its_words():
-    """Axes keep their places; settings that were changed and that losses do not have are refused, not dropped."""
+    """Axes keep their places. A changed setting that losses do not have is refused, not dropped."""
     spec = SweepSpec(alpha="0.5,1", tilt="1deg:5deg:3", duration="20s", title="Mine")
     changed = spec.replace(contour_friction="1um,2um")
     assert changed.axes == ("alpha", "tilt", "contour_friction")
@@ -92,7 +92,7 @@ def test_a_spec_that_is_changed_keeps_its_words():
 
 
 def test_what_is_refused():
-    """The message names the key, what is wrong and what to do."""
+    """The message names the input, what is wrong and what to do."""
     for words, where, facts in [
         ({"rolling_friction": -1e-6}, "rolling_friction=-1e-06", ["rolling_friction >= 0"]),
         ({"contour_friction": "-1um:1um:5"}, "contour_friction=-1um:1um:5", ["contour_friction >= 0"]),
@@ -141,7 +141,7 @@ def test_what_is_refused():
 
 
 def test_an_arm_of_a_table_is_held_against_the_radius_of_its_own_start(tmp_path):
-    """The longest arm may be longer than the smallest radius; one that is as long as its own radius is refused."""
+    """The longest arm may exceed the smallest radius, but no arm may be as long as its own row's radius."""
     table = tmp_path / "coins.csv"
     table.write_text("tilt [deg],roll_rate,radius,contour_friction\n1,2,1,0.02\n1,20,0.01,0.001\n")
     assert SweepSpec.read("rolling", starts=table).model is LOSSY_DISK
@@ -151,7 +151,7 @@ def test_an_arm_of_a_table_is_held_against_the_radius_of_its_own_start(tmp_path)
 
 
 def test_laws_with_what_they_need_are_taken():
-    """Moffatt's law needs no density; a law may have it all the same; zero coefficients need nothing."""
+    """Moffatt's law needs no density but accepts one; zero coefficients need nothing."""
     assert SweepSpec(**FULL).air_law == "bildsten"
     assert SweepSpec(air_law="moffatt", mass="400g", air_viscosity="18 uPa*s").air_viscosity == pytest.approx(
         1.8e-5
@@ -162,7 +162,7 @@ def test_laws_with_what_they_need_are_taken():
 
 
 def test_starts_have_numbers_in_every_row():
-    """A mass that no law needs and a friction without limit stand for numbers; they are neither computed nor stored."""
+    """An unneeded mass and unlimited friction get placeholder numbers, which are not computed or stored."""
     spec = SweepSpec(tilt="80deg", precession_rate="wobble", roll_rate="wobble", contour_friction="1um,2um")
     starts = whole(spec)
     assert list(starts) == list(arrays.PARAMETERS)
@@ -177,7 +177,7 @@ def test_starts_have_numbers_in_every_row():
 
 
 def test_the_settings_of_the_kernels():
-    """They follow the words, and say what the criterion limits, from where, and which law the air obeys."""
+    """They follow the inputs and encode the criterion's limit and reference, and the air law."""
     spec = SweepSpec(**FULL, duration="20s", step="1ms", criterion="amplification:7", roll_rate="steady",
                      precession_rate=1.0, flat_tilt="89deg", tolerance=1e-9)  # fmt: skip
     expected = [20.0, 1e-3, math.radians(89.0), 1e-9, 2.0, 7.0, 1.0, 2.0]
@@ -194,7 +194,7 @@ def test_the_settings_of_the_kernels():
 
 
 def test_only_the_laws_of_a_request_are_compiled():
-    """The kernel is the variant that the kernels call by that name."""
+    """The kernel is the variant whose name encodes the laws."""
     for words, laws in [
         ({"contour_friction": 1e-6}, (True, False, False, False, "none", False)),
         ({"rolling_friction": "0,1um"}, (False, False, True, False, "none", False)),
@@ -211,7 +211,7 @@ def test_only_the_laws_of_a_request_are_compiled():
 
 
 def test_every_set_of_laws_has_its_kernel():
-    """Each asks for the variant that the kernels name, and every variant is asked for."""
+    """Every combination of laws requests a variant of the kernels, and every variant is requested."""
     asked = set()
     for *laws, air in itertools.product(*[(False, True)] * 5, tables.AIR_LAWS):
         contour, damping, rolling, pivoting, slips = laws
@@ -225,7 +225,7 @@ def test_every_set_of_laws_has_its_kernel():
 
 
 def test_what_a_spec_without_a_title_is_about():
-    """The motion, and the losses that there are."""
+    """It names the motion and the losses that are present."""
     told = SweepSpec(**FULL, roll_rate=3.0, rolling_friction="0,1um").headline
     assert_facts(told, "Rolling", "rolling friction", "air", "stability", "upright")
     assert_facts(

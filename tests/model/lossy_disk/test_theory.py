@@ -1,4 +1,4 @@
-"""What theory says of losses: how they slow an upright disk, bounds of the boundary, the time of a wobble near flat."""
+"""Theory of losses: slowing of an upright disk, bounds of the boundary, duration of a wobble near flat."""
 
 import math
 from types import SimpleNamespace
@@ -40,7 +40,7 @@ LAWS = {
 
 
 def slowed(law, **words):
-    """Return the spec of a coin with a law, its start, and how it is slowed."""
+    """Return the spec of a coin with a loss law, its starts and the coefficients of its slowing."""
     spec = SweepSpec(**COIN, **LAWS[law], **{"roll_rate": 40.0, "duration": "5s"} | words)
     starts = whole(spec)
     return spec, starts, upright.slowing(spec, starts, "roll_rate", upright.thin(starts))
@@ -49,7 +49,7 @@ def slowed(law, **words):
 @pytest.mark.slow_lane
 @pytest.mark.parametrize("law", LAWS)
 def test_a_rate_is_followed_back_in_time(law):
-    """The rate before is the one that SciPy brings down to the given one; the time between both is that time."""
+    """`rate_before` inverts SciPy's integration of the slowing; `time_between` returns the elapsed time."""
     _, _, coefficients = slowed(law)
     a, b, d = (float(each[0]) for each in coefficients)
     before = float(upright.rate_before(np.array([17.0]), 5.0, coefficients)[0])
@@ -79,7 +79,7 @@ def test_the_slowing_of_the_closed_forms():
 @pytest.mark.compiled
 @pytest.mark.parametrize("law", LAWS)
 def test_the_kernels_slow_an_upright_disk_as_theory_says(law):
-    """A disk that rolls all but upright has travelled R times the integral of the rate that the law says."""
+    """A nearly upright rolling disk travels R times the integral of the predicted rate."""
     spec, _, coefficients = slowed(
         law, tilt=1e-7, roll_rate=60.0, duration="0.5s", criterion="departure:45deg"
     )
@@ -98,7 +98,7 @@ def test_the_kernels_slow_an_upright_disk_as_theory_says(law):
 
 @pytest.mark.compiled
 def test_the_boundary_is_not_beyond_the_estimate():
-    """It lies between the critical rate without losses and the estimated one, for both criteria."""
+    """For both criteria it lies between the critical rate without losses and the estimated rate."""
     for law in ["contour", "damping", "bildsten"]:
         words = {
             "tilt": "0.0001deg",
@@ -119,7 +119,7 @@ AIR_CODES = {"none": "none", "moffatt": MOFFATT, "bildsten": BILDSTEN}
 
 
 def random_upright(n, rng, axis):
-    """Return disks all but upright that roll or spin, by the law of the air, with what theory says of them, scaled.
+    """Return nearly upright disks that roll or spin, with what theory says about them (scaled), by air law.
 
     Returns
     -------
@@ -147,7 +147,7 @@ def random_upright(n, rng, axis):
 
 @pytest.mark.compiled
 def test_a_vanishing_perturbation_departs_nowhere_before_its_rate_is_critical(rng):
-    """Fresh cells of all laws from the rate on that sinks to the critical one by the end."""
+    """Fresh cells whose rate sinks to at least the critical one stay within 5 degrees, for all laws."""
     for axis in ["roll_rate", "precession_rate"]:
         for air, (given, slowed, critical) in random_upright(60, rng, axis).items():
             duration = rng.uniform(5.0, 60.0)
@@ -161,7 +161,7 @@ def test_a_vanishing_perturbation_departs_nowhere_before_its_rate_is_critical(rn
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_the_disk_is_aloft_until_its_rate_has_sunk_to_the_critical_one(rng, count):
-    """A lower bound of the time aloft, of fresh cells of all laws that start above the critical rate."""
+    """The predicted time until the critical rate is a lower bound of the time aloft, for all laws."""
     for axis in ["roll_rate", "precession_rate"]:
         fell = 0
         for air, (given, slowed, critical) in random_upright(count(16, 40), rng, axis).items():
@@ -179,7 +179,7 @@ def test_the_disk_is_aloft_until_its_rate_has_sunk_to_the_critical_one(rng, coun
 
 @pytest.mark.compiled
 def test_a_path_that_is_slowed_winds_up():
-    """Far above the critical rate the tilt grows like rate^-((1+alpha)/alpha), however large the rate."""
+    """Far above the critical rate the tilt grows like rate^-((1+alpha)/alpha), for any rate."""
     for alpha in (0.5, 1.0):
         given = referee.starts(tilt=1e-9, roll_rate=60.0, alpha=alpha, contour_damping=0.02)
         grown = []
@@ -188,7 +188,7 @@ def test_a_path_that_is_slowed_winds_up():
             grown.append(max(found.tilt_max[0], -found.tilt_min[0]))
         expected = math.exp(0.02 * 40.0 / alpha)
         assert grown[1] / grown[0] == pytest.approx(expected, rel=0.03)
-    # viscous friction takes the same share of every rate, and lets every tilt grow ten times in that time
+    # Viscous friction takes the same share of every rate, so in 60 s every tilt grows more than tenfold.
     words = {"contour_damping": 2e-8, "tilt": "1deg", "criterion": "amplification:5"}
     critical, estimate = lines(**words, duration="60s")["upper"]
     assert np.isfinite(critical).all()
@@ -197,21 +197,21 @@ def test_a_path_that_is_slowed_winds_up():
 
 
 def test_without_losses_the_estimate_is_the_edge_of_an_amplification():
-    """A release grows (r + 1)/(r - 1) times, a kick 1/sqrt(r - 1); neither lifts the line where it is nothing."""
+    """A release grows (r + 1)/(r - 1) times, a kick 1/sqrt(r - 1) times; upright it is the critical rate."""
     words = {"contour_friction": "1e-12m", "duration": "1s", "criterion": "amplification:5"}
     for start, r in (({"tilt": "1deg"}, 1.0 + 2.0 / 4.0), ({"tilt": 0, "tilt_rate": 0.01}, 1.0 + 1.0 / 25.0)):
         critical, estimate = lines(**words, **start)["upper"]
         np.testing.assert_allclose(estimate, critical * math.sqrt(r), rtol=1e-6)
     critical, estimate = lines(**words, tilt=0)["upper"]
     np.testing.assert_allclose(estimate, critical, rtol=1e-6)
-    # a departure of 5 degrees is a growth by 5000
+    # A departure of 5 degrees is an amplification of 5000.
     critical, estimate = lines(**words | {"tilt": "0.001deg", "criterion": "departure:5deg"})["upper"]
     np.testing.assert_allclose(estimate, critical * math.sqrt(1.0 + 2.0 / 4999.0), rtol=1e-6)
 
 
 @pytest.mark.compiled
 def test_the_estimate_of_a_finite_perturbation_is_little_above_the_boundary(rng):
-    """Random disks that lose a tenth to a half of their rate in hundreds of time units: stable there, not 6 % below."""
+    """Random disks that lose 10 to 50 % of their rate are stable at the estimate, but not 6 % below it."""
     judged = 0
     for _ in range(24):
         alpha, duration = rng.uniform(0.1, 1.0), 10.0 ** rng.uniform(2.5, 3.0)
@@ -243,7 +243,7 @@ def test_the_estimate_of_a_finite_perturbation_is_little_above_the_boundary(rng)
 
 @pytest.mark.compiled
 def test_the_estimate_of_a_disk_of_little_alpha():
-    """The rate that sinks to the critical one is 0.9469, and a tilt of 1e-6 rad grows to 5 degrees from 1.0088."""
+    """The rate that sinks to the critical one is 0.9469; up to 1.0088 a tilt of 1e-6 grows to 5 degrees."""
     spec = SweepSpec(
         radius=1, gravity=1, alpha=0.1, tilt=1e-6, duration=3000, contour_friction=1e-4, roll_rate="0.5:1.5:2",
         criterion="departure:5deg",
@@ -257,7 +257,7 @@ def test_the_estimate_of_a_disk_of_little_alpha():
 
 @pytest.mark.compiled
 def test_pivoting_friction_that_holds_a_rolling_disk_changes_the_critical_rate():
-    """A vanishing perturbation does not turn it about the vertical: it falls below 1 / sqrt(1 + alpha), scaled."""
+    """Vanishing perturbations no longer turn it about the vertical: it falls below 1/sqrt(1 + alpha)."""
     given = referee.starts(
         tilt=1e-9, roll_rate=np.array([0.98, 1.02]) / math.sqrt(1.5), pivoting_friction=1e-3
     )
@@ -269,7 +269,7 @@ def test_pivoting_friction_that_holds_a_rolling_disk_changes_the_critical_rate()
 
 @pytest.mark.compiled
 def test_damping_along_the_rim_leaves_no_disk_stable_that_spins_upright():
-    """Its tilt grows as the theory of small damping says, however fast it spins."""
+    """Its tilt grows at the rate of the theory of small damping, however fast it spins."""
     for rate in [1.5, 4.0]:
         q, damping = 1.25 * rate * rate, 0.002
         given = referee.starts(tilt=1e-9, precession_rate=rate, contour_damping=damping)
@@ -283,13 +283,13 @@ def test_damping_along_the_rim_leaves_no_disk_stable_that_spins_upright():
 
 
 def lines(axis="roll_rate", **words):
-    """Return the lines of a spec along an axis."""
+    """Return the theory lines of a spec along an axis."""
     spec = SweepSpec(**COIN, **{axis: "10:80:5"}, **words)
     return LOSSY_DISK.lines(spec, axis, whole(spec))
 
 
 def test_where_theory_has_no_line():
-    """Two rates, circling and centres at rest have none, nor a disk whose friction holds what steadies it."""
+    """There is none for two rates, circling, resting centers, or if friction holds the stabilizing turn."""
     assert lines(contour_friction="1um", precession_rate=1.0) == {}
     assert lines("precession_rate", contour_friction="1um", roll_rate="wobble", tilt="60deg") == {}
     assert lines("precession_rate", contour_friction="1um", roll_rate="steady", tilt="60deg") == {}
@@ -305,7 +305,7 @@ def test_where_theory_has_no_line():
 
 
 def test_the_line_follows_the_time_that_the_criterion_asks_for():
-    """A departure within the duration, or aloft for a time; rates of both signs have lines on both sides."""
+    """It uses the duration of a departure or the time of `aloft`; rates of both signs have lines."""
     short, long = (lines(rolling_friction="9um", duration=time)["upper"][1] for time in ("2s", "9s"))
     assert (long > short).all()
     aloft = lines(rolling_friction="9um", duration="9s", criterion="aloft:2s")["upper"][1]
@@ -321,7 +321,7 @@ def test_the_line_follows_the_time_that_the_criterion_asks_for():
 
 
 def test_the_estimate_calls_no_range_one_sided():
-    """The boundary may be well below it."""
+    """A range just above the critical rate gets no warning: the boundary may be far below the estimate."""
     assert one_sided(SweepSpec(**COIN, rolling_friction="9um", roll_rate="17:18:5", duration="9s")) == []
 
 
@@ -333,7 +333,7 @@ CLOSED = {
 
 @pytest.mark.slow_lane
 def test_the_wobble_near_flat():
-    """The integral is the difference of the closed forms of the uniform disk, from 5 degrees to 0.1 degrees."""
+    """From 5 to 0.1 degrees the integral is the difference of the closed forms for the uniform disk."""
     for law in CLOSED:
         spec = SweepSpec(
             **COIN, inclination="5deg", precession_rate="wobble", roll_rate="wobble", **{law: "12um"}
@@ -346,7 +346,7 @@ def test_the_wobble_near_flat():
 
 
 def test_the_wobble_in_the_air():
-    """The time to the end grows with the inclination to the power of each law: of Moffatt's own example 94 s."""
+    """The time grows with each law's power of the inclination; Moffatt's own example takes 94 s."""
     for law, power in [("moffatt", 3.0), ("bildsten", 2.25), ("damping", 2.0)]:
         words = {**COIN, **LAWS[law]}
         if law == "moffatt":
@@ -372,14 +372,14 @@ def test_the_wobble_in_the_air():
 
 
 def told(start_words, stored=None, **words):
-    """Return what theory says of the one cell of a spec."""
+    """Return what theory says about the only cell of a spec."""
     spec = SweepSpec(**COIN, **start_words, **words)
     start = {name: float(values[0]) for name, values in whole(spec).items()}
     return " ".join(LOSSY_DISK.linear_prediction(spec, start, stored or {"end_time": 3.5}))
 
 
 def test_what_explain_says():
-    """Of rolling, spinning, wobbling and other starts; nothing where theory has nothing to say."""
+    """Rolling, spinning and wobbling starts get a statement; starts without theory get none."""
     time = (20.0 - math.sqrt(9.81 / 0.036)) / (20e-6 * 9.81 / (1.5 * 0.012**2))
     for rate in (20.0, -20.0):
         assert_facts(

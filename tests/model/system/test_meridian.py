@@ -1,4 +1,4 @@
-"""Motions of a body whose meridian is an expression, against a rigid body in space, a quadrature and closed forms."""
+"""Motions of bodies with a meridian expression: against a rigid body in space, quadrature, closed forms."""
 
 import math
 
@@ -19,7 +19,8 @@ from sweep.request.system_file import read_system
 
 pytestmark = pytest.mark.compiled
 
-#: All in one, so that one kernel is compiled: ring, ellipsoid, offset, and polynomials, which no arc has.
+#: One meridian for all tests, so only one kernel is compiled: ring, ellipsoid, offset, and polynomials beyond
+#: arcs.
 TEXT = """
 from sweep.systems import body, cos, sin, sqrt
 
@@ -36,7 +37,7 @@ RUNS_ON, FELL = 1, FIRST_EVENT
 
 
 def cells(duration, **starts):
-    """Return what the kernels find for starts, everything else at its default."""
+    """Return the kernels' results for some starts, with all other parameters at their defaults."""
     count = max(np.size(each) for each in starts.values())
     known = {name: each.default for name, each in MODEL.parameters.items()} | starts
     spec = sweep.SweepSpec(model=MODEL, duration=duration)
@@ -44,7 +45,7 @@ def cells(duration, **starts):
 
 
 def start(tilt, w, o, s):
-    """Return a start of scaled rates."""
+    """Return a start with scaled rates."""
     precession = o / np.cos(tilt)
     return {
         "tilt": tilt,
@@ -56,7 +57,7 @@ def start(tilt, w, o, s):
 
 @pytest.mark.release
 def test_extremes_of_the_bodies_of_the_table(pick):
-    """Thin disk, rings, rounded disk, ball off its centre and spheroids, to the digits of the table."""
+    """Thin disk, rings, rounded disk, off-center ball and spheroids match all digits of the table."""
     assert REFERENCE.keys() == LENGTHS.keys()
     rows = [REFERENCE[name] for name in pick(REFERENCE, 3)]
     bodies = {name: np.array([getattr(row[0], name) for row in rows]) for name in BODY}
@@ -71,7 +72,7 @@ def test_extremes_of_the_bodies_of_the_table(pick):
 
 @pytest.mark.parametrize("name", ["torus", "rounded", "spheroid", "ball", "arc"])
 def test_extremes_are_those_of_the_kernels_of_bodies(name, rng):
-    """Random bodies and starts: the same motions fall, and extremes agree to within both stated errors."""
+    """Random bodies and starts: the same motions fall, and extremes agree within both stated errors."""
     count = 40
     rows = [body_runner.drawn(name, rng) for _ in range(count)]
     lengths = {word: np.array([row[0][word] for row in rows]) for word in rows[0][0]}
@@ -87,7 +88,7 @@ def test_extremes_are_those_of_the_kernels_of_bodies(name, rng):
         limit=100.0 if name in ("spheroid", "ball") else body_runner.FALL_TILT,
     )  # fmt: skip
     assert np.array_equal(found["ending"] == FELL, right.ending == code.FELL)
-    # a nutation is over before the duration is
+    # At least one whole nutation fits into the duration.
     whole = (right.ending == code.BOUNDED) & (right.period < 55.0) & (found["ending"] == RUNS_ON)
     assert whole.sum() > 0.8 * count
     for measure, extreme in (("tilt_min", right.least), ("tilt_max", right.greatest)):
@@ -97,13 +98,13 @@ def test_extremes_are_those_of_the_kernels_of_bodies(name, rng):
 
 
 def far(found, number, body, tilt, rates, end):
-    """Return how far a cell ends from where the rigid body in space does, and how far it says to be at most."""
+    """Return a cell's distance from the rigid body in space at the end, and its stated error."""
     path = body.path(tilt, *rates, np.array([0.0, end]))
     names = ("tilt", "tilt_rate", "precession_rate", "roll_rate")
     tilt, rate, precession, roll = (found[f"{name}_end"][number] for name in names)
     stated = sum(found[f"{name}_end_error"][number] for name in names)
     n, turning = path["axis"][1], path["turning"][1]
-    # what has no heading in it: the angular velocity about the vertical, about the axis, and the rate of the tilt
+    # Quantities that do not depend on the heading: spin about the vertical, spin about the axis, tilt rate.
     sine, cosine = math.sin(tilt), math.cos(tilt)
     here = np.array([sine, precession + roll * sine, roll + precession * sine, cosine * rate])
     there = [n[2], turning[2], turning @ n, np.cross(turning, n)[2]]
@@ -112,7 +113,7 @@ def far(found, number, body, tilt, rates, end):
 
 @pytest.mark.release
 def test_any_meridian_against_a_rigid_body_in_space(rng):
-    """Axis and angular velocity at the end, of random bodies with a flat side and without, to within stated errors."""
+    """Random bodies, some with a flat side, match axis and angular velocity within the stated errors."""
     count, end = 12, 6.0
     given = {
         "core": np.where(np.arange(count) < 4, rng.uniform(0.2, 0.8, count), 0.0),
@@ -134,7 +135,7 @@ def test_any_meridian_against_a_rigid_body_in_space(rng):
 
 @pytest.mark.slow_lane
 def test_by_the_poles():
-    """An egg that comes ever nearer to a pole is followed as far as it says; through the pole it goes end over end."""
+    """An egg passing near a pole stays within its stated error; through the pole it goes end over end."""
     precession = np.array([1e-1, 1e-3, 1e-5, 1e-9, 0.0])
     egg = {"axial": 0.4, "transverse": 0.45, "second": 0.2, "third": 0.05}
     found = cells(8.0, **egg, tilt=0.3, tilt_rate=1.8, precession_rate=precession)
@@ -144,13 +145,13 @@ def test_by_the_poles():
         rates = 1.8, precession[number] * math.cos(0.3), precession[number] * math.sin(0.3)
         distance, stated = far(found, number, body, 0.3, rates, 8.0)
         assert distance <= stated
-        # at 1e-9 it passes so near to the pole that little is known behind it
+        # At 1e-9 it passes so near to the pole that afterwards little is known.
         assert stated < 2e-5 or precession[number] == 1e-9
     assert found["tilt_max"][2] < 0.5 * math.pi < 2.0 * math.pi < found["tilt_max"][4]
 
 
 def test_a_fall_takes_the_time_of_its_quadrature():
-    """A hoop and a ring that fall over without a spin, to 85 degrees, by their energy."""
+    """A hoop and a ring fall without spin to 85 degrees in the time that follows from their energy."""
     tube, first, last = np.array([0.0, 0.3]), 0.1, math.radians(85.0)
     axial, transverse = (1.0 - tube) ** 2 + 0.75 * tube**2, 0.5 * (1.0 - tube) ** 2 + 0.625 * tube**2
     ring = {"core": 1.0 - tube, "edge": tube, "axial": axial, "transverse": transverse}
@@ -161,7 +162,7 @@ def test_a_fall_takes_the_time_of_its_quadrature():
         core = 1.0 - width
 
         def slowness(root, core=core, width=width, about=transverse[number]):
-            # the tilt is first + root^2: its rate is that of a root at the start
+            # tilt = first + root^2 removes the singularity of the integrand at the start.
             tilt = first + root * root
             inertia = about + core**2 + 2.0 * core * width * math.cos(tilt) + width**2
             fallen = 2.0 * core * math.sin(0.5 * (first + tilt)) * math.sin(0.5 * root * root)

@@ -1,4 +1,4 @@
-"""What a system takes to compile."""
+"""The compile cost of a system."""
 
 from messages import refused
 
@@ -7,7 +7,7 @@ from sweep.request.system_file import read_system
 
 
 def text_of(states, endings, measures):
-    """Return a system with so many states, endings and greatest values; each rate has two products."""
+    """Return a system with the given numbers of states, endings and maxima; each rate has two products."""
     begun = ", ".join(f"x{k}=0.{k + 1}" for k in range(states))
     rates = ", ".join(f"x{(k + 1) % states}*x{(k + 2) % states} - {k + 1}.5*x{k}**2" for k in range(states))
     ends = ", ".join(f'"e{k}": "x{k % states} > {k + 2}"' for k in range(endings))
@@ -16,7 +16,7 @@ def text_of(states, endings, measures):
 
 
 def test_a_system_that_would_compile_for_minutes_is_refused():
-    """By its states, endings, greatest values and operations together, which the message counts; less is taken."""
+    """The message counts states, endings, maxima and operations; a slightly smaller system is accepted."""
     assert 5.0 < model_of(read_system(text_of(3, 2, 2))).integrate.seconds < 15.0
     seconds = [model_of(read_system(text_of(8, count, count))).integrate.seconds for count in (0, 10, 20)]
     assert seconds == sorted(seconds)

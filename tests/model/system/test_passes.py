@@ -1,4 +1,4 @@
-"""What is stated of a cell whose passes are known: errors that no chance makes small, and when a cell is decided."""
+"""Results from a cell's known passes: error bounds that chance cannot shrink, and when a cell is decided."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ TOLERANCE = 1e-10
 
 
 def columns(x, v, endings=(RUNS_ON,) * 4, times=(10.0,) * 4, steps=400, tolerance=TOLERANCE):
-    """Return what is stated of one cell, of whose passes x and v, endings and times are given."""
+    """Return the result columns of one cell with the given x and v, endings and times of its passes."""
     measured = {"steps": np.array([steps]), "unproved": np.array([0])}
     for name, *each in zip(PASSES, x, v, endings, times, strict=True):
         values = dict(zip(("x", "v", "ending", "end_time"), each, strict=True))
@@ -30,7 +30,7 @@ def columns(x, v, endings=(RUNS_ON,) * 4, times=(10.0,) * 4, steps=400, toleranc
 
 
 def test_one_difference_that_is_small_by_chance():
-    """Passes whose errors fall 150 times each are off by 1e-12; at least that is stated if one difference vanishes."""
+    """If errors fall 150-fold per pass to 1e-12, at least 1e-12 is stated even if a difference vanishes."""
     off = 1e-12 * 150.0 ** np.arange(3, -1, -1)
     for vanished in (None, 0, 1, 2):
         x = off.copy()
@@ -42,7 +42,7 @@ def test_one_difference_that_is_small_by_chance():
 
 
 def test_the_other_states_count():
-    """Where all differences of a state vanish, those of the others say that it is off."""
+    """If all differences of one state vanish, the differences of the others still show an error."""
     off = 1e-9 * 150.0 ** np.arange(3, -1, -1)
     found = columns(np.zeros(4), off)
     assert found["x_end_error"][0] >= 0.3 * 1e-9
@@ -50,7 +50,7 @@ def test_the_other_states_count():
 
 
 def test_a_motion_of_few_steps():
-    """Passes that agree state a share of the tolerance, of few steps a larger one, and the rounding of the duration."""
+    """Agreeing passes state a share of the tolerance, larger for few steps, and the duration's rounding."""
     still = np.full(4, 0.5)
     many, few = columns(still, still), columns(still, still, steps=8)
     for found in (many, few):
@@ -60,7 +60,7 @@ def test_a_motion_of_few_steps():
 
 
 def test_rounding_grows_as_errors_do():
-    """Where errors grow a thousandfold, the rounding of the steps is stated a thousandfold too."""
+    """If errors grow a thousandfold, so does the stated rounding error of the steps."""
     off = 1e3 * 1e-14 * 0.01 * 100.0 ** np.arange(3, -1, -1)
     found = columns(off, np.zeros(4), steps=10_000, tolerance=1e-14)
     assert found["x_end_error"][0] > 0.2 * 1e3 * 100.0 * np.finfo(float).eps
@@ -80,13 +80,13 @@ def test_rounding_grows_as_errors_do():
     ],
 )
 def test_when_a_cell_is_decided(given, expected):
-    """The last two passes end in the same way, at the same time, in the same place."""
+    """A cell is decided if the last two passes end in the same way, time and place."""
     still = (0.5,) * 4
     assert columns(**{"x": still, "v": still, **given})["ending"] == [expected]
 
 
 def test_the_label_is_that_of_both_last_passes():
-    """It is the first that fits at the end; a cell that is not decided, or whose passes differ in it, has none."""
+    """It is the first label that fits at the end; undecided cells and differing passes have none."""
     still = (0.0,) * 4
     for x, label in (
         ((0.5,) * 4, 1),
@@ -99,7 +99,7 @@ def test_the_label_is_that_of_both_last_passes():
 
 
 def test_what_is_conserved_changes_by_a_share_of_its_terms():
-    """An energy of large terms that cancel changes by a share of them."""
+    """The change of an energy with large canceling terms is relative to those terms."""
     definition = read_system(
         '@system(duration="1", conserved="x**2 - v**2")\ndef d(x=1.0, v=1.0):\n    return v, x\n'
     )

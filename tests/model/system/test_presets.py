@@ -1,4 +1,4 @@
-"""The five systems that come as presets, against closed forms, symmetries and numbers of the literature."""
+"""The five preset systems, against closed forms, symmetries and numbers of the literature."""
 
 import re
 from itertools import pairwise
@@ -22,20 +22,20 @@ NAMES = ("driven_pendulum", "henon_heiles", "kapitza", "magnets", "thomas")
 
 
 def compass(n, rng, most=2.0 * np.pi / 3.0):
-    """Return three times n directions, each third of them turned by 120 degrees against the one before."""
+    """Return 3n directions: n random ones, then the same turned by 120 and by 240 degrees."""
     first = rng.uniform(0.0, most, n)
     return np.concatenate([first + third * 2.0 * np.pi / 3.0 for third in range(3)])
 
 
 def cells(spec, **starts):
-    """Return what a system's kernels find for starts, the other parameters as in the spec."""
+    """Return the results of a system's kernels for some starts, with all other parameters as in the spec."""
     shape = np.broadcast_shapes(*(np.shape(each) for each in starts.values()))
     known = {name: each.default for name, each in spec.model.parameters.items()} | starts
     return compute(spec, {name: np.full(shape, 0.0) + value for name, value in known.items()})
 
 
 def runge_kutta(rate, state, step, count):
-    """Yield the states after each of some steps of the classical method of Runge and Kutta."""
+    """Yield the state after each step of the classical Runge-Kutta method."""
     time = 0.0
     for _ in range(count):
         one = rate(time, state)
@@ -48,7 +48,7 @@ def runge_kutta(rate, state, step, count):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_preset_is_ten_lines_with_a_title(name):
-    """Its definition has at most ten lines of code, and its request two axes."""
+    """Its definition has at most ten lines of code, and its request has two axes."""
     spec = sweep.SweepSpec.preset(name)
     text = (PRESETS / f"{name}.py").read_text(encoding="utf-8")
     assert len(re.findall(r"^.*\S", text[text.index("@system") :], re.M)) <= 10
@@ -59,14 +59,14 @@ def test_a_preset_is_ten_lines_with_a_title(name):
 
 
 def kapitza_edges(ratio):
-    """Return the measured boundary over sqrt(2 g l)/a for starts at 0.1 and at 30 degrees, for a/l."""
+    """Return the measured boundary over sqrt(2 g l)/a for starts at 0.1 and 30 degrees, at a ratio a/l."""
     critical = np.sqrt(2.0 * 9.81 * 0.2) / (0.2 * ratio)
     atlas = sweep.run(
         "kapitza", angle="0.1deg,30deg", shake=f"{0.9 * critical}:{1.2 * critical}:13", amplitude=0.2 * ratio,
         duration="40s", boundary=f"refined:{1e-4 * critical}",
     )  # fmt: skip
     edge = atlas.eulerdisk.boundary()
-    # the line of theory makes no lower edge where no cell has one
+    # The theory line must not create a lower edge where no cell has one.
     assert "boundary_lower_shake" not in atlas
     assert edge.critical.values == pytest.approx(critical, rel=1e-12)
     return edge.measured.values / critical
@@ -74,16 +74,16 @@ def kapitza_edges(ratio):
 
 @pytest.mark.release
 def test_kapitza_holds_from_the_rate_of_theory():
-    """sqrt(2 g l)/a for small angles, and that over sqrt(cos angle) at an angle, as a/l goes to 0.
+    """As a/l goes to 0 it is sqrt(2 g l)/a for small angles, and that over sqrt(cos angle) at an angle.
 
-    For small angles the equation is Mathieu's: its solutions are bounded from a_0(2 a/l) = -4 g/(l shake^2) on. The
-    effective potential cos(angle) + (shake/critical)^2 sin(angle)^2/2 has its top where cos(angle) is
-    (critical/shake)^2; what is left out of it halves with a/l.
+    For small angles the equation is Mathieu's: its solutions are bounded from a_0(2 a/l) = -4 g/(l shake^2)
+    on. The effective potential cos(angle) + (shake/critical)^2 sin(angle)^2/2 has its maximum where
+    cos(angle) is (critical/shake)^2; its error halves with a/l.
     """
     ratios = np.array([0.1, 0.05])
     edges = np.array([kapitza_edges(each) for each in ratios])
     mathieu = ratios * np.sqrt(-2.0 / mathieu_a(0, 2.0 * ratios))
-    # beside the boundary growth is slow: within 40 s a motion seems to hold a little lower
+    # Near the boundary growth is slow, so within 40 s a motion seems to stay up a little below it.
     assert np.all((edges[:, 0] < mathieu + 1e-4) & (edges[:, 0] > mathieu - 4e-4))
     wide, narrow = 1.0 - edges[:, 1] * np.sqrt(np.cos(np.radians(30.0)))
     assert 0.0 < narrow < wide < 0.02
@@ -91,7 +91,7 @@ def test_kapitza_holds_from_the_rate_of_theory():
 
 
 def stars_gone(u, v, duration):
-    """Return which stars that start in the middle have passed a gap, by steps of Runge and Kutta."""
+    """Return which stars starting in the middle have passed a gap, by Runge-Kutta steps."""
     gone = np.zeros(u.shape, bool)
 
     def rate(_, state):
@@ -107,7 +107,7 @@ def stars_gone(u, v, duration):
 
 
 def test_no_star_leaves_below_the_critical_energy(rng):
-    """Henon and Heiles: 1/6. Just below it all stay, and each gap takes as many as another method says."""
+    """It is 1/6 for Henon-Heiles; above it each gap gets as many stars as by another method."""
     spec = sweep.SweepSpec.preset("henon_heiles")
     codes = {name: code for code, name in spec.model.endings.flags.items()}
     turned = {codes["right"]: codes["top"], codes["top"]: codes["left"], codes["left"]: codes["right"]}
@@ -120,7 +120,7 @@ def test_no_star_leaves_below_the_critical_energy(rng):
         leave = (
             stars_gone(speed * np.cos(way), speed * np.sin(way), 100.0) if energy > 1.0 / 6.0 else np.zeros(1)
         )
-        # of sensitive ones the two methods may say otherwise
+        # The two methods may differ for sensitive cells.
         assert gone.mean() == pytest.approx(
             leave.mean(), abs=(found["ending"] == codes["sensitive"]).mean() + 0.01
         )
@@ -131,7 +131,7 @@ def test_no_star_leaves_below_the_critical_energy(rng):
 
 
 def test_a_faster_star_leaves_earlier(rng):
-    """The last one of 600 leaves sooner the more energy it has, at 0.3, 0.6 and 1.2."""
+    """The last one of 600 stars leaves sooner with more energy, at 0.3, 0.6 and 1.2."""
     spec = sweep.SweepSpec.preset("henon_heiles")
     last = []
     for energy in (0.3, 0.6, 1.2):
@@ -142,12 +142,12 @@ def test_a_faster_star_leaves_earlier(rng):
 
 @pytest.mark.slow_lane
 def test_the_basins_of_three_magnets_have_their_symmetry(rng):
-    """A start turned by 120 degrees stops over the next magnet; the middle alone stops over none."""
+    """A start turned by 120 degrees stops over the next magnet; only the middle stops over none."""
     spec = sweep.SweepSpec.preset("magnets")
     radius, way = rng.uniform(0.2, 2.0, 500), compass(500, rng, 2.0 * np.pi)
     found = cells(spec, x=np.tile(radius, 3) * np.cos(way), y=np.tile(radius, 3) * np.sin(way))
     label = found["label"].reshape(3, -1)
-    after = np.array([0, 2, 3, 1])  # nothing, east -> north -> south -> east
+    after = np.array([0, 2, 3, 1])  # none, east -> north -> south -> east
     decided = (label != 0).all(axis=0)
     assert decided.mean() > 0.99
     for one, other in pairwise(label):
@@ -155,7 +155,7 @@ def test_the_basins_of_three_magnets_have_their_symmetry(rng):
     counts = [np.bincount(row[decided], minlength=4)[1:] for row in label]
     assert [list(np.roll(counts[0], turn)) for turn in range(3)] == [list(each) for each in counts]
     assert min(counts[0]) > 50
-    # they stop between the magnet and the middle, where the spring holds against it
+    # They stop between the magnet and the middle, where the spring balances the magnet.
     at_rest = np.hypot(found["x_end"], found["y_end"])[found["label"] > 0]
 
     def pull(x):
@@ -169,7 +169,7 @@ def test_the_basins_of_three_magnets_have_their_symmetry(rng):
 
 @pytest.mark.release
 def test_the_origin_takes_all_of_thomas_above_one(rng):
-    """For b > 1 the distance falls at least as exp((1 - b) t), since |sin y| <= |y|; below 1 there are two points."""
+    """For b > 1 the distance falls at least as exp((1 - b) t), as |sin y| <= |y|; else two points attract."""
     spec = sweep.SweepSpec.preset("thomas").replace(duration=20.0)
     starts = dict(zip("xyz", rng.uniform(-10.0, 10.0, (3, 300)), strict=True))
     b = rng.uniform(1.01, 2.0, 300)
@@ -189,7 +189,7 @@ def test_the_origin_takes_all_of_thomas_above_one(rng):
 
 @pytest.mark.slow_lane
 def test_the_two_points_of_thomas_lose_their_stability_where_they_must():
-    """Where cos x = -2 b and sin x = b x: b = 0.32899, by the eigenvalues of the linear system (Thomas 1999).
+    """They do where cos x = -2 b and sin x = b x: b = 0.32899, by linear eigenvalues (Thomas 1999).
 
     The distance from the point changes as exp(-(b + cos(x)/2) t).
     """
@@ -211,7 +211,7 @@ def test_the_two_points_of_thomas_lose_their_stability_where_they_must():
 
 @pytest.mark.release
 def test_a_weakly_driven_pendulum_has_its_linear_resonance():
-    """After 300 the angle is the stationary one of the linear oscillator, except for the square of the torque."""
+    """At time 300 the angle is the linear oscillator's stationary one, up to the square of the torque."""
     off = []
     for torque in (1e-2, 1e-3):
         atlas = sweep.run("driven_pendulum", torque=torque, drive="0.2:1.6:15", duration=300.0)
@@ -225,14 +225,14 @@ def test_a_weakly_driven_pendulum_has_its_linear_resonance():
 
 @pytest.mark.slow_lane
 def test_no_pendulum_turns_over_below_the_torque_of_melnikov():
-    """(4 damping/pi) cosh(pi drive/2). The least torque that turns it over is that of another method."""
+    """It is (4 damping/pi) cosh(pi drive/2). Another method finds the same least torque."""
     atlas = sweep.run("driven_pendulum", torque="0.02:1:50", drive="0.2:1.6:50")
     turned = atlas.ending == FIRST_EVENT
     line = 0.4 / np.pi * np.cosh(np.pi * atlas.drive / 2.0)
     assert int(turned.sum()) > 300
     over = (atlas.torque / line).where(turned)
     assert float(over.min()) > 1.0
-    # along the drive of the least one
+    # The drive rate whose least torque is nearest to the bound.
     column = int(np.nanargmin(over.min("torque").values))
     torque, drive = atlas.torque.values, float(atlas.drive[column])
     start, turned_over = np.zeros((2, torque.size)), np.zeros(torque.size, bool)
@@ -247,9 +247,9 @@ def test_no_pendulum_turns_over_below_the_torque_of_melnikov():
 
 
 def test_the_saddles_of_henon_and_heiles():
-    """At (0, 1) and turned by 120 degrees; beside one a star leaves as cosh t, and swings across with the rate root 3.
+    """At (0, 1) and rotated by 120 degrees: a star leaves as cosh t and swings across at rate root 3.
 
-    The potential (x^2 + y^2)/2 + x^2 y - y^3/3 has second derivatives of 3 across and -1 along the way out there.
+    There (x^2 + y^2)/2 + x^2 y - y^3/3 has second derivatives of 3 across the way out and -1 along it.
     """
     for turn in 2.0 * np.pi / 3.0 * np.arange(3):
         x, y = -np.sin(turn), np.cos(turn)
@@ -257,7 +257,7 @@ def test_the_saddles_of_henon_and_heiles():
         near = 1e-7
         out = sweep.simulate("henon_heiles", x=x * (1.0 - near), y=y * (1.0 - near), u=0, v=0, duration=4)
         along = 1.0 - (x * out.x.values + y * out.y.values)
-        # to first order in the distance, which grows to 30 times itself
+        # This holds to first order in the distance, which grows by a factor of about 30.
         assert along == pytest.approx(near * np.cosh(out.elapsed_time.values), rel=1e-5)
         swing = sweep.simulate("henon_heiles", x=x + near * y, y=y - near * x, u=0, v=0, duration=4)
         across = y * swing.x.values - x * swing.y.values
@@ -267,7 +267,7 @@ def test_the_saddles_of_henon_and_heiles():
 
 
 def test_motions_of_thomas_are_chaotic_where_sprott_and_chlouverakis_say():
-    """From b = 0.208186 down: at 0.209 none of 32 motions over 2000 is sensitive, at 0.208 all are."""
+    """Chaos begins at b = 0.208186: over 2000 none of 32 motions is sensitive at 0.209, all are at 0.208."""
     words = dict.fromkeys("xyz", "uniform:-3:3") | {"samples": 32, "seed": 3, "duration": 2000}
     for b, expected in ((0.209, 0), (0.208, 32)):
         atlas = sweep.run("thomas", b=b, **words)
@@ -277,10 +277,11 @@ def test_motions_of_thomas_are_chaotic_where_sprott_and_chlouverakis_say():
 
 @pytest.mark.release
 def test_the_driven_pendulum_doubles_its_period_where_taylor_says():
-    """1.0663 and 1.0793 at damping 1/2 and drive 2/3, from -90 degrees (Taylor, Classical Mechanics, table 12.1).
+    """At 1.0663 and 1.0793 for damping 1/2, drive 2/3, -90 degrees (Taylor, Classical Mechanics, tab. 12.1).
 
-    His drive has the rate 2 pi, his natural one is 1.5 times that, and his damping 2 beta half of it. The preset ends
-    where the pendulum turns over, as it does on its way there; so the system is written without that.
+    Taylor's drive rate is 2 pi, his natural rate 1.5 times that, and his damping 2 beta half the natural
+    rate. The preset ends when the pendulum turns over, which it does before it settles; so the system here
+    has no such ending.
     """
     pendulum = System(
         read_system("""

@@ -1,4 +1,4 @@
-"""What `verify` finds in an atlas of a system that was changed, also where its code is another one's."""
+"""`verify` finds changes in an atlas of a system, also if other code computed the atlas."""
 
 import hashlib
 
@@ -29,13 +29,13 @@ def _follows_all_cells(monkeypatch):
 
 @pytest.fixture(scope="module")
 def atlas():
-    """Return an atlas of an oscillator, most of whose cells run on."""
+    """Return an atlas of an oscillator; most of its cells reach the duration."""
     spec = sweep.SweepSpec(model=model_of(read_system(TEXT)), x="0.1 m:1 m:8", rate="0.5:3:9", v=0.3)
     return sweep.run(spec)
 
 
 def test_an_atlas_is_verified(atlas):
-    """Nothing is wrong in what was just computed; all of its cells were followed by DOP853."""
+    """A freshly computed atlas has no errors; DOP853 followed all its cells."""
     found = findings(sweep.verify(atlas, seed=1))
     assert found.passed
     assert found.counts["agrees"] == 72
@@ -43,7 +43,7 @@ def test_an_atlas_is_verified(atlas):
 
 
 def test_a_refined_boundary_is_verified():
-    """A system has no exact reduction to hold the ends of its brackets against: they follow from the verdicts."""
+    """A system has no exact reduction to check the brackets against; their ends follow from the verdicts."""
     spec = sweep.SweepSpec(
         model=model_of(read_system(TEXT)), x="0.5 m:1.1 m:3", rate="0.5:3:5", v=0.3, boundary="refined"
     )
@@ -53,7 +53,7 @@ def test_a_refined_boundary_is_verified():
 
 
 def changed(name, change):
-    """Return how an atlas is changed in one cell of a variable."""
+    """Return a function that changes one cell of a variable."""
 
     def edit(atlas):
         atlas[name].values[3, 4] = change(atlas[name].values[3, 4])
@@ -88,14 +88,14 @@ def test_changes_are_found(atlas, change):
     assert found.disagreeing == 1
 
 
-#: What follows from no other variable, and is known only to who computes the cells again.
+#: Changes that no other variable contradicts: only recomputing the cells reveals them.
 COMPUTED_ALONE = ("no label",)
 
 
 @pytest.mark.slow_lane
 @pytest.mark.parametrize("change", [each for each in CHANGES if each not in COMPUTED_ALONE])
 def test_changes_of_other_code_are_found(atlas, change):
-    """So is it in an atlas of other code, whose cells are not computed again: by the rules, or by DOP853."""
+    """In an atlas of other code, whose cells are not recomputed, the rules or DOP853 find the change."""
     damaged = atlas.copy(deep=True)
     damaged.attrs["kernel_hash"] = "0" * 64
     CHANGES[change](damaged)
@@ -106,7 +106,7 @@ def test_changes_of_other_code_are_found(atlas, change):
 
 @pytest.mark.slow_lane
 def test_an_event_that_was_missed(atlas):
-    """Motions that end at 1.1 by their system, but run on in the atlas: those that get there are wrong."""
+    """Motions that continue past an event at 1.1 are wrong, and only those."""
     damaged = atlas.copy(deep=True)
     text = damaged.attrs["sweep_spec"].replace("x - 1.2 >", "x - 1.1 >")
     damaged.attrs |= {
@@ -116,7 +116,7 @@ def test_an_event_that_was_missed(atlas):
     }
     audited = sweep.verify(damaged, seed=1)
     x, rate = np.meshgrid(atlas.x, atlas.rate, indexing="ij")
-    # all of them turn within 10 s at their greatest distance
+    # All of them reach their greatest distance within 10 s.
     np.testing.assert_array_equal(
         audited.audit == 6, (np.hypot(x, 0.3 / rate) > 1.1) & (rate * 10.0 > np.arctan(2.0))
     )
@@ -124,25 +124,25 @@ def test_an_event_that_was_missed(atlas):
 
 
 def oscillator(times, **starts):
-    """Follow cells of the oscillator: position, rate, and the greatest values of x, -x and x - 1.2 on the way."""
+    """Follow oscillator cells: return position, rate, and the maxima of x, -x and x - 1.2."""
     definition, starts = read_system(TEXT), {name: np.array(each) for name, each in starts.items()}
     return follow(definition, tops_of(definition), starts, np.array(times), 1e-12)
 
 
 def test_the_second_method_is_a_closed_form():
-    """Places and greatest values on the way are those of the closed form, at a time of each cell."""
+    """Positions and maxima match the closed form, at a different time in each cell."""
     x, v, rate, times = np.array([[1.0, 0.5, 0.5], [0.0, 1.0, 1.0], [2.0, 3.0, 0.01], [4.0, 0.7, 1.0]])
     found = oscillator(times, x=x, v=v, rate=rate)
     size, phase = np.hypot(x, v / rate), np.arctan2(v / rate, x)
     np.testing.assert_allclose(found[0], size * np.cos(rate * times - phase), rtol=0, atol=1e-10)
-    # the second cell has not turned at the other side, and the third nowhere
+    # The second cell has not turned on the other side, and the third nowhere.
     np.testing.assert_allclose(found[2], [size[0], size[1], found[0, 2]], rtol=1e-10)
     np.testing.assert_allclose(found[3], [1.0, -found[0, 1], -0.5], rtol=1e-10)
     np.testing.assert_allclose(found[4], found[2] - 1.2, rtol=0, atol=1e-10)
 
 
 def test_the_second_method_gives_up():
-    """It does not follow 1e7 swings."""
+    """It does not follow 1e7 oscillations."""
     assert np.isnan(oscillator([10.0], x=[1.0], v=[0.0], rate=[1e6])).all()
 
 
@@ -160,7 +160,7 @@ def passer(x=-100.0, v=1.0, *, width=0.01, depth=0.2):
 
 
 def test_the_second_method_does_not_pass_over_what_hides():
-    """A Gaussian, the square of a Lorentzian and a step that are a ten thousandth of the time wide; a narrow well."""
+    """It resolves a Gaussian, a squared Lorentzian and a step of 1e-4 of the duration, and a narrow well."""
     width = np.array([0.02, 0.5])
     starts = {name: np.zeros(2) for name in "abc"} | {"width": width}
     found = follow(read_system(SWITCHES), [], starts, np.full(2, 100.0), 1e-11, sizes=np.ones((3, 2)))
@@ -174,7 +174,7 @@ def test_the_second_method_does_not_pass_over_what_hides():
         "depth": np.array([0.2, -0.2]),
     }
     found = follow(definition, tops_of(definition), starts, np.full(2, 200.0), 1e-12)
-    # energy says how fast it is in the middle
+    # Energy conservation gives the speed in the middle.
     np.testing.assert_allclose(found[2], [np.sqrt(1.4), 1.0], rtol=1e-9)
 
 
@@ -211,7 +211,7 @@ def atlas_of(text, **words):
 
 
 def test_events_at_a_level_of_zero():
-    """Where an event happens its terms are nothing; the errors of the states say how near it has to be."""
+    """At an event the terms of its condition cancel; the errors of the states set the tolerance."""
     found = findings(sweep.verify(atlas_of(LEVEL, x="-2:-0.5:12"), seed=1))
     assert (found.passed, found.compared, found.counts["agrees"]) == (True, 12, 12)
 
@@ -224,14 +224,14 @@ def test_a_place_beside_an_event_is_wrong():
 
 
 def test_what_is_not_conserved_is_found():
-    """An energy that the right-hand side changes is wrong, one that it keeps is not."""
+    """An energy that the right-hand side changes is reported; a conserved one is not."""
     found = findings(sweep.verify(atlas_of(UNCONSERVED, k="0.5,1,2"), seed=1))
     assert [each.name for each in found.wrong] == ["conserved_change"]
     assert (found.passed, found.disagreeing) == (False, 2)
 
 
 def test_labels_within_the_error_of_a_state_are_not_said():
-    """After a quarter of a turn x is 0 to rounding: neither label fits in any case, nor is it surely in the middle."""
+    """After a quarter of a turn x is 0 up to rounding, so no label is certain and the cell is undecided."""
     atlas = atlas_of(LABELLED, duration=10.0, x="0,0.5", w="0.3141592653589793")
     names = atlas.label.attrs["flag_meanings"].split()
     values = list(np.atleast_1d(atlas.label.attrs["flag_values"]))
@@ -246,7 +246,7 @@ def test_nothing_that_could_be_compared_is_no_pass():
 
 
 def test_the_second_method_sees_a_push():
-    """It does not pass over a short one either."""
+    """It does not step over a short push."""
     found = findings(sweep.verify(atlas_of(PUSHED, width="0.02,0.1,0.5"), seed=1))
     assert (found.passed, found.compared) == (True, 3)
 
@@ -257,7 +257,7 @@ def many():
 
 
 def test_the_sample_is_what_time_allows(monkeypatch):
-    """Some cells are followed in any case, and more of the same draw with more time; the report counts them."""
+    """A minimum is always followed, and more of the same draw with more time; the report counts the cells."""
     cells = many()
     monkeypatch.setattr(sample, "SECONDS", 0.0)
     few = sweep.verify(cells, seed=1)
@@ -273,7 +273,7 @@ def test_the_sample_is_what_time_allows(monkeypatch):
 
 
 def test_the_sample_is_drawn_from_all_blocks(monkeypatch):
-    """Blocks share the time: those that come first do not take it all."""
+    """Blocks share the time, so the first ones cannot use all of it."""
     times = iter(np.arange(0.0, 1e6, 0.5))
     monkeypatch.setattr(sample.time, "monotonic", lambda: next(times))
     drawn = sample.Sample(read_system(TEXT), 8000, seed=1)
@@ -293,7 +293,7 @@ def test_the_sample_is_drawn_from_all_blocks(monkeypatch):
 
 
 def test_a_sample_of_which_nothing_is_known_is_no_pass(monkeypatch):
-    """Where the second method gives up in every cell, an atlas is not verified, though nothing in it is wrong."""
+    """If the second method gives up in every cell, the atlas is not verified, even without any error."""
     monkeypatch.setattr(second_method, "MOST_EVALUATIONS", 5)
     found = findings(sweep.verify(atlas_of(LEVEL, x="-2:-0.5:12"), seed=1))
     assert (found.passed, found.compared, found.wrong) == (False, 0, [])
@@ -307,7 +307,7 @@ def swinging(x=0.5, v=0.0, *, rate=1.0):
 
 
 def of_other_code(atlas):
-    """Return a copy of an atlas of other code: its cells are not computed again."""
+    """Return a copy of an atlas marked as computed by other code, so its cells are not recomputed."""
     copied = atlas.copy(deep=True)
     copied.attrs["kernel_hash"] = "0" * 64
     return copied
@@ -315,7 +315,7 @@ def of_other_code(atlas):
 
 @pytest.mark.parametrize("seconds", [0.0, np.inf])
 def test_a_state_that_is_off_in_all_cells_is_found(monkeypatch, seconds):
-    """A thousandth of it, which no rule of the system contradicts: by the cells that are followed in any case."""
+    """An error of 0.1 % that contradicts no rule is found by the cells that are always followed."""
     monkeypatch.setattr(sample, "SECONDS", seconds)
     damaged = of_other_code(atlas_of(UNRULED, x="0.1:1:20", rate="0.5:3:10"))
     assert findings(sweep.verify(damaged, seed=1)).passed
@@ -327,7 +327,7 @@ def test_a_state_that_is_off_in_all_cells_is_found(monkeypatch, seconds):
 
 @pytest.mark.parametrize("seconds", [0.0, np.inf])
 def test_a_law_that_is_off_is_found(monkeypatch, seconds):
-    """By a millionth: the atlas is of another system than its text says."""
+    """An error of 1e-6: the atlas belongs to a different system than its text says."""
     monkeypatch.setattr(sample, "SECONDS", seconds)
     damaged = of_other_code(
         atlas_of(UNRULED.replace("0.5*sin", "0.5000005*sin"), x="0.1:1:20", rate="0.5:3:10")
