@@ -1,4 +1,4 @@
-"""Motions of bodies of revolution: errors that hold, ends as of a sweep, presets and cells, and what is refused."""
+"""Motions of bodies of revolution: stated errors, endings as in a sweep, presets, cells, and refusals."""
 
 import math
 import re
@@ -16,7 +16,7 @@ from sweep.motion.sampling import ending_of
 
 pytestmark = pytest.mark.compiled
 
-#: What is compared with the referee -> its stated error.
+#: Quantities compared with the referee -> their stated errors.
 STATED = {
     "axis": "orientation_error", "painted": "orientation_error", "turning": "rate_error", "centre": "path_error",
     "contact": "path_error", "force": "force_error",
@@ -24,7 +24,7 @@ STATED = {
 
 
 def followed(word, tilt, rates, lengths, moments, **words):
-    """Simulate a start of a body with scaled rates, of a radius and a gravity of 1."""
+    """Simulate a body's start with scaled rates, for radius and gravity 1."""
     precession = rates[1] / math.cos(tilt)
     return sweep.simulate(
         body=word, tilt=tilt, tilt_rate=rates[0], precession_rate=precession,
@@ -36,7 +36,7 @@ def followed(word, tilt, rates, lengths, moments, **words):
 @pytest.mark.slow_lane
 @pytest.mark.parametrize("step", ["auto", 0.1])
 def test_a_motion_is_within_its_stated_errors(step):
-    """Of all bodies at random, with the step of the engine and with one that is far too long."""
+    """The errors hold for random bodies of all kinds, with the automatic step and a far too long one."""
     rng = np.random.default_rng(31)
     largest = 0.0
     for number in range(2 * len(NAMES)):
@@ -50,13 +50,13 @@ def test_a_motion_is_within_its_stated_errors(step):
         for name, error in STATED.items():
             stated = of[error]
             largest = max(largest, float(stated.max()))
-            # the referee is known to 1e-11 at most
+            # The referee's own error is up to about 1e-11.
             assert (off[name] <= stated + 3e-12 * (1.0 + times)).all(), (word, number, name)
     assert largest < 1e-8 if step == "auto" else largest > 1e-6
 
 
 def test_a_torus_without_a_tube_is_the_thin_disk():
-    """The same file to 1e-10, with the energy, the forces and what friction makes of them."""
+    """It gives the same file to 1e-10, including energy, forces and the effect of friction."""
     start = {
         "tilt": "25deg",
         "tilt_rate": 0.4,
@@ -88,7 +88,7 @@ def test_a_torus_without_a_tube_is_the_thin_disk():
     ],
 )
 def test_a_motion_ends_as_the_cell_of_a_sweep(words, variable):
-    """The ending of the cell, its time of fall, and its extremes, to its stated error."""
+    """Ending, fall time and extremes match the cell, within its stated error."""
     atlas = sweep.run(sweep.SweepSpec(**words, duration="20s"))
     motion = sweep.simulate(**words, duration="20s", interval=0.001)
     assert ending_of(motion) == (
@@ -104,24 +104,24 @@ def test_a_motion_ends_as_the_cell_of_a_sweep(words, variable):
         assert float(motion["tilt"][-1]) == pytest.approx(0.0, abs=1e-9)
     else:
         assert ending == "bounded"
-        # between samples the tilt is at most half an interval from its extreme
+        # The extreme lies at most half an interval from a sample.
         assert float(motion["tilt"].max()) == pytest.approx(float(atlas["tilt_max"]), abs=1e-5)
 
 
 def test_a_motion_through_the_poles_is_sampled_for_a_film():
-    """Where the heading jumps the body turns evenly: samples are 0.2 rad of its turn apart, not of the heading."""
+    """Where the heading jumps the body turns evenly: samples are 0.2 rad of its rotation apart."""
     motion = sweep.simulate(body="ball", tilt="20deg", tilt_rate=40.0, roll_rate=1e-3, duration="2s")
     times = motion["elapsed_time"].values
     assert np.abs(np.diff(motion["heading"])).max() > 1.0
     assert 2001 > times.size > 400
     assert float(motion["orientation_error"].max()) < 1e-9
     assert float(np.abs(motion["tilt"]).max()) < 0.5 * math.pi
-    # straight on at tilt_rate times the radius
+    # Straight ahead at tilt_rate times the radius.
     assert float(motion["contact_x"][-1]) == pytest.approx(40.0 * 0.5 * 2.0, rel=1e-6)
 
 
 def test_a_preset_and_a_cell_of_an_atlas():
-    """A preset of a body; a cell of an atlas, with other words; and the thin disk of an atlas as another body."""
+    """A body preset, an atlas cell with other inputs, and a thin-disk cell as another body are followed."""
     wobble = sweep.simulate("true_edge", tilt="70deg", duration="1s")
     assert np.ptp(wobble["tilt"].values) < 1e-9
     assert (
@@ -164,14 +164,14 @@ def test_a_preset_and_a_cell_of_an_atlas():
     ],
 )
 def test_what_is_refused(words, facts):
-    """In a sentence, as by a sweep."""
+    """A refusal is a sentence, as in a sweep."""
     with refused(*facts):
         sweep.simulate(**words)
 
 
 @pytest.mark.slow_lane
 def test_the_command(command, tmp_path):
-    """`simulate`, `info` and `explain` say which body it is, `explain` follows its cell and its contact forces."""
+    """`simulate`, `info` and `explain` name the body; `explain` follows its cell and its contact forces."""
     status, _, told = command("simulate body=rim thickness=0.2 tilt=4deg -o coin.nc --plot coin.png")
     assert (status, bool(re.search(r"edge .*\b0\.4747\d* s\b", told))) == (0, True)
     assert (tmp_path / "coin.png").stat().st_size > 10_000
@@ -192,7 +192,7 @@ def test_the_command(command, tmp_path):
 
 
 def test_a_motion_goes_around_the_centre_of_its_ring():
-    """Contact points of many nutations are as far from it as path=yes says, upward and downward at the start."""
+    """Over many nutations the contact points keep the radii of path=yes, rising or falling at the start."""
     for rate in (0.4, -0.4):
         words = {
             "body": "torus",
@@ -211,7 +211,7 @@ def test_a_motion_goes_around_the_centre_of_its_ring():
 
 
 def test_a_body_that_turns_fast_has_close_samples():
-    """None turns by more than 0.2 rad from one sample to the next, of a ring that turns ten times a second."""
+    """A ring that turns ten times a second turns by at most 0.2 rad between samples."""
     motion = sweep.simulate(
         body="torus", tube=0.2, tilt=0.3, roll_rate=60.0, precession_rate=2.0, duration=30.0
     )
@@ -220,7 +220,7 @@ def test_a_body_that_turns_fast_has_close_samples():
 
 
 def test_what_has_been_apart_is_not_known_better_afterwards():
-    """Two integrations cross now and then: stated errors never become smaller."""
+    """Two integrations may cross by chance, so stated errors never decrease."""
     motion = sweep.simulate(
         body="torus", tube=0.2, tilt="20deg", precession_rate=3.0, roll_rate=1.0, duration="3s"
     )
@@ -232,7 +232,7 @@ def test_what_has_been_apart_is_not_known_better_afterwards():
 
 
 def test_a_small_body_has_the_errors_of_a_large_one_by_the_radius():
-    """With radius and gravity 25 times as large, all lengths of a ring are; its angles and rates are the same."""
+    """With radius and gravity 25 times as large, so are all lengths; angles and rates stay the same."""
     start = {"tilt": "20deg", "precession_rate": 2.0, "roll_rate": 1.0, "tube": 0.2, "duration": "3s"}
     large = sweep.simulate("torus", **start, radius=1.0, gravity=9.81)
     small = sweep.simulate("torus", **start, radius=0.04, gravity=0.04 * 9.81)
@@ -244,7 +244,7 @@ def test_a_small_body_has_the_errors_of_a_large_one_by_the_radius():
 
 @pytest.mark.parametrize("body", ["body=ball offset=0.2", "body=spheroid flattening=0.3"])
 def test_what_has_poles_may_start_beyond_any_tilt_of_a_fall(command, body):
-    """A ball and a spheroid turn near their pole, where a disk would have fallen; a ring may not."""
+    """A ball and a spheroid may turn near their pole, where a disk or ring would have fallen."""
     moments = "axial_moment=0.4 transverse_moment=0.4"
     start = "tilt=88deg precession_rate=20 roll_rate=-20 duration=0.1s -o a.nc"
     assert command(f"simulate {body} {moments} {start}")[0] == 0

@@ -1,4 +1,4 @@
-"""The contact forces of a cell by its motion in time, and what `explain` makes of them."""
+"""The contact forces of a cell from its motion in time, and what `explain` makes of them."""
 
 import math
 import sys
@@ -22,21 +22,21 @@ START = {"tilt": 0.0, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 0.0
 DISK = {"alpha": 0.5, "radius": 0.5, "gravity": 9.81}
 
 
-#: What is changed of a start, the duration, and the ending.
+#: Changes of the start, the duration, and the ending.
 CELLS = (
     ({"tilt": 0.06, "roll_rate": 3.2875}, 100.0, BOUNDED),
-    # past the saddle from which it was kicked a motion in time might take the wrong side
+    # Past the saddle from which it was kicked, a motion in time might take the wrong side.
     ({"tilt_rate": 1e-7, "roll_rate": 2.0}, 100.0, BOUNDED),
     ({"tilt": 0.8, "tilt_rate": -1.5, "precession_rate": 0.3}, 100.0, FELL),
     ({"tilt": 0.1, "roll_rate": 3.0}, 0.05, HORIZON),
-    # time ended it on the way back, past its start and before the other turn: to less than a millisecond
+    # The duration ends it on the way back after one turn, less than a millisecond past its start.
     ({"tilt": 0.3, "tilt_rate": 0.5, "roll_rate": 6.0}, 0.6, HORIZON),
     ({"tilt": 0.5, "tilt_rate": 30.0}, 100.0, FELL),
 )
 
 
 def test_the_motion_in_time_has_the_forces_of_the_cell():
-    """Bounded, falling and cut off by the duration: both ways agree within the error that one states."""
+    """Bounded, falling and cut-off cells agree with it within its stated error."""
     for changed, duration, ending in CELLS:
         spec, start = SPEC.replace(duration=duration), {**START, **DISK, **changed}
         cell = compute(spec, {name: np.array([value]) for name, value in start.items()})
@@ -51,7 +51,7 @@ def test_the_motion_in_time_has_the_forces_of_the_cell():
 
 
 def test_where_there_is_no_motion_there_is_nothing_to_follow():
-    """A cell without a motion, one that begins flat, and an atlas without forces have no values in time."""
+    """Cells without a motion, starts that have already fallen, and atlases without forces have none."""
     start = {**START, **DISK}
     assert contact_in_time(SPEC, start, {"ending": UNRESOLVED}) == {}
     assert contact_in_time(SPEC, start, {"ending": FELL, "fall_time": 0.0}) == {}
@@ -59,7 +59,7 @@ def test_where_there_is_no_motion_there_is_nothing_to_follow():
 
 
 def test_an_explanation_holds_the_forces_against_the_motion_in_time(monkeypatch, tmp_path):
-    """A wrong force that a new run repeats to the bit is contradicted all the same: in the report, by the status."""
+    """A wrong force is reported and changes the exit status, even if a new run repeats it bit for bit."""
     atlas = sweep.run(SPEC.replace(tilt=0.06, roll_rate=3.2875))
     found = explain(atlas, {})
     assert found.confirmed
@@ -89,7 +89,7 @@ def test_an_explanation_holds_the_forces_against_the_motion_in_time(monkeypatch,
 
 @pytest.mark.parametrize("words", [{}, {"body": "torus", "tube": 0.2}, {"contour_friction": "1mm"}])
 def test_forces_are_those_that_accelerate_the_centre_of_mass(words):
-    """Second differences of its path, up, along the heading of the rolling contact and across it: Newton's law."""
+    """Second differences of its path (up, along and across the heading) satisfy Newton's law."""
     start = {"tilt": "5deg", "precession_rate": 1.0, "roll_rate": 5.0, "tilt_rate": 0.2}
     motion = sweep.simulate(**start, **words, duration="1s", interval="1ms", mass="2kg")
     path = np.stack([motion[f"centre_{axis}"].values for axis in "xyz"])

@@ -1,4 +1,4 @@
-"""The motion of a cell of an atlas: it is the one that the atlas measured, and other words change it."""
+"""The motion of an atlas cell: the one that the atlas measured, unless other inputs change it."""
 
 import math
 
@@ -15,7 +15,7 @@ from sweep.motion.sampling import ending_of
 
 pytestmark = pytest.mark.compiled
 
-#: A coin that rolls: unstable, stable, and one that falls.
+#: A rolling coin: unstable cells, stable cells, and one that falls.
 ROLLING = sweep.SweepSpec.preset(
     "rolling", radius="12mm", roll_rate="5,15,24", tilt="1deg,5deg", fall_tilt="60deg"
 )
@@ -30,12 +30,12 @@ def rolling():
 
 @pytest.fixture(scope="module")
 def circling():
-    """Return an atlas of disks that compute their roll rate."""
+    """Return an atlas of disks with computed roll rates."""
     return sweep.run(CIRCLING)
 
 
 def request(atlas, **words):
-    """Return the request for the motion of a cell, and the words that say which one it is."""
+    """Return the motion request for a cell, and the text that names the cell."""
     spec = atlas.eulerdisk.spec
     cell, changes = cell_and_changes(spec, words)
     place = nearest_cell(spec, cell)
@@ -43,11 +43,11 @@ def request(atlas, **words):
 
 
 def test_the_motion_has_the_extremes_and_the_period_of_the_cell(rolling):
-    """In three nutation periods the tilt goes to the stored extremes, and at their end it is back where it began."""
+    """In three nutation periods the tilt reaches the stored extremes and returns to its start."""
     for rate in [15.0, 24.0]:
         cell = rolling.sel(roll_rate=rate).isel(tilt=0)
         motion = rolling.eulerdisk.simulate(roll_rate=rate, tilt="1deg")
-        # 1000 samples of three periods miss a turning point by 5e-5 of the swing at most
+        # 1000 samples of three periods miss a turning point by at most 5e-5 of the swing.
         swing = float(cell.tilt_max - cell.tilt_min)
         assert float(motion.tilt.max()) == pytest.approx(float(cell.tilt_max), abs=1e-4 * swing), rate
         assert float(motion.tilt.min()) == pytest.approx(float(cell.tilt_min), abs=1e-4 * swing), rate
@@ -58,7 +58,7 @@ def test_the_motion_has_the_extremes_and_the_period_of_the_cell(rolling):
 
 
 def test_a_fall_ends_when_the_cell_fell(rolling):
-    """The atlas knows no period of a fall: the motion ends with it, at the stored time."""
+    """The atlas has no period for a fall: the motion ends at the stored fall time."""
     assert float(rolling.fall_time[0, 1]) > 0.0
     motion = rolling.eulerdisk.simulate(roll_rate=5, tilt="5deg")
     assert float(motion.fall_time) == pytest.approx(float(rolling.fall_time[0, 1]), rel=1e-6)
@@ -66,7 +66,7 @@ def test_a_fall_ends_when_the_cell_fell(rolling):
 
 
 def test_a_rate_that_the_cell_computed_is_that_of_its_motion(circling):
-    """A cell that circles starts with its own roll rate and its kick; the time of an atlas that is short is kept."""
+    """A circling cell starts with its own roll rate and kick; a shorter duration of the atlas is kept."""
     found, others = request(circling, precession_rate=0.5, tilt="10deg")
     assert found.roll_rate == float(circling.roll_rate.sel(precession_rate=0.5).isel(tilt=0))
     assert (found.tilt_rate, found.precession_rate, others) == (CIRCLING.tilt_rate, 0.5, "")
@@ -76,7 +76,7 @@ def test_a_rate_that_the_cell_computed_is_that_of_its_motion(circling):
 
 
 def test_words_that_name_no_axis_change_the_motion(rolling):
-    """Disk, start and settings may be others; then the period of the cell says nothing, and 10 s are followed."""
+    """Disk, start and settings may change; then the cell's period does not apply, and 10 s are followed."""
     found, _ = request(rolling, roll_rate=15, tilt="1deg", alpha=1, mass="3g", friction=0.2, tilt_rate=0.5)
     expected = TrajectorySpec.read(
         roll_rate=15,
@@ -95,7 +95,7 @@ def test_words_that_name_no_axis_change_the_motion(rolling):
 
 
 def test_the_nearest_cell_is_taken_and_named(rolling):
-    """Values between those of the grid take the nearest one, which is told; a scaled rate or a speed names one too."""
+    """Values between grid points select the nearest cell and name it; scaled rates and speeds work too."""
     found, others = request(rolling, roll_rate="15.2", tilt="1deg")
     assert (found.roll_rate, others) == (15.0, "roll_rate 15 rad s-1")
     found, others = request(rolling, speed="18cm/s", tilt="1.5deg")
@@ -104,7 +104,7 @@ def test_the_nearest_cell_is_taken_and_named(rolling):
 
 
 def test_a_cell_that_the_atlas_does_not_have_is_refused_by_the_words_given(rolling):
-    """Not by the parameter in SI that they stand for."""
+    """The message quotes the given inputs, not the parameters in SI units."""
     for words, said in [
         (
             {"roll_rate": 15, "inclination": "60deg"},
@@ -118,7 +118,7 @@ def test_a_cell_that_the_atlas_does_not_have_is_refused_by_the_words_given(rolli
 
 
 def test_a_scaled_rate_names_a_cell_of_the_disk_of_the_atlas(rolling):
-    """Another gravity or radius changes the motion and not the cell; a rate that is no axis is that of the new disk."""
+    """Gravity and radius change the motion, not the cell; rates that are no axis scale with the new disk."""
     scaled = 15 / math.sqrt(9.81 / 0.012)
     found, others = request(rolling, scaled_roll_rate=scaled, tilt="1deg", gravity=1.62)
     assert (found.roll_rate, found.gravity, others) == (15.0, 1.62, "")
@@ -128,7 +128,7 @@ def test_a_scaled_rate_names_a_cell_of_the_disk_of_the_atlas(rolling):
 
 
 def test_an_atlas_without_periods_is_followed_for_ten_seconds(rolling):
-    """The variable may have been dropped; a single cell needs no words."""
+    """The variable may have been dropped; a single cell needs no inputs."""
     part = rolling.drop_vars("nutation_period")
     assert request(part, roll_rate=15, tilt="1deg")[0].duration == 10.0
     one = sweep.run("rolling", roll_rate=2, tilt="1deg")
@@ -136,7 +136,7 @@ def test_an_atlas_without_periods_is_followed_for_ten_seconds(rolling):
 
 
 def test_what_names_no_motion_is_refused(rolling):
-    """Cells that the atlas does not have, words that a motion does not have, values that are not possible."""
+    """Cells outside the atlas, unknown inputs and impossible values are refused."""
     for words, facts in [
         ({"roll_rate": 15}, ["roll_rate, tilt", "Add tilt="]),
         ({"roll_rate": 55, "tilt": "1deg"}, ["outside the atlas", "5 rad s-1 to 24 rad s-1"]),
@@ -155,7 +155,7 @@ def test_what_names_no_motion_is_refused(rolling):
 
 
 def test_a_cell_without_a_start_has_no_motion():
-    """Where no rate keeps the tilt there is nothing to follow, unless a rate is given."""
+    """If no rate keeps the tilt there is nothing to follow, unless a rate is given."""
     atlas = sweep.run("rolling", tilt="0,10deg", roll_rate=0.1, precession_rate="steady-fast")
     assert np.isnan(atlas.precession_rate).all()
     with refused("precession_rate", "precession_rate=2"):
@@ -174,7 +174,7 @@ def test_a_cell_without_a_start_has_no_motion():
     ],
 )
 def test_a_motion_reaches_the_ending_of_its_cell(words, ending):
-    """One that takes longer than a motion of the default duration is followed until it ends, if no word says less."""
+    """A cell slower than the default duration is followed to its end, unless a duration is given."""
     atlas = sweep.run("rolling", **words)
     motion = atlas.eulerdisk.simulate(roll_rate=0.0001)
     assert ending_of(motion) == ending

@@ -1,4 +1,4 @@
-"""Motions of bodies with losses: their stated errors, the disk's own motion, ends as of an atlas, and the commands."""
+"""Motions of lossy bodies: stated errors, the disk's own motion, endings as in an atlas, and commands."""
 
 import math
 import re
@@ -20,7 +20,7 @@ from sweep.motion.stated_errors import turned_between
 
 pytestmark = pytest.mark.compiled
 
-#: What is compared with the referee -> its stated error.
+#: Quantities compared with the referee -> their stated errors.
 STATED = {
     "axis": "orientation_error", "painted": "orientation_error", "turning": "rate_error", "centre": "path_error",
     "contact": "path_error", "force": "force_error",
@@ -32,21 +32,21 @@ TOY = {"body": "rim", "thickness": "12.8mm", "fillet": "2mm", "radius": "37.55mm
 
 @pytest.fixture(autouse=True)
 def _one_kernel():
-    """Integrate atlases by the kernel with all laws: each set of laws has its own, which takes seconds to compile."""
+    """Use one kernel with all laws for atlases: each set of laws has its own, which compiles for seconds."""
     kernel = Kernel("kernels.lossy_bodies.integrate", WITH_ALL_LAWS)
     with mock.patch.object(LossyBodies, "integrator", return_value=kernel):
         yield
 
 
 def followed(name, words, **more):
-    """Simulate what `drawn_lossy` draws, of a radius, gravity and mass of 1."""
+    """Simulate the inputs of `drawn_lossy` with radius, gravity and mass 1."""
     lengths = {key: value for key, value in words.items() if key != "air_viscosity" or value > 0.0}
     air = {"air_law": "moffatt", "air_density": 0.0} if "air_viscosity" in lengths else {}
     return sweep.simulate(body=name, radius=1.0, gravity=1.0, mass=1.0, **lengths, **air, **more)
 
 
 def slides_on(motion):
-    """Whether neither the roll rate nor the turn about the vertical changes its sign: no friction turns round."""
+    """Return whether roll rate and turn about the vertical keep their signs, so that no friction reverses."""
     roll, turn = motion["roll_rate"], motion["precession_rate"] + motion["roll_rate"] * np.sin(motion["tilt"])
     return all(
         (np.sign(each) == np.sign(each[0])).all() and each[0] != 0.0 for each in (roll.values, turn.values)
@@ -54,7 +54,7 @@ def slides_on(motion):
 
 
 def check_errors(motion, lossy, words):
-    """Hold a motion against a rigid body in space; return the largest error that it states."""
+    """Check a motion against a rigid body in space; return its largest stated error."""
     times = motion["elapsed_time"].values
     of = {each: motion[each].values for each in motion.data_vars}
     found, right = in_space(of), lossy.path(*scaled(words), times)
@@ -70,7 +70,7 @@ def check_errors(motion, lossy, words):
 @pytest.mark.slow_lane
 @pytest.mark.parametrize("step", ["auto", 0.02])
 def test_a_motion_is_within_its_stated_errors(step):
-    """Of a rigid body in space on which torques act, with what each law took; also with a step that is given."""
+    """The errors hold against a rigid body with torques, for each law's loss too, and with a given step."""
     rng = np.random.default_rng(41)
     checked, largest = dict.fromkeys(("torus", "rounded", "rim", "arc"), 0), 0.0
     while min(checked.values()) < 2:
@@ -79,7 +79,7 @@ def test_a_motion_is_within_its_stated_errors(step):
         try:
             motion = followed(name, words, duration=3.0, interval=0.25, step=step)
         except sweep.RequestError:
-            # it lifts off at once
+            # It lifts off at once.
             continue
         if not slides_on(motion) or ending_of(motion) not in ("flat", "horizon", "edge_change"):
             continue
@@ -89,7 +89,7 @@ def test_a_motion_is_within_its_stated_errors(step):
 
 
 def test_the_angle_between_two_orientations():
-    """As SciPy has it, also beside a pole, where heading and roll angle may differ by any angle."""
+    """It matches SciPy, also near a pole, where heading and roll angle may differ arbitrarily."""
     rng = np.random.default_rng(3)
     one, other = (
         {"tilt": np.arcsin(rng.uniform(-1, 1, 50)), "heading": rng.uniform(-20, 20, 50),
@@ -128,7 +128,7 @@ def test_the_angle_between_two_orientations():
     ],
 )
 def test_a_torus_without_a_tube_is_the_disk_with_losses(words):
-    """To its stated errors, also where friction reverses and holds, with energy, losses, forces and what is held."""
+    """States, energy, losses and forces match within stated errors, even where friction reverses or holds."""
     start = {"mass": 2.0, "duration": "4s", "interval": 0.05, **words}
     start["contour_damping"] = start.pop("damping", 0.0)
     disk = sweep.simulate(**start, step=1e-4)
@@ -158,7 +158,7 @@ def test_a_torus_without_a_tube_is_the_disk_with_losses(words):
     ],
 )  # fmt: skip
 def test_a_motion_ends_as_the_cell_of_an_atlas(words, ending):
-    """Where and when, with what each law took until then: to its stated errors, however often friction turns round."""
+    """Ending, time and losses match within stated errors, however often friction reverses."""
     cell = sweep.run(sweep.SweepSpec(**words, duration="20s"), progress=False)
     motion = sweep.simulate(**words, duration="20s")
     assert LossyBodies.variables["ending"].flag(float(cell["ending"])) == ending
@@ -179,7 +179,7 @@ def test_a_motion_ends_as_the_cell_of_an_atlas(words, ending):
 
 
 def test_a_body_that_friction_holds_is_seen_to_stand():
-    """Rolling friction holds it where the lever of its weight is below the arm; nothing is off then."""
+    """Rolling friction holds it if the lever arm of its weight is smaller; then the stated error is zero."""
     motion = sweep.simulate(body="rim", thickness=0.3, tilt="8.5deg", rolling_friction="30mm", duration="3s")
     assert (ending_of(motion), float(motion["end_time"])) == ("rest", 0.0)
     assert motion["elapsed_time"].values[[0, -1]].tolist() == [0.0, 3.0]
@@ -188,7 +188,7 @@ def test_a_body_that_friction_holds_is_seen_to_stand():
 
 @pytest.mark.slow_lane
 def test_a_cell_and_a_preset_keep_their_losses():
-    """The motion of a cell, of one without losses that gets some, of one of the thin disk, and of a preset."""
+    """Cells with losses, lossless cells that get some, thin-disk cells and presets are followed."""
     stops = sweep.run(
         "toy", **{**TOY, "tilt": "75deg,80deg"}, air_law="moffatt", scaled_precession_rate=3, progress=False
     )
@@ -228,14 +228,14 @@ def test_a_cell_and_a_preset_keep_their_losses():
     ],
 )  # fmt: skip
 def test_what_is_refused(words, facts):
-    """In a sentence, as by a sweep."""
+    """A refusal is a sentence, as in a sweep."""
     with refused(*facts):
         sweep.simulate(**words)
 
 
 @pytest.mark.slow_lane
 def test_the_commands(command, tmp_path):
-    """`simulate`, also from a cell, `info` and `explain --plot`; figure and film show the body."""
+    """`simulate` (also from a cell), `info` and `explain --plot` work; figure and film show the body."""
     toy = "toy body=rim thickness=12.8mm fillet=2mm"
     status, _, told = command(
         f"simulate {toy} tilt=84deg -o stop.nc --plot stop.svg --animate stop.gif --size 240x200 --fps 5 --speed 1"

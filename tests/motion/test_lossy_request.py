@@ -1,4 +1,4 @@
-"""The request for a motion with losses: which words make one, what it holds, what is refused."""
+"""The request for a motion with losses: which inputs make one, what it contains, and what is refused."""
 
 import json
 import math
@@ -13,7 +13,7 @@ from sweep.motion.tables import LOSSY_INPUTS, LOSSY_TRAJECTORY, LOSSY_WORDS
 
 
 def test_any_word_of_losses_asks_for_the_disk_with_losses():
-    """A zero is a word too: it is the other model, in which nothing is lost."""
+    """Even a zero selects the lossy model, in which nothing is then lost."""
     for words in [
         ["contour_friction=10um"],
         ["rolling_friction=0"],
@@ -27,12 +27,12 @@ def test_any_word_of_losses_asks_for_the_disk_with_losses():
 
 
 def test_mass_and_friction_are_words_of_every_motion():
-    """They ask for no losses: a request that had them before is the same request."""
+    """They select no losses, so earlier requests with them stay the same."""
     assert type(TrajectorySpec.from_words(["mass=20g", "friction=0.3"])) is TrajectorySpec
 
 
 def test_a_request_with_losses_is_a_value():
-    """Its fields are its tables, its text holds them all, and it is equal, changed and pickled like any other."""
+    """Its fields are its tables, its text contains them all, and it compares, changes and pickles."""
     spec = MotionRequest.read(
         tilt="80deg", contour_friction="15um", precession_rate="wobble", roll_rate="wobble"
     )
@@ -48,7 +48,7 @@ def test_a_request_with_losses_is_a_value():
 
 
 def test_every_quantity_is_complete():
-    """Long name, units or flags, a label, and nothing outside ASCII in its attributes."""
+    """Each has a long name, units or flags, a label, and only ASCII in its attributes."""
     for quantity in LOSSY_TRAJECTORY.values():
         assert quantity.long_name, quantity
         assert quantity.plot_label, quantity
@@ -58,7 +58,7 @@ def test_every_quantity_is_complete():
 
 
 def test_a_refusal_says_what_is_allowed_what_was_given_and_what_to_do():
-    """What cannot be carried out is refused in one line."""
+    """An impossible request is refused in one line."""
     for words, facts in [
         (["contour_friction=-1um"], ["contour_friction >= 0"]),
         (

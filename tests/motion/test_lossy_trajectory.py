@@ -1,4 +1,4 @@
-"""A motion with losses in time: compared with the referee of the tests, and sampled ever closer towards its end."""
+"""Motions with losses in time: compared with the referee, and sampled ever closer toward the end."""
 
 import math
 
@@ -19,12 +19,12 @@ pytestmark = pytest.mark.compiled
 TOY = {"radius": 0.03755, "gravity": 9.81, "mass": 0.4387}
 AIR = {"air_viscosity": 1.8e-5, "air_density": 1.2}
 
-#: The wobble of the toy at a tilt of 80 deg, as the equation of steady motion has it (scaled rate sqrt(2 / (alpha C))).
+#: The toy's wobble at a tilt of 80 deg, from the equation of steady motion (scaled rate sqrt(2 / (alpha C))).
 TILT = math.radians(80.0)
 RATE = math.sqrt(9.81 / 0.03755 * 4.0 / math.cos(TILT))
 WOBBLE = {"tilt": TILT, "precession_rate": RATE, "roll_rate": -RATE * math.sin(TILT)}
 
-#: Motions of every ending: what starts them, and the law of the air.
+#: Motions with every ending: their starts and their air laws.
 MOTIONS = {
     "toy": (WOBBLE | TOY | AIR | {"contour_friction": 1.5e-5}, "bildsten"),
     "film": (WOBBLE | TOY | AIR | {"contour_damping": 2e-7, "alpha": 0.8}, "moffatt"),
@@ -43,19 +43,19 @@ ENDINGS = {"toy": FLAT, "film": FLAT, "dry": FLAT, "rest": REST, "slip": SLIP, "
 
 
 def simulated(name, **words):
-    """Return one of the motions, with other words if there are any."""
+    """Return one of the motions, possibly with other inputs."""
     start, law = MOTIONS[name]
     return sweep.simulate(**start, air_law=law, **words)
 
 
 def refereed(name, **words):
-    """Return what the referee says of it."""
+    """Return the referee's result for a motion."""
     start, law = MOTIONS[name]
     return referee.run(referee.starts(**start), air=law, **words)
 
 
 def test_a_motion_ends_as_the_referee_says():
-    """Ending, its time, what each law took, heading and state there: by an integrator that shares no code with it."""
+    """Ending, end time, losses, heading and final state match an integrator that shares no code with it."""
     for name in MOTIONS:
         motion, found = simulated(name), refereed(name, duration=300.0)
         assert int(motion["ending"]) == ENDINGS[name] == found.ending[0], name
@@ -73,7 +73,7 @@ def test_a_motion_ends_as_the_referee_says():
 
 
 def test_energy_and_losses_are_what_the_start_had():
-    """The energy of the referee's equations and what the laws took, at every sample, to 1e-9 m g R."""
+    """At every sample, the referee's energy plus all losses is constant to 1e-9 m g R."""
     for name in MOTIONS:
         motion = simulated(name)
         weight, unit = 0.4387 * 9.81 * 0.03755, math.sqrt(0.03755 / 9.81)
@@ -87,7 +87,7 @@ def test_energy_and_losses_are_what_the_start_had():
 
 
 def test_moffatts_example():
-    """M = 0.4 kg, R = 3.75 cm and 1.8e-5 Pa s from 0.1 rad: "about 100 seconds", by his formula 94."""
+    """M = 0.4 kg, R = 3.75 cm, 1.8e-5 Pa s, 0.1 rad take "about 100 seconds", by his formula 94."""
     motion = sweep.simulate(
         inclination=0.1, precession_rate="wobble", roll_rate="wobble", radius=0.0375, mass=0.4, air_law="moffatt",
         air_viscosity=1.8e-5,
@@ -98,7 +98,7 @@ def test_moffatts_example():
 
 
 def test_samples_are_close_and_closer_towards_the_end():
-    """At most 0.2 rad, a thousand samples at least, and gaps that shrink with what is left, down to the end."""
+    """There are over a thousand, at most 0.2 rad apart, with gaps that shrink with the remaining time."""
     for name in ("toy", "dry", "rest"):
         motion = simulated(name)
         times = motion["elapsed_time"].values
@@ -114,7 +114,7 @@ def test_samples_are_close_and_closer_towards_the_end():
 
 
 def test_an_interval_that_is_asked_for_is_kept():
-    """Even samples and the end; a figure computes closer ones, which begin and end alike."""
+    """Samples are even up to the end; a figure computes closer ones with the same first and last time."""
     motion = simulated("toy", interval=0.1)
     times = motion["elapsed_time"].values
     np.testing.assert_allclose(np.diff(times)[:-1], 0.1, rtol=1e-9)
@@ -125,7 +125,7 @@ def test_an_interval_that_is_asked_for_is_kept():
 
 
 def test_the_first_sample_is_the_start():
-    """To the bit, also where friction has to let go of a disk that spins upright."""
+    """It equals the start bit for bit, even where friction must release an upright spinning disk."""
     for start in (WOBBLE, {"tilt": 0.02, "precession_rate": 60.0}):
         motion = sweep.simulate(**start, **TOY, rolling_friction=1e-5, duration=1.0)
         for name in ("tilt", "tilt_rate", "precession_rate", "roll_rate"):
@@ -133,7 +133,7 @@ def test_the_first_sample_is_the_start():
 
 
 def test_what_friction_holds_is_flagged():
-    """A coin that rolling friction holds turns on the spot; pivoting friction holds the turn of a wobble."""
+    """A coin held by rolling friction pivots on the spot; pivoting friction holds the turn of a wobble."""
     names = dict(enumerate(["none", "roll", "turn", "roll_and_turn", "tilt_and_roll", "", "all"]))
     held = [names[code] for code in np.unique(simulated("rest")["held"])]
     assert held[0] == "tilt_and_roll"
@@ -148,7 +148,7 @@ def test_what_friction_holds_is_flagged():
 
 
 def test_a_coin_that_stands_is_seen_to_stand():
-    """Friction holds it from its start: it is at rest at once, and the samples go on for the duration."""
+    """Friction holds it from the start: it is at rest at once, with samples over the whole duration."""
     motion = sweep.simulate(tilt="0.5deg", radius="12mm", rolling_friction="1mm", duration="3s")
     assert (int(motion["ending"]), float(motion["end_time"])) == (REST, 0.0)
     assert motion["elapsed_time"].values[[0, -1]].tolist() == [0.0, 3.0]
@@ -156,7 +156,7 @@ def test_a_coin_that_stands_is_seen_to_stand():
 
 
 def test_a_motion_that_ends_where_it_begins_is_refused():
-    """It has no two samples: the message says what the disk does."""
+    """It has fewer than two samples; the message says what the disk does."""
     for words, facts in [
         ({"tilt": 0.3, "friction": 0.01}, ["slips"]),
         (
@@ -169,7 +169,7 @@ def test_a_motion_that_ends_where_it_begins_is_refused():
 
 
 def test_without_an_end_there_is_no_time_of_it():
-    """A motion that the duration cuts off, and a stretch of one that ends later."""
+    """A motion cut off by the duration, or a part of a longer one, has no end time."""
     motion = simulated("toy", duration=1.0)
     assert int(motion["ending"]) == HORIZON
     assert math.isnan(float(motion["end_time"]))
@@ -180,7 +180,7 @@ def test_without_an_end_there_is_no_time_of_it():
 
 
 def test_without_losses_it_is_the_motion_of_the_disk_without_losses():
-    """All coefficients zero: the other model, with its own kernels, gives the same motion."""
+    """With all coefficients zero, the lossy model's own kernels give the same motion."""
     start = {"tilt": "20deg", "precession_rate": 3.0, "roll_rate": 4.0, "duration": "2s", "interval": 0.01}
     lossy, plain = sweep.simulate(**start, contour_friction=0), sweep.simulate(**start)
     np.testing.assert_array_equal(lossy["elapsed_time"], plain["elapsed_time"])
@@ -190,7 +190,7 @@ def test_without_losses_it_is_the_motion_of_the_disk_without_losses():
 
 
 def test_a_file_says_which_model_it_is_of(tmp_path):
-    """Saved and opened again it is the same motion; one without losses names no model, as before."""
+    """A saved and reopened motion is the same; one without losses still names no model."""
     motion = simulated("toy")
     sweep.save(motion, tmp_path / "stop.nc")
     with xr.open_dataset(tmp_path / "stop.nc") as read:
@@ -201,7 +201,7 @@ def test_a_file_says_which_model_it_is_of(tmp_path):
 
 
 def test_a_cell_is_followed_to_its_end():
-    """The motion of a cell of an atlas ends when the cell did, with the same losses."""
+    """The motion of an atlas cell ends when the cell did, with the same losses."""
     atlas = sweep.run("toy", tilt="75deg,80deg", precession_rate="wobble")
     motion, cell = atlas.eulerdisk.simulate(tilt="80deg"), atlas.isel(tilt=1)
     assert int(cell["ending"]) == FLAT
@@ -212,7 +212,7 @@ def test_a_cell_is_followed_to_its_end():
 
 
 def test_a_cell_without_losses_is_followed_with_some():
-    """Words of losses change the motion of a cell of the disk without them, to its end."""
+    """Loss inputs change the motion of a lossless disk's cell, up to its end."""
     plain = sweep.run(sweep.SweepSpec(tilt="1deg", roll_rate=2.4))
     motion = plain.eulerdisk.simulate(rolling_friction="5mm")
     assert int(motion["ending"]) == FLAT

@@ -13,7 +13,7 @@ from sweep.request.words import MOST_STEPS
 
 
 def test_words_are_read_in_si():
-    """Units are understood, bare numbers are SI, and what is not given has its default."""
+    """Units are understood, bare numbers are SI, and omitted inputs have their defaults."""
     spec = TrajectorySpec.from_words(["tilt=10deg", "mass=20g", "duration=1min", "roll_rate=-4.6851"])
     assert spec.tilt == math.radians(10.0)
     assert spec.mass == pytest.approx(0.02, rel=1e-15)
@@ -21,21 +21,21 @@ def test_words_are_read_in_si():
 
 
 def test_a_rate_is_given_scaled_or_as_a_speed():
-    """As in a sweep, for the disk of the same request; the request holds the rate."""
+    """As in a sweep, scaling uses the disk of the same request; the request stores the rate."""
     assert TrajectorySpec.from_words(["radius=12mm", "speed=15cm/s"]).roll_rate == 12.5
     spec = TrajectorySpec.read(scaled_precession_rate=-1.5, scaled_tilt_rate=2, radius=2, gravity=8)
     assert (spec.precession_rate, spec.tilt_rate) == (-3.0, 4.0)
 
 
 def test_every_word_is_a_field():
-    """The tables and the fields of a request name the same words, and its text holds them all."""
+    """Tables and fields of a request have the same names, and its text contains them all."""
     spec = TrajectorySpec.read()
     assert set(asdict(spec)) == {*MOTION_INPUTS, *MOTION_WORDS}
     assert json.loads(spec.canonical()) == asdict(spec)
 
 
 def test_a_request_is_a_value():
-    """It cannot be changed, is equal to another one with the same values, and is replaced, shown and pickled whole."""
+    """It is immutable, equals another with the same values, and can be replaced, shown and pickled."""
     spec = TrajectorySpec.read(tilt="1deg", roll_rate=3)
     for name in ("tilt", "wobble"):
         with pytest.raises(FrozenInstanceError):
@@ -47,12 +47,12 @@ def test_a_request_is_a_value():
 
 
 def test_the_most_steps_are_those_of_the_kernels():
-    """A request is refused where the kernels would give its motion up."""
+    """A request is refused where the kernels would give up."""
     assert MOST_STEPS == trajectory._MOST_STEPS == simd_stages.MOST_STEPS
 
 
 def test_every_quantity_is_complete():
-    """Long name, units or flags, a label, and nothing outside ASCII in its attributes."""
+    """Each has a long name, units or flags, a label, and only ASCII in its attributes."""
     for quantity in [TIME, *TRAJECTORY.values(), *MOTION_INPUTS.values()]:
         assert quantity.long_name, quantity
         assert quantity.plot_label, quantity
@@ -62,7 +62,7 @@ def test_every_quantity_is_complete():
 
 
 def test_a_refusal_says_what_is_allowed_what_was_given_and_what_to_do():
-    """What cannot be carried out is refused in one line with the key, the rule, what was given, and what to do."""
+    """An impossible request is refused in one line with the input, the rule, the value and the remedy."""
     for words, facts in [
         (["tilt=90deg"], ["tilt", "90 deg", "|tilt| < 90 deg"]),
         (["tilt=86deg"], ["fallen", "|tilt| must be below fall_tilt", "86deg", "85deg", "larger fall_tilt"]),
@@ -106,7 +106,7 @@ def test_a_refusal_says_what_is_allowed_what_was_given_and_what_to_do():
 
 
 def test_a_wobble_needs_both_words():
-    """The hint of the model is kept where it has no range: what is missing is a word, not a number."""
+    """The model's hint is kept where it has no range: a word is missing, not a number."""
     with refused("roll_rate=0.0", "roll_rate=wobble"):
         TrajectorySpec.read(tilt="80deg", precession_rate="wobble")
     with refused("precession_rate=0.5"):

@@ -1,4 +1,4 @@
-"""When rolling becomes impossible, compared with the closed form of a disk that falls in its place."""
+"""When rolling becomes impossible, compared with the closed form of a disk that falls in place."""
 
 import math
 
@@ -17,9 +17,10 @@ TILT, RADIUS, GRAVITY = math.radians(1.0), 0.012, 9.81
 
 
 def fallen(tilt, alpha):
-    """Return (tilt rate squared, tilt acceleration, normal force, horizontal force) of a disk released at `TILT`.
+    """Return (tilt rate squared, tilt acceleration, normal force, horizontal force) after release at `TILT`.
 
-    It turns about its lowest point: Steiner's moment of inertia, and Newton on its centre; forces over the weight.
+    The disk turns about its lowest point: Steiner's moment of inertia and Newton's law for the center; forces
+    are in units of the weight.
     """
     unit = GRAVITY / RADIUS / (1.0 + 0.5 * alpha)
     squared, acceleration = 2.0 * unit * (math.cos(TILT) - math.cos(tilt)), unit * math.sin(tilt)
@@ -29,15 +30,15 @@ def fallen(tilt, alpha):
 
 
 def time_until(tilt, alpha):
-    """Return the time that the fall takes from `TILT`, by quadrature; the root of the way removes the singularity."""
+    """Return the fall time from `TILT` by quadrature; substituting a square root removes the singularity."""
     return quad(lambda u: 2.0 * u / math.sqrt(fallen(TILT + u * u, alpha)[0]), 0.0, math.sqrt(tilt - TILT))[0]
 
 
 @pytest.mark.parametrize(("alpha", "friction"), [(0.5, 0.3), (0.5, 0.5), (0.5, 5.0), (1.0, 0.5), (0.1, 0.4)])
 @pytest.mark.parametrize("interval", ["auto", 0.07])
 def test_a_disk_that_falls_in_its_place(alpha, friction, interval):
-    """It slips and lifts off when Newton's law says, to a millionth of the time, however far apart its samples are."""
-    # where the forces are, on a grid fine enough to have the first root between two of its points
+    """It slips and lifts off when Newton's law says, to 1e-6 of the time, for any sampling interval."""
+    # The grid is fine enough to have the first root of the excess between two points.
     tilts = np.linspace(TILT, math.radians(85.0), 20001)
 
     def first(excess):
@@ -55,7 +56,7 @@ def test_a_disk_that_falls_in_its_place(alpha, friction, interval):
     )
     limit = rolling_limit(motion)
     assert limit.slips == pytest.approx(first(over_friction), rel=1e-6)
-    # a hoop that falls does not lift off
+    # A falling hoop does not lift off.
     lifts_off = first(lambda tilt: -fallen(tilt, alpha)[2])
     assert (lifts_off is None) == (alpha == 1.0)
     assert limit.lifts_off == (lifts_off and pytest.approx(lifts_off, rel=1e-6))
@@ -67,7 +68,7 @@ def test_a_disk_that_falls_in_its_place(alpha, friction, interval):
 
 
 def test_a_motion_that_rolls_all_the_time():
-    """It has no such moment, and says how much friction it needs; a little less is not enough."""
+    """It never slips and reports the friction it needs; slightly less is not enough."""
     words = {"tilt_rate": 0.01, "roll_rate": 2.0}
     limit = rolling_limit(sweep.simulate(**words))
     assert (limit.slips, limit.lifts_off, limit.time, limit.words(0.0, 0.5)) == (None, None, math.inf, "")
@@ -75,11 +76,12 @@ def test_a_motion_that_rolls_all_the_time():
 
 
 def test_a_start_that_slips_and_a_stretch_that_does():
-    """A motion that needs too much from its first sample on slips from the start, and so does a later stretch."""
+    """A motion that needs too much friction from the first sample slips from the start; so does a part."""
     words = {"radius": 0.04, "tilt": "80deg", "precession_rate": 30.0, "roll_rate": "steady", "duration": 1.0}
     limit = rolling_limit(sweep.simulate(**words))
     assert limit.slips == 0.0
-    # circling steadily: the horizontal force is m times centre of mass' radius times precession rate squared
+    # For steady circling the horizontal force is m times the center's radius times the squared precession
+    # rate.
     motion = sweep.simulate(**words)
     turn = abs(0.04 * float(motion["roll_rate"][0]) / 30.0) - 0.04 * math.sin(math.radians(80.0))
     assert limit.needed == pytest.approx(abs(turn) * 30.0**2 / 9.81, rel=1e-6)

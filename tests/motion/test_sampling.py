@@ -1,4 +1,4 @@
-"""Motions are drawn through close samples, also where their dataset holds others."""
+"""Figures of motions use close samples, even if the dataset has coarse ones."""
 
 import json
 
@@ -17,25 +17,25 @@ WORDS = {"tilt_rate": 0.01, "roll_rate": 2.0}
 
 @pytest.fixture(scope="module")
 def motion():
-    """Return a motion as it is sampled by default."""
+    """Return a motion with the default samples."""
     return sweep.simulate(**WORDS)
 
 
 def test_close_samples_are_left_alone(motion):
-    """A motion as `simulate` samples it, a fall, and closer samples that were asked for are what is drawn."""
+    """A default motion, a fall, and a motion with closer samples are drawn as they are."""
     for each in (motion, sweep.simulate(tilt="1deg"), sweep.simulate(**WORDS, interval=0.002)):
         assert closely_sampled(each) is each
 
 
 def test_samples_are_far_where_the_disk_turns_by_more_than_a_quarter_between_them():
-    """A disk that spins upright turns evenly: by 0.24 rad from sample to sample as it is, by 0.26 rad again."""
+    """An upright spinning disk turns evenly: 0.24 rad between samples is close, 0.26 rad is recomputed."""
     for rate, is_close in ((2.4, True), (2.6, False)):
         spun = sweep.simulate(precession_rate=rate, duration="100s", interval=0.1)
         assert (closely_sampled(spun) is spun) == is_close, rate
 
 
 def test_far_samples_are_computed_again(motion):
-    """One sample a second, or every fiftieth of them, become those of the default; what is known stays the same."""
+    """One sample per second, or every fiftieth sample, becomes the default sampling of the same motion."""
     coarse = sweep.simulate(**WORDS, interval=1.0)
     for each in (coarse, motion.isel(elapsed_time=slice(None, None, 50))):
         found = closely_sampled(each)
@@ -44,14 +44,14 @@ def test_far_samples_are_computed_again(motion):
 
 
 def test_a_few_samples_are_too_few():
-    """Six samples that hardly differ are a polygon all the same: there are a thousand."""
+    """Six samples that hardly differ would still be drawn as a polygon: a thousand are computed."""
     coarse = sweep.simulate(tilt_rate=0.5, roll_rate=2.0, duration=0.1, interval=0.02)
     assert coarse.sizes["elapsed_time"] == 6
     assert closely_sampled(coarse).sizes["elapsed_time"] == 1001
 
 
 def test_a_period_between_samples_is_not_taken_for_rest():
-    """A nutation that comes back at every sample has neighbours of the same tilt, and is sampled anew all the same."""
+    """If a nutation returns at every sample, all tilts are equal, but it is still resampled."""
     atlas = sweep.run(sweep.SweepSpec(tilt="1deg", roll_rate=3.0))
     period = float(atlas["nutation_period"])
     coarse = sweep.simulate(tilt="1deg", roll_rate=3.0, duration=40.0 * period, interval=period)
@@ -60,7 +60,7 @@ def test_a_period_between_samples_is_not_taken_for_rest():
 
 
 def test_a_stretch_stays_one(motion):
-    """A stretch of far samples has close ones between its first and its last moment; one of close samples is itself."""
+    """A part with coarse samples gets close ones between its first and last time; close ones are kept."""
     part = sweep.simulate(**WORDS, interval=0.5).isel(elapsed_time=slice(4, 8))
     found = closely_sampled(part)
     assert found["elapsed_time"].values[[0, -1]].tolist() == [2.0, 3.5]
@@ -70,7 +70,7 @@ def test_a_stretch_stays_one(motion):
 
 
 def test_a_file_is_a_motion(motion, tmp_path):
-    """A motion that was saved and opened again is one."""
+    """A saved and reopened motion is still recognized."""
     sweep.save(motion, tmp_path / "path.nc")
     with xr.open_dataset(tmp_path / "path.nc") as read:
         assert is_motion(read)
@@ -95,7 +95,7 @@ def test_what_cannot_be_drawn_is_refused(motion):
 
 
 def test_an_atlas_is_no_motion():
-    """An atlas has no request for a motion."""
+    """An atlas has no motion request."""
     atlas = sweep.run(sweep.SweepSpec(roll_rate="2:4:3"))
     assert not is_motion(atlas)
     with refused("motion", "dataset of"):

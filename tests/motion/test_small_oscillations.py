@@ -20,7 +20,7 @@ STARTS = {
 
 
 def motion(start, times):
-    """Tilt and contact point by DOP853 from the referee's equations."""
+    """Return tilt and contact point by DOP853 from the referee's equations."""
 
     def slope(_, y):
         tilting, turning, rolling = referee.accelerations(y[:4], 0.5, 0.5, 9.81)
@@ -39,7 +39,7 @@ def motion(start, times):
 
 
 def test_linear_theory_is_the_limit_of_small_kicks():
-    """A tenth of the kick leaves a hundredth, or less, of the difference between motion and linear theory."""
+    """With a tenth of the kick, motion and linear theory differ by a hundredth or less."""
     for name in ["rolling", "rolling, unstable", "spinning", "circling"]:
         from kernels.disk.steady import steady_roll_rate
 
@@ -54,12 +54,12 @@ def test_linear_theory_is_the_limit_of_small_kicks():
             found = (linear.tilt, linear.x, linear.y)
             differences.append([np.abs(one - other).max() for one, other in zip(found, exact, strict=True)])
         coarse, fine = np.array(differences)
-        # the path is summed by trapezoids: that much is left of it at any kick
+        # The trapezoid sum of the path leaves an error of 3e-7 for any kick.
         assert (fine <= 0.013 * coarse + 3e-7).all(), name
 
 
 def test_a_start_that_is_not_steady_is_followed_at_first():
-    """About any start: acceleration and its slope along the motion are right, so the tilt is good to fourth order."""
+    """Acceleration and its slope are right for any start, so the tilt is accurate to fourth order."""
     times = np.array([0.0, 0.005, 0.01])
     start = STARTS["any"]
     linear = linear_motion(np.array([*start, 0.5, 0.5, 9.81]), times)
@@ -70,7 +70,7 @@ def test_a_start_that_is_not_steady_is_followed_at_first():
 
 
 def test_coefficient_tells_stable_from_unstable():
-    """The coefficient k is positive above the critical roll rate, sqrt(g/3R) = 2.557 rad/s, and negative below."""
+    """The coefficient k is positive above the critical roll rate sqrt(g/3R) = 2.557 rad/s, negative below."""
     for roll_rate, sign in [(3.0, 1.0), (2.0, -1.0)]:
         linear = linear_motion(np.array([0.0, 0.01, 0.0, roll_rate, 0.5, 0.5, 9.81]), np.array([0.0, 1.0]))
         assert math.copysign(1.0, linear.coefficient) == sign, (roll_rate, sign)
@@ -78,7 +78,7 @@ def test_coefficient_tells_stable_from_unstable():
 
 @pytest.mark.slow_lane
 def test_linear_theory_of_bodies():
-    """A ring without a tube is the disk; of other bodies a tenth of the kick leaves a hundredth of the difference."""
+    """A ring without a tube equals the disk; for other bodies a tenth of the kick leaves 1 % of the error."""
     times = np.linspace(0.0, 1.5, 1501)
     start = {
         "tilt": 0.2,

@@ -1,4 +1,4 @@
-"""Motions of systems: against SciPy with the C library's functions, closed forms, and the cells of a sweep."""
+"""Motions of systems against SciPy with the C library's functions, closed forms, and the cells of a sweep."""
 
 import math
 import re
@@ -39,7 +39,7 @@ def oscillator(x: "m" = 1.0, v: "m/s" = 0.0, *, level: "m" = 10.0, one: "1/s" = 
 
 @system(duration="60")
 def lorenz(x=1.0, y=1.0, z=1.0, *, s=10.0, r=28.0, b=8.0 / 3.0):
-    """Lorenz' system."""
+    """The Lorenz system."""
     return s * (y - x), x * (r - z) - y, x * y - b * z
 
 
@@ -60,7 +60,7 @@ def magnets(_, s):
     return [u, v, *pull]
 
 
-#: Preset -> words of a motion that is not chaotic, and its right-hand side as a physicist writes it.
+#: Preset -> inputs of a motion that is not chaotic, and its right-hand side as a physicist writes it.
 SYSTEMS = {
     "kapitza": ({"shake": 120.0, "angle": 0.3, "duration": "5s"}, lambda t, s: [
         s[1], (9.81 - 0.02 * 120.0**2 * math.cos(120.0 * t)) / 0.2 * math.sin(s[0])]),
@@ -85,9 +85,9 @@ SYSTEMS = {
     ],
 )
 def test_the_whole_path_is_that_of_scipy(name):
-    """Every state at 500 times, within what DOP853 of tolerance 1e-12 itself is off: by 1e-11 of it, over the path.
+    """500 samples of every state match DOP853 at tolerance 1e-12, within DOP853's own error and 1e-12.
 
-    That is measured: the largest difference from DOP853 of tolerance 1e-10, whose error is some hundred times as large.
+    That error is taken as a tenth of the largest difference from DOP853 at tolerance 1e-10.
     """
     words, rate = SYSTEMS[name]
     motion = sweep.simulate(name, **words, interval=float(str(words["duration"]).strip("s")) / 500)
@@ -108,7 +108,7 @@ def test_the_whole_path_is_that_of_scipy(name):
 
 @pytest.mark.slow_lane
 def test_states_and_measures_of_an_oscillator():
-    """States are cosine and sine, the measures what they have been until then, each within its stated error."""
+    """States are cosine and sine, measures are their values up to then, each within its stated error."""
     motion = sweep.simulate(OSCILLATOR, x=0.5, v=1.0, duration="30s")
     t, size = motion.elapsed_time.values, math.hypot(0.5, 1.0)
     truth = {"x": 0.5 * np.cos(t) + np.sin(t), "v": np.cos(t) - 0.5 * np.sin(t)}
@@ -117,18 +117,18 @@ def test_states_and_measures_of_an_oscillator():
     truth["now"] = truth["x"] + truth["v"]
     for name, values in truth.items():
         off = np.abs(motion[name].values - values)
-        # rounding of the closed form at t = 30
+        # Rounding of the closed form at t = 30.
         within = off <= motion[f"{name}_error"].values + 8e-15
         assert within.mean() >= 0.999, name
         assert off.max() <= 1e-11, name
         assert motion[f"{name}_error"].values.max() < 1e-9, name
-    # of x^2, twice the error of x
+    # The relative error of x^2 is twice that of x.
     assert motion.conserved_change.values.max() < 1e-12
     assert (ending_of(motion), float(motion.end_time), float(motion.sensitive_from)) == pytest.approx(
         ("runs on", np.nan, np.nan), nan_ok=True
     )
     assert int(motion.label) == (1 if truth["x"][-1] > 0.0 else 2)
-    # close enough to be drawn through
+    # Close enough for a smooth figure.
     assert np.diff(t).max() <= 0.2
     assert [motion.elapsed_time.units, motion.x.units, motion.v.units, motion.top.units] == [
         "s",
@@ -140,7 +140,7 @@ def test_states_and_measures_of_an_oscillator():
 
 @pytest.mark.slow_lane
 def test_a_motion_ends_with_the_sample_of_its_event():
-    """1/(1 - t) is 8 at 7/8: the last sample lies there, whatever the interval; none comes behind it."""
+    """1/(1 - t) reaches 8 at 7/8: for any interval the last sample is there and none comes later."""
     at = 0.875
     for interval in ("auto", 0.1, at / 7.0, 2.0):
         motion = sweep.simulate(hyperbola, level=8, interval=interval)
@@ -155,7 +155,7 @@ def test_a_motion_ends_with_the_sample_of_its_event():
 
 
 def test_it_ends_as_the_cell_of_a_sweep(rng):
-    """Ending, its time and the states there are those of a sweep of the same words, within the cell's stated error."""
+    """Ending, end time and final states match the sweep's cell within its stated errors."""
     angles, shakes = rng.uniform(0.01, 1.2, 4), rng.uniform(70.0, 160.0, 4)
     atlas = sweep.run("kapitza", angle=sorted(angles), shake=sorted(shakes), duration="4s")
     endings = set()
@@ -166,7 +166,7 @@ def test_it_ends_as_the_cell_of_a_sweep(rng):
             endings.add(int(cell.ending))
             assert int(motion.ending) == int(cell.ending)
             assert abs(motion.elapsed_time.values[-1] - float(cell.end_time)) <= float(cell.end_time_error)
-            # the file of both has four bytes for it
+            # The files of both store it in four bytes.
             assert float(motion.end_time_error) == pytest.approx(float(cell.end_time_error), rel=1e-6)
             for name in ("angle", "speed"):
                 stated = float(cell[f"{name}_end_error"])
@@ -180,21 +180,21 @@ def test_it_ends_as_the_cell_of_a_sweep(rng):
 
 @pytest.mark.slow_lane
 def test_from_where_a_chaotic_motion_is_not_known():
-    """Lorenz' motion at 1e-11 is lost where its two last passes part, before one at 1e-14 is."""
+    """At tolerance 1e-11 Lorenz's motion is lost when its last two passes diverge, earlier than at 1e-14."""
     rough, fine = (sweep.simulate(lorenz, tolerance=each, interval=0.01) for each in (1e-11, 1e-14))
     assert (ending_of(rough), ending_of(fine)) == ("sensitive", "sensitive")
     parted = float(rough.sensitive_from)
     apart = np.abs(rough.x.values - fine.x.values)
     until = rough.elapsed_time.values < parted
     assert 15.0 < parted < float(fine.sensitive_from) < 60.0
-    # a pass is a hundredth of the difference of both from the truth, until that is as large as the attractor
+    # A pass differs from the truth by 1 % of the passes' difference, up to the attractor's size.
     assert apart[until].max() < 0.01
     assert apart[~until].max() > 10.0
     assert_facts(end_of(rough), "sensitive", f"{parted:.6g}")
 
 
 def test_what_cannot_be_followed_says_until_when():
-    """1/(1 - t) has no value at 1, and no sample beyond it is given."""
+    """1/(1 - t) has no value at 1, and no sample beyond."""
     with pytest.raises(sweep.RequestError) as caught:
         sweep.simulate(hyperbola, level=1e300)
     assert re.search(r"(?<![\w.])(1|0\.99\d*)(?![\w.]*\d)", caught.value.message), caught.value.message
@@ -202,7 +202,7 @@ def test_what_cannot_be_followed_says_until_when():
 
 
 def test_a_motion_carries_its_system(tmp_path, monkeypatch):
-    """From its file alone it is read, told, drawn with closer samples, and computed again: with the same bits."""
+    """The file suffices to read, describe and draw the motion, and to recompute it bit for bit."""
     monkeypatch.chdir(tmp_path)
     shutil.copy(BEAD, "mine.py")
     sweep.save(sweep.simulate("mine.py", hoop_rate=6, duration="3s", interval="0.5s"), "a.nc")
@@ -226,7 +226,7 @@ def test_a_motion_carries_its_system(tmp_path, monkeypatch):
 
 @pytest.mark.slow_lane
 def test_the_figure_shows_states_events_and_the_end():
-    """A panel for each state, the line of an event that one state decides, and a portrait of two to four states."""
+    """One panel per state, a line per event of a single state, and a portrait of two to four states."""
     drawn = plots.motion_figure(sweep.simulate("kapitza", shake=80)).axes
     assert [axes.get_ylabel() for axes in drawn] == ["angle (deg)", *["speed (rad s$^{-1}$)"] * 2]
     levels = [line.get_ydata()[0] for line in drawn[0].get_lines() if line.get_label() == "fell"]
@@ -263,7 +263,7 @@ REFUSED = {
 
 @pytest.mark.slow_lane
 def test_the_command(command, tmp_path):
-    """It follows a file, a preset or a cell; `explain` says how; what it refuses touches nothing on disk."""
+    """It follows a file, a preset or a cell; `explain` prints the command; a refusal writes nothing."""
     shutil.copy(BEAD, "mine.py")
     status, _, told = command("simulate mine.py hoop_rate=6 duration=3s -o path.nc --plot path.png")
     assert status == 0
@@ -297,7 +297,7 @@ def test_the_command(command, tmp_path):
 
 
 def test_samples_increase_where_interval_and_duration_do_not_fit():
-    """The last sample lies at the duration, the others a whole number of equal steps before it."""
+    """The last sample is at the duration, the others at equal intervals before it."""
     motion = sweep.simulate(OSCILLATOR, duration="1s", interval="0.3s")
     assert motion.elapsed_time.values == pytest.approx(np.linspace(0.0, 1.0, 5))
     assert all(one < other for one, other in pairwise(motion.elapsed_time.values))
@@ -305,12 +305,12 @@ def test_samples_increase_where_interval_and_duration_do_not_fit():
 
 @system(duration="10")
 def burst(y=1.0, *, rate=1e9):
-    """Goes to infinity at 1/rate."""
+    """Diverges at 1/rate."""
     return rate * y**2
 
 
 def test_a_motion_that_cannot_be_followed_far():
-    """The time is told where there is one, and no advice twice."""
+    """The message gives the time and repeats no advice."""
     with refused("1e-09", "ends=") as caught:
         sweep.simulate(burst)
     assert str(caught.value).count("shorter duration") == 1

@@ -17,7 +17,7 @@ from sweep.motion.stated_errors import unresolved
 
 pytestmark = pytest.mark.compiled
 
-#: The report's runs: tilt, tilt rate, precession rate, roll rate of a uniform disk of 0.5 m.
+#: The report's runs: tilt, tilt rate, precession rate, roll rate of a uniform disk of 0.5 m radius.
 CIRCLING = float(steady_roll_rate(math.radians(10.0), 0.5, 0.5, 0.5, 9.81))
 RUNS = {
     "rolling, stable": (0.0, 0.01, 0.0, 3.0),
@@ -44,7 +44,7 @@ def simulate(start, **words):
 
 
 def test_a_steady_precession_keeps_the_tilt():
-    """The two rates are the roots of the equation of steady motion: both keep the tilt, and the fast one is faster."""
+    """The two roots of the equation of steady motion both keep the tilt; the fast one is faster."""
     for word in ["steady-slow", "steady-fast"]:
         motion = sweep.simulate(tilt="20deg", roll_rate=5, precession_rate=word, duration="1s")
         assert float(np.abs(motion["tilt"] - math.radians(20.0)).max()) < 1e-9, word
@@ -56,14 +56,14 @@ def test_a_steady_precession_keeps_the_tilt():
 
 
 def test_a_steady_rate_that_does_not_exist_is_refused():
-    """Too slow a roll holds no tilt up, and upright there is no fast precession."""
+    """Too slow a roll supports no tilt, and upright there is no fast precession."""
     for words in ({"tilt": "20deg", "roll_rate": 0.1}, {"tilt": 0, "roll_rate": 3}):
         with refused("precession_rate", "steady-fast"):
             sweep.simulate(**words, precession_rate="steady-fast")
 
 
 def referee_path(start, times, alpha=0.5, radius=0.5, gravity=9.81):
-    """State and path by DOP853 at 1e-12 from the referee's equations; rows in the order of STATE."""
+    """Integrate state and path by DOP853 at 1e-12 from the referee's equations, in the order of STATE."""
 
     def slope(_, y):
         tilting, turning, rolling = referee.accelerations(y[:4], alpha, radius, gravity)
@@ -75,7 +75,7 @@ def referee_path(start, times, alpha=0.5, radius=0.5, gravity=9.81):
 
 
 def test_the_reports_runs():
-    """Energy within 1e-10, state and path within 1e-8 of SciPy's DOP853 at 1e-12, balance law of H.e3 within 1e-10."""
+    """Energy and the balance of H.e3 hold to 1e-10; state and path match DOP853 at 1e-12 to 1e-8."""
     for start in RUNS.values():
         motion = simulate(start, duration="10s")
         assert motion["elapsed_time"].values.tolist() == np.linspace(0.0, 10.0, 1001).tolist(), start
@@ -91,18 +91,18 @@ def test_the_reports_runs():
 
 
 def test_the_vertical_momentum_is_not_conserved():
-    """H.e3 of the unstable rolling disk swings by more than its start's total spin; its balance law explains it all."""
+    """H.e3 of the unstable rolling disk varies by more than its initial spin; the balance law explains it."""
     motion = simulate(RUNS["rolling, unstable"])
     assert np.ptp(motion["vertical_momentum"].values) > 1.0  # kg m2/s, where m R^2 phi' is 0.5
     times, rate = motion["elapsed_time"].values, motion["vertical_momentum_rate"].values
-    # the integral once more, by Simpson over the samples: it does not trust the one carried along
+    # Simpson's rule over the samples, independent of the integral that the motion carries along.
     simpson = (rate[:-2:2] + 4.0 * rate[1::2] + rate[2::2]).sum() * (times[1] - times[0]) / 3.0
     gained = float(motion["vertical_momentum"][-1] - motion["vertical_momentum"][0])
     assert gained == pytest.approx(simpson, abs=1e-7)
 
 
 def test_the_residual_of_the_balance_law_shows_the_error_of_the_integration():
-    """A coarse step leaves a residual that one can see; half the step leaves less than a tenth of it."""
+    """A coarse step leaves a visible residual; half the step leaves less than a tenth of it."""
     coarse, fine = (
         np.abs(
             simulate(RUNS["rolling, unstable"], step=step, interval=0.2)["vertical_momentum_residual"]
@@ -114,12 +114,12 @@ def test_the_residual_of_the_balance_law_shows_the_error_of_the_integration():
 
 
 def test_a_circle_of_ten_turns():
-    """Ten turns on the circle of radius R|phi'/psi'|, within 1e-6 of the radius, and back to the start."""
+    """Ten turns on the circle of radius R|phi'/psi'| stay within 1e-6 of it and return to the start."""
     motion = sweep.simulate(
         tilt="10deg", precession_rate=0.5, roll_rate="steady", duration=10.0 * 2.0 * math.pi / 0.5
     )
     radius = 0.5 * abs(CIRCLING / 0.5)
-    # the disk starts at the origin towards -y (its roll rate is negative); psi' > 0 turns it left, towards +x
+    # The disk starts at the origin toward -y (its roll rate is negative); psi' > 0 turns it left, toward +x.
     distance = np.hypot(motion["contact_x"] - radius, motion["contact_y"])
     assert np.abs(distance / radius - 1.0).max() <= 1e-6
     assert float(np.hypot(motion["contact_x"][-1], motion["contact_y"][-1])) <= 1e-6 * radius
@@ -127,7 +127,7 @@ def test_a_circle_of_ten_turns():
 
 
 def test_the_largest_tilt_is_the_exact_one():
-    """Kick 0.01 rad/s at roll rate 2: the tilt swings to 41.6082 deg either way (exact turning points)."""
+    """After a kick of 0.01 rad/s at roll rate 2, the tilt swings to the exact 41.6082 deg on both sides."""
     tilt = np.degrees(simulate(RUNS["rolling, unstable"], interval=0.001)["tilt"].values)
     assert tilt.max() == pytest.approx(41.6082, abs=1e-4)
     assert tilt.min() == pytest.approx(-41.6082, abs=1e-4)
@@ -136,7 +136,7 @@ def test_the_largest_tilt_is_the_exact_one():
 
 @pytest.mark.parametrize("row", range(8), ids=STATE)
 def test_every_quantity_is_of_fourth_order(row):
-    """Half the step, a sixteenth of the error: path and angles are as good as the state."""
+    """Half the step gives a sixteenth of the error, for path and angles as for the state."""
     start = np.array([0.4, 0.5, 2.0, -4.0, 0.5, 0.5, 9.81])
     times = np.linspace(0.0, 2.0, 21)
     kernel = Kernel("kernels.disk.trajectory", "trajectory").load()
@@ -152,7 +152,7 @@ def test_every_quantity_is_of_fourth_order(row):
 
 
 def test_centre_of_mass_stands_over_the_contact_point():
-    """The centre is a radius away from the contact point, R cos(tilt) high, and leans where the heading says."""
+    """It is one radius from the contact point, R cos(tilt) high, and leans toward (cos heading, sin heading)."""
     motion = simulate((0.3, 0.2, 1.0, -2.0), alpha=1.0, radius=0.2)
     offset = np.stack([motion["centre_x"] - motion["contact_x"], motion["centre_y"] - motion["contact_y"]])
     assert np.hypot(np.hypot(*offset), motion["centre_z"]).values == pytest.approx(0.2, rel=1e-14)
@@ -162,7 +162,7 @@ def test_centre_of_mass_stands_over_the_contact_point():
 
 
 def test_a_fall_ends_the_motion():
-    """A disk without spin falls to either side: the last sample is at fall_tilt, at the time of another integration."""
+    """A disk without spin falls to either side: the last sample is at fall_tilt, at the expected time."""
     expected = referee.motion([0.1, 0.1, 0.0, 0.0, 0.5, 0.5, 9.81], 5.0)
     for method, side in itertools.product(["rk4", "dop853"], [1.0, -1.0]):
         motion = sweep.simulate(tilt=0.1 * side, tilt_rate=0.1 * side, duration=5.0, method=method)
@@ -181,7 +181,7 @@ def test_a_fall_ends_the_motion():
 
 
 def test_a_fall_between_two_steps_is_seen():
-    """The disk turns back 1e-4 rad beyond fall_tilt, between two steps: it fell all the same, on the way up."""
+    """The disk turns back 1e-4 rad beyond fall_tilt, between two steps: it still fell on the way up."""
     start = (0.0, 0.01, 0.0, 2.0)
     peak = float(referee.extremes(referee.starts(tilt_rate=0.01, roll_rate=2.0)).peak[0])
     motion = simulate(start, fall_tilt=peak - 1e-4, step=0.05, interval=1.0)
@@ -190,7 +190,7 @@ def test_a_fall_between_two_steps_is_seen():
 
 
 def test_both_methods_agree():
-    """method="dop853" gives the same variables as the engine's own method."""
+    """method="dop853" gives the same variables as the default method."""
     for start in RUNS.values():
         own, other = (simulate(start, method=method, interval=0.1) for method in ("rk4", "dop853"))
         assert own.attrs["method"] == "rk4", start
@@ -200,7 +200,7 @@ def test_both_methods_agree():
 
 
 def test_the_contact_is_judged_by_the_friction_coefficient():
-    """Flags say slips where more friction is needed than there is, lifts_off where the plane would have to pull."""
+    """Flags say slips if more friction is needed than available, lifts_off if the plane had to pull."""
     motion = sweep.simulate(tilt=0.1, tilt_rate=0.1, friction=0.4)
     names = motion["contact"].attrs["flag_meanings"].split()
     found = np.array(names)[motion["contact"].values]
@@ -214,7 +214,7 @@ def test_the_contact_is_judged_by_the_friction_coefficient():
 
 
 def test_mass_scales_energy_and_forces_only():
-    """Twice the mass: the same motion, bit for bit; twice the energy, the momentum and the forces."""
+    """With twice the mass the motion is bit-identical; energy, momentum and forces double."""
     light, heavy = (simulate((0.2, 0.1, 1.0, 2.0), mass=mass) for mass in (1.0, 2.0))
     for name in STATE:
         assert (light[name] == heavy[name]).all()
@@ -223,14 +223,14 @@ def test_mass_scales_energy_and_forces_only():
 
 
 def test_samples_fit_the_duration():
-    """An interval that does not divide the duration becomes the next smaller that does; both ends are exact."""
+    """An interval that does not divide the duration becomes the next smaller one; both ends are exact."""
     times = simulate((0.1, 0.0, 0.0, 3.0), duration=1.0, interval=0.3)["elapsed_time"].values
     assert times.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
     assert simulate((0.1, 0.0, 0.0, 3.0), duration=10.0, interval=0.01)["elapsed_time"].size == 1001
 
 
 def test_a_motion_beyond_all_bounds_is_refused():
-    """Rates that overflow end in an error with what to do, not in a file of NaN."""
+    """Overflowing rates give an error with advice, not a file of NaN."""
     for method, start in itertools.product(
         ["rk4", "dop853"],
         [
@@ -247,7 +247,7 @@ def test_a_motion_beyond_all_bounds_is_refused():
 
 @pytest.mark.slow_lane
 def test_a_fast_motion_has_more_samples():
-    """Between two samples heading and roll angle go on by at most 0.2 rad; who asks for an interval gets it."""
+    """Heading and roll angle change by at most 0.2 rad per sample, unless an interval is given."""
     for method in ["rk4", "dop853"]:
         words = {
             "tilt": "20deg",
@@ -265,7 +265,7 @@ def test_a_fast_motion_has_more_samples():
 
 
 def test_a_short_fall_has_as_many_samples_as_any_motion():
-    """A coin that falls in a fifth of a second of a long duration is sampled until its fall, which stays the same."""
+    """A coin that falls early in a long duration is sampled until its fall, at an unchanged time."""
     for method in ["rk4", "dop853"]:
         words = {"tilt": "1deg", "radius": "12mm", "method": method}
         long, short = (sweep.simulate(**words, duration=duration) for duration in ("1000s", "0.25s"))
@@ -279,20 +279,20 @@ def test_a_short_fall_has_as_many_samples_as_any_motion():
 
 
 def test_a_step_that_is_too_long_does_not_lose_the_fall():
-    """A fall that a coarse step finds too early is still one when closer samples shorten the step."""
+    """A fall that a coarse step finds too early is still found when closer samples shorten the step."""
     motion = sweep.simulate(tilt=0.1, tilt_rate=0.1, duration=3000.0, step=0.4)
     assert float(motion["fall_time"]) == float(motion["elapsed_time"][-1])
 
 
 @pytest.mark.parametrize(("until", "fact"), [(1.5, "1.5 s"), (1e-9, "1e-09 s")])
 def test_until_when_a_motion_was_followed(until, fact):
-    """A time behind the start is told."""
+    """A time after the start is reported."""
     assert_facts(str(unresolved(TrajectorySpec.read(roll_rate=3), until)), "until", fact, "fall_tilt")
 
 
 @pytest.mark.parametrize("until", [0.0, -0.07, math.nan])
 def test_a_motion_that_fails_from_its_start_on(until):
-    """No time before the start is told, nor the start itself."""
+    """The message reports no time at or before the start."""
     told = str(unresolved(TrajectorySpec.read(roll_rate=3), until))
     assert_facts(told, "100000000 steps", "start", "fall_tilt")
     assert "until" not in told
@@ -300,6 +300,6 @@ def test_a_motion_that_fails_from_its_start_on(until):
 
 
 def test_too_many_steps_are_taken_once():
-    """A motion of too many steps says so, at once where none of its samples is reached."""
+    """A motion with too many steps is refused at once if it reaches none of its samples."""
     with refused("100000000", "from its start on"):
         sweep.simulate(roll_rate=1e9, tilt=0.1, duration=100)

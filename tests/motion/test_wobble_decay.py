@@ -1,4 +1,4 @@
-"""The power laws of a wobble near flat: their exponents, their powers, and the time that is left."""
+"""Power laws of a wobble near flat: exponents, powers, and the remaining time."""
 
 import itertools
 import math
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.compiled
 
 AIR = {"mass": 0.4, "air_viscosity": 1.8e-5, "air_density": 1.2}
 
-#: Law -> its words, and the exponent of the inclination that the literature gives.
+#: Law -> its inputs, and the exponent of the inclination from the literature.
 LAWS = {
     "contour": ({"contour_friction": "1um"}, Fraction(2, 3)),
     "viscous": ({"contour_damping": 1e-9, "mass": 0.4}, Fraction(1, 2)),
@@ -26,13 +26,13 @@ LAWS = {
 
 
 def motion_of(law, **words):
-    """Return the wobble of a toy that has one law, from a small inclination."""
+    """Return the wobble of a toy with one law, from a small inclination."""
     start = {"inclination": 0.03, "precession_rate": "wobble", "roll_rate": "wobble", "radius": 0.0375}
     return sweep.simulate(**start, **LAWS[law][0], **words)
 
 
 def test_the_power_is_that_of_the_motion():
-    """What a law takes of the integrated wobble, over time, is its closed form at the inclination, to leading order."""
+    """The integrated loss of each law matches its closed form at the inclination, to leading order."""
     for law, alpha in itertools.product(LAWS, [0.5, 0.9]):
         motion = motion_of(law, alpha=alpha, duration=0.5)
         (loss,) = wobble_losses(motion)
@@ -45,7 +45,7 @@ def test_the_power_is_that_of_the_motion():
 
 
 def test_the_exponent_is_that_of_the_motion():
-    """The slope of log a over log(t_f - t) between two inclinations of the integrated motion."""
+    """The exponent is the slope of log a over log(t_f - t) between two inclinations of the motion."""
     for law in LAWS:
         motion = motion_of(law, duration=3000.0)
         left = flat_time(motion) - motion["elapsed_time"].values
@@ -56,7 +56,7 @@ def test_the_exponent_is_that_of_the_motion():
 
 
 def test_the_time_that_is_left_is_that_until_a_smaller_inclination():
-    """Followed on to 0.001 deg instead of 0.1 deg the disk is flat when the shorter motion says it will be."""
+    """A disk followed to 0.001 deg is flat when the motion to 0.1 deg predicts it."""
     words = {
         "inclination": 0.05,
         "precession_rate": "wobble",
@@ -72,7 +72,7 @@ def test_the_time_that_is_left_is_that_until_a_smaller_inclination():
 
 
 def test_the_model_says_the_same():
-    """The time between two tilts by the theory of atlases is that of these powers."""
+    """The theory of atlases gives the same time between two tilts."""
     for law in LAWS:
         motion = motion_of(law, duration=0.1)
         (loss,) = wobble_losses(motion)
@@ -88,7 +88,7 @@ def test_the_model_says_the_same():
 
 
 def test_what_falls_over_is_no_wobble():
-    """A disk without spin is flat at once: its end is its end, and no law has a slope there."""
+    """A disk without spin falls flat; it has no power law, and its flat time is its end time."""
     motion = sweep.simulate(tilt="60deg", contour_friction="10um", radius=0.0375)
     assert not wobbles(motion)
     assert flat_time(motion) == float(motion["end_time"])
