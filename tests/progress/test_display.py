@@ -1,4 +1,4 @@
-"""Progress as people see it: lines in a log, a bar on a terminal and in a notebook, nothing in scripts and tests."""
+"""Progress display: lines in a log, a bar on a terminal and in a notebook, nothing in scripts and tests."""
 
 import io
 import re
@@ -16,22 +16,22 @@ from sweep.progress.timetable import Status
 
 
 class Terminal(io.StringIO):
-    """A stream that says it is a terminal."""
+    """A stream that claims to be a terminal."""
 
     def isatty(self):
-        """Say so."""
+        """Return True."""
         return True
 
 
 @pytest.fixture(autouse=True)
 def noticed(monkeypatch):
-    """Let a log have its lines, which the tests switch off."""
+    """Allow log lines, which the tests otherwise switch off."""
     monkeypatch.delenv("EULERDISK_NOTICES")
 
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Return a clock that stands still until it is set, and shows 2026-01-02 03:04:05 UTC plus its seconds."""
+    """Return a clock that stands still until it is set; it shows 2026-01-02 03:04:05 UTC plus its seconds."""
     clock = [0.0]
     monkeypatch.setattr(display.time, "monotonic", lambda: clock[0])
     monkeypatch.setattr(display.time, "time", lambda: 1767323045.0 + clock[0])
@@ -40,7 +40,7 @@ def clock(monkeypatch):
 
 @pytest.fixture
 def ticks(monkeypatch):
-    """Let a log write its next line when the test says so, instead of every few seconds."""
+    """Let the test decide when the log writes its next line, instead of every few seconds."""
 
     class Ticks:
         def __init__(self):
@@ -68,10 +68,10 @@ def ticks(monkeypatch):
 
 
 def test_a_log_gets_a_line_every_few_seconds(clock, ticks):
-    """Each line says when it was written, what is being done, how far it is, and how long all will take from then on.
+    """Each line has the time, the stage, the share done and the time to go.
 
-    Between two reports the time to go becomes shorter, but as long as there is something to do it is not "0 s"; what
-    takes seconds more than was expected is not promised for the next second again and again.
+    The time to go falls between reports, but is never "0 s" while work remains; work that takes seconds
+    longer than expected is not repeatedly promised for the next second.
     """
     stream = io.StringIO()
     with display.showing(stream) as show:
@@ -102,12 +102,12 @@ def test_a_log_gets_a_line_every_few_seconds(clock, ticks):
         before, _, said = line.partition(f"2026-01-02T03:{moment}Z ")
         assert before == "eulerdisk: "
         assert_in_order(said, *facts)
-        # no other time
+        # No other time appears.
         assert re.findall(r"[\d.]+ s\b", said) == [each for each in facts if each.endswith(" s")]
 
 
 def test_a_short_run_leaves_a_log_alone(monkeypatch):
-    """A run that ends before the first line is due says nothing on the way, and does not wait for it."""
+    """A run that ends before the first line is due prints nothing and does not wait for it."""
     monkeypatch.setattr(display, "_LOG_INTERVAL", 300.0)
     stream, began = io.StringIO(), time.monotonic()
     with display.showing(stream) as show:
@@ -117,7 +117,7 @@ def test_a_short_run_leaves_a_log_alone(monkeypatch):
 
 
 def test_each_line_of_a_log_is_there_at_once(clock, ticks):
-    """A line is flushed when it is written: whoever follows the log sees it."""
+    """Each line is flushed when written, so anyone following the log sees it."""
     flushed = []
     stream = io.StringIO()
     stream.flush = lambda: flushed.append(stream.getvalue())
@@ -129,7 +129,7 @@ def test_each_line_of_a_log_is_there_at_once(clock, ticks):
 
 
 def test_without_notices_a_log_is_empty(ticks, monkeypatch):
-    """EULERDISK_NOTICES=no is for scripts that expect nothing on standard error, however long a run takes."""
+    """EULERDISK_NOTICES=no keeps standard error empty, however long a run takes."""
     monkeypatch.setenv("EULERDISK_NOTICES", "no")
     stream = io.StringIO()
     with display.showing(stream) as show:
@@ -139,14 +139,14 @@ def test_without_notices_a_log_is_empty(ticks, monkeypatch):
 
 @pytest.mark.parametrize("stream", [io.StringIO(), Terminal()], ids=["log", "terminal"])
 def test_quiet_is_quiet(ticks, stream):
-    """Whoever asks for no progress gets none, in a log and on a terminal."""
+    """`quiet` disables progress in a log and on a terminal."""
     with display.showing(stream, quiet=True) as show:
         show(Status("computing", 1, 2, 10.0))
     assert stream.getvalue() == ""
 
 
 def test_a_terminal_gets_a_bar(monkeypatch):
-    """On a terminal a bar shows the share that is done; before the first block it says what is waited for."""
+    """The bar shows the share done; before the first block it says that kernels are compiling."""
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.delenv("NO_COLOR")
     stream = Terminal()
@@ -161,7 +161,7 @@ def test_a_terminal_gets_a_bar(monkeypatch):
 
 
 def test_a_bar_gives_the_terminal_back_when_the_run_breaks(monkeypatch):
-    """After an interrupt the cursor is shown again and the interrupt goes on."""
+    """After an interrupt the cursor is visible again and the interrupt propagates."""
     monkeypatch.setenv("TERM", "xterm")
     stream = Terminal()
 
@@ -175,12 +175,12 @@ def test_a_bar_gives_the_terminal_back_when_the_run_breaks(monkeypatch):
     assert stream.getvalue().rindex("\x1b[?25h") > stream.getvalue().rindex("\x1b[?25l")
 
 
-#: What somebody shows who works for a while.
+#: The statuses of some longer work.
 WORK = (Status("computing", 25, 100, 42.0), Status("computing", 75, 100, 14.0))
 
 
 def typed_at(monkeypatch):
-    """Return the terminal of somebody who types at this interpreter; not a fixture, whose stream pytest replaces."""
+    """Return the terminal of an interactive session; no fixture, because pytest replaces its streams."""
     stream = Terminal()
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(sys, "ps1", ">>> ", raising=False)
@@ -197,7 +197,7 @@ def followed(progress, clock, seconds=1.0):
 
 
 def test_a_function_gets_every_status(clock):
-    """It is called with the numbers, and whatever it returns does not matter."""
+    """It is called with each status, and its return value is ignored."""
     heard = []
     followed(lambda status: heard.append(status) or 1 / 2, clock)
     assert tuple(heard) == WORK
@@ -205,7 +205,7 @@ def test_a_function_gets_every_status(clock):
 
 @pytest.mark.parametrize(("progress", "seconds"), [(None, 1.0), (True, 0.0)], ids=["by itself", "asked for"])
 def test_somebody_who_types_sees_a_bar(monkeypatch, clock, progress, seconds):
-    """By itself after half a second of work, at once if asked for; it ends with the time that all has taken."""
+    """It appears after half a second by default, at once if requested, and ends with the total time."""
     session = typed_at(monkeypatch)
     followed(progress, clock, seconds)
     for words in (f"finished after {seconds:.1f} s", "100%"):
@@ -214,7 +214,7 @@ def test_somebody_who_types_sees_a_bar(monkeypatch, clock, progress, seconds):
 
 @pytest.mark.parametrize(("progress", "seconds"), [(None, 0.4), (False, 9.0)], ids=["short", "not wanted"])
 def test_short_work_leaves_no_trace(monkeypatch, clock, progress, seconds):
-    """Nor does work of whoever wants no bar."""
+    """Neither does longer work if no bar is wanted."""
     session = typed_at(monkeypatch)
     followed(progress, clock, seconds)
     assert session.getvalue() == ""
@@ -222,7 +222,7 @@ def test_short_work_leaves_no_trace(monkeypatch, clock, progress, seconds):
 
 @pytest.mark.parametrize("stream", [Terminal(), io.StringIO()], ids=["terminal", "log"])
 def test_a_script_is_not_spoken_to(monkeypatch, clock, stream):
-    """Where nobody types nothing is shown by itself, on a terminal neither."""
+    """Without an interactive session nothing is shown by default, even on a terminal."""
     monkeypatch.delattr(sys, "ps1", raising=False)
     monkeypatch.setattr(sys, "stderr", stream)
     followed(None, clock, 100.0)
@@ -230,7 +230,7 @@ def test_a_script_is_not_spoken_to(monkeypatch, clock, stream):
 
 
 def test_a_script_that_asks_gets_the_lines_of_a_log(monkeypatch, clock, ticks):
-    """True is a bar for people and lines for logs, as on the command line."""
+    """True gives people a bar and logs their lines, as on the command line."""
     stream = io.StringIO()
     monkeypatch.setattr(sys, "stderr", stream)
     with display.following(True) as show:
@@ -242,14 +242,14 @@ def test_a_script_that_asks_gets_the_lines_of_a_log(monkeypatch, clock, ticks):
 
 
 def test_another_wish_is_refused():
-    """In a sentence that says what is possible."""
+    """The message lists the allowed values."""
     for wrong in ["yes", 1, []]:
         with refused("progress", "True", "False", "None"):
             display.following(wrong).__enter__()
 
 
 def test_work_that_breaks_is_not_finished(monkeypatch, clock):
-    """The error goes on, and the bar does not say that all is done."""
+    """The error propagates, and the bar does not claim completion."""
     session = typed_at(monkeypatch)
 
     def work():
@@ -264,7 +264,7 @@ def test_work_that_breaks_is_not_finished(monkeypatch, clock):
 
 
 def test_a_notebook_has_one_bar_that_is_replaced(monkeypatch, clock):
-    """At most ten pictures a second, one for each new stage at once, and the last status at the end."""
+    """It updates at most ten times a second, at once for a new stage, and ends with the last status."""
     pictures = []
 
     def drawn(bar):

@@ -1,4 +1,4 @@
-"""How long some work will take: all that is still to be done counts, by a clock that stands still."""
+"""Estimates of the remaining time count all remaining work; the clock stands still."""
 
 import pytest
 
@@ -23,12 +23,12 @@ def clock():
 
 @pytest.fixture
 def heard():
-    """Return what was shown."""
+    """Return an empty list for the statuses shown."""
     return []
 
 
 def test_the_time_to_go_counts_all_that_is_to_be_done(clock, heard):
-    """40 of 100 cells in 8 s leave 12 s for the others, 20 s for bisecting 100 more, and 5 s for the check."""
+    """40 of 100 cells in 8 s leave 12 s for the rest, 20 s for bisecting 100 more, and 5 s for the check."""
     stages = [Stage("a", 100), Stage("b", 100), Stage("c", 1000, 0.005)]
     timetable = Timetable(stages, heard.append, clock)
     timetable.begin("a")
@@ -47,14 +47,14 @@ def test_the_time_to_go_counts_all_that_is_to_be_done(clock, heard):
         Status("a", 100, 100, pytest.approx(20.0 + 5.0)),
         Status("b", 0, 100, pytest.approx(20.0 + 5.0)),
         Status("c", 0, 1000, pytest.approx(5.0)),
-        # what was measured counts, not what was expected
+        # The measured pace counts, not the expected one.
         Status("c", 100, 1000, pytest.approx(9.0)),
         Status("c", 1000, 1000, 0.0),
     ]
 
 
 def test_cells_of_an_earlier_run_do_not_count_as_pace(clock, heard):
-    """A run that goes on from 900 of 1000 cells, and needs 10 s for 10 more, has 90 s to go, not 1."""
+    """A run resumed at 900 of 1000 cells that needs 10 s for 10 more has 90 s to go, not 1."""
     timetable = Timetable([Stage("a", 1000)], heard.append, clock)
     timetable.begin("a", 900)
     clock.now += 10.0
@@ -63,7 +63,7 @@ def test_cells_of_an_earlier_run_do_not_count_as_pace(clock, heard):
 
 
 def test_compiling_does_not_count_as_pace(clock, heard):
-    """A first block that took 15 s, because kernels were compiled, says nothing of the nine others of 1 s each."""
+    """A first block that took 15 s for compiling does not affect the estimate for the others of 1 s each."""
     timetable = Timetable([Stage("a", 1000)], heard.append, clock)
     timetable.begin("a")
     clock.now += 15.0
@@ -74,7 +74,7 @@ def test_compiling_does_not_count_as_pace(clock, heard):
 
 
 def test_times_for_people():
-    """Seconds, minutes, hours or days, whichever is read at a glance."""
+    """They are in seconds, minutes, hours or days, whichever is easiest to read."""
     for seconds, text in [
         (0.24, "0.2 s"),
         (9.94, "9.9 s"),
