@@ -1,4 +1,4 @@
-"""An unfinished run is continued by a program that computes the same bits, and refused by one that might not."""
+"""A program that computes the same bits can resume an unfinished run; one that might not is refused."""
 
 import re
 from pathlib import Path
@@ -20,7 +20,7 @@ SPECS = {
     "exact": SweepSpec.from_words("rolling", [*WORDS, "method=exact"]),
 }
 
-#: What no bit of an rk4 run depends on: comments, docstrings, messages, the version, and kernels that it does not use.
+#: Changes that affect no bit of an rk4 run: comments, docstrings, messages, the version, unused kernels.
 HARMLESS = [
     ("kernels/disk/rk4.py", "# a division would cost a tenth of the step", "# another comment"),
     (
@@ -42,7 +42,7 @@ HARMLESS = [
     ("sweep/figures/scales.py", "SQUEEZED = 20.0", "SQUEEZED = 30.0"),
 ]
 
-#: What decides the bits of a run: the equations, the starts, the values of an axis, the kernels of method and options.
+#: Changes that affect the bits of a run: equations, starts, axis values, kernels of method and options.
 DECISIVE = [
     (
         "rk4",
@@ -63,7 +63,7 @@ DECISIVE = [
 
 
 def computed(folder, spec, parts):
-    """Prepare a run of two blocks with the program that is tested, and compute the parts 1 to `parts` of 2."""
+    """Prepare a run of two blocks with this program, and compute parts 1 to `parts` of 2."""
     folder.mkdir()
     journal = array_jobs.prepare(spec, folder / "a.nc", block_cells=2)
     for part in range(1, parts + 1):
@@ -72,8 +72,8 @@ def computed(folder, spec, parts):
 
 @pytest.mark.slow_lane
 def test_what_decides_no_bit_may_change(tmp_path):
-    """The changed program makes the file of the blocks that are there, with every bit of an undisturbed run."""
-    # all blocks, so that the changed program need not compile its kernels: that the run is its own it finds out before
+    """The changed program assembles the stored blocks into the file of an undisturbed run, bit for bit."""
+    # All blocks are stored, so the changed program need not compile; it checks the run's identity before.
     computed(tmp_path / "run", SPECS["rk4"], 2)
     copy = SourceCopy(tmp_path / "copy")
     for file, before, after in HARMLESS:
@@ -91,7 +91,7 @@ def test_what_decides_no_bit_may_change(tmp_path):
 
 @pytest.mark.slow_lane
 def test_what_decides_the_bits_may_not_change(tmp_path):
-    """With status 2, the code is named as what differs, and nothing is computed or removed."""
+    """With status 2 the code is named as the difference, and nothing is computed or removed."""
     for kind, file, before, after in DECISIVE:
         folder = tmp_path / Path(file).stem
         folder.mkdir()

@@ -1,4 +1,4 @@
-"""Every file that the project writes keeps the conventions that it claims: the IOOS checker is the referee."""
+"""Every file of the project follows the conventions that it declares, by the IOOS compliance checker."""
 
 import json
 import re
@@ -46,7 +46,7 @@ SPECS = {
 
 
 def complaints(results):
-    """Return the results of a checklist that are not full marks, in words."""
+    """Return the results of a checklist that lose points, as text."""
     return [
         each["name"] + "; ".join(each["msgs"]) for each in results if each["value"][0] != each["value"][1]
     ]
@@ -54,7 +54,7 @@ def complaints(results):
 
 @pytest.fixture(scope="module")
 def judged(tmp_path_factory):
-    """Return what the checker says of every kind of file: name -> checklist -> results."""
+    """Return the checker's results for every kind of file: name -> checklist -> results."""
     folder = tmp_path_factory.mktemp("files")
     with lossy_runner.general_kernels():
         for name, spec in SPECS.items():
@@ -87,7 +87,7 @@ def judged(tmp_path_factory):
 
 
 def test_cf(judged):
-    """No error and no warning of CF 1.11."""
+    """The files have no error or warning of CF 1.11."""
     for name, lists in judged.items():
         results = lists["cf:1.11"]["all_priorities"]
         assert len(results) > 10, name
@@ -95,7 +95,7 @@ def test_cf(judged):
 
 
 def test_acdd(judged):
-    """All that ACDD 1.3 highly recommends but standard names: CF has none for the motion of a rigid body."""
+    """They have all that ACDD 1.3 highly recommends, except standard names (CF has none for rigid bodies)."""
     for name, lists in judged.items():
         results = lists["acdd:1.3"]["high_priorities"]
         assert len(results) > 3, name
@@ -104,7 +104,7 @@ def test_acdd(judged):
 
 
 def test_the_checker_sees_what_is_wrong(judged):
-    """The referee is awake: a file without its title, with wrong units and a wrong flag, does not pass."""
+    """A file with a missing title, wrong units and a wrong flag does not pass."""
     lists = judged["spoiled.nc"]
     said = " ".join(complaints(lists["cf:1.11"]["all_priorities"]))
     assert re.search("tilt_min", said)
@@ -113,7 +113,7 @@ def test_the_checker_sees_what_is_wrong(judged):
 
 
 def test_the_ending_is_the_status_flag_of_the_measures():
-    """A reader that knows CF finds what a value can be trusted for: its ancillary variables have a status flag."""
+    """CF readers find when to trust a value: the ancillary variables include a status flag."""
     atlas = sweep.run(SPECS["rolling"])
     assert atlas["ending"].attrs["standard_name"] == "status_flag"
     assert atlas["tilt_max"].attrs["ancillary_variables"] == "ending"

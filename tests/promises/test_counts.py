@@ -1,4 +1,4 @@
-"""Counts in messages: one cell is no cells."""
+"""Counts in messages: "1 cell", not "1 cells"."""
 
 import re
 
@@ -15,7 +15,7 @@ _THINGS = (
 
 
 def test_a_count_has_its_noun_and_verb():
-    """The noun follows the number of all things, the verb that of those which are meant."""
+    """The noun agrees with the total count, the verb with the selected count."""
     assert [counted(count, "cell") for count in (0, 1, 2)] == ["0 cells", "1 cell", "2 cells"]
     assert [counted(1, "block", of) for of in (1, 3)] == ["1 of 1 block", "1 of 3 blocks"]
     assert [are(count) for count in (0, 1, 2)] == ["are", "is", "are"]
@@ -24,20 +24,20 @@ def test_a_count_has_its_noun_and_verb():
 
 @pytest.mark.compiled
 def test_one_of_everything(command, spec_file):
-    """Runs, batches, parts, plans and reports of a single cell in a single block."""
+    """Runs, batches, parts, plans and reports of a single cell in a single block use the singular."""
     spec_file('roll_rate = 3\ntilt = "1deg"\n', "one.toml")
     said = []
     commands = [
         ("plan one.toml", 0),
         ("prepare one.toml -o a.nc", 0),
-        # nothing is computed yet
+        # Nothing is computed yet.
         ("assemble a.nc.run", 2),
         ("info a.nc.run", 0),
         *[("block --run a.nc.run --part 1/1", 0)] * 2,
         ("assemble a.nc.run", 0),
         *((words, 0) for words in ("info a.nc", "verify a.nc", "compare a.nc a.nc", "export a.nc --to csv")),
         ("batch one.toml -o tonight --verify", 0),
-        # the folder has no reference of this sweep
+        # The folder has no reference for this sweep.
         ("batch one.toml -o tonight --reference .", 1),
     ]
     for words, expected in commands:

@@ -1,4 +1,4 @@
-"""Whatever is read, a command ends with a documented status and a sentence: the short form of scripts/fuzz."""
+"""For any input file a command ends with a documented status and message: the short form of scripts/fuzz."""
 
 import os
 import random
@@ -16,13 +16,13 @@ from messages import assert_facts
 import sweep
 from sweep import cli
 
-#: Of the atlases that scripts/fuzz damages, those with the most kinds of variables.
+#: The atlases with the most kinds of variables among those that scripts/fuzz damages.
 WHOLE = ("rolling.nc", "curves.nc", "random.nc")
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Return a folder with whole atlases."""
+    """Return a folder with undamaged atlases."""
     folder = tmp_path_factory.mktemp("damaged")
     (folder / "OUT").mkdir()
     for name in WHOLE:
@@ -33,7 +33,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture
 def ended(folder, monkeypatch, capfd):
-    """Return a function that runs a command line in the folder of atlases, and says how it ended."""
+    """Return a function that runs a command line in the folder of atlases and returns how it ended."""
     monkeypatch.chdir(folder)
 
     def run(line):
@@ -49,19 +49,19 @@ def ended(folder, monkeypatch, capfd):
 
 @pytest.fixture
 def dice(rng):
-    """Return the random numbers of the standard library, with which scripts/fuzz draws."""
+    """Return a generator of the standard library, as scripts/fuzz uses."""
     return random.Random(int(rng.integers(2**32)))
 
 
 def judged(ended, name, *lines):
-    """Return how command lines that read a file ended, all of them well."""
+    """Run command lines that read a file, check that all end properly, and return how."""
     ends = [ended(line.format(name).split()) for line in lines]
     assert [found for end in ends for found in fuzz.faults(end)] == [], (name, lines)
     return ends
 
 
 def test_damaged_bytes(folder, ended, dice):
-    """A file whose bytes were changed, cut, moved or added to is read or refused."""
+    """A file with changed, truncated, moved or added bytes is read or refused."""
     for way in damage.BYTES:
         path = folder / f"{way.__name__}.nc"
         path.write_bytes(way(bytearray((folder / dice.choice(WHOLE)).read_bytes()), dice))
@@ -70,7 +70,7 @@ def test_damaged_bytes(folder, ended, dice):
 
 @pytest.mark.release
 def test_edited_structure(folder, ended, dice):
-    """A file with other variables, dimensions, attributes or values than those of an atlas is read or refused."""
+    """A file with other variables, dimensions, attributes or values than an atlas is read or refused."""
     for way in damage.EDITS:
         path = folder / f"{way.__name__}.nc"
         path.write_bytes((folder / dice.choice(WHOLE)).read_bytes())
@@ -87,21 +87,21 @@ def test_foreign_files(folder, ended, dice):
 
 
 def test_odd_spec_files(folder, ended, dice):
-    """A spec file of whatever content, or a thing that is no file, is read or refused."""
+    """A spec file with any content, or something that is no file, is read or refused."""
     for number, (_, make, *_) in enumerate(odd_words.FILES):
         make(folder / f"odd{number}.toml", dice)
         judged(ended, f"odd{number}.toml", "plan {} --no-calibrate")
 
 
 def test_odd_words(ended, dice):
-    """A request of odd words is carried out or refused."""
+    """A request with odd words is executed or refused."""
     for line in (odd_words.words(dice) for _ in range(12)):
         if line[0] != "simulate":
             assert fuzz.faults(ended(line)) == [], line
 
 
 def test_more_cells_than_bytes_are_refused(folder, ended):
-    """A file of some kilobytes that declares 2**30 values is refused before memory is asked for them."""
+    """A file of some kilobytes that declares 2**30 values is refused before memory is allocated."""
     path = folder / "empty.nc"
     path.write_bytes((folder / "rolling.nc").read_bytes())
     with netCDF4.Dataset(path, "a") as file:
@@ -113,7 +113,7 @@ def test_more_cells_than_bytes_are_refused(folder, ended):
 
 
 def test_a_missing_part_of_a_boundary_is_named(folder, ended):
-    """The four variables of an edge come together; one that is missing is named by every command."""
+    """The four variables of an edge belong together; every command names a missing one."""
     path = folder / "half.nc"
     path.write_bytes((folder / "rolling.nc").read_bytes())
     with netCDF4.Dataset(path, "a") as file:
@@ -125,7 +125,7 @@ def test_a_missing_part_of_a_boundary_is_named(folder, ended):
 
 
 def test_texts_of_a_file_do_not_reach_the_terminal_raw(folder, ended):
-    """Control sequences, markup and a megabyte of title are shown as text of a sensible length."""
+    """Control sequences, markup and a title of a megabyte are shown as text of a reasonable length."""
     path = folder / "words.nc"
     path.write_bytes((folder / "rolling.nc").read_bytes())
     with netCDF4.Dataset(path, "a") as file:

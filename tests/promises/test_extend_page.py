@@ -1,4 +1,4 @@
-"""docs/extend.md can be followed: its changes are made in a copy of the program, its commands and tests run there."""
+"""docs/extend.md works: its changes, commands and tests run in a copy of the program."""
 
 import re
 import shlex
@@ -21,13 +21,13 @@ def blocks(language):
 
 
 def changes():
-    """Return the changes in the order of the page: its blocks, and the files of changes that it links to."""
+    """Return the changes in page order: its blocks, and the diff files that it links to."""
     found = re.finditer(r"^```diff\n(.*?)^```$|\]\((extend/\w+\.diff)\)", PAGE, re.M | re.S)
     return [each[1] or (CHECKOUT / "docs" / each[2]).read_text(encoding="utf-8") for each in found]
 
 
 def pieces(block):
-    """Yield file, old lines and new lines of each piece of a block of changes."""
+    """Yield file, old lines and new lines of each hunk of a block of changes."""
     for part in re.split(r"^\+\+\+ ", block, flags=re.M)[1:]:
         file, _, body = part.partition("\n")
         for piece in re.split(r"^@@\n", body, flags=re.M):
@@ -40,7 +40,7 @@ def pieces(block):
 
 @pytest.fixture(scope="module")
 def fork(tmp_path_factory):
-    """Return a copy of the program with every change of the page."""
+    """Return a copy of the program with every change of the page applied."""
     copy = SourceCopy(tmp_path_factory.mktemp("fork"))
     (copy.folder / "scripts").mkdir()
     for name in ("figure_cli.py", "make_gallery.py"):
@@ -55,7 +55,7 @@ def fork(tmp_path_factory):
 
 
 def test_every_block_is_known():
-    """No block of the page escapes these tests."""
+    """These tests cover every block of the page."""
     assert set(re.findall(r"^```(\w*)$", PAGE, re.M)) == {"bash", "diff", "python", ""}
     assert {each.splitlines()[0][:8] for each in changes()} == {"+++ kern", "+++ swee", "+++ scri"}
     assert len(changes()) == len(blocks("diff")) + 2
@@ -64,14 +64,14 @@ def test_every_block_is_known():
 
 
 def test_the_files_that_it_names_exist():
-    """Every path in the text is one of the project, or one that the page itself makes."""
+    """Every path in the text exists in the project or is created by the page itself."""
     named = set(re.findall(r"`((?:sweep|kernels|tests|scripts|docs)/[\w/.]+)`", PAGE))
     assert len(named) > 10
     assert [name for name in named if not (CHECKOUT / name).exists()] == []
 
 
 def test_its_changes_fit(fork):
-    """Each finds its place in the program, once, and leaves files of Python."""
+    """Each hunk applies exactly once, and the changed files compile."""
     changed = {file for block in changes() for file, *_ in pieces(block)}
     assert len(changed) > 20
     for file in changed:
@@ -81,7 +81,7 @@ def test_its_changes_fit(fork):
 @pytest.mark.release
 @pytest.mark.compiled
 def test_its_commands_run_in_the_fork(fork, tmp_path):
-    """In the order of the page; each leaves the file that it names, and tells of what is new."""
+    """They run in page order; each writes the file that it names and reports the new output."""
     lines = [line for block in blocks("bash") for line in block.splitlines()]
     asked = [line.removeprefix("eulerdisk ") for line in lines if line.startswith("eulerdisk ")]
     ends = fork.session(asked, tmp_path)
@@ -117,7 +117,7 @@ def test_its_commands_run_in_the_fork(fork, tmp_path):
 @pytest.mark.release
 @pytest.mark.compiled
 def test_its_tests_pass_in_the_fork(fork, tmp_path):
-    """The tests that the page shows are true of its changes."""
+    """The tests shown on the page pass with its changes."""
     named = [re.match(r"# (\w+\.py)\n", each)[1] for each in blocks("python")]
     for name, text in zip(named, blocks("python"), strict=True):
         (tmp_path / name).write_text(text, encoding="utf-8")
@@ -129,7 +129,7 @@ def test_its_tests_pass_in_the_fork(fork, tmp_path):
 @pytest.mark.release
 @pytest.mark.compiled
 def test_a_derived_output_is_verified(fork, tmp_path):
-    """One wrong value of it is found; the exact reduction refuses to judge by a fall that it does not know."""
+    """`verify` finds one wrong value of it; method=exact refuses a criterion that needs the fall."""
     small = "run rolling roll_rate=2:3:4 tilt=1deg,2deg"
     assert fork.command(f"{small} -o grid.nc", tmp_path).returncode == 0
     with netCDF4.Dataset(tmp_path / "grid.nc", "a") as file:

@@ -1,4 +1,4 @@
-"""Every command that reads an atlas refuses what is none: exit 2, what it is, what was expected, nothing written."""
+"""Every command that reads an atlas refuses other files: exit 2, what it is, what was expected, no output."""
 
 import re
 
@@ -19,7 +19,7 @@ COMMANDS = [
 ]
 
 
-#: Files that were an atlas, before somebody worked on them.
+#: Files that were atlases before someone changed them.
 SPOILED = {
     "format.nc": lambda file: file.setncattr("eulerdisk_format", "one"),
     "verdict.nc": lambda file: file.renameVariable("stability", "opinion"),
@@ -46,7 +46,7 @@ def folder(tmp_path_factory):
     return folder
 
 
-#: File -> what a refusal says it is, and what was expected.
+#: File -> what the refusal calls it, and what was expected.
 REFUSED = {
     "text.nc": ("netCDF-4", "10 bytes"),
     "cut.nc": ("netCDF-4", "bytes"),
@@ -60,7 +60,7 @@ REFUSED = {
 
 @pytest.fixture
 def refused(command, monkeypatch):
-    """Return a function that runs a command in a folder, which has to refuse: with a line, and without a file."""
+    """Return a function that runs a command which must refuse in one line and write no file."""
 
     def run(folder, line, *said):
         monkeypatch.chdir(folder)
@@ -75,7 +75,7 @@ def refused(command, monkeypatch):
 
 
 def test_what_is_no_atlas_is_refused(folder, refused):
-    """The message names the file, what it is and what was expected; no output file appears."""
+    """The message names the file, what it is and what was expected; nothing is written."""
     for name, said in REFUSED.items():
         for line in COMMANDS:
             err = refused(folder, line.format(name), *said)
@@ -83,7 +83,7 @@ def test_what_is_no_atlas_is_refused(folder, refused):
 
 
 def test_a_damaged_part_is_found_out(folder, tmp_path, refused):
-    """Where the values of one variable cannot be read, the file and the variable are named; nothing is written."""
+    """If a variable's values cannot be read, the message names file and variable; nothing is written."""
     whole = bytearray((folder / "good.nc").read_bytes())
     (tmp_path / "good.nc").write_bytes(whole)
     with h5py.File(folder / "good.nc") as file:
@@ -109,7 +109,7 @@ def test_a_damaged_part_is_found_out(folder, tmp_path, refused):
 
 
 def test_what_a_command_needs_is_named(folder, tmp_path, refused):
-    """An atlas from which a variable was taken is refused by the commands that cannot do without it."""
+    """Commands that need a missing variable refuse the atlas."""
     for line, name in (
         ("info {}", "tilt_error"),
         ("explain {} tilt=1deg", "tilt_max"),
@@ -122,7 +122,7 @@ def test_what_a_command_needs_is_named(folder, tmp_path, refused):
 
 
 def test_provenance_that_was_taken_away_is_unknown(folder, tmp_path, command):
-    """Another program may have dropped attributes that no number depends on: that is said, and the rest is told."""
+    """Missing attributes that no number depends on are shown as unknown; everything else is reported."""
     with sweep.open_atlas(folder / "good.nc") as atlas:
         for name in ("title", "history", "source", "sweep_fingerprint", "kernel_hash"):
             del atlas.attrs[name]
@@ -134,7 +134,7 @@ def test_provenance_that_was_taken_away_is_unknown(folder, tmp_path, command):
 
 
 def test_a_spec_that_cannot_be_read_is_told_with_its_file(folder, tmp_path, refused):
-    """What is wrong with the contents of an atlas names the file too."""
+    """An error in an atlas's contents also names the file."""
     (tmp_path / "spec.nc").write_bytes((folder / "good.nc").read_bytes())
     with netCDF4.Dataset(tmp_path / "spec.nc", "a") as file:
         file.sweep_spec = "{}"
@@ -143,7 +143,7 @@ def test_a_spec_that_cannot_be_read_is_told_with_its_file(folder, tmp_path, refu
 
 
 def test_an_atlas_is_not_lost_to_what_is_made_of_it(folder, tmp_path, refused):
-    """Whatever may be replaced, the atlas that is read may not."""
+    """No option lets a command overwrite the atlas that it reads."""
     for name in ("a.nc", "good.nc"):
         (tmp_path / name).write_bytes((folder / "good.nc").read_bytes())
     for line in (

@@ -1,4 +1,4 @@
-"""The glossary, or a page that it links to for variables, names everything that is stored or asked for."""
+"""The glossary, or a page it links to, explains every stored variable and every input."""
 
 import re
 from pathlib import Path
@@ -10,12 +10,12 @@ from sweep.model.lossy_disk import tables as lossy
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "glossary.md").read_text(encoding="utf-8")
-#: The pages that describe variables and words: the first paragraph of the glossary links to them.
+#: Pages that describe variables and inputs; the first paragraph of the glossary links to them.
 VARIABLES = ("atlas.md", "losses.md", "bodies.md")
 
 
 def names():
-    """Return what cells hold, how they end, and the words that describe a disk, its losses, and other bodies."""
+    """Yield the names of cell values, endings, and the inputs for disks, losses and other bodies."""
     for each in (disk, lossy, bodies):
         yield from (
             *each.PARAMETERS,
@@ -33,7 +33,7 @@ def names():
 
 
 def test_the_pages_have_the_names():
-    """Each is there as it is written in a file, or in plain words."""
+    """Each name appears as written in a file, or in plain words."""
     assert all(f"({page}" in PAGE.partition("\n## ")[0] for page in VARIABLES)
     text = "\n".join([PAGE, *((DOCS / page).read_text(encoding="utf-8") for page in VARIABLES)])
     lacking = [name for name in names() if not re.search(rf"\b{name}\b|\b{name.replace('_', ' ')}\b", text)]

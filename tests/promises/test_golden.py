@@ -1,7 +1,7 @@
-"""The project's own reference atlases: what a release says of a disk, the next one says too.
+"""The project's reference atlases: each release must reproduce them.
 
 They prove sameness, not truth: for that see tests/kernels. Each file's history has the command that made it;
-``pytest tests/promises/test_golden.py --eulerdisk-regen`` makes them anew.
+``pytest tests/promises/test_golden.py --eulerdisk-regen`` regenerates them.
 """
 
 from pathlib import Path
@@ -25,13 +25,13 @@ GOLDEN = {
 
 @pytest.mark.parametrize("name", GOLDEN)
 def test_golden(eulerdisk_atlas, name):
-    """A run of the command gives the atlas in the file, within the tolerances of the tables."""
+    """The command reproduces the atlas in the file, within the tolerances of the tables."""
     eulerdisk_atlas(GOLDEN[name], f"data/{name}")
 
 
 @pytest.mark.parametrize("name", GOLDEN)
 def test_golden_file_says_how_it_was_made(name):
-    """The file holds its command and its spec, and is small."""
+    """The file contains its command and its spec, and is small."""
     with sweep.open_atlas(DATA / name) as atlas:
         assert f"Z eulerdisk run {GOLDEN[name]} -o data/{name}" in atlas.attrs["history"]
         spec = sweep.SweepSpec.from_words(GOLDEN[name].split()[0], GOLDEN[name].split()[1:])
@@ -41,7 +41,7 @@ def test_golden_file_says_how_it_was_made(name):
 
 
 def test_golden_atlases_hold_every_kind_of_cell():
-    """Together they have stable, unstable and undecided cells; bounded ones, falls, and runs out of time."""
+    """Together they have stable, unstable and undecided cells, and bounded, falling and cut-off ones."""
     found = {"ending": set(), "stability": set()}
     for name in GOLDEN:
         with sweep.open_atlas(DATA / name) as atlas:
@@ -53,5 +53,5 @@ def test_golden_atlases_hold_every_kind_of_cell():
 
 
 def test_there_is_no_other_file():
-    """Every file of the folder is checked here."""
+    """These tests check every file of the folder."""
     assert {path.name for path in DATA.iterdir()} == set(GOLDEN)

@@ -1,4 +1,4 @@
-"""What a refusal advises is done, and helps: each hint is followed to the letter."""
+"""The advice of each refusal works: these tests follow each hint to the letter."""
 
 import re
 import shlex
@@ -20,14 +20,14 @@ TWO = '@system(duration="10")\ndef swing(x=1.0, v=0.0):\n    {line}\n'
 
 
 def hint_of(ask):
-    """Return the hint of the refusal with which a call ends."""
+    """Return the hint of the refusal that a call raises."""
     with pytest.raises(RequestError) as caught:
         ask()
     return caught.value.hint
 
 
 def advised(hint):
-    """Return what a hint says to write: the words behind Write or Use, and of two ways the first."""
+    """Return the words that a hint says to write, after Write or Use; of two alternatives the first."""
     found = re.search(
         r"(?:Write|Use) (?:it without: )?(.*?)(?: in Python| above it, or .*|, or .*| or .*)?\.$", hint
     )
@@ -40,21 +40,21 @@ def advised(hint):
     "words", ["", '"10 s"', "duration=-1", "duration=[10]", 'duration="soon"', 'duration={"a": 1}'], ids=repr
 )
 def test_durations_of_systems(text, words):
-    """The duration that is advised fits the units of the arguments."""
+    """The suggested duration fits the units of the arguments."""
     advice = advised(hint_of(lambda: read_system(text.format(words=words))))
     read_system(text.format(words=advice) if "@" not in advice else text.replace("@system({words})", advice))
 
 
 @pytest.mark.parametrize("text", [PURE, UNITS], ids=["pure", "units"])
 def test_marks_of_systems(text):
-    """A mark without words, and a function without a mark."""
+    """A decorator without arguments, and a function without a decorator, get working advice."""
     for head in ("@system", "@other"):
         advice = advised(hint_of(lambda head=head: read_system(text.replace("@system({words})", head))))
         read_system(text.replace("@system({words})", advice))
 
 
 def test_a_duration_of_other_units_than_the_arguments():
-    """One with a unit where the arguments have none, and the other way round."""
+    """A unit where the arguments have none, and a missing one where they have units, get working advice."""
     for text, wrong in ((PURE, 'duration="10 s"'), (UNITS, 'duration="10"')):
         hint = hint_of(lambda text=text, wrong=wrong: read_system(text.format(words=wrong)))
         read_system(text.format(words=re.search(r'duration="[^"]*"', hint)[0]))
@@ -75,7 +75,7 @@ def test_a_duration_of_other_units_than_the_arguments():
     ],
 )
 def test_tables_of_systems(word, expression):
-    """A list or a text where names belong, and names where there are none: with the texts that were given."""
+    """A list or text in place of names, and missing names, get advice that keeps the given texts."""
     words = f'duration="10", {word}'
     advice = advised(hint_of(lambda: read_system(PURE.format(words=words)))).replace("...", expression)
     read_system(PURE.format(words=f'duration="10", {advice}'))
@@ -90,7 +90,7 @@ def test_tables_of_systems(word, expression):
     ],
 )
 def test_lines_of_systems(line, wrong):
-    """What is returned stands there without brackets of a list or a table."""
+    """Values must be returned without the brackets of a list or dict."""
     advice = advised(hint_of(lambda: read_system(TWO.format(line=line))))
     new = advice.split()[0] if wrong == "^" else advice.replace("dx", "v").replace("dv", "-x")
     read_system(TWO.format(line=line.replace(wrong, new)))
@@ -98,7 +98,7 @@ def test_lines_of_systems(line, wrong):
 
 @pytest.mark.parametrize("default", ["[1.0]", "(1, 2)", '{"a": 1}', '"a b"', '"1:2:3"', "None"])
 def test_defaults_of_systems(default):
-    """A number is advised, and no list or range: a default is no axis."""
+    """The advice is a number, not a list or a range, because a default is no axis."""
     hint = hint_of(lambda: read_system(f'@system(duration="10")\ndef f(x={default}):\n    return -x\n'))
     assert "0.5" in hint or "a number" in hint
     assert "return" not in hint
@@ -107,7 +107,7 @@ def test_defaults_of_systems(default):
 
 @pytest.mark.compiled
 def test_dimensions_that_are_no_axes():
-    """Cells with a dimension of another program, in any order, and of atlases that were put together."""
+    """Advice works for cells with a foreign dimension, in any order, and for concatenated atlases."""
     whole = sweep.run(
         "rolling", roll_rate="2:4:3", tilt="0.1deg,1deg", alpha="0.4,0.5", boundary="refined:1e-3"
     )
@@ -120,7 +120,7 @@ def test_dimensions_that_are_no_axes():
 
 @pytest.mark.compiled
 def test_dimensions_in_another_order():
-    """The order that is advised is that of the axes, whatever else the atlas holds."""
+    """The suggested order is the order of the axes, whatever else the atlas contains."""
     whole = sweep.run(
         "rolling", roll_rate="2:4:3", tilt="0.1deg,1deg", alpha="0.4,0.5", boundary="refined:1e-3"
     )
@@ -132,7 +132,7 @@ def test_dimensions_in_another_order():
 
 @pytest.mark.compiled
 def test_a_file_that_is_there(tmp_path, command):
-    """Both doors name their own way to replace it."""
+    """The command line and Python each name their own way to replace it."""
     motion = sweep.simulate(roll_rate=2, tilt_rate=0.01, duration=0.1)
     sweep.save(motion, tmp_path / "a.nc")
     hint = hint_of(lambda: sweep.save(motion, tmp_path / "a.nc"))
@@ -143,7 +143,7 @@ def test_a_file_that_is_there(tmp_path, command):
 
 @pytest.mark.compiled
 def test_atlases_of_unlike_grids():
-    """Python's own word for the cells that both have."""
+    """The hint names the command-line option and Python's argument for the common cells."""
     one = sweep.run("rolling", roll_rate="2:4:3", tilt="1deg")
     other = sweep.run("rolling", roll_rate="2:4:5", tilt="1deg")
     assert_facts(hint_of(lambda: sweep.compare(one, other)), "--common", "common=True")
@@ -152,7 +152,7 @@ def test_atlases_of_unlike_grids():
 
 @pytest.mark.compiled
 def test_a_page_of_one_axis(command, tmp_path):
-    """The range that is advised is one of the request: of a system, one of its own states."""
+    """The suggested range belongs to the request; for a system it is one of its own states."""
     (tmp_path / "decay.py").write_text(PURE.format(words='duration="1"'), encoding="utf-8")
     for spec in ("decay.py rate=1:2:3", "rolling tilt=1deg", "kapitza angle=1deg"):
         status, _, err = command(f"explore {spec} --export page.html")
@@ -163,7 +163,7 @@ def test_a_page_of_one_axis(command, tmp_path):
 
 
 def test_options_are_no_words_of_python():
-    """Where Python draws, no hint names an option of the command line alone."""
+    """No hint for plotting in Python names an option of the command line."""
     motion = xr.Dataset()
     for ask in (
         lambda: Look.read(rate="wild"),
@@ -175,7 +175,7 @@ def test_options_are_no_words_of_python():
 
 @pytest.mark.compiled
 def test_the_film_of_an_atlas(tmp_path):
-    """The motion that is advised is one of its own cells, and is followed; of a list of starts too."""
+    """The suggested motion is one of the atlas's own cells and can be followed, also for a list of starts."""
     atlases = (
         sweep.run("rolling", roll_rate="2:4:3", tilt="1deg", alpha="0.4,0.5"),
         sweep.run("kapitza", angle="1deg", shake="80:90:2"),

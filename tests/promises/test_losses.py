@@ -1,4 +1,4 @@
-"""The disk with losses in sweeps: bits, files, every command, and what `verify` finds."""
+"""The lossy disk in sweeps: bits, files, every command, and what `verify` finds."""
 
 from pathlib import Path
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.compiled
 
 TOY = "toy inclination=5deg:60deg:7 precession_rate=30:80:6 duration=40s criterion=aloft:20s"
 COIN = "coin roll_rate=15:60:10 rolling_friction=1um:0.2mm:6:log duration=4s"
-#: Every law and every kind of friction, in kernels that other tests need too.
+#: Every law and every kind of friction, with kernels that other tests also need.
 LAWS = {
     "contour": "contour_friction=0,20um air_law=bildsten air_viscosity=2e-5 air_density=1.2 mass=7g",
     "rolling": "rolling_friction=0,20um",
@@ -30,7 +30,7 @@ GRID = "radius=12mm tilt=10deg:85deg:6 precession_rate=20:90:5 roll_rate=wobble 
 
 
 def spec_of(words):
-    """Return the spec of words, the first of which may be a preset."""
+    """Return the spec of some words; the first may be a preset."""
     first, *others = words.split()
     if "=" in first:
         return SweepSpec(**dict(word.split("=", 1) for word in (first, *others)))
@@ -45,7 +45,7 @@ def bits(atlas):
 @pytest.mark.usefixtures("two_threads")
 @pytest.mark.parametrize("law", LAWS)
 def test_bits_depend_on_the_cell_alone(law):
-    """Threads and blocks change no bit; a part of a grid has the bits of the whole."""
+    """Threads and blocks change no bit; a part of a grid has the same bits as the whole."""
     spec = spec_of(f"{GRID} {LAWS[law]}")
     whole = sweep.run(spec, threads=1)
     assert not np.isin(whole.ending.values, LOSSY_DISK.endings.codes("missing")).any()
@@ -58,7 +58,7 @@ def test_bits_depend_on_the_cell_alone(law):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_the_criterion_changes_the_verdict_and_the_breach_alone(law):
-    """All other measures are the same to the bit, so that an atlas can be judged by another criterion."""
+    """All other measures are bit-identical, so an atlas can be judged by another criterion."""
     spec = spec_of(f"{GRID} {LAWS[law]}")
     expected = sweep.run(spec)
     for criterion in ("departure:5deg", "amplification:1.2", "aloft:2s", "end_tilt > 45deg"):
@@ -74,7 +74,7 @@ def test_the_criterion_changes_the_verdict_and_the_breach_alone(law):
 @pytest.mark.slow_lane
 @pytest.mark.parametrize("law", LAWS)
 def test_an_atlas_is_verified(law):
-    """Every resolved cell follows from itself, and the sample from its second computation."""
+    """Every resolved cell is self-consistent, and the sample matches its second computation."""
     found = findings(verify(sweep.run(spec_of(f"{GRID} {LAWS[law]}"))))
     assert found.passed, (list(found.wrong), found.counts)
     assert_facts(found.sampled, f"{found.cells} cells", "seed")
@@ -82,7 +82,7 @@ def test_an_atlas_is_verified(law):
 
 @pytest.mark.slow_lane
 def test_a_wrong_value_is_found():
-    """A change of one value in one cell is named by its variable."""
+    """If one value in one cell changes, `verify` names its variable."""
     atlas = sweep.run(spec_of(f"{GRID} {LAWS['contour']}"))
     place = tuple(np.argwhere(atlas.ending.values == LOSSY_DISK.endings.code("flat"))[0])
     for name, change in {
@@ -97,7 +97,7 @@ def test_a_wrong_value_is_found():
 
 
 def test_cells_are_held_against_themselves_where_the_kernels_are_others(monkeypatch):
-    """Of an atlas of other code, in cells beside the sample, ledger, ending and verdict alone find what is wrong."""
+    """If other code computed the atlas, ledger, ending and verdict find errors outside the sample."""
     monkeypatch.setattr("sweep.model.lossy_disk.sample.CELLS", 0)
     atlas = sweep.run(spec_of(f"{GRID} {LAWS['contour']}")).assign_attrs(kernel_hash="0" * 64)
     found = findings(verify(atlas, seed=1))
@@ -116,7 +116,7 @@ def test_cells_are_held_against_themselves_where_the_kernels_are_others(monkeypa
 
 
 def test_what_the_ledger_leaves():
-    """The energy of a rolling disk at its start, less all losses and the height of the centre at the end."""
+    """The initial energy minus all losses is the height of the center at the end."""
     atlas = sweep.run(spec_of(f"{GRID} tilt_rate=3 {LAWS['contour']}"))
     start = {name: atlas[name] for name in ("tilt", "tilt_rate", "precession_rate", "roll_rate", "alpha")}
     leaning, turning = start["tilt_rate"], start["precession_rate"] * np.cos(start["tilt"])
@@ -135,7 +135,7 @@ def test_what_the_ledger_leaves():
 
 @pytest.mark.slow_lane
 def test_a_second_computation_finds_what_the_ledger_cannot_see():
-    """Of an atlas of other code a measure that no balance holds is compared with half the step, in a sample."""
+    """With other code, a sample with half the step checks measures that no energy balance covers."""
     atlas = sweep.run(spec_of(f"{GRID} {LAWS['contour']}")).assign_attrs(kernel_hash="0" * 64)
     assert findings(verify(atlas, seed=1)).passed
     wrong = atlas.copy(deep=True)
@@ -147,7 +147,7 @@ def test_a_second_computation_finds_what_the_ledger_cannot_see():
 
 @pytest.mark.slow_lane
 def test_verify_says_that_it_is_a_sample(command):
-    """The report and its last line say how many cells were computed again, and with which seed; a seed repeats it."""
+    """The report and its last line state the number of recomputed cells and the seed, which repeats it."""
     assert command(f"run {TOY} -o a.nc")[0] == 0
     status, out, _ = command("verify a.nc --seed 7 --write audit.nc")
     assert status == 0, out
@@ -161,7 +161,7 @@ def test_verify_says_that_it_is_a_sample(command):
 
 @pytest.mark.slow_lane
 def test_every_command_speaks_of_losses(command):
-    """A lossy atlas goes through all commands; what the model lacks is refused in a sentence."""
+    """All commands handle a lossy atlas; what the model lacks is refused in a sentence."""
     assert command(f"plan {COIN}")[0] == 0
     assert command(f"run {COIN} -o coin.nc")[0] == 0
     out = command("info coin.nc")[1]
@@ -202,7 +202,7 @@ def test_every_command_speaks_of_losses(command):
 
 
 def test_a_row_without_a_line_of_theory_is_said_to_have_none(command):
-    """A wobble about a centre at rest has no critical rate: one line says so, and no estimate of nothing."""
+    """A wobble about a resting center has no critical rate: one line says so, without an estimate."""
     assert command(f"run {TOY} -o toy.nc")[0] == 0
     said = row(command("explain toy.nc inclination=30deg precession_rate=50")[1], "boundary")
     assert_facts(said, "theory", "no line", "inclination")
@@ -210,7 +210,7 @@ def test_a_row_without_a_line_of_theory_is_said_to_have_none(command):
 
 
 def test_an_axis_with_a_zero_runs_with_losses_and_tends_to_the_disk_without():
-    """The cells without a loss have the extremes of the disk without losses, as near as both atlases state."""
+    """Cells without a loss have the extremes of the lossless disk, within the stated errors."""
     words = {"tilt": "5deg:30deg:4", "roll_rate": "3.5:6:4", "duration": "60s"}
     with lossy_runner.general_kernels():
         lossy = sweep.run(SweepSpec(**words, contour_friction="0,1um"))
@@ -225,7 +225,7 @@ def test_an_axis_with_a_zero_runs_with_losses_and_tends_to_the_disk_without():
 
 
 def test_the_file_is_the_atlas(tmp_path):
-    """Every variable, its attributes and the spec come back from the file; a word for a number is in the spec alone."""
+    """A file returns all variables, attributes and the spec; unneeded inputs are only in the spec."""
     spec = spec_of(COIN)
     made = sweep.run(spec)
     sweep.save(made, tmp_path / "a.nc")
@@ -240,7 +240,7 @@ def test_the_file_is_the_atlas(tmp_path):
 @pytest.mark.slow_lane
 @pytest.mark.parametrize("kind", ["random", "table"])
 def test_lists_of_starts(kind, tmp_path):
-    """Arms may be drawn or come from a table; each start keeps its own."""
+    """Arms may be random or from a table; each start keeps its own."""
     words = {
         "tilt": "70deg",
         "precession_rate": 30.0,

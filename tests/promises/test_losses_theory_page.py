@@ -1,7 +1,7 @@
-"""docs/losses-theory.md: every formula on a line of its own is evaluated as printed, at random motions with losses.
+"""docs/losses-theory.md: every displayed formula is evaluated as printed, at random motions with losses.
 
-The values of its symbols come from the referee of the disk with losses, which shares no code with the kernels, and from
-quadrature, never from the formula itself.
+The values of its symbols come from the referee of the lossy disk, which shares no code with the kernels, and
+from quadrature, never from the formula itself.
 """
 
 import itertools
@@ -22,14 +22,14 @@ from kernels.lossy_disk import endings
 PAGE = Page("losses-theory.md")
 FORMULAS, check = PAGE.formulas, PAGE.check
 
-#: Names of the coefficients in the order of the referee's, and of the laws in the order of the page's lines.
+#: Names of the coefficients in the referee's order, and of the laws in the order of the page's lines.
 COEFFICIENTS = ("alpha", "c_r", "c_p", "c_c", "k", "q_M", "q_B")
 LAWS = ("contour", "damping", "moffatt", "bildsten", "rolling")
 
 
 @pytest.fixture
 def v(rng):
-    """Values of a random disk, of all its losses and of its scaled motion, with its accelerations by the referee."""
+    """Return values of a random disk with all losses, its scaled motion, and the referee's accelerations."""
     given = dict(zip(COEFFICIENTS, [rng.uniform(0.3, 1.0), *rng.uniform(0.01, 0.2, 6)], strict=True))
     return moving(given, (rng.uniform(-1.2, 1.2), *rng.normal(size=3)))
 
@@ -49,31 +49,31 @@ def moving(given, motion):
 
 
 def coefficients(given):
-    """Return the coefficients in the referee's order; the plane has any friction that is needed."""
+    """Return the coefficients in the referee's order; friction is unlimited."""
     return np.array([*(given[name] for name in COEFFICIENTS), math.inf])
 
 
 def with_forces(v):
-    """Add the three forces as the page has them."""
+    """Add the three forces by the page's formulas."""
     for line in FORMULAS["laws"]:
         v = {**v, line.first: line.value(v)}
     return v
 
 
 def test_every_formula_is_tested():
-    """Every formula on a line of its own has a name, and a test of this file takes each."""
+    """Every displayed formula has a name, and a test in this file evaluates it."""
     assert PAGE.all_named
     assert PAGE.tested(__file__) == FORMULAS.keys()
 
 
 def test_formulas_between_words_state_nothing():
-    """Equations and conditions have a line of their own."""
+    """Equations and conditions are displayed on their own line."""
     assert len(PAGE.inline()) > 20
     assert PAGE.statements() == []
 
 
 def test_rates_forces_and_equations(v):
-    """With the page's laws the page's equations give the accelerations and the normal force of the referee."""
+    """The page's laws and equations give the referee's accelerations and normal force."""
     check("rates", v)
     known = with_forces(v)
     check("forced", known, 1e-10)
@@ -90,7 +90,7 @@ def test_what_the_losses_take(v):
 
 
 def test_an_upright_disk_that_is_slowed(rng):
-    """The small number of a disk that rolls all but upright, how it changes, and the middle of its swings."""
+    """The small parameter of an almost upright rolling disk, its change, and the swings' middle hold."""
     alpha, small = rng.uniform(0.2, 1.0), 1e-6
     losses = dict.fromkeys(("c_r", "c_c", "k", "q_M", "q_B"), 0.01) | {"alpha": alpha, "c_p": 0.0}
     motion = (small * rng.normal(), small * rng.normal(), small * rng.normal(), rng.uniform(0.9, 3.0))
@@ -101,16 +101,16 @@ def test_an_upright_disk_that_is_slowed(rng):
     (line,) = FORMULAS["wound"]
     known["c"] = line.value(known)
     slope = 0.5 * alpha * known["do/dtau"] + alpha * (known["ds/dtau"] * motion[0] + s * motion[1])
-    # of second order in what is small, and over the loss
+    # The error is of second order in the small parameter, over the loss.
     check("winding", known | {"dc/dtau": slope}, 1e-3 * small)
-    # rolling friction acts on the tilt rate too, against which it is small
+    # Rolling friction also acts on the tilt rate, which makes it small here.
     known["dw/dtau"] = moving(losses | {"c_r": 0.0}, motion)["dw/dtau"]
     known["theta_m"] = FORMULAS["swinging"][1].value(known)
     check("swinging", known, 1e-3 * small)
 
 
 def test_how_far_a_slowed_disk_winds_up():
-    """The reach of the referee's disks, released and kicked, which lose half of r - 1 in a hundred swings or more."""
+    """The page predicts the reach of the referee's disks that lose half of r - 1 over a hundred swings."""
     for alpha, tilt, rate in itertools.product((0.2, 0.5, 1.0), (1e-6, 0.0), (1e-6, 0.0)):
         if tilt == rate == 0.0:
             continue
@@ -134,13 +134,13 @@ def test_how_far_a_slowed_disk_winds_up():
                 place[line.first] = line.value(place)
             ends.append(place["theta_m"] + place["A"])
         reach = max(ends)
-        # the last swing need not come to its end
+        # The last swing may be incomplete.
         assert 0.97 * reach < found.tilt_max[0] < 1.001 * reach, (alpha, tilt, rate)
 
 
 @pytest.fixture
 def si(rng):
-    """Values of a random disk and of its losses in SI."""
+    """Return values of a random disk and its losses in SI."""
     return {
         "pi": math.pi, "R": rng.uniform(0.01, 0.5), "g": rng.uniform(1.0, 10.0), "m": rng.uniform(0.01, 1.0),
         "kappa": rng.uniform(0.1, 1.0), "mu": rng.uniform(1e-5, 1e-4), "rho": rng.uniform(0.5, 2.0), "alpha": 0.5,
@@ -148,7 +148,7 @@ def si(rng):
 
 
 def scaled(si):
-    """Return the referee's coefficients of a disk in SI, by the names of the page."""
+    """Return the referee's coefficients of a disk in SI, by their names on the page."""
     words = {"alpha": si["alpha"], "radius": si["R"], "gravity": si["g"], "mass": si["m"]}
     air = {"air_viscosity": si["mu"], "air_density": si["rho"], "contour_damping": si["kappa"]}
     given = lossy.starts(**words, **air)[:, 0]
@@ -158,12 +158,12 @@ def scaled(si):
 
 
 def test_coefficients(si):
-    """They are those of the referee."""
+    """They match the referee's."""
     check("coefficients", {**si, **scaled(si)})
 
 
 def test_the_powers_of_the_sources(si):
-    """On the wobble of a uniform disk near flat the laws of the air take what their authors say."""
+    """For a uniform disk's wobble near flat, the losses of the air laws match their authors' formulas."""
     a = 1e-5
     rate = math.sqrt(2.0 / (si["alpha"] * math.sin(a)))
     wobble = (0.5 * math.pi - a, 0.0, rate, -rate * math.cos(a))
@@ -177,12 +177,12 @@ def test_the_powers_of_the_sources(si):
 
 
 def test_the_wobble(si, rng):
-    """It is a steady motion whose centre rests, and its energy is that of the referee."""
+    """It is a steady motion with a resting center, and its energy matches the referee's."""
     tilt = rng.uniform(-1.5, 1.5)
     disk = si["alpha"], si["R"], si["g"]
     turning = math.sqrt(2.0 * si["g"] / (si["alpha"] * si["R"] * math.cos(tilt)))
     rolling = steady.steady_roll_rate(tilt, turning, *disk)
-    # at S R beside the contact, which runs at R times the roll rate
+    # The center is S R away from the contact point, which moves at R times the roll rate.
     assert rolling + turning * math.sin(tilt) == pytest.approx(0.0, abs=1e-9 * turning)
     known = {**si, "theta": tilt, "dot psi": turning, "dot varphi": rolling}
     check("wobble", known, 1e-10)
@@ -190,7 +190,7 @@ def test_the_wobble(si, rng):
 
 
 def test_powers_and_times():
-    """The powers are the referee's near flat, and the times are their quadrature, and the closed forms of the tests."""
+    """The powers match the referee's near flat; the times match their quadrature and the closed forms."""
     for place, law in enumerate(LAWS):
         for alpha in (0.5, 0.8):
             power, time = FORMULAS["powers"][place], FORMULAS["times"][place]
@@ -198,7 +198,7 @@ def test_powers_and_times():
 
 
 def check_power_and_time(law, alpha, power, time):
-    """Hold the power of a law and its time to flat against the referee, quadrature and closed form."""
+    """Check a law's power and its time to flat against the referee, quadrature and closed form."""
     a, coefficient = 1e-6, 0.01
     name = {"contour": "c_c", "damping": "k", "moffatt": "q_M", "bildsten": "q_B", "rolling": "c_r"}[law]
     rate = math.sqrt(2.0 / (alpha * math.sin(a)))
@@ -221,7 +221,7 @@ def check_power_and_time(law, alpha, power, time):
 @pytest.mark.compiled
 @pytest.mark.parametrize("turning", [0.0, 1.0])
 def test_rolling_friction_holds(turning):
-    """Just inside of the condition the referee's disk has not moved after a while; just outside it has."""
+    """The referee's disk stays at rest just inside the condition and moves just outside it."""
     (line,) = FORMULAS["held"]
     arm, values = 0.1, {"alpha": 0.5, "R": 1.0, "g": 1.0, "c_r": 0.1, "dot psi": turning}
     least, greatest = 0.0, 0.5
@@ -236,7 +236,7 @@ def test_rolling_friction_holds(turning):
 
 
 def test_pivoting_friction_holds(v):
-    """The force is the one with which the referee keeps the turning rate at zero."""
+    """The force matches the one with which the referee keeps the turning rate at zero."""
     tilt, w, P, _ = v["motion"]
     motion = (tilt, w, P, -P / math.sin(tilt))
     free = moving({**v, "c_p": 0.0}, motion)

@@ -1,4 +1,4 @@
-"""In a notebook, executed by Jupyter's own client: a bar by itself, an interrupt that loses nothing, summaries."""
+"""In a notebook run by Jupyter's own client: an automatic bar, safe interrupts, and summaries."""
 
 import os
 import re
@@ -9,7 +9,7 @@ import pytest
 from messages import assert_facts
 
 with warnings.catch_warnings():
-    # jupyter_client and zmq have warnings of their own
+    # jupyter_client and zmq emit their own warnings.
     warnings.simplefilter("ignore")
     import nbformat
     from nbclient import NotebookClient
@@ -44,7 +44,7 @@ CELLS = {
 
 @pytest.fixture(scope="module")
 def outputs(tmp_path_factory):
-    """Return the outputs of every cell, by the name of the cell."""
+    """Return the outputs of every cell by cell name."""
     folder = tmp_path_factory.mktemp("notebook")
     book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(each) for each in CELLS.values()])
     with warnings.catch_warnings():
@@ -65,7 +65,7 @@ def shown(outputs, kind="text/html"):
 
 
 def raised(outputs):
-    """Return the error with which a cell ends."""
+    """Return the error that ends a cell."""
     (found,) = [each for each in outputs if each.output_type == "error"]
     return f"{found.ename}: {found.evalue}"
 
@@ -78,7 +78,7 @@ def test_nothing_is_said_of_short_work(outputs):
 
 @pytest.mark.compiled
 def test_a_bar_comes_by_itself(outputs):
-    """One bar, in the cell that computes; where the call is interrupted it stays as it was."""
+    """The computing cell gets one bar, which stays as it was after an interrupt."""
     (bar,) = shown(outputs["interrupted"])
     assert "computing" in bar
     assert "finished" not in bar
@@ -87,7 +87,7 @@ def test_a_bar_comes_by_itself(outputs):
 
 @pytest.mark.compiled
 def test_an_interrupted_sweep_in_memory_keeps_nothing(outputs):
-    """The interrupt says so and names a run to a file; the next call begins anew."""
+    """The interrupt says so and recommends a run to a file; the next call starts from scratch."""
     said = raised(outputs["interrupted"])
     (stream,) = outputs["again"]
     assert stream.text == "0\n"
@@ -97,7 +97,7 @@ def test_an_interrupted_sweep_in_memory_keeps_nothing(outputs):
 
 @pytest.mark.compiled
 def test_an_interrupted_file_goes_on(outputs):
-    """Finished blocks are in the folder beside the file; then the same call ends with the same atlas, to the bit."""
+    """Finished blocks are kept next to the file; the same call then completes the bit-identical atlas."""
     assert re.search(r"\bblocks?\b", raised(outputs["file interrupted"]))
     assert_facts(raised(outputs["file interrupted"]), "a.nc.run")
     assert outputs["left"][0].text == "['a.nc.run']\n"
@@ -109,7 +109,7 @@ def test_an_interrupted_file_goes_on(outputs):
 
 @pytest.mark.compiled
 def test_an_atlas_is_shown(outputs):
-    """The accessor is a table and a small map."""
+    """The accessor displays a table and a small map."""
     (found,) = shown(outputs["summary"])
     assert "<table" in found
     assert "<svg" in found
@@ -118,6 +118,6 @@ def test_an_atlas_is_shown(outputs):
 @pytest.mark.compiled
 @pytest.mark.parametrize("cell", ["figure", "figure with pyplot"])
 def test_a_figure_is_shown(outputs, cell):
-    """It is one picture, whether pyplot has told the notebook how figures are drawn or not."""
+    """It is one picture, whether or not pyplot has configured the notebook's figures."""
     (found,) = shown(outputs[cell], "image/png")
     assert found.startswith("iVBOR")

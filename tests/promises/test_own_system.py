@@ -1,4 +1,4 @@
-"""All that the disk has, a system of ten lines has too: each ability works, or says in a sentence what it lacks."""
+"""A ten-line system can do all that the disk can: each ability works or is refused in a sentence."""
 
 import base64
 import os
@@ -39,7 +39,7 @@ WORDS = {"hoop_rate": "4:5:21", "angle": "0.1deg:4deg:7:log"}
 
 @pytest.fixture(autouse=True)
 def mine(tmp_path, monkeypatch):
-    """Go to an empty folder that has the file of the system, as a user has it."""
+    """Change to an empty folder with the system's file, as a user has it."""
     monkeypatch.chdir(tmp_path)
     return Path(shutil.copy(BEAD, tmp_path / "mine.py"))
 
@@ -53,7 +53,7 @@ def made(tmp_path_factory):
 
 
 def bits(path):
-    """Return the values of all variables of a file, as bytes."""
+    """Return the values of all variables of a file as bytes."""
     with netCDF4.Dataset(path) as file:
         file.set_auto_maskandscale(False)
         return {name: variable[...].tobytes() for name, variable in file.variables.items()}
@@ -61,7 +61,7 @@ def bits(path):
 
 @pytest.mark.slow_lane
 def test_run_and_what_an_atlas_says(command, made):
-    """The command and Python make the same cells; the atlas is of the system, with its title and its edge."""
+    """The command and Python compute the same cells; the atlas has the system's title and edge."""
     status, _, told = command(f"run mine.py {GRID} -o a.nc")
     assert status == 0
     assert_facts(told, "a.nc", "147 cells")
@@ -69,7 +69,7 @@ def test_run_and_what_an_atlas_says(command, made):
     with sweep.open_atlas("a.nc") as atlas:
         assert list(atlas.sizes.items())[:2] == [("hoop_rate", 21), ("angle", 7)]
         assert set(np.unique(atlas.stability)) == {1, 2}
-        # the system's own words
+        # The title is the system's docstring.
         assert atlas.attrs["title"].startswith("Bead on a turning hoop")
         assert float(atlas.critical_lower_hoop_rate[0]) == pytest.approx(np.sqrt(9.81 / 0.5))
 
@@ -89,7 +89,7 @@ def test_run_and_what_an_atlas_says(command, made):
     ],
 )
 def test_what_is_read_needs_no_file_of_the_system(words, told, command, made, mine):
-    """An atlas carries its system: all that reads one works where the .py file is gone."""
+    """An atlas contains its system: everything that reads it works without the .py file."""
     mine.unlink()
     shutil.copy(made, "a.nc")
     status, output, messages = command(words if "a.nc" in words else f"{words} a.nc")
@@ -100,7 +100,7 @@ def test_what_is_read_needs_no_file_of_the_system(words, told, command, made, mi
 
 
 def test_an_atlas_is_computed_again_without_the_file(command, made, mine):
-    """`run --from` has the same cells; another duration, too, is the system's; compare finds nothing and something."""
+    """`run --from` gives the same cells; with another radius the critical rate follows; compare agrees."""
     mine.unlink()
     shutil.copy(made, "a.nc")
     assert command("run --from a.nc -o b.nc")[0] == 0
@@ -125,7 +125,7 @@ def test_an_atlas_is_computed_again_without_the_file(command, made, mine):
     ],
 )
 def test_what_it_lacks_is_said_in_a_sentence(words, told, command, made):
-    """Refused with 2, in one line, and nothing is touched."""
+    """It is refused with status 2, in one line, and nothing is written."""
     shutil.copy(made, "a.nc")
     status, out, messages = command(words)
     assert (status, out, messages.count("\n")) == (2, "", 1), messages
@@ -135,7 +135,7 @@ def test_what_it_lacks_is_said_in_a_sentence(words, told, command, made):
 
 
 def test_plan_and_batch(command):
-    """`plan` computes nothing; `batch` runs a file of sweeps whose model is a file beside it."""
+    """`plan` computes nothing; `batch` runs sweeps whose model is a file next to the spec."""
     status, told, _ = command(f"plan mine.py {GRID} --no-calibrate")
     assert (status, row(told, "cells").split()[1]) == (0, "147")
     Path("two.toml").write_text(
@@ -147,7 +147,7 @@ def test_plan_and_batch(command):
 
 
 def test_starts_that_are_no_grid(command):
-    """A sample at random and a table: the share of the unstable, and as many cells as rows."""
+    """Random starts and a table work, with one cell per start."""
     assert command("run mine.py hoop_rate=uniform:4:5 samples=200 seed=7 -o random.nc")[0] == 0
     assert_facts(command("info random.nc")[1], "200 starts")
     assert command("plot random.nc -o random.png")[0] == 0
@@ -158,7 +158,7 @@ def test_starts_that_are_no_grid(command):
 
 
 def test_a_criterion_of_ones_own():
-    """It names measures, parameters and endings of the system, with units; another one needs no integration."""
+    """It uses measures, parameters and endings, with units; changing it needs no integration."""
     text = "highest > 2*angle and lowest > -3deg"
     atlas = sweep.run(str(BEAD), **WORDS, criterion=text)
     unstable = (atlas.highest > 2.0 * atlas.angle) & (atlas.lowest > np.radians(-3.0))
@@ -172,7 +172,7 @@ def test_a_criterion_of_ones_own():
 
 
 def test_a_request_is_the_same_however_it_is_written(tmp_path):
-    """Words, TOML, canonical text, pickle and repr; and its system is data, not a file."""
+    """Words, TOML, canonical text, pickle and repr give the same spec, which contains the system itself."""
     spec = sweep.SweepSpec.from_words("mine.py", GRID.split())
     (tmp_path / "hoop.toml").write_text(spec.to_toml())
     Path("mine.py").unlink()
@@ -185,7 +185,7 @@ def test_a_request_is_the_same_however_it_is_written(tmp_path):
 
 @pytest.mark.slow_lane
 def test_a_preset_and_a_name_behind_a_colon(command):
-    """`kapitza` is found by its name, and one of several systems in a file behind a colon."""
+    """`kapitza` is found by name, and one of several systems in a file is selected after a colon."""
     assert command("run kapitza angle=1deg shake=80:120:5 -o k.nc")[0] == 0
     Path("two.py").write_text(BEAD.read_text() + OTHER)
     status, _, told = command("plan two.py --no-calibrate")
@@ -197,7 +197,7 @@ def test_a_preset_and_a_name_behind_a_colon(command):
 
 
 def test_a_cell_depends_on_itself_alone():
-    """Threads and block size change no bit; each system has a hash of its own."""
+    """Threads and block size change no bit; each system has its own hash."""
     spec = sweep.SweepSpec.from_words(
         "mine.py", ["hoop_rate=3:6:23", "angle=0.1deg:60deg:37:log", "rate=0.3"]
     )
@@ -209,7 +209,7 @@ def test_a_cell_depends_on_itself_alone():
 
 
 def test_atlases_of_other_models_are_not_compared(made):
-    """A system and the disk are different models, and are named."""
+    """The message names the two models."""
     disk = sweep.run("rolling", roll_rate="2:3:3", tilt=0.01)
     with (
         sweep.open_atlas(made) as atlas,
@@ -219,7 +219,7 @@ def test_atlases_of_other_models_are_not_compared(made):
 
 
 def test_a_figure_in_python(made):
-    """The accessor draws it; friction is refused without an advice that only the disk can follow."""
+    """The accessor draws it; the refusal of friction gives no advice that only applies to the disk."""
     with sweep.open_atlas(made) as atlas:
         plots.save(plots.figure([atlas]), "a.png")
         with refused("bead") as caught:
@@ -228,7 +228,7 @@ def test_a_figure_in_python(made):
 
 
 def process(words):
-    """Start `eulerdisk` in a process of its own."""
+    """Start `eulerdisk` in a separate process."""
     return subprocess.Popen(
         [sys.executable, "-m", "sweep", *words.split()],
         stdout=subprocess.PIPE,
@@ -240,7 +240,7 @@ def process(words):
 
 @pytest.mark.slow_lane
 def test_a_killed_run_goes_on():
-    """After kill -9 in the middle the same command goes on, to the bits of an undisturbed run."""
+    """After kill -9 halfway, the same command resumes and gives the bits of an undisturbed run."""
     words = "run mine.py hoop_rate=4:5:100 angle=0.01deg:4deg:50:log --block-cells 100 -o {}.nc"
     whole = process(words.format("whole"))
     whole.communicate()
@@ -260,7 +260,7 @@ def test_a_killed_run_goes_on():
 
 
 def test_a_motion_of_a_system(command, made):
-    """`simulate` follows it from the atlas alone, and from its file; in Python too: its end is the cell of a sweep."""
+    """`simulate` follows it from the atlas or the file, as Python does; its end matches the sweep's cell."""
     shutil.copy(made, "a.nc")
     words = "hoop_rate=4.4 angle=4deg duration=2s"
     for number, given in enumerate(("--from a.nc", "mine.py")):
@@ -270,16 +270,16 @@ def test_a_motion_of_a_system(command, made):
     with xr.open_dataset("m1.nc") as motion:
         assert float(motion.angle[-1]) == float(cell.angle_end)
         assert float(motion.elapsed_time[-1]) == float(cell.end_time)
-    # the value of an axis, of a cell of the atlas, is rounded
+    # The axis value of an atlas cell is rounded.
     with xr.open_dataset("m0.nc") as motion:
         assert float(motion.angle[-1]) == pytest.approx(float(cell.angle_end), rel=1e-9)
 
 
 @pytest.mark.slow_lane
 def test_the_explorer(command, made):
-    """A page of the file, and one of the system alone, hold the module of its kernel and no other."""
+    """A page of the atlas, and one of the system, contain only the module of its own kernel."""
     shutil.copy(made, "a.nc")
-    # what compiles it takes no module of the user's folder
+    # Compiling must not import a module from the user's folder.
     Path("numba.py").write_text("raise SystemExit('not this one')\n", encoding="utf-8")
     for what in ("a.nc", "mine.py hoop_rate=3:6:50 angle=1deg:90deg:50"):
         status, _, messages = command(f"explore {what} --export page.html --overwrite")
@@ -291,7 +291,7 @@ def test_the_explorer(command, made):
 
 
 def test_a_model_and_the_system_of_another_one():
-    """A text that names one model and carries the system of another is refused."""
+    """A text that names one model but contains the system of another is refused."""
     text = sweep.SweepSpec.read("mine.py").canonical()
     assert sweep.SweepSpec.from_canonical(text).model.name == "bead"
     with refused("disk", "bead"):
@@ -300,7 +300,7 @@ def test_a_model_and_the_system_of_another_one():
 
 @pytest.mark.slow_lane
 def test_workers_of_dask_compute_it(made):
-    """They have the system from the request alone; the bits are those of this process."""
+    """They get the system from the request, and give the same bits as this process."""
     distributed = pytest.importorskip("distributed")
     from sweep.runs import dask_executor
 
@@ -311,7 +311,7 @@ def test_workers_of_dask_compute_it(made):
 
 
 def test_the_file_is_read_and_never_run(mine, tmp_path):
-    """What a file of Python would do when it is run is refused with its line, and not done."""
+    """Code that only running the file would execute is refused with its line number."""
     text = mine.read_text()
     for line in ("import os", "open('touched', 'w')", "print(1)"):
         mine.write_text(text.replace("\n\n\n", f"\n{line}\n\n\n", 1))
@@ -321,7 +321,7 @@ def test_the_file_is_read_and_never_run(mine, tmp_path):
 
 
 def test_a_run_says_where_an_energy_is_none(command):
-    """What the right-hand side does not conserve is said with the largest change and its cell; the file is whole."""
+    """The largest change of such a quantity is reported with its cell; the file is complete."""
     text = '@system(duration="10", conserved="v**2 + x**2")\ndef odd(x=1.0, v=0.0, *, k=2.0):\n    return v, -k*x\n'
     Path("odd.py").write_text(f"from sweep.systems import system\n{text}")
     status, _, told = command("run odd.py k=0.9,1,2 -o odd.nc")
@@ -332,7 +332,7 @@ def test_a_run_says_where_an_energy_is_none(command):
 
 
 def test_why_a_motion_could_not_be_followed_and_what_helps(command):
-    """`run`, `explain` and `simulate` say why and until when; the ending that they propose is one that helps."""
+    """`run`, `explain` and `simulate` say why and until when; the ending that they suggest helps."""
     text = '@system(duration="10")\ndef blow_up(y=0.5):\n    return y**2\n'
     Path("up.py").write_text(f"from sweep.systems import system\n{text}")
     status, _, told = command("run up.py y=0.05,0.5 -o up.nc")

@@ -1,4 +1,4 @@
-"""What users install: both packages, the presets, one version, one command; scripts that explain themselves."""
+"""What users install: both packages, presets, one version, one command, and self-explanatory scripts."""
 
 import email
 import os
@@ -23,7 +23,7 @@ PRESETS = ("rolling", "spinning", "circling")
 
 
 def succeeded(*command: str | Path, **options: object) -> str:
-    """Return what a command printed, or fail with all that it said."""
+    """Return a command's output, or fail with all its messages."""
     done = subprocess.run(command, capture_output=True, text=True, check=False, **options)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
@@ -36,7 +36,7 @@ def build(target: str, folder: Path, source: Path = CHECKOUT) -> None:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
-    """Return the wheel, built from the checkout without a network and without writing into the checkout."""
+    """Yield the wheel, built offline without writing into the checkout."""
     folder = tmp_path_factory.mktemp("wheel")
     build("wheel", folder)
     (built,) = folder.glob("*.whl")
@@ -46,20 +46,20 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
 
 @pytest.fixture(scope="module")
 def installed(wheel: zipfile.ZipFile, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder that holds what the wheel would install."""
+    """Return a folder with the files that the wheel would install."""
     folder = tmp_path_factory.mktemp("installed")
     wheel.extractall(folder)
     return folder
 
 
 def metadata(wheel: zipfile.ZipFile, name: str) -> str:
-    """Return one file of the wheel's own description."""
+    """Return one metadata file of the wheel."""
     (path,) = (path for path in wheel.namelist() if path.endswith(f".dist-info/{name}"))
     return wheel.read(path).decode()
 
 
 def test_one_list_of_systems(monkeypatch):
-    """The first pages, the classifiers and the refusal of another system name the same ones; WSL is Linux."""
+    """Front pages, classifiers and the refusal of other systems name the same ones; WSL counts as Linux."""
     with (CHECKOUT / "pyproject.toml").open("rb") as file:
         classifiers = tomllib.load(file)["project"]["classifiers"]
     systems = {each.rpartition(" :: ")[2] for each in classifiers if each.startswith("Operating System")}
@@ -74,7 +74,7 @@ def test_one_list_of_systems(monkeypatch):
 
 @pytest.mark.slow_lane
 def test_wheel_holds_the_two_packages_and_nothing_else(wheel: zipfile.ZipFile) -> None:
-    """The wheel holds every file of sweep and kernels, byte for byte: modules, presets, pages; no test, no cache."""
+    """The wheel contains every file of sweep and kernels, byte for byte, and no tests or caches."""
     expected = {
         path.relative_to(CHECKOUT).as_posix(): path.read_bytes()
         for package in ("sweep", "kernels")
@@ -87,7 +87,7 @@ def test_wheel_holds_the_two_packages_and_nothing_else(wheel: zipfile.ZipFile) -
 
 @pytest.mark.slow_lane
 def test_installed_files_give_the_presets_and_the_model(installed: Path, tmp_path: Path) -> None:
-    """Away from the checkout every preset of the disk and a system is read from the installed files."""
+    """Outside the checkout, all presets of the disk and a system load from the installed files."""
     read = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"
         "import sweep\n"
@@ -99,7 +99,7 @@ def test_installed_files_give_the_presets_and_the_model(installed: Path, tmp_pat
 
 @pytest.mark.release
 def test_sdist_builds_the_wheel_and_holds_the_tests(wheel: zipfile.ZipFile, tmp_path: Path) -> None:
-    """The sdist holds all that git keeps, nothing else that lies in the checkout, and builds the very same wheel."""
+    """The sdist contains all that git tracks, nothing else in the checkout, and builds the same wheel."""
     build("sdist", tmp_path)
     (built,) = tmp_path.glob("*.tar.gz")
     with tarfile.open(built) as archive:
@@ -125,7 +125,7 @@ def test_sdist_builds_the_wheel_and_holds_the_tests(wheel: zipfile.ZipFile, tmp_
 
 @pytest.mark.slow_lane
 def test_metadata(wheel: zipfile.ZipFile) -> None:
-    """Name, version (the one that sweep states), Python and licence; one console script, and one plugin of pytest."""
+    """The metadata state name, version, Python, license, one console script and one pytest plugin."""
     fields = email.message_from_string(metadata(wheel, "METADATA"))
     names = ("Name", "Version", "Requires-Python", "License-Expression")
     assert [fields[name] for name in names] == [
@@ -143,7 +143,7 @@ def test_metadata(wheel: zipfile.ZipFile) -> None:
 
 @pytest.mark.slow_lane
 def test_installed_command_runs_away_from_the_checkout(installed: Path, tmp_path: Path) -> None:
-    """The entry point of the installed files, not of the checkout, answers --help in any folder."""
+    """The installed entry point, not the checkout's, answers --help in any folder."""
     entry = "import sys; from sweep import __file__, cli; print(__file__); sys.exit(cli.main())"
     environment = {**os.environ, "PYTHONPATH": str(installed)}
     said = succeeded(sys.executable, "-c", entry, "--help", cwd=tmp_path, env=environment)
@@ -153,7 +153,7 @@ def test_installed_command_runs_away_from_the_checkout(installed: Path, tmp_path
 
 @pytest.mark.slow_lane
 def test_users_and_developers_install_different_things(wheel: zipfile.ZipFile) -> None:
-    """The extras are for users; the developers' tools are a dependency group, which no user can install by accident."""
+    """Extras are for users; developer tools are a dependency group that users cannot install by mistake."""
     extras = email.message_from_string(metadata(wheel, "METADATA")).get_all("Provides-Extra")
     assert set(extras) == {"dask", "formats", "bench", "cuda"}
     groups = tomllib.loads((CHECKOUT / "pyproject.toml").read_text(encoding="utf-8"))["dependency-groups"]
@@ -162,12 +162,12 @@ def test_users_and_developers_install_different_things(wheel: zipfile.ZipFile) -
 
 
 def test_scripts_are_executable() -> None:
-    """The commands of the README and of CI may be run as they lie in the checkout."""
+    """The commands of the README and of CI are executable in the checkout."""
     assert [each for each in COMMANDS if not (CHECKOUT / each).stat().st_mode & stat.S_IXUSR] == []
 
 
 def test_scripts_ask_for_a_usable_python(tmp_path: Path) -> None:
-    """Without Python 3.13 a script exits with 2, says what it needs, what it tried and what to do."""
+    """Without Python 3.13 a script exits with 2 and says what it needs, what it tried and what to do."""
     checkout = tmp_path / "a check out"
     for folder in ("scripts", ".ci"):
         shutil.copytree(CHECKOUT / folder, checkout / folder, ignore=shutil.ignore_patterns("node_modules"))

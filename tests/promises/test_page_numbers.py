@@ -1,4 +1,4 @@
-"""Numbers on pages are those of the code, and of what it computes."""
+"""Numbers on the pages match the code and its results."""
 
 import math
 import re
@@ -26,13 +26,13 @@ def page(name):
 
 
 def missing(name, stated):
-    """Return the statements that a page lacks, or that do not hold."""
+    """Return the statements that a page lacks or that are false."""
     text = " ".join(page(name).split())
     return [words for words, holds in stated.items() if words not in text or not holds]
 
 
 def test_the_explorer():
-    """Limits of docs/explorer.md."""
+    """The limits in docs/explorer.md are correct."""
     followed = (CHECKOUT / "sweep/explorer/page/compute/motion.js").read_text(encoding="utf-8")
     stated = {
         "at most 64 KiB": server.MOST_BYTES == 65536,
@@ -51,7 +51,7 @@ def test_the_explorer():
 
 
 def test_films():
-    """Sizes, rates and lengths of films in docs/motions.md, and the names of cameras."""
+    """Sizes, rates and lengths of films in docs/motions.md are correct, and so are the camera names."""
     stated = {
         "25 by default, at most 50 in a gif and 120 in an mp4": film_options._RATES
         == {"mp4": (25, 120), "gif": (25, 50)},
@@ -66,14 +66,14 @@ def test_films():
 
 
 def test_words():
-    """docs/words.md has a row for each word that stands for a parameter, and no other."""
+    """docs/words.md has exactly one row for each input that stands for a parameter."""
     rows = re.findall(r"^\| `(\w+)` \| `(\w+)` \|", page("words"), flags=re.MULTILINE)
     assert sorted(rows) == sorted((name, each.parameter) for name, each in DISK.substitutes.items())
 
 
 @pytest.mark.compiled
 def test_the_report():
-    """Extreme tilts, the swing of H.e3 and the friction coefficients of docs/checked.md; and its tests exist."""
+    """Extreme tilts, the variation of H.e3 and friction in docs/checked.md are correct; its tests exist."""
     named = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", page("checked"))
     assert len(named) >= 10
     for path, name in named:
@@ -90,14 +90,14 @@ def test_the_report():
 
 
 def table(heading):
-    """Return the rows of the table of docs/losses.md that begins with a heading, each a list of cells."""
+    """Return the rows of a table of docs/losses.md, selected by its heading, as lists of cells."""
     text = page("losses")
     rows = text[text.index(f"| {heading} |") :].split("\n\n")[0].splitlines()[2:]
     return [[cell.strip() for cell in row.strip("|").split(" | ")] for row in rows]
 
 
 def test_the_names_of_losses():
-    """The table of laws has every coefficient that a request may give, and no other."""
+    """The table of laws lists exactly the coefficients that a request may give."""
     named = set(re.findall(r"`(\w+)`", "".join(row[1] for row in table("law"))))
     assert named == {name for name in LOSSY_DISK.parameters if name.endswith(("friction", "damping"))} - {
         "friction"
@@ -106,7 +106,7 @@ def test_the_names_of_losses():
 
 @pytest.mark.compiled
 def test_the_times_of_losses():
-    """Each time of the table comes out of the words beside it, to its last digit."""
+    """Each time in the table follows from the inputs next to it, to its last digit."""
     toy = {
         "tilt": math.pi / 2 - 0.1, "precession_rate": "wobble", "roll_rate": "wobble",
         "alpha": 0.5, "radius": 0.03755, "mass": 0.4387, "duration": 300.0,
@@ -118,7 +118,7 @@ def test_the_times_of_losses():
 
 
 def test_the_end_of_losses():
-    """Exponents, times to flat and drags of docs/losses.md are those of docs/losses-theory.md."""
+    """Exponents, times to flat and drags of docs/losses.md match docs/losses-theory.md."""
     text, theory = page("losses"), Page("losses-theory.md")
     section = text[text.index("## How it ends") :]
     pairs = re.findall(r"^\| [\w, ]+ \| ([\d/]+) \| −([\d/]+) \|", section, flags=re.MULTILINE)

@@ -1,8 +1,8 @@
-"""The pages are true: their blocks of code are executed, and the commands in their sentences too.
+"""The pages are true: their code blocks and the commands in their sentences are executed.
 
-A page has a folder of its own, in which its commands and its Python run as printed, in its order. A command in
-a sentence is a piece of code that begins as one. What has an upper-case word or three dots in it stands for many
-commands: of these the program has to know the name and the options.
+Each page has its own folder, in which its commands and Python run as printed, in order. A command in a
+sentence is inline code that starts like one. Commands with an upper-case word or three dots are patterns; for
+these the program must know the name and the options.
 """
 
 import glob
@@ -28,20 +28,20 @@ from sweep.request.spec import SweepSpec
 pytestmark = [pytest.mark.slow_lane, pytest.mark.compiled]
 
 CHECKOUT = Path(__file__).parents[2]
-#: The pages whose commands are for a reader; a changelog tells of commands as they were.
+#: Pages with commands for readers; a changelog quotes old commands.
 PAGES = {
     path.name: path for path in [*sorted((CHECKOUT / "docs").glob("*.md")), CHECKOUT / "CONTRIBUTING.md"]
 }
 
-#: Languages of the blocks that other tests take: those of the changes of extend.md, and of the public names.
+#: Languages of blocks that other tests cover: the changes of extend.md, and the public names.
 ELSEWHERE = {
     "extend.md": ({"bash", "diff", "python"}, "tests/promises/test_extend_page.py"),
     "api.md": ({"text"}, "tests/promises/test_public_names.py"),
 }
-#: Pages with commands that take minutes: blocks with this word in them. Their words are read as the program reads
-#: them, their options are known.
+#: Pages with commands that take minutes: blocks that contain this word. Their words are parsed and their
+#: options checked.
 READ_ONLY = {"gallery.md": "", "motions.md": "animate"}
-#: Commands that are not run: they begin servers, install what is not ours, or change files of the project.
+#: Commands that are not run: they start servers, install other software, or change project files.
 NOT_RUN = (
     "dask ",
     "run rolling -o atlas.nc --dask tcp",
@@ -55,7 +55,7 @@ NOT_RUN = (
     "python scripts/",
 )
 
-#: Files that the commands of a page read: by their names their texts, which may be a block of the page.
+#: Files that a page's commands read: name -> text, possibly a block of the page.
 FILES = {
     "starts.md": {"pushes.csv": "csv"},
     "commands.md": {"pushed.toml": "toml"},
@@ -64,7 +64,7 @@ FILES = {
 }
 _SMALL = "tilt=0.1deg:4deg:9 roll_rate=2:4:12"
 _TOY = "tilt=60deg:85deg:6 contour_friction=1um:30um:7:log rolling_friction=15um precession_rate=wobble"
-#: Commands that make what a page already has.
+#: Commands that create what a page assumes to exist.
 BEFORE = {
     "runs.md": ["batch sweeps/two.toml -o trusted"],
     "explorer.md": ["run rolling alpha=1 roll_rate=1:4:9 tilt=1deg:5deg:8 -o hoop.nc"],
@@ -74,13 +74,13 @@ BEFORE = {
         f"run toy {_TOY} -o toy.nc",
     ],
 }
-#: Python that makes the names that a page already has.
+#: Python that defines the names that a page assumes to exist.
 NAMES = {"figures.md": "import sweep\natlas = sweep.open_atlas('rolling.nc')"}
-#: Commands that a page has in the comment of a file.
+#: Commands that appear in the comment of a file on a page.
 AFTER = {"commands.md": ["run pushed.toml -o pushed.nc"]}
-#: Sizes that say nothing else when they are smaller.
+#: Sizes that can be smaller without changing the outcome.
 SMALLER = {"samples=1e5": "samples=1e3", "samples=2e5": "samples=2e3", ":100:log": ":9:log", ":200": ":40"}
-#: What is printed by the commands and the Python of a page.
+#: Patterns in the output of a page's commands and Python.
 TOLD = {
     "api.md": r"criterion  departure:5deg(.|\n)*computing: 100% of 2000 cells",
     "runs.md": r"^hoop .*identical",
@@ -90,7 +90,7 @@ TOLD = {
     "words.md": r"^16\.[45]\d*$",
 }
 
-#: Commands of sentences -> those that make the files they read, small.
+#: Commands in sentences -> small commands that create the files they read.
 _GRID = "tilt=1deg:3deg:3 roll_rate=2:4:6"
 _RANDOM = "run rolling roll_rate=uniform:2:4 tilt=normal:1deg:0.2deg samples=200 seed=7 -o random.nc"
 _PUSHED = "prepare rolling --starts pushes.csv -o pushes.nc"
@@ -115,25 +115,25 @@ PROGRAM = "run|plan|batch|plot|info|boundary|verify|compare|explain|simulate|exp
 
 
 def blocks(page):
-    """Return language and text of the blocks of code of a page that no other test takes; what Sphinx reads is none."""
+    """Return language and text of a page's code blocks, except Sphinx directives and other tests' blocks."""
     found = re.findall(r"^```(\S*)\n(.*?)^```$", PAGES[page].read_text(encoding="utf-8"), re.M | re.S)
     others, _ = ELSEWHERE.get(page, (set(), ""))
     return [(language, text) for language, text in found if language.isalpha() and language not in others]
 
 
 def is_read_only(page, text):
-    """Return whether the commands of a block are not run, because they take minutes."""
+    """Return whether a block's commands take minutes and are therefore not run."""
     return page in READ_ONLY and READ_ONLY[page] in text
 
 
 def lines(text):
-    """Return the commands of a block of bash, without comments and the name of the program."""
+    """Return the commands of a bash block, without comments and the program's name."""
     found = [re.sub(r"(^|\s+)#.*", "", each).strip() for each in text.splitlines()]
     return [each.removeprefix("eulerdisk ") for each in found if each]
 
 
 def in_sentences():
-    """Yield page and command of each command in the sentences and tables of the pages."""
+    """Yield page and command of each command in the pages' sentences and tables."""
     begins = rf"eulerdisk |(?:{PROGRAM}) [^ ]|(?:pip|python|pytest|source|cp) |scripts/\w"
     for page, path in PAGES.items():
         text = re.sub(r"^```.*?^```$", "", path.read_text(encoding="utf-8"), flags=re.M | re.S)
@@ -143,13 +143,13 @@ def in_sentences():
 
 
 def stands_for_many(line):
-    """Return whether a command is only named, with an option at most."""
+    """Return whether a command is only named, at most with an option."""
     return re.search(r"\.\.\.|\b[A-Z]{2,}\b", line) or not re.search(r"=|\.nc\b", line)
 
 
 @pytest.fixture
 def run(command):
-    """Return a function that runs a command line, which must end well and leave the files that it names."""
+    """Return a function that runs a command line, which must succeed and write the files it names."""
 
     def run(page, line):
         if line.startswith("explore ") or line == "explore":
@@ -167,7 +167,7 @@ def run(command):
 
 
 def explored(line):
-    """Begin the explorer, and end it when it has answered; or write its page."""
+    """Start the explorer and stop it after its first answer, or write its page."""
     words = [sys.executable, "-m", "sweep", *shlex.split(line)]
     environment = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
     if "--export" in words:
@@ -183,7 +183,7 @@ def explored(line):
 
 
 def test_no_block_escapes():
-    """Each block is of a language that is taken here, or belongs to another test, which exists."""
+    """These tests, or another existing test, cover the language of each block."""
     for page in PAGES:
         others = {language for language, _ in blocks(page)} - {"bash", "python", "text"}
         assert others <= set(FILES.get(page, {}).values()), (page, others)
@@ -191,7 +191,7 @@ def test_no_block_escapes():
     assert {each for _, each in in_sentences()} >= NEEDS.keys()
 
 
-#: Pages that take a third of a minute and more: they run with the release, and by day their commands are read.
+#: Pages that take 20 s or more: they run with the release; otherwise their commands are only parsed.
 LONG = ("bodies.md", "commands.md", "figures.md", "own-system.md")
 
 
@@ -204,7 +204,7 @@ LONG = ("bodies.md", "commands.md", "figures.md", "own-system.md")
     ],
 )
 def test_the_blocks_of_a_page_run(page, run, command, capsys):
-    """In the order of the page, in one folder: commands end well, Python raises nothing, both tell what is known."""
+    """Blocks run in page order, in one folder: commands succeed, Python raises nothing, output matches."""
     found = [each for each in blocks(page) if not is_read_only(page, each[1])]
     told, names = "", {"__name__": page}
     for name, language in FILES.get(page, {}).items():
@@ -221,7 +221,7 @@ def test_the_blocks_of_a_page_run(page, run, command, capsys):
             status, _, err = command(line)
             assert (status, err) == (2, said)
         elif language == "python":
-            # a system is read from its source
+            # A system is read from its source.
             linecache.cache[page] = len(text), None, text.splitlines(keepends=True), page
             exec(compile(text, page, "exec"), names)
             told += capsys.readouterr().out
@@ -232,16 +232,16 @@ def test_the_blocks_of_a_page_run(page, run, command, capsys):
     pyplot.close("all")
     assert re.search(TOLD.get(page, ""), told, re.M), told
     if page == "index.md":
-        # the measured rate lies below the critical one, by less than two per cent
+        # The measured rate is less than two percent below the critical one.
         measured, critical = map(float, re.search(TOLD[page], told, re.M)[0].split())
         assert 0.98 * critical < measured < critical
-        # the published value, and the last digits of what the page prints
+        # The published value, and the last digits printed on the page.
         assert 3 * float(told.splitlines()[-1]) == pytest.approx(1.0, abs=3e-5)
         assert f"# {float(told.splitlines()[-1]):.6f}\n" in found[-1][1]
 
 
 def smaller(text):
-    """Return a text with other sizes."""
+    """Return a text with smaller sizes."""
     for old, new in SMALLER.items():
         text = text.replace(old, new)
     return text
@@ -249,7 +249,7 @@ def smaller(text):
 
 @pytest.mark.parametrize("page", [*READ_ONLY, *LONG])
 def test_what_a_page_asks_for_can_be_had(page, command, monkeypatch):
-    """Scripts exist; words are read as the program reads them, options are known."""
+    """Scripts exist, words can be parsed, and options are known."""
     monkeypatch.setattr("shutil.which", lambda name: name)
     asked = [
         line
@@ -268,7 +268,7 @@ def test_what_a_page_asks_for_can_be_had(page, command, monkeypatch):
         assert [word for word in rest if word.startswith("--") and word not in told] == [], line
         given = [word for word in rest if "=" in word]
         if page in LONG:
-            # their words may name files that earlier commands make
+            # Its words may name files that earlier commands create.
             continue
         if first == "run":
             SweepSpec.from_words(rest[0], given)
@@ -288,7 +288,7 @@ def test_what_a_page_asks_for_can_be_had(page, command, monkeypatch):
 
 
 def test_named_commands_and_their_options_are_known(command):
-    """`eulerdisk plot --friction 0.5` in a sentence: the program has the command, and the command the option."""
+    """For `eulerdisk plot --friction 0.5` in a sentence, command and option exist."""
     for page, line in in_sentences():
         first, *words = line.split()
         script = re.search(r"scripts/[\w/]+(?:\.py)?", line)
@@ -305,7 +305,7 @@ def test_named_commands_and_their_options_are_known(command):
 
 @pytest.mark.release
 def test_commands_of_sentences_run(run, tmp_path, monkeypatch):
-    """Each ends well in a folder of its own, and leaves the file that it names."""
+    """Each succeeds in its own folder and writes the file it names."""
     asked = [each for each in in_sentences() if not (stands_for_many(each[1]) or each[1].startswith(NOT_RUN))]
     assert len(asked) > 10
     for number, (page, line) in enumerate(asked):
@@ -320,11 +320,11 @@ def test_commands_of_sentences_run(run, tmp_path, monkeypatch):
 
 
 def test_every_command_is_shown(command):
-    """docs/commands.md shows every command but those of array jobs and the explorer, which have pages of their own."""
+    """docs/commands.md shows every command, except array jobs and the explorer, which have own pages."""
     listed = command("--help")[1].partition("Commands:")[2].splitlines()[1:]
     known = {each.split()[0] for each in listed}
     assert len(known) > 10
     shown = re.findall(r"eulerdisk ([a-z]+)", PAGES["commands.md"].read_text(encoding="utf-8"))
     assert known - set(shown) <= {"prepare", "block", "assemble", "explore"}
-    # each with a sentence on one line, none of them cut
+    # Each has an uncut sentence on one line.
     assert [line for line in listed if not re.fullmatch(r"  [a-z]+ +[A-Z].*[^.]\.", line)] == []

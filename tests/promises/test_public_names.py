@@ -1,4 +1,4 @@
-"""docs/api.md lists what is public, with its arguments; checkers of types find its types and mistakes of users."""
+"""docs/api.md lists all public names with arguments; type checkers find their types and users' mistakes."""
 
 import inspect
 import json
@@ -21,7 +21,7 @@ NAMES = [re.split(r"\(", line)[0] for line in LINES]
 
 
 class Named:
-    """A function that is a default, whose repr is its name."""
+    """A function used as a default; its repr is its name."""
 
     def __init__(self, function):
         self.function = function
@@ -32,16 +32,16 @@ class Named:
 
 
 def member_of(owner, member):
-    """Return what a class has under a name: a function, a property, or None for a field."""
+    """Return a class's member: a function, a property, or None for a field."""
     found = inspect.getattr_static(owner, member, None)
     return getattr(owner, member) if isinstance(found, classmethod) else found
 
 
 def spelled(name):
-    """Return a public name as the page has to spell it: with its arguments if users call it."""
+    """Return a public name as the page must write it: with its arguments if users call it."""
     owner, _, member = name.partition(".")
     found = member_of(getattr(sweep, owner), member) if member else getattr(sweep, owner)
-    # a class that users do not make is listed by its name alone
+    # The page lists only the name of a class that users do not create.
     if not callable(found) or (inspect.isclass(found) and f"\n{name}\n" in LISTED):
         return name
     parameters = [each for each in inspect.signature(found).parameters.values() if each.name != "self"]
@@ -56,13 +56,13 @@ def spelled(name):
 
 
 def test_every_public_name_is_listed():
-    """All of them, once, and no other."""
+    """The page lists each public name once, and no other."""
     assert sorted(name for name in NAMES if "." not in name) == sorted(sweep.__all__)
     assert len(NAMES) == len(set(NAMES))
 
 
 def test_all_is_what_there_is():
-    """Every name of `__all__` is there, has a home, and stands in `dir`; nothing that has a home is left out."""
+    """Every name of `__all__` exists, has a home and is in `dir`; every name with a home is in `__all__`."""
     assert set(sweep.__all__) == {*sweep._HOME, "__version__"}
     assert dir(sweep) == sorted(sweep.__all__)
     assert all(getattr(sweep, name) is not None for name in sweep.__all__)
@@ -71,7 +71,7 @@ def test_all_is_what_there_is():
 
 
 def test_the_arguments_are_those_of_the_page():
-    """Their names, their order and their defaults, and which are given by name: the promise is about these."""
+    """Names, order, defaults and keyword-only arguments are promised, so the page must match them."""
     for name, line in zip(NAMES, LINES, strict=True):
         owner, _, member = name.partition(".")
         fields = getattr(getattr(sweep, owner), "__dataclass_fields__", {})
@@ -80,7 +80,7 @@ def test_the_arguments_are_those_of_the_page():
 
 
 def test_the_accessor_is_listed_whole():
-    """Whatever a dataset can be asked is public."""
+    """Every public attribute of the accessor is listed."""
     asked = {name for name in vars(sweep.Eulerdisk) if not name.startswith("_")}
     assert {name.partition(".")[2] for name in NAMES if name.startswith("Eulerdisk.")} == asked
 
@@ -97,7 +97,7 @@ def test_every_public_name_says_what_it_is():
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory):
-    """Return the folder of a user's project, and the one in which the built wheel is installed."""
+    """Return the folder of a user's project, and the folder of the installed wheel."""
     folder = tmp_path_factory.mktemp("project")
     python("-m", "hatchling", "build", "-t", "wheel", "-d", folder / "wheel", folder=CHECKOUT)
     (wheel,) = (folder / "wheel").glob("*.whl")
@@ -108,20 +108,20 @@ def project(tmp_path_factory):
 
 
 def wrong_lines():
-    """Return the numbers of the lines of the project that are wrong."""
+    """Return the numbers of the wrong lines in the project."""
     lines = (PROJECT / "mistakes.py").read_text(encoding="utf-8").splitlines()
     return {number for number, line in enumerate(lines, 1) if line.endswith("# wrong")}
 
 
 def checked(project, *command):
-    """Run a type checker in the folder of the project."""
+    """Run a type checker in the project's folder."""
     folder, installed = project
     return python("-m", *command, folder=folder, packages=installed)
 
 
 @pytest.mark.release
 def test_mypy_sees_types_and_mistakes(project):
-    """Strictly: nothing is wrong with the program, and each mistake is found, none besides."""
+    """In strict mode it accepts the program, and finds each mistake and no others."""
     strict = ["mypy", "--strict", "--config-file=", "--no-error-summary"]
     done = checked(project, *strict, "analysis.py", "mistakes.py")
     found = re.findall(r"^(\w+)\.py:(\d+): error", done.stdout, flags=re.MULTILINE)
@@ -132,7 +132,7 @@ def test_mypy_sees_types_and_mistakes(project):
 
 @pytest.mark.release
 def test_pyright_sees_types_and_mistakes(project):
-    """The same for the other type checker, whose strictest setting asks for the type of everything."""
+    """In its strictest setting, which requires all types, it finds the same mistakes."""
     folder, installed = project
     settings = {
         "typeCheckingMode": "strict",
@@ -154,7 +154,7 @@ def test_pyright_sees_types_and_mistakes(project):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_the_typed_program_runs(project):
-    """What the checkers have read is a program that works with what is installed."""
+    """The program that the checkers accept runs with the installed packages."""
     done = checked(project, "analysis")
     assert done.returncode == 0, done.stderr
     assert re.fullmatch(r"True 0\.\d+ \S+", done.stdout.splitlines()[-1])

@@ -1,4 +1,4 @@
-"""Whatever is given where an atlas belongs: the functions of Python answer, or refuse in a sentence."""
+"""The Python functions accept or refuse in a sentence whatever is given in place of an atlas."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ import sweep
 
 SMALL = {"roll_rate": "2:4:3", "tilt": "0.1deg,1deg"}
 
-#: What may be given instead of an atlas, made from an atlas.
+#: Things given instead of an atlas, each made from an atlas.
 GIVEN = {
     "nothing": lambda atlas: None,
     "a number": lambda atlas: 3,
@@ -42,7 +42,7 @@ GIVEN = {
     "a title that is none": lambda atlas: atlas.assign_attrs(title=np.arange(3)),
 }
 
-#: What is done with it.
+#: The functions to which they are given.
 DOORS = {
     "verify": sweep.verify,
     "compare": lambda given: sweep.compare(given, given),
@@ -60,7 +60,7 @@ DOORS = {
     "plot": lambda given: given.eulerdisk.plot(),
 }
 
-#: Those that take anything; the others are asked of a dataset.
+#: Functions that accept anything; the others are called on a dataset.
 FUNCTIONS = ("verify", "compare", "findings", "reclassify")
 
 
@@ -74,7 +74,7 @@ def _raised(use, given):
 
 @pytest.mark.release
 def test_they_answer_or_refuse_in_a_sentence(tmp_path, monkeypatch):
-    """No other error leaves any of them, and no message repeats a path of thousands of characters."""
+    """They raise no other errors, and no message repeats a path of thousands of characters."""
     monkeypatch.chdir(tmp_path)
     atlas = sweep.run("rolling", **SMALL)
     for door, use in DOORS.items():
@@ -88,7 +88,7 @@ def test_they_answer_or_refuse_in_a_sentence(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-#: What no request, path or list of words is, and a name of 4,000 characters.
+#: Things that are no request, path or list of words, and a name of 4,000 characters.
 STRANGE = (
     3,
     b"a.nc",
@@ -103,7 +103,7 @@ STRANGE = (
     None,
 )
 
-#: What takes a request, a path, words or a number of threads.
+#: Functions that take a request, a path, words or a number of threads.
 REQUESTS = {
     "open_atlas": sweep.open_atlas,
     "run": sweep.run,
@@ -122,7 +122,7 @@ REQUESTS = {
 
 
 def test_strange_requests_are_refused_in_a_sentence(tmp_path, monkeypatch):
-    """No other error leaves any of them, no message repeats a name of thousands of characters, nothing is written."""
+    """They raise no other errors, repeat no name of thousands of characters, and write nothing."""
     monkeypatch.chdir(tmp_path)
     for door, use in REQUESTS.items():
         for given in STRANGE:
@@ -133,7 +133,7 @@ def test_strange_requests_are_refused_in_a_sentence(tmp_path, monkeypatch):
 
 
 def test_a_path_is_an_atlas(tmp_path):
-    """Verify and compare take a file, as text or Path, and give what they give for its contents."""
+    """`verify` and `compare` accept a file, as text or Path, with the same result as for its contents."""
     spec = sweep.SweepSpec.preset("rolling", **SMALL)
     path = tmp_path / "a.nc"
     sweep.run_to_file(spec, path)
@@ -141,7 +141,7 @@ def test_a_path_is_an_atlas(tmp_path):
         told = sweep.verify(atlas)
         assert sweep.verify(path).drop_attrs().identical(told.drop_attrs())
         assert sweep.compare(str(path), path) == sweep.compare(atlas, atlas)
-    # as text, in which what is no number is equal to itself
+    # Compared as text, because NaN differs from itself.
     assert repr(sweep.findings(sweep.verify(str(path)))) == repr(sweep.findings(told))
-    # the file was closed: it can be replaced
+    # The file was closed, so it can be replaced.
     sweep.run_to_file(spec, path, overwrite=True)

@@ -1,7 +1,7 @@
-"""An atlas read by programs that know nothing of this project: names, units, flags, missing values and a mean.
+"""Other programs read an atlas: names, units, flags, missing values and a mean.
 
-scripts/test installs these programs where it may (scripts/readers.sh). Away from CI a missing one is skipped, and the
-summary names it; in CI it is an error.
+scripts/test installs these programs if it may (scripts/readers.sh). Outside CI a missing one is skipped and
+named in the summary; in CI it is an error.
 """
 
 import json
@@ -27,13 +27,13 @@ pytestmark = pytest.mark.slow_lane
 
 READERS = Path(__file__).with_name("readers")
 
-#: A few disks fall: `fall_time` has values and gaps. The title is to be read by programs that only know ASCII.
+#: A few disks fall, so `fall_time` has gaps. The title tests programs that only know ASCII.
 SPEC = sweep.SweepSpec(roll_rate="0:3:6", tilt="5deg:40deg:7", title="Münze", criterion="departure:5deg")
 
-#: The same motions as a list of random starts: one dimension, and parameters that are auxiliary coordinates.
+#: The same motions as random starts: one dimension, with parameters as auxiliary coordinates.
 LIST = SPEC.replace(roll_rate="uniform:0:3", tilt="uniform:5deg:40deg", samples=42)
 
-#: Disks with losses: some of them break the criterion, so that `breach_time` has values and gaps.
+#: Lossy disks: some of them break the criterion, so `breach_time` has gaps.
 LOSSY = SPEC.replace(
     roll_rate=3.0,
     rolling_friction="0,1mm,5mm",
@@ -43,13 +43,13 @@ LOSSY = SPEC.replace(
     criterion="departure:30deg",
 )
 
-#: A time that some cells lack, by the name of the model.
+#: A time that some cells lack, by model name.
 TIMES = {DISK.name: "fall_time", LOSSY_DISK.name: "breach_time"}
 
 
 @dataclass(frozen=True)
 class Facts:
-    """What every reader has to find of a time that some cells lack, and of the file."""
+    """What every reader must find about the file and a time that some cells lack."""
 
     shape: list[int]
     units: str
@@ -62,7 +62,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class Atlas:
-    """A file, what it was made from, the name of the time that is looked at, and what xarray finds."""
+    """A file, its spec, the name of the examined time, and what xarray finds."""
 
     path: Path
     spec: sweep.SweepSpec
@@ -72,14 +72,14 @@ class Atlas:
 
 @pytest.fixture(scope="module", autouse=True)
 def general():
-    """Compile no kernel for the laws of this file alone."""
+    """Use the general kernels instead of compiling those for the laws of this file."""
     with lossy_runner.general_kernels():
         yield
 
 
 @pytest.fixture(scope="module")
 def atlases(tmp_path_factory):
-    """Return an atlas of each kind; of the time that is looked at some values are missing, and some are not."""
+    """Return an atlas of each kind, in which the examined time has values and gaps."""
     made = []
     for number, spec in enumerate((SPEC, LIST, LOSSY)):
         path = tmp_path_factory.mktemp("readers") / f"atlas{number}.nc"
@@ -103,7 +103,7 @@ def atlases(tmp_path_factory):
 
 
 def program(*names):
-    """Skip the test if one of the programs is missing; in CI that is a failure."""
+    """Skip the test if one of the programs is missing; in CI fail instead."""
     missing = [name for name in names if not shutil.which(name)]
     if missing and os.environ.get("CI") == "true":
         pytest.fail(f"CI has every reader, but {', '.join(missing)} is missing: see scripts/readers.sh")
@@ -112,7 +112,7 @@ def program(*names):
 
 
 def said(command, *paths):
-    """Run a command line, which must end well, and return what it printed."""
+    """Run a command line, which must succeed, and return its output."""
     done = subprocess.run(
         [*shlex.split(command), *paths], capture_output=True, text=True, timeout=300, check=False
     )
@@ -121,7 +121,7 @@ def said(command, *paths):
 
 
 def facts(text):
-    """Return the facts that a program printed of each file, one a line."""
+    """Return the facts that a program printed for each file, one per line."""
     found = []
     for part in text.split("shape ")[1:]:
         shape, *lines = part.splitlines()
@@ -142,7 +142,7 @@ def facts(text):
 
 
 def test_c(atlases, tmp_path):
-    """Twenty lines of C find every fact: text attributes are plain characters, flags are bytes."""
+    """A short C program finds every fact: text attributes are plain characters, flags are bytes."""
     program("cc", "nc-config")
     libraries = shlex.split(said("nc-config --cflags --libs"))
     said("cc -Wall -Werror -o", tmp_path / "read", READERS / "read.c", *libraries)
@@ -159,7 +159,7 @@ def test_c(atlases, tmp_path):
     ids=["R", "Octave"],
 )
 def test_script(atlases, command, library, probe):
-    """R and Octave find every fact, and Octave lists the whole file, which one foreign type would prevent."""
+    """R and Octave find every fact; Octave lists the whole file, which one unknown type would prevent."""
     language, *_, script = command.split()
     program(language)
     if subprocess.run(shlex.split(probe), capture_output=True, check=False).returncode:
@@ -171,7 +171,7 @@ def test_script(atlases, command, library, probe):
 
 
 def test_ncdump(atlases):
-    """The text of ncdump shows the classic model, units, flags as bytes, and gaps as gaps; all of it ASCII."""
+    """The text of ncdump shows the classic model, units, flags as bytes, and gaps, all in ASCII."""
     program("ncdump")
     for path, name, truth in ((each.path, each.name, each.truth) for each in atlases):
         assert said("ncdump -k", path).strip() == "netCDF-4 classic model"
@@ -188,7 +188,7 @@ def test_ncdump(atlases):
 
 
 def test_cdo(atlases):
-    """CDO finds all variables on the grid, units, flags, the gaps, and the mean of a field."""
+    """CDO finds all variables on the grid, units, flags, gaps, and the mean of a field."""
     program("cdo")
     for path, spec, name, truth in ((each.path, each.spec, each.name, each.truth) for each in atlases):
         assert set(said("cdo -s showname", path).split()) >= set(spec.model.variables)
@@ -199,13 +199,13 @@ def test_cdo(atlases):
         assert f'criterion = "{truth.criterion}"' in said("cdo -s showattribute,criterion", path)
         table = said(f"cdo -s infon -selname,{name}", path).splitlines()[1].split()
         assert table[5:7] == [str(np.prod(truth.shape)), str(np.prod(truth.shape) - truth.known)]
-        # CDO sums with weights 1/n, so that the last digit is its own
+        # CDO sums with weights 1/n, so its last digit may differ.
         assert float(said(f"cdo -s outputf,%.17g -fldmean -selname,{name}", path)) == truth.mean
 
 
 @pytest.mark.parametrize("operator", ["copy", "selname"])
 def test_what_cdo_writes_again_is_still_an_atlas(atlases, operator, tmp_path, command):
-    """CDO leaves the scalar coordinates out and adds missing_value: a grid is read and verified still."""
+    """CDO drops the scalar coordinates and adds missing_value; a grid can still be read and verified."""
     program("cdo")
     for path, spec in ((each.path, each.spec) for each in atlases):
         with xr.open_dataset(path, engine="netcdf4") as atlas:
@@ -216,7 +216,7 @@ def test_what_cdo_writes_again_is_still_an_atlas(atlases, operator, tmp_path, co
             assert "alpha" not in file.variables
             assert file["tilt_min"].missing_value == file["tilt_min"]._FillValue
         if spec is LIST:
-            # it leaves the parameters of the starts out too, and no spec of a table holds them
+            # It also drops the start parameters, and a table's spec does not contain them.
             assert "start must be whole numbers" in command(f"info {copy}")[2]
             continue
         assert "alpha 0.5" in command(f"info {copy}")[1]
@@ -227,7 +227,7 @@ def test_what_cdo_writes_again_is_still_an_atlas(atlases, operator, tmp_path, co
 
 
 def test_cdo_keeps_the_fixed_parameters(atlases, tmp_path):
-    """Selecting a variable leaves out the coordinates of no dimension; the attributes with their numbers stay."""
+    """Selecting a variable drops scalar coordinates, but their numbers remain as attributes."""
     program("cdo")
     for atlas in atlases:
         said(f"cdo -s -O selname,{atlas.name}", atlas.path, tmp_path / "part.nc")
@@ -240,7 +240,7 @@ def test_cdo_keeps_the_fixed_parameters(atlases, tmp_path):
 
 
 def test_nco(atlases, tmp_path):
-    """NCO finds units and flags, and its mean leaves the gaps out, which it would not do with NaN as fill value."""
+    """NCO finds units and flags, and its mean skips gaps, which fails with NaN as the fill value."""
     program("ncwa", "ncks")
     for path, spec, name, truth in ((each.path, each.spec, each.name, each.truth) for each in atlases):
         said(f"ncwa -O -y avg -v {name}", path, tmp_path / "mean.nc")
@@ -258,7 +258,7 @@ def test_gdal(atlases, tmp_path):
     """GDAL's multidimensional driver finds names, units, gaps and the mean."""
     program("gdalmdiminfo")
     for path, spec, name, truth in ((each.path, each.spec, each.name, each.truth) for each in atlases):
-        # it leaves its statistics beside the file
+        # GDAL writes its statistics next to the file.
         copy = shutil.copy(path, tmp_path / path.name)
         whole = json.loads(said("gdalmdiminfo", copy))
         assert set(whole["arrays"]) >= {*spec.model.variables, *spec.axes, *spec.listed}
@@ -278,7 +278,7 @@ def test_h5netcdf(atlases):
             xr.open_dataset(path, engine="h5netcdf") as found,
             xr.open_dataset(path, engine="netcdf4") as expected,
         ):
-            # the one library gives a lone number as an array of one; the text and all values are compared exactly
+            # One library returns a single number as an array of one; texts and values are compared exactly.
             xr.testing.assert_equal(found, expected)
             for name in expected.variables:
                 assert found[name].dtype == expected[name].dtype, name
@@ -289,7 +289,7 @@ def test_h5netcdf(atlases):
 
 
 def test_udunits():
-    """The library that CF names for units reads every one that a file can hold."""
+    """UDUNITS, the library that CF names for units, parses every unit that a file can contain."""
     program("udunits2")
     tables = (
         table for model in (DISK, LOSSY_DISK) for table in (model.parameters, model.settings, model.variables)
@@ -299,7 +299,7 @@ def test_udunits():
 
 
 def test_the_set_up_says_what_is_missing_and_goes_on(tmp_path):
-    """Programs are installed only when asked for; a missing program or a failed installation stops nothing."""
+    """Programs are installed only on request; a missing program or a failed installation stops nothing."""
     asked = tmp_path / "asked"
     stubs = {"id": "echo $USER_ID", "dpkg-query": "exit 1", "apt-get": f'echo "$@" >>{asked}; exit 1'}
     stubs["sudo"] = '[ "$1" != -n ] || shift; exec "$@"'

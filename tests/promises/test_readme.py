@@ -1,4 +1,4 @@
-"""The README is runnable: every command and snippet in it is executed here."""
+"""The README works: these tests execute every command and snippet in it."""
 
 import os
 import re
@@ -28,13 +28,13 @@ def _run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def test_readme_is_short():
-    """The README has at most 90 lines, and its Python ten."""
+    """The README has at most 90 lines, and its Python at most ten."""
     assert len(_TEXT.splitlines()) <= 90
     assert len([line for line in _blocks("python")[0].splitlines() if line]) <= 10
 
 
 def test_readme_links_lead_somewhere():
-    """Every relative link and picture of the README is a file of the project, or a heading in one."""
+    """Every relative link and picture of the README points to a file of the project, or a heading in one."""
     for target in re.findall(r"\]\(([^)]+)\)", _TEXT):
         file, _, anchor = target.partition("#")
         assert (_ROOT / file).is_file(), target
@@ -44,7 +44,7 @@ def test_readme_links_lead_somewhere():
 
 
 def test_every_block_is_known():
-    """No block of the README escapes these tests: the languages are bash, python, and text for output."""
+    """These tests cover every block of the README; its languages are bash, python, and text for output."""
     assert set(re.findall(r"^```(\w*)$", _TEXT, flags=re.MULTILINE)) <= {"bash", "python", "text", ""}
     assert [len(_blocks(language)) for language in ("bash", "python", "text")] == [2, 2, 1]
 
@@ -52,7 +52,7 @@ def test_every_block_is_known():
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_atlas_command(tmp_path):
-    """`scripts/atlas` writes its five files and ends with the table that the README shows."""
+    """`scripts/atlas` writes its five files and ends with the table shown in the README."""
     assert _commands(_blocks("bash")[0]) == ["scripts/atlas", "scripts/test"]
     done = _run([str(_ROOT / "scripts" / "atlas")], tmp_path)
     assert done.returncode == 0, done.stderr
@@ -62,7 +62,7 @@ def test_atlas_command(tmp_path):
 
 
 def test_test_command_explains_itself(tmp_path):
-    """`scripts/test`, which is running this very test, is a command that says what it does."""
+    """`scripts/test`, which may be running this test, explains itself with --help."""
     done = _run([str(_ROOT / "scripts" / "test"), "--help"], tmp_path)
     assert done.returncode == 0
     assert "ruff, mypy" in done.stdout
@@ -71,9 +71,9 @@ def test_test_command_explains_itself(tmp_path):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_command_line(tmp_path):
-    """Every command of the second block runs, in the order shown, and leaves the file that it names.
+    """Every command of the second block runs, in order, and writes the file that it names.
 
-    The explorer runs until it is told to end: tests/promises/test_pages.py starts and ends it.
+    The explorer runs until stopped: tests/promises/test_pages.py starts and stops it.
     """
     commands = _commands(_blocks("bash")[1])
     assert "eulerdisk explore" in commands
@@ -90,7 +90,7 @@ def test_command_line(tmp_path):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_system_of_ones_own(tmp_path):
-    """The second Python block runs in a file: it tells the boundary of the comment, within a step of the grid."""
+    """The second Python block runs as a file and prints the boundary in its comment, within a grid step."""
     script = tmp_path / "readme.py"
     script.write_text(_blocks("python")[1])
     done = _run([sys.executable, "-W", "error", str(script)], tmp_path)
@@ -102,11 +102,11 @@ def test_a_system_of_ones_own(tmp_path):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_python_block(tmp_path):
-    """The Python block runs without a warning: a hoop at 1/4, and a toy that stops when the command line says so."""
+    """The Python block runs without warnings: a hoop at 1/4, and a toy that stops as on the command line."""
     done = _run([sys.executable, "-W", "error", "-c", _blocks("python")[0]], tmp_path)
     assert done.returncode == 0, done.stderr
     peak, rate, seconds = map(float, done.stdout.splitlines())
     assert 0.1 < peak < 1.5
-    # departure at 5 deg moves the boundary by 5/6 * 0.0873^2 = 0.6 %, a grid step of 0.0025 rad/s by 0.1 %
+    # A departure of 5 deg moves the boundary by 5/6 * 0.0873^2 = 0.6 %, a grid step of 0.0025 rad/s by 0.1 %.
     assert rate == pytest.approx(0.25, rel=0.01)
     assert seconds == pytest.approx(5.04, abs=0.01)

@@ -1,4 +1,4 @@
-"""Runs survive kill -9 at any moment, a full disk, a limit on files, and damaged blocks. Long form: scripts/soak."""
+"""Runs survive kill -9 at any moment, full disks, file-size limits and damaged blocks (cf. scripts/soak)."""
 
 import os
 import re
@@ -20,14 +20,14 @@ WORDS = ["rolling", "roll_rate=2:4:100", "tilt=0.1deg:5deg:100", "--block-cells"
 
 
 def run(folder, *words, **how):
-    """Run a command in a folder and return what came of it."""
+    """Run a command in a folder and return its result."""
     return python("-m", "sweep", *words, folder=folder, environment=DATED, **how)
 
 
 @pytest.mark.release
 @pytest.mark.compiled
 def test_kills_and_damages_change_no_byte(tmp_path):
-    """The soak in short: whatever is killed or damaged, files are absent or equal to that of an undisturbed run."""
+    """A short soak test: after any kill or damage, files are absent or equal to an undisturbed run's."""
     soak = CHECKOUT / "scripts" / "fault_injection.py"
     few = ["--moments", "1", "--damages", "60", "--every", "4", "--cells", "0"]
     done = python(soak, *few, folder=tmp_path, environment=DATED)
@@ -43,7 +43,7 @@ def test_kills_and_damages_change_no_byte(tmp_path):
 @pytest.mark.compiled
 @pytest.mark.parametrize(("limit", "where"), [(8_000, "block"), (300_000, "file")])
 def test_a_limit_on_file_sizes(tmp_path, limit, where):
-    """A block or the file over the limit: status 3, what is whole is kept, what to raise is told, then it goes on."""
+    """If a block or the file exceeds it: status 3, whole blocks are kept, advice, and the run can resume."""
 
     def limited():
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
@@ -64,7 +64,7 @@ def test_a_limit_on_file_sizes(tmp_path, limit, where):
 
 @pytest.fixture
 def small_disk(tmp_path):
-    """Return a disk of two megabytes."""
+    """Yield a disk of two megabytes."""
     folder = tmp_path / "disk"
     folder.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", str(folder)]
@@ -78,9 +78,9 @@ def small_disk(tmp_path):
 @pytest.mark.compiled
 @pytest.mark.parametrize("left", [200_000, 600_000], ids=["journal", "file"])
 def test_a_full_disk(small_disk, left):
-    """A disk that fills on the way: status 3, what is whole is kept, what to free is told; then the run goes on."""
+    """If the disk fills up: status 3, whole blocks are kept, the needed space is named, resuming works."""
     ballast = small_disk / "ballast"
-    # the disk looks large enough beforehand, as it does when others fill it
+    # The room check is disabled, as if others filled the disk later.
     code = (
         "import sys, shutil; sys.argv = ['eulerdisk', 'run', *sys.argv[1:]]\n"
         "from sweep.runs import forecast; forecast.check_room = lambda *_: None\n"
@@ -114,7 +114,7 @@ sweep.run_to_file(spec, "a.nc", block_cells=1000, command="x")
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_an_interrupted_python_program(tmp_path):
-    """Ctrl-C in a program that calls `run_to_file` ends it at once; finished blocks are kept, and it can go on."""
+    """Ctrl-C in a program that calls `run_to_file` ends it at once; finished blocks are kept for resuming."""
     environment = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
     command = [sys.executable, "-c", _PROGRAM]
     process = subprocess.Popen(command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)

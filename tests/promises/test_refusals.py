@@ -1,4 +1,4 @@
-"""What refusals say, to every command: `refusals.txt` lists command lines with the facts that a user needs there."""
+"""Refusals of every command: `refusals.txt` lists command lines with the facts that each must state."""
 
 import re
 import shlex
@@ -22,10 +22,10 @@ def listed():
 
 
 def faults(line, status, mark, facts, out, err):
-    """Return what is wrong with what a command said when it refused."""
+    """Return the defects of a command's refusal."""
     lines = err.splitlines()
     if mark == "typer":
-        # the lines before it show the arguments and options that there are
+        # Earlier lines show the available arguments and options.
         lines = lines[-1:]
     start = "Error: " if mark == "typer" else "eulerdisk: "
     found = [f"lacks {fact}" for fact in missing("\n".join(lines), facts)]
@@ -38,7 +38,7 @@ def faults(line, status, mark, facts, out, err):
 
 @pytest.mark.slow_lane
 def test_refusals(tmp_path, monkeypatch, capsys):
-    """Each command line of the list ends with its status and one line with the facts, and writes nothing."""
+    """Each listed command line ends with its status and one line with the facts, and writes nothing."""
     monkeypatch.chdir(tmp_path)
     shutil.copy(HERE / "data" / "rolling.nc", "rolling.nc")
     for name, text in FILES.items():
@@ -60,9 +60,9 @@ WORD = re.compile(r"\b([a-z]\w*)=[^\s;]*[^\s;,.?)]")
 
 
 def followed(words, message):
-    """Return the words of a command after the advice of its refusal; None if that gives no word with a value.
+    """Return a command's words after following a refusal's advice, or None if it names no word with a value.
 
-    A slip is corrected where it stands; a word replaces the one of its name, or is added.
+    A typo is corrected in place; a word replaces the one of its name, or is added.
     """
     advice = re.split(r"(?<=[^.])\. (?=[A-Z])", message)[-1]
     if meant := re.fullmatch(r"Did you mean (\S+)\?", advice):
@@ -78,7 +78,7 @@ def followed(words, message):
 
 @pytest.mark.slow_lane
 def test_advice_leads_on(tmp_path, monkeypatch, capsys):
-    """Who follows the advice of a refusal, and that of the next one, never meets the same refusal again."""
+    """Following the advice of successive refusals never leads to the same refusal again."""
     monkeypatch.chdir(tmp_path)
     for name, text in FILES.items():
         Path(name).write_text(text, encoding="utf-8")

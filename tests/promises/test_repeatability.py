@@ -1,4 +1,4 @@
-"""The promise: a cell's bits depend on the cell alone; not on threads, blocks, the grid around it, or the process."""
+"""A cell's bits depend only on the cell: not on threads, blocks, the surrounding grid, or the process."""
 
 import hashlib
 
@@ -12,7 +12,7 @@ from sweep.runs.in_memory import run
 
 pytestmark = pytest.mark.compiled
 
-#: More cells than a kernel's chunk, with falls, refinements and a computed roll rate; an axis of every kind.
+#: More cells than a kernel's chunk, with falls, refinements and a computed roll rate; every kind of axis.
 GRIDS = {
     "rolling": SweepSpec.preset("rolling").replace(roll_rate="0.5:4:61", tilt="0.001deg:60deg:41:log"),
     "spinning": SweepSpec.preset("spinning").replace(precession_rate="-6:6:61", tilt="0.001deg:60deg:41:log"),
@@ -23,14 +23,14 @@ GRIDS = {
 
 
 def bits(atlas):
-    """Return the bytes of every variable of an atlas, boundaries and coordinates included."""
+    """Return the bytes of every variable of an atlas, including boundaries and coordinates."""
     return {name: variable.values.tobytes() for name, variable in atlas.variables.items()}
 
 
 @pytest.mark.usefixtures("two_threads")
 @pytest.mark.parametrize("preset", GRIDS)
 def test_threads_and_blocks_change_no_bit(preset):
-    """Every variable of the dataset is the same to the last bit, and so it is in a second run of the process."""
+    """All variables are bit-identical, also in a second run of the process."""
     spec = GRIDS[preset]
     atlas = run(spec, threads=1, block_cells=10**6)
     assert set(np.unique(atlas["ending"])) > {1}
@@ -40,7 +40,7 @@ def test_threads_and_blocks_change_no_bit(preset):
 
 
 def test_a_part_of_a_grid_has_the_bits_of_the_whole():
-    """Cells picked from a grid, as a grid of their own, come out as they did among all the others."""
+    """Cells picked from a grid, run as their own grid, give the same bits."""
     for spec in GRIDS.values():
         whole = run(spec)
         picked = {name: slice(2, None, 3) if len(whole[name]) > 5 else slice(1, 2) for name in spec.axes}
@@ -69,16 +69,16 @@ print(hashlib.sha256(b"".join(atlas[name].values.tobytes() for name in sorted(at
 """
 
 
-#: Two threads anywhere; and what makes the C library of Linux return memory to the system at once, and fill what is new
-#: and what is freed.
+#: Two threads anywhere; the C library of Linux returns memory to the system at once, and fills new and freed
+#: memory.
 STRICT = {"NUMBA_NUM_THREADS": "2", "MALLOC_MMAP_THRESHOLD_": "65536", "MALLOC_PERTURB_": "165"}
 
 
 @pytest.mark.slow_lane
 def test_another_process_has_the_same_bits():
-    """A process of its own, which loads the kernels from the cache instead of compiling them, agrees bit by bit.
+    """A separate process that loads the kernels from the cache agrees bit by bit.
 
-    So it does where memory that the kernels use too early or too late is not what it was.
+    Filled memory shows that the kernels use none too early or too late.
     """
     spec = GRIDS["circling"]
     atlas = run(spec)

@@ -1,4 +1,4 @@
-"""The documentation is built without a warning, reads without a network, and its start page is runnable."""
+"""The documentation builds without warnings, works without a network, and its start page runs."""
 
 import html
 import json
@@ -17,7 +17,7 @@ from processes import CHECKOUT, python
 
 pytestmark = pytest.mark.release
 
-#: What the dependency group docs of pyproject.toml installs, by the names of imports.
+#: Import names of what the dependency group docs of pyproject.toml installs.
 NEEDED = (
     "sphinx",
     "pydata_sphinx_theme",
@@ -28,7 +28,7 @@ NEEDED = (
     "ipykernel",
     "distributed",
 )
-#: A page of which one cell prints what the other one would not reach.
+#: A page with a cell that raises before the next one prints.
 RAISES = """---
 file_format: mystnb
 kernelspec:
@@ -42,19 +42,19 @@ print("before")
 assert 1 + 1 == 3
 ```
 """
-#: How high a section of a how-to page may be in a window of 1440 x 900: a screen, and a tenth for other fonts.
+#: Maximum height of a how-to section in a window of 1440 x 900: one screen plus a tenth for other fonts.
 SCREEN = {"width": 1440, "height": 900}
 HIGHEST = 1000
-#: How-to pages; a section of them that is a table to look things up may be higher.
+#: How-to pages, and their sections that may be higher because they are reference tables.
 HOWTO, TABLES = ("explorer", "starts", "figures", "motions", "runs"), {("figures", "options")}
-#: Heights of the sections of a page, by their names.
+#: JavaScript that returns the heights of a page's sections by name.
 HEIGHTS = """() => Object.fromEntries(
     [...document.querySelectorAll("article.bd-article > section > section")].map(
         (section) => [section.id, section.getBoundingClientRect().height]))"""
-#: A command that goes on while the next one begins.
+#: A command that continues while the next one starts.
 BACKGROUND = re.compile(r"(?<!&)&\s*$")
 TUTORIALS = sorted((CHECKOUT / "docs" / "tutorials").glob("*.md"))
-#: What a browser loads from a server: of elements that load (`a` only leads somewhere), and of styles.
+#: What a browser loads from a server: loading elements (`a` is only a link) and styles.
 FROM_A_SERVER = re.compile(
     r"<(?:script|img|iframe|source|audio|video|embed|track|object)\b[^>]*\b(?:src|srcset|data)=[\"']?(?:https?:)?//"
     r"|<link\b(?![^>]*rel=[\"'](?:canonical|index|search|next|prev|author|license))[^>]*href=[\"'](?:https?:)?//"
@@ -79,14 +79,14 @@ def site(made_once: Callable[[str, Callable[[Path], None]], Path]) -> Path:
 
 @pytest.fixture(scope="module")
 def pages(site: Path) -> dict[Path, str]:
-    """Return the text of every page of the site, by its path."""
-    # in _static lies a template of the theme
+    """Return the text of every page of the site by path."""
+    # _static contains a template of the theme.
     found = (path for path in site.rglob("*.html") if "_static" not in path.parts)
     return {path.resolve(): path.read_text(encoding="utf-8") for path in found}
 
 
 def test_every_page_is_built(pages: dict[Path, str], site: Path) -> None:
-    """Every page of docs/ is a page of the site, and so are the changelog and the page for contributors."""
+    """Every page of docs/ is on the site, and so are the changelog and the page for contributors."""
     docs = CHECKOUT / "docs"
     sources = [
         *docs.glob("*.md"),
@@ -100,14 +100,14 @@ def test_every_page_is_built(pages: dict[Path, str], site: Path) -> None:
 
 
 def test_nothing_is_loaded_from_a_network(site: Path) -> None:
-    """Scripts, styles, fonts and pictures of every page and every style sheet are files of the site."""
+    """Scripts, styles, fonts and pictures of all pages and style sheets are files of the site."""
     assert FROM_A_SERVER.search('<script async src="https://a.b/c.js">')
     for path in [*site.rglob("*.css"), *site.rglob("*.html")]:
         assert FROM_A_SERVER.search(path.read_text(encoding="utf-8")) is None, path
 
 
 def test_links_lead_somewhere(pages: dict[Path, str]) -> None:
-    """A link to a page finds it and the anchor in it, one to a file finds that; few places outside are named."""
+    """Links reach their page and anchor, or their file; only a few outside hosts appear."""
     anchors = {path: set(re.findall(r'\bid="([^"]+)"', text)) for path, text in pages.items()}
     followed, outside = 0, set()
     for path, text in pages.items():
@@ -126,7 +126,7 @@ def test_links_lead_somewhere(pages: dict[Path, str]) -> None:
 
 
 def test_only_public_names_are_in_the_reference(pages: dict[Path, str], site: Path) -> None:
-    """The page of the interface has every public name, the accessor and the base class of models, and no other."""
+    """The reference lists every public name, the accessor and the base class of models, and nothing else."""
     import sweep
 
     page = pages[(site / "docs" / "api.html").resolve()]
@@ -139,7 +139,7 @@ def test_only_public_names_are_in_the_reference(pages: dict[Path, str], site: Pa
 
 
 def test_it_is_searched_from_disk(site: Path) -> None:
-    """In a browser, without a server: a word leads to pages that have it, and nothing is an error."""
+    """Search works in a browser without a server: a word finds its pages, without errors."""
     browser, asked = find_browser(), "separatrix"
     if browser is None:
         pytest.skip("no chromium and no Chrome on the path")
@@ -157,7 +157,7 @@ def test_it_is_searched_from_disk(site: Path) -> None:
 
 
 def test_a_section_of_a_howto_page_is_one_screen(site: Path) -> None:
-    """Each is at most about as high as a window, and every page of the tables is in the list; a reference is not."""
+    """Each is about one window high at most, except references; the list has every page of the tables."""
     pytest.importorskip("playwright")
     browser = find_browser()
     if browser is None:
@@ -177,13 +177,13 @@ def test_a_section_of_a_howto_page_is_one_screen(site: Path) -> None:
 
 
 def notebooks(site: Path) -> dict[str, dict[str, Any]]:
-    """Return the executed notebooks that the pages of tutorials offer, by their names."""
+    """Return the executed notebooks that the tutorial pages offer, by name."""
     return {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in site.rglob("*.ipynb")}
 
 
 @pytest.mark.compiled
 def test_tutorials_are_executed(site: Path) -> None:
-    """Each is offered as a notebook, all cells of which were run, and what they print is in one piece."""
+    """Each is offered as a notebook with all cells run, and each cell's output is in one piece."""
     found = notebooks(site)
     assert found.keys() == {path.stem for path in TUTORIALS}
     for name, book in found.items():
@@ -195,7 +195,7 @@ def test_tutorials_are_executed(site: Path) -> None:
 
 @pytest.mark.compiled
 def test_a_tutorial_shows_nothing_of_this_machine(site: Path) -> None:
-    """No bar says how fast it is, and no path where the checkout lies."""
+    """No progress bar shows a speed, and no path shows the location of the checkout."""
     for name, book in notebooks(site).items():
         text = json.dumps(book)
         assert "finished after" not in text, name
@@ -203,24 +203,24 @@ def test_a_tutorial_shows_nothing_of_this_machine(site: Path) -> None:
 
 
 def bash_cells(text: str) -> list[list[str]]:
-    """Return the commands of each cell of bash, a command that is continued on the next line in one piece."""
+    """Return the commands of each bash cell, with continued lines joined."""
     cells = re.findall(r"^%%bash[^\n]*\n(.*?)^```$", text, re.M | re.S)
     return [cell.replace("\\\n", " ").splitlines() for cell in cells]
 
 
 def speaks_apart(line: str) -> bool:
-    """Return whether a command of the program keeps its standard error apart, where it fails the build."""
+    """Return whether a command of the program does not redirect standard error, whose messages fail the build."""
     parts = re.split(r"\||;|&&", line)
     return any(re.search(r"\beulerdisk ", part) and "2>&1" not in part for part in parts)
 
 
 def waits(cell: list[str]) -> bool:
-    """Return whether a cell waits for what it has begun."""
+    """Return whether a cell waits for its background commands."""
     return any(re.search(r"\bwait\b", line) for line in cell)
 
 
 def test_a_failing_command_ends_a_tutorial() -> None:
-    """Bash stops at the first command that fails, also in a pipe; every page holds its numbers, or its bits."""
+    """Bash stops at the first failing command, also in a pipe; every page asserts its results."""
     assert speaks_apart("ls; eulerdisk verify a.nc | tail -n 1 2>&1")
     assert not speaks_apart("eulerdisk verify a.nc 2>&1 | tail -n 1")
     for path in TUTORIALS:
@@ -235,7 +235,7 @@ def test_a_failing_command_ends_a_tutorial() -> None:
 
 
 def test_a_cell_that_raises_ends_the_build(tmp_path: Path) -> None:
-    """A site of one page with a false assertion is not built; the message has the assertion."""
+    """A site with a false assertion is not built, and the message quotes the assertion."""
     pytest.importorskip("myst_nb")
     (tmp_path / "docs" / "tutorials").mkdir(parents=True)
     (tmp_path / "docs" / "index.md").write_text("# Site\n\n```{toctree}\ntutorials/page\n```\n")

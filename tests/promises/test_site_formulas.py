@@ -1,4 +1,4 @@
-"""Formulas of the site: what docs/_site/formulas.py mends in the MathML that docutils writes."""
+"""Formulas of the site: what docs/_site/formulas.py repairs in docutils' MathML."""
 
 import sys
 from xml.etree import ElementTree
@@ -22,7 +22,7 @@ def mathml(monkeypatch):
     "text", [r"c |f| N |g|", r"c \lvert f\rvert N \lvert g\rvert", r"\sqrt{|f|} + \frac{n}{|f|}"]
 )
 def test_bars_of_an_absolute_value_are_brackets(mathml, text):
-    """The first of two opens, the second closes: a browser would space them as the relation "divides"."""
+    """The first opens and the second closes; otherwise browsers space them as the relation "divides"."""
     bars = [each for each in mathml(text).iter("mo") if each.text == "|"]
     assert [each.get("form") for each in bars] == ["prefix", "postfix"] * 2
 
@@ -37,14 +37,14 @@ def test_a_power_of_an_absolute_value_stands_beside_all_of_it(mathml):
 
 @pytest.mark.release
 def test_root_signs_of_the_font_are_as_wide_as_each_other(mathml, tmp_path):
-    """A browser keeps room for the widest one, and would leave a gap after a low root."""
+    """A browser reserves space for the widest one, which would leave a gap after a low root."""
     ttlib = pytest.importorskip("fontTools.ttLib")
     pytest.importorskip("ziamath")
     from formulas import write_font
 
     write_font(tmp_path / "font.ttf")
     font = ttlib.TTFont(tmp_path / "font.ttf")
-    # the base, three larger ones, and the three parts of the largest
+    # The base, three larger ones, and the three parts of the largest.
     names = ["uni221A", *(f"uni221A.{each}" for each in ("s1", "s2", "s3", "s4", "x", "t"))]
     assert {font["hmtx"][name][0] for name in names} == {794}
     outlines = [font["glyf"][name].xMax for name in names]

@@ -1,7 +1,7 @@
-"""docs/theory.md: every formula that stands on a line of its own is evaluated as printed, at random motions.
+"""docs/theory.md: every displayed formula is evaluated as printed, at random motions.
 
-The values of its symbols come from the kernels, from the theory of `sweep`, or from a referee of the tests, and never
-from the formula itself.
+The values of its symbols come from the kernels, from the theory of `sweep`, or from a referee of the tests,
+and never from the formula itself.
 """
 
 import math
@@ -27,7 +27,7 @@ FORMULAS, check = PAGE.formulas, PAGE.check
 
 @pytest.fixture
 def v(rng):
-    """Values of a random disk and of its motion, in SI, by the names of their symbols."""
+    """Return values of a random disk and its motion, in SI, by the names of their symbols."""
     angles = {"theta": rng.uniform(-1.2, 1.2), "psi": rng.uniform(-3.0, 3.0)}
     rates = {f"dot {name}": rng.normal() for name in ("theta", "psi", "varphi")}
     disk = {"alpha": rng.uniform(0.05, 1.0), "R": rng.uniform(0.3, 3.0)}
@@ -40,12 +40,12 @@ def disk_of(v):
 
 
 def unit(v):
-    """Return the unit of time of the kernels [s]."""
+    """Return the kernels' unit of time [s]."""
     return math.sqrt(v["R"] / v["g"])
 
 
 def scaled(v):
-    """Return the state of the kernels, six numbers."""
+    """Return the kernels' state, six numbers."""
     state = (v[name] for name in ("theta", "dot theta", "dot psi", "dot varphi"))
     return equations.scaled_state(*state, unit(v))
 
@@ -68,7 +68,7 @@ def with_accelerations(v):
 
 
 def with_path(v):
-    """Add the velocity of the contact point, which solves the constraints of Lagrange's form."""
+    """Add the velocity of the contact point, which satisfies the constraints of Lagrange's form."""
     q = np.array([0.0, 0.0, v["psi"], v["theta"], 0.0])
     W = lagrange.constraint_matrix(q, v["R"])
     x, y = np.linalg.solve(W[:, :2], -W[:, 4] * v["dot varphi"])
@@ -90,13 +90,13 @@ def with_steady_roll(v):
 
 
 def test_every_formula_is_tested():
-    """Every formula on a line of its own has a name, no two have the same, and a test of this file takes each."""
+    """Every displayed formula has a unique name, and a test in this file evaluates it."""
     assert PAGE.all_named
     assert PAGE.tested(__file__) == FORMULAS.keys()
 
 
 def test_formulas_between_words_state_nothing():
-    """What stands between words is a symbol or an expression: equations and conditions have a line of their own."""
+    """Inline math is a symbol or an expression; equations and conditions are displayed on their own line."""
     assert len(PAGE.inline()) > 50
     assert PAGE.statements() == []
 
@@ -111,7 +111,7 @@ def test_path_and_constraints(v):
 
 
 def test_the_centre_and_the_kinetic_energy(v):
-    """The energy, with the velocity of the centre as its place says, is that of Lagrange's mass matrix, slip or not."""
+    """With the center's velocity from its position, the energy is Lagrange's, with or without slip."""
     rng = np.random.default_rng(0)
     v = {**v, "dot x_C": rng.normal(), "dot y_C": rng.normal()}
 
@@ -129,7 +129,7 @@ def test_the_centre_and_the_kinetic_energy(v):
 
 
 def test_equations_in_angles(v):
-    """They are those of the kernels, and of Lagrange's form."""
+    """They match the kernels and Lagrange's form."""
     v = with_accelerations(v)
     check("angles", v, 1e-11)
     q, rates = five(with_path(v))
@@ -139,7 +139,7 @@ def test_equations_in_angles(v):
 
 
 def test_equations_of_the_code(v):
-    """Scaled numbers, their derivatives and Newton's form are those of the kernels."""
+    """Scaled numbers, their derivatives and Newton's form match the kernels."""
     v = with_flow(v)
     check("scaled", v)
     check("slopes", v)
@@ -148,7 +148,7 @@ def test_equations_of_the_code(v):
 
 
 def test_forces_at_the_contact(v):
-    """They are those of the kernels, and the multipliers of Lagrange's form."""
+    """They match the kernels and the multipliers of Lagrange's form."""
     v = with_path(with_accelerations(v))
     weight = v["m"] * v["g"]
     forces = contact.contact_forces(scaled(v), equations.inertia(v["alpha"]), v["alpha"])
@@ -167,7 +167,7 @@ def test_forces_at_the_contact(v):
 
 
 def test_energy(v):
-    """Both forms are the energy of the referee, formed from velocities, and of the kernels."""
+    """Both forms match the referee's energy from velocities, and the kernels'."""
     v = with_flow(v)
     state = (v[name] for name in ("theta", "dot theta", "dot psi", "dot varphi"))
     check("energy", {**v, "E": v["m"] * referee.energy(tuple(state), *disk_of(v))})
@@ -176,7 +176,7 @@ def test_energy(v):
 
 
 def test_chaplygins_system(v):
-    """Derivatives in the tilt are those in time over the rate of the tilt, in the kernels."""
+    """Derivatives by tilt are the kernels' time derivatives divided by the tilt rate."""
     v = with_flow(v)
     along = {f"d{name}/dtheta": v[f"d{name}/dtau"] / v["w"] for name in "so"}
     check("chaplygin", {**v, **along}, 1e-11)
@@ -194,12 +194,12 @@ def even_and_odd(alpha):
 
 
 def test_legendres_equation(v):
-    """Hypergeometric functions solve it, are what the rates of a motion become, and have the series of the page."""
+    """Hypergeometric functions solve it, match the rates of motions, and have the page's series."""
     u = math.sin(v["theta"])
     zero, alpha = np.zeros(1), np.array([v["alpha"]])
     for first, function in enumerate(even_and_odd(v["alpha"])):
         value, slope, curvature = (mpmath.diff(function, u, n) for n in range(3))
-        # s of a motion whose s, or whose ds/du, is 1 at upright
+        # s of a motion with s = 1, or ds/du = 1, at upright.
         begin = (zero + 1.0, zero) if first == 0 else (zero, -(1.0 + alpha))
         s, _ = theory.carried_rates(zero, np.array([v["theta"]]), *begin, alpha)
         assert s[0] == pytest.approx(float(value), rel=1e-12)
@@ -210,7 +210,7 @@ def test_legendres_equation(v):
 
 
 def test_the_balance_of_the_vertical_momentum(v):
-    """Momentum and its rate are those of the kernels, and the rate is the derivative along the flow of the kernels."""
+    """Momentum and rate match the kernels, and the rate is the derivative along the kernels' flow."""
     six, h = np.array(scaled(v)), 1e-5
     ahead, behind = six + h * flow(six, v["alpha"]), six - h * flow(six, v["alpha"])
     size = v["m"] * v["R"] ** 2 / unit(v)
@@ -227,7 +227,7 @@ def test_the_balance_of_the_vertical_momentum(v):
 
 
 def test_steady_motions(v):
-    """The roll rate is that of the kernels, with which the tilt does not accelerate; so are both precession rates."""
+    """The roll rate matches the kernels and keeps the tilt; so do both precession rates."""
     found = with_steady_roll(v)
     check("steady", found)
     assert with_accelerations({**found, "dot theta": 0.0})["ddot theta"] == pytest.approx(0.0, abs=1e-10)
@@ -236,7 +236,7 @@ def test_steady_motions(v):
 
 
 def test_k(v):
-    """It is that of the kernels, and the second derivative of the potential whose slope accelerates the tilt."""
+    """It matches the kernels and the second derivative of the potential that accelerates the tilt."""
     v = with_flow(with_steady_roll({**v, "dot theta": 0.0}))
     size, second = equations.force.py_func(scaled(v), equations.inertia(v["alpha"]))
     assert size == pytest.approx(0.0, abs=1e-9)
@@ -246,7 +246,7 @@ def test_k(v):
 
 
 def test_slopes_of_the_potential(v):
-    """At any state they are those of the kernels."""
+    """They match the kernels in any state."""
     v = with_flow(v)
     size, second = equations.force.py_func(scaled(v), equations.inertia(v["alpha"]))
     first = -(1.0 + 0.5 * v["alpha"]) * v["dw/dtau"]
@@ -256,7 +256,7 @@ def test_slopes_of_the_potential(v):
 
 
 def test_critical_rates(v):
-    """Upright k is that of the kernels, and vanishes at the critical rates, for disk and hoop those printed."""
+    """Upright k matches the kernels and vanishes at the critical rates, as printed for disk and hoop."""
     upright = {**v, "theta": 0.0}
     alpha, radius, gravity = disk_of(v)
     k = steady.stability_coefficient(0.0, v["dot psi"], v["dot varphi"], alpha, radius, gravity)
@@ -275,7 +275,7 @@ def test_critical_rates(v):
 
 
 def test_critical_circling(v):
-    """Both rates of the kernels solve the quadratic equation, and k vanishes with them."""
+    """Both rates of the kernels solve the quadratic equation, and k vanishes there."""
     for tilt in (-0.3, 0.02, 0.2):
         v = {**v, "theta": tilt}
         for rate in steady.marginal_precession_rates(tilt, 0.0, *disk_of(v)):
@@ -289,7 +289,7 @@ def test_critical_circling(v):
 
 
 def carried(start, tilt, rates, alpha):
-    """Return s and o at a tilt, integrated by SciPy from those at another one."""
+    """Return s and o at a tilt, integrated by SciPy from another tilt."""
 
     def slopes(at, rates):
         return [-rates[1] / (1.0 + alpha), rates[1] * math.tan(at) - 2.0 * rates[0]]
@@ -299,7 +299,7 @@ def carried(start, tilt, rates, alpha):
 
 @pytest.mark.parametrize(("axis", "word"), [("roll_rate", "varphi"), ("precession_rate", "psi")])
 def test_the_rate_that_turns_a_start_back(v, axis, word):
-    """With the rate of the page the referee finds the extreme tilt that was asked for, and theory predicts the same."""
+    """At the page's rate the referee finds the requested extreme tilt; theory predicts the same rate."""
     start, tilt, push = 0.05, 0.3, 0.2
     at_start = (1.0, 0.0) if axis == "roll_rate" else (math.sin(start), math.cos(start))
     f, h = carried(start, tilt, at_start, v["alpha"])
@@ -320,7 +320,7 @@ def test_the_rate_that_turns_a_start_back(v, axis, word):
 
 
 def test_where_a_departure_puts_the_boundary(v):
-    """The square of the rate that holds an undisturbed disk at a tilt leaves the series by its fourth order."""
+    """The squared rate that stops an undisturbed disk at a tilt deviates from the series in fourth order."""
     row = {"tilt": 0.0, "tilt_rate": 0.0, "alpha": v["alpha"], "radius": 1.0, "gravity": 1.0}
     columns = {name: np.array([value]) for name, value in row.items()}
     shares, reach = {}, 0.02
@@ -334,7 +334,7 @@ def test_where_a_departure_puts_the_boundary(v):
 
 
 def amplified(v, rates, tilt=0.0, push=0.0, about=0.0):
-    """Return the largest distance from a tilt over the size of the disturbance, by the referee."""
+    """Return the largest distance from a tilt relative to the disturbance, by the referee."""
     row = {"tilt": tilt, "tilt_rate": push, "alpha": v["alpha"], "radius": v["R"], "gravity": v["g"]}
     found = referee.extremes(referee.starts(**row, **rates))
     reach = max(abs(found.greatest[0] - about), abs(found.least[0] - about))
@@ -344,7 +344,7 @@ def amplified(v, rates, tilt=0.0, push=0.0, about=0.0):
 
 @pytest.mark.slow_lane
 def test_where_an_amplification_puts_the_boundary(v):
-    """The amplification that the referee finds for a small disturbance is the one whose boundary is there."""
+    """The referee's amplification of a small disturbance is the one whose boundary is there."""
     omega = math.sqrt(steady.fall_rate_squared(*disk_of(v)))
     check("fall-rate", {**v, "Omega": omega})
     roll = steady.critical_roll_rate_squared(*disk_of(v))
@@ -369,7 +369,7 @@ def test_where_an_amplification_puts_the_boundary(v):
 
 
 def test_the_reduced_motion(v):
-    """Energy is that of a particle in the potential, and rates in the stretched tilt follow from those in time."""
+    """The energy is that of a particle in the potential; rates in the stretched tilt follow from time."""
     v = with_flow(v)
     over = equations.energy(*(v[name] for name in "SCwos"), v["alpha"])
     check("reduced", {**v, "E": over * v["m"] * v["g"] * v["R"]}, defines=("V",))
@@ -384,7 +384,7 @@ def test_the_reduced_motion(v):
 @pytest.mark.compiled
 @pytest.mark.parametrize("roll_rate", [2.0, 4.0])
 def test_the_period(roll_rate):
-    """The integral between the turning points of a cell is the period that the exact reduction has found."""
+    """The integral between a cell's turning points is the period found by the exact reduction."""
     cell = sweep.run("rolling", roll_rate=roll_rate, tilt=0.05, tilt_rate=0.3, method="exact")
     alpha, radius, gravity = (float(cell[name]) for name in ("alpha", "radius", "gravity"))
     S, C, _, w, o, s = equations.scaled_state(0.05, 0.3, 0.0, roll_rate, math.sqrt(radius / gravity))
@@ -395,7 +395,7 @@ def test_the_period(roll_rate):
         start = [np.array([each]) for each in (0.05, there, s, o, alpha)]
         s_there, o_there = (float(each[0]) for each in theory.carried_rates(*start))
         left = energy - equations.energy(math.sin(there), math.cos(there), 0.0, o_there, s_there, alpha)
-        # rounding beside a turning point, where the integrand is not seen any more
+        # Rounding near a turning point, where the square root would otherwise fail.
         return math.sqrt(max(left, 1e-17) / (0.5 * (1.0 + 0.5 * alpha)))
 
     ends = {"theta_1": float(cell.tilt_min), "theta_2": float(cell.tilt_max)}
@@ -420,15 +420,15 @@ def test_the_drift(v):
 
 
 def stated(six, alpha, uncertain, monkeypatch):
-    """Return the error that the kernels state of a turning point."""
-    # called as Python: what only kernels call has no entry for Python
+    """Return the kernels' stated error of a turning point."""
+    # Called as Python, because functions that only kernels call have no Python entry point.
     monkeypatch.setattr(error_estimate, "force", equations.force.py_func)
     estimate = error_estimate.estimated_error.py_func
     return estimate(BOUNDED, six, (0.0, 0.0, 0.0, 0.0), uncertain, equations.inertia(alpha))[1]
 
 
 def test_the_stated_error(v, monkeypatch):
-    """Beside no hill it is that of the kernels; beside one there is none just where the condition of the page holds."""
+    """Without a hill it matches the kernels; near one it is infinite where the page's condition holds."""
     v = with_flow({**v, "dot theta": 1e-4 * v["dot theta"]})
     size, second = equations.force.py_func(scaled(v), equations.inertia(v["alpha"]))
     slope = -(1.0 + 0.5 * v["alpha"]) * v["dw/dtau"]
@@ -444,7 +444,7 @@ def test_the_stated_error(v, monkeypatch):
 
 
 def test_a_hill_hides_a_turning_point(v, monkeypatch):
-    """Slow disks have a hill at upright: there the condition of the page is met on one side of its edge alone."""
+    """Slow disks have a hill at upright: there the page's condition holds on only one side of its edge."""
     slow = {**v, "theta": 0.01, "dot theta": 0.0, "dot psi": 0.0, "dot varphi": 0.15 / unit(v)}
     slow = with_flow(slow)
     _, second = equations.force.py_func(scaled(slow), equations.inertia(v["alpha"]))

@@ -1,4 +1,4 @@
-"""A program of somebody who checks types strictly, and knows nothing but `import sweep`."""
+"""A user's strictly typed program that only knows `import sweep`."""
 
 from pathlib import Path
 
@@ -8,13 +8,13 @@ import sweep
 
 
 def report(status: sweep.Status) -> None:
-    """Show progress in a way of one's own."""
+    """Show progress in the user's own way."""
     left = "" if status.seconds is None else f", {status.seconds:.0f} s to go"
     print(f"{status.stage}: {status.done} of {status.size} {status.things}{left}")
 
 
 def specification(radius: str) -> sweep.SweepSpec:
-    """Return what is to be computed."""
+    """Return the request to compute."""
     rates = sweep.Range(2.0, 4.0, 30)
     spec = sweep.SweepSpec.preset("rolling").replace(roll_rate=rates, tilt="0.1deg:5deg:20")
     return spec.replace(radius=radius, criterion="departure:2deg")
@@ -34,7 +34,7 @@ def computed(spec: sweep.SweepSpec, path: Path) -> xr.Dataset:
 
 
 def judged(atlas: xr.Dataset) -> xr.Dataset:
-    """Return the atlas of another criterion, its boundary refined."""
+    """Return the atlas by another criterion, with its boundary refined."""
 
     def falls(cells: xr.Dataset) -> xr.DataArray:
         return cells["peak_tilt"] > 1.0
@@ -45,7 +45,7 @@ def judged(atlas: xr.Dataset) -> xr.Dataset:
 
 
 def asked(atlas: xr.Dataset) -> float:
-    """Ask an atlas through its accessor, whose type is public too."""
+    """Query an atlas through its accessor, whose type is also public."""
     view: sweep.Eulerdisk = atlas.eulerdisk
     share: float = float(view.stable.mean())
     cell: xr.Dataset = view.cell(roll_rate=2.5, tilt="1deg")
@@ -55,7 +55,7 @@ def asked(atlas: xr.Dataset) -> float:
 
 
 def main() -> None:
-    """Do it all."""
+    """Run the whole program."""
     path = Path("typed.nc")
     try:
         atlas = computed(specification("12mm"), path)

@@ -1,4 +1,4 @@
-"""What a type checker has to find: each line that ends with a mark is wrong."""
+"""Mistakes that a type checker must find: each marked line is wrong."""
 
 import sweep
 
