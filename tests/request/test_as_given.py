@@ -1,4 +1,4 @@
-"""A refusal says a value as it was given, in its unit, and what is allowed in the same unit."""
+"""A refusal quotes a value as given, in its unit, and the allowed range in the same unit."""
 
 import math
 import re
@@ -17,7 +17,7 @@ from sweep.request.spec import SweepSpec
 from sweep.request.units import factor_to_si, number_and_unit
 from sweep.request.values import as_given, as_written, both_written, in_unit, rule_in
 
-#: Units of a quantity in SI -> spellings that a request may use, none of which is the SI unit itself.
+#: SI units -> other units that a request may use.
 UNITS = {
     "rad": ("deg", "°", "arcmin"),
     "rad s-1": ("rpm", "deg/s"),
@@ -32,11 +32,11 @@ UNITS = {
     "1": ("%",),
 }
 
-#: Numbers one of which each rule forbids in any unit.
+#: Numbers; each rule forbids at least one of them in any unit.
 NUMBERS = ("-3.7", "123457", "0")
 
 
-#: Model, quantity and unit: all parameters and settings of all models, and what stands for them.
+#: Model, quantity and unit: all parameters and settings of all models, and their substitutes.
 CASES = [
     (model, row, unit)
     for model in registry.every()
@@ -46,7 +46,7 @@ CASES = [
 
 
 def _impossible(quantity, unit):
-    """Return a number that the rule of a quantity forbids in a unit; None if it forbids none."""
+    """Return a number that a quantity's rule forbids in a unit, or None."""
     allows = getattr(quantity, "allows", None)
     factor = factor_to_si(unit, quantity)
     if quantity.name == "inclination":
@@ -55,7 +55,7 @@ def _impossible(quantity, unit):
 
 
 def test_every_refusal_says_what_was_given():
-    """Numbers, lists, ranges and distributions of every quantity in every kind of unit: never the digits of SI."""
+    """Numbers, lists, ranges and distributions of every quantity and unit are quoted, never in SI digits."""
     for model, quantity, unit in CASES:
         number, factor, name = _impossible(quantity, unit), factor_to_si(unit, quantity), quantity.name
         several = name not in model.settings
@@ -81,13 +81,13 @@ def test_every_refusal_says_what_was_given():
             if name == "inclination" and number in text:
                 tilts = [math.radians(90.0) / factor - float(each) for each in (number, "200000")]
                 assert any(not missing(said, [f"{tilt:.10g} {unit}"]) for tilt in tilts), said
-            # of a length without a body the number is not looked at
+            # The number of a length is not checked without a body.
             elif number is not None and number in text and "names none" not in said:
                 assert_facts(said, f"{number} {unit}")
 
 
 def test_what_is_allowed_is_said_in_the_unit_of_the_value():
-    """The number stands there as it was written, and the limits in its unit; bare numbers are SI."""
+    """The number appears as written, with the limits in its unit; bare numbers are SI."""
     for name, raw, text, rule in [
         ("tilt", "100deg", "100 deg", "|tilt| < 90 deg"),
         ("tilt", "5500arcmin", "5500 arcmin", "|tilt| < 5400 arcmin"),
@@ -109,7 +109,7 @@ def test_what_is_allowed_is_said_in_the_unit_of_the_value():
 
 
 def test_a_limit_in_a_message_may_be_copied():
-    """A limit that the rule includes is allowed as it is said, rounded to digits of another unit."""
+    """An inclusive limit is accepted as printed, even rounded in another unit."""
     for model, quantity, unit in CASES:
         parts = re.split("[<>]=", rule_in(quantity, unit)) if hasattr(quantity, "rule") else []
         for number, found in filter(None, map(number_and_unit, (part for part in parts if "<" not in part))):
@@ -117,7 +117,7 @@ def test_a_limit_in_a_message_may_be_copied():
 
 
 def test_lists_and_distributions_are_said_as_given():
-    """Texts in a list of a file or of Python have units too; an inclination is a tilt in any form."""
+    """Texts in a list of a file or of Python also keep units; an inclination is reported as a tilt."""
     for words, facts, hint in [
         ({"tilt": ["5deg", "1deg"]}, ["['5deg', '1deg']"], []),
         ({"speed": ("2km/h", "1km/h")}, ["('2km/h', '1km/h')"], []),
@@ -138,7 +138,7 @@ def test_lists_and_distributions_are_said_as_given():
 
 
 def test_a_number_without_text_is_said_in_the_unit_of_the_other_word():
-    """The duration of a preset, and numbers of Python or NumPy, have no unit of their own to be said in."""
+    """A preset's duration, and numbers from Python or NumPy, have no unit of their own."""
     with refused("duration=1e+10ns", "interval=1ns", "10000000"):
         request_of_preset("rolling", {"tilt": "1deg", "roll_rate": "3", "interval": "1ns"})
     for step in (1e-9, np.float64(1e-9)):
@@ -149,7 +149,7 @@ def test_a_number_without_text_is_said_in_the_unit_of_the_other_word():
 
 
 def test_two_values_that_differ_are_not_said_alike():
-    """As people write them, and with all digits in SI where that is the same text."""
+    """They appear as people write them, or with all digits in SI if those texts are equal."""
     for name, given, said in [
         ("alpha", (0.4, 0.40000000001), ("0.4", "0.40000000001")),
         ("alpha", (0.4, 0.5), ("0.4", "0.5")),
@@ -170,7 +170,7 @@ def test_two_values_that_differ_are_not_said_alike():
 
 
 def test_each_number_of_a_list_has_its_own_unit():
-    """The number that is refused counts, not the first of the text; what stands nowhere takes the first unit."""
+    """The unit is that of the refused number; a value not in the text gets the first unit."""
     tilt = PARAMETERS["tilt"]
     assert as_given(2.0, tilt, "1deg,2rad") == ("2 rad", "rad")
     assert as_given(math.radians(1.0), tilt, "1deg,2rad") == ("1 deg", "deg")
@@ -181,7 +181,7 @@ def test_each_number_of_a_list_has_its_own_unit():
 
 
 def test_a_value_of_a_spec_is_written_as_a_person_would():
-    """Angles in degrees, in any form of the value; other numbers in SI."""
+    """Angles are in degrees, in any form of the value; other numbers are in SI."""
     spec = SweepSpec(tilt="1deg:5deg:20:log", roll_rate="2,3", alpha=1, fall_tilt="80deg")
     written = [as_written(getattr(spec, name), PARAMETERS[name]) for name in ("tilt", "roll_rate", "alpha")]
     assert written == ["1deg:5deg:20:log", "2,3", "1"]
@@ -190,7 +190,7 @@ def test_a_value_of_a_spec_is_written_as_a_person_would():
 
 
 def test_words_that_do_not_go_together_are_said_as_given():
-    """Checks of several words say them as they were given, and those that were not as people write them."""
+    """Checks of several inputs quote the given ones, and write the others readably."""
     for words, facts in [
         (["step=1ns", "duration=3min"], ["got duration=3min step=1ns"]),
         (["step=1ns"], ["got duration=300s step=1ns"]),
@@ -218,7 +218,7 @@ def test_words_that_do_not_go_together_are_said_as_given():
 
 
 def test_a_motion_is_refused_in_the_units_of_its_words():
-    """Words as given, defaults in the unit of the others."""
+    """Inputs are quoted as given, defaults in the unit of the others."""
     for words, fact in [
         (["tilt=5300arcmin", "fall_tilt=80deg"], "got tilt=5300arcmin fall_tilt=80deg"),
         (["tilt=5340arcmin"], "got tilt=5340arcmin fall_tilt=5100arcmin"),
@@ -234,7 +234,7 @@ def test_a_motion_is_refused_in_the_units_of_its_words():
 
 
 def test_a_cell_outside_an_atlas_is_said_as_given():
-    """The value, and the axis in its unit; of a speed the rate that it is."""
+    """The message has the value, and the axis in its unit; for a speed it has the rate."""
     for given, facts in [
         ({"tilt": "600arcmin"}, ["tilt=600arcmin", "600 arcmin", "60 arcmin", "300 arcmin"]),
         ({"tilt": "0.5 rad"}, ["0.5 rad", "0.01745329252 rad", "0.0872664626 rad"]),

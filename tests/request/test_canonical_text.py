@@ -1,4 +1,4 @@
-"""The canonical text of a request: it gives the request back, and it is the same text for equal requests only."""
+"""The canonical text of a request restores it, and only equal requests share a text."""
 
 import hashlib
 import json
@@ -12,7 +12,7 @@ from sweep.errors import RequestError
 from sweep.model import registry
 from sweep.request.spec import SweepSpec
 
-#: Requests by their words. Those of one line are the same request; no two lines are.
+#: Requests by their words. Requests on one line are equal; requests on different lines differ.
 REQUESTS = (
     ("rolling", "rolling body=disk", "rolling contact=no boundary=grid", "same.toml"),
     ("spinning",),
@@ -123,7 +123,7 @@ def specs(tmp_path_factory):
 
 
 def test_it_gives_every_request_back(specs):
-    """Requests of every model, and of systems, are equal to what their text reads as, and keep text and hash."""
+    """Requests of all models and systems equal what their text reads as, and keep text and hash."""
     assert {spec.model.name for line in specs for spec in line} > {*registry.names()}
     for spec in (spec for line in specs for spec in line):
         again = SweepSpec.from_canonical(spec.canonical())
@@ -133,7 +133,7 @@ def test_it_gives_every_request_back(specs):
 
 
 def test_equal_requests_share_a_fingerprint(specs):
-    """However a request is written it has one text and one fingerprint, and no other request has them."""
+    """All forms of a request have one text and one fingerprint, which no other request shares."""
     for line, words in zip(specs, REQUESTS, strict=True):
         assert len({spec.fingerprint() for spec in line}) == 1, words
         assert all(spec == line[0] for spec in line), words
@@ -141,12 +141,12 @@ def test_equal_requests_share_a_fingerprint(specs):
 
 
 def test_a_text_that_lacks_a_word_is_refused(specs):
-    """Every word of a request stands in its text, and a text without one of them is refused by the name of the word."""
+    """The text has every input of a request; if one is missing, it is refused by name."""
     judged = set()
     for spec in (line[0] for line in specs):
         words = json.loads(spec.canonical())
         assert words.keys() - {"axes", "model", "system"} == spec.words().keys()
-        # without these a text is that of another model, of a grid or of all starts
+        # Without these the text describes another model, a grid or all starts.
         for name in words.keys() - {"model", "system", "samples", "start", "starts"}:
             part = json.dumps({key: value for key, value in words.items() if key != name})
             with pytest.raises(RequestError, match=rf"it lacks {name}\."):
@@ -156,7 +156,7 @@ def test_a_text_that_lacks_a_word_is_refused(specs):
 
 
 def test_it_is_json_with_sorted_keys():
-    """The canonical text is ASCII JSON with sorted keys that holds ranges as such, and its hash is SHA-256."""
+    """It is ASCII JSON with sorted keys that stores ranges as ranges; the hash is SHA-256."""
     spec = SweepSpec(tilt="0.1:0.2:3:log", alpha=[0.5, 1], title="Münze")
     text = spec.canonical()
     assert text.isascii()
@@ -170,7 +170,7 @@ def test_it_is_json_with_sorted_keys():
 
 
 def test_other_text_is_refused():
-    """What `canonical` did not write is refused: no JSON, unknown words, unknown models, numbers that are none."""
+    """Invalid JSON, unknown inputs, unknown models and invalid numbers are refused."""
     text = SweepSpec(roll_rate="1:4:13", tilt="0.1,0.2").canonical()
     for other, facts in [
         ("", []),
@@ -194,7 +194,7 @@ def test_other_text_is_refused():
 
 
 def test_the_last_bit_of_a_number_counts():
-    """A change that no report would show, and the order of the axes, make another fingerprint."""
+    """Tiny changes of values, and the order of the axes, change the fingerprint."""
     spec = SweepSpec(tilt="0.1:0.2:3", alpha=[0.5, 1])
     others = [
         spec.replace(tilt=[0.1, 0.15, 0.2]),
@@ -209,7 +209,7 @@ def test_the_last_bit_of_a_number_counts():
     "words", [{"model": "secret.py"}, {"model": "secret.py:name"}, {"starts": "secret.csv"}]
 )
 def test_a_text_opens_no_file(tmp_path, monkeypatch, words):
-    """A text from a file of anybody's names no other file: what it names is neither read nor shown."""
+    """A text from an untrusted file makes the program read or show no other file."""
     monkeypatch.chdir(tmp_path)
     for name in ("secret.py", "secret.csv"):
         (tmp_path / name).write_text("the password is 1234")

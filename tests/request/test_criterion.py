@@ -1,4 +1,4 @@
-"""Criteria of stability: read, written, kept, the verdict that each gives, and its words."""
+"""Criteria of stability: parsing, writing, storage, verdicts, and their descriptions."""
 
 import json
 import math
@@ -41,13 +41,13 @@ CRITERIA = st.one_of(
 
 
 def by_reach(criterion, ending, reach, scale=0.01):
-    """Verdict on one cell that went so far."""
+    """Return the verdict on one cell with a given reach."""
     found = criterion.verdict(ENDINGS, {"ending": np.array([ending])}, np.array([reach]), np.array([scale]))
     return int(found[0])
 
 
 def by_values(text, ending, model=DISK, **values):
-    """The verdict of a criterion on one cell, of which the variables given are known."""
+    """Return a criterion's verdict on one cell of which only the given variables are known."""
     criterion = Criterion.parse(text, model)
     cell = {
         name: np.array([values.get(name, math.nan)]) for name in (*criterion.needs(model), *model.parameters)
@@ -57,7 +57,7 @@ def by_values(text, ending, model=DISK, **values):
 
 
 def test_a_criterion_is_read_from_text():
-    """Each kind is read with its units, and one in its own spelling comes back letter for letter."""
+    """Each kind is read with its units, and its own spelling is reproduced exactly."""
     for text, kind, limit in [
         ("departure:5deg", "departure", math.pi / 36),
         (" departure : 0.1 ", "departure", 0.1),
@@ -71,7 +71,7 @@ def test_a_criterion_is_read_from_text():
 
 @given(CRITERIA)
 def test_a_criterion_comes_back_as_itself(criterion):
-    """From its text, from pickle, from its own two fields and from plain types, to the last bit."""
+    """Its text, pickle, fields and plain types restore it bit for bit."""
     for same in (
         Criterion.parse(str(criterion)),
         pickle.loads(pickle.dumps(criterion)),
@@ -82,7 +82,7 @@ def test_a_criterion_comes_back_as_itself(criterion):
 
 
 def test_a_criterion_is_one_of_its_kinds():
-    """Two kinds with the same limit are not equal, nor are two limits of one kind; none can be changed."""
+    """Criteria differ if their kinds or limits differ, and are immutable."""
     assert Criterion("departure", 1.0) != Criterion("amplification", 1.0)
     assert Criterion("departure", 1.0) != Criterion("departure", np.nextafter(1.0, 2.0))
     with pytest.raises(AttributeError):
@@ -90,7 +90,7 @@ def test_a_criterion_is_one_of_its_kinds():
 
 
 def test_what_is_not_a_criterion_is_refused():
-    """The error stands at the criterion, with the rule that was broken and what was given."""
+    """The error names the criterion, the broken rule and the given value."""
     for text, facts in [
         ("departure", ["departure:ANGLE", "amplification:NUMBER"]),
         ("energy:3", ["departure:ANGLE", "amplification:NUMBER", "energy:3"]),
@@ -124,7 +124,7 @@ def test_what_is_not_a_criterion_is_refused():
 
 
 def test_the_verdict_of_every_ending():
-    """Of the limit of a reach, and of an expression, where it is false and where it is true."""
+    """Each ending has verdicts for a reach within or beyond the limit, and for false or true expressions."""
     assert {each.code for each in ENDINGS} == {
         BOUNDED, HORIZON, FELL, STEADY, UNRESOLVED, INVALID, NOT_COMPUTED
     }  # fmt: skip
@@ -146,7 +146,7 @@ def test_the_verdict_of_every_ending():
 
 
 def test_the_verdict_by_a_time():
-    """Unstable is what is lost before the time alone; what was not followed as long is undecided."""
+    """A cell is unstable only if lost before the time, and undecided if not followed that long."""
     for model, ending, time, expected in [
         (LOSSY_DISK, "flat", 9.999, UNSTABLE),
         (LOSSY_DISK, "flat", 10.0, STABLE),
@@ -169,7 +169,7 @@ def test_the_verdict_by_a_time():
 
 
 def test_an_ending_of_no_model_is_undecided():
-    """A code that is none of the model's, as in a damaged file, has no verdict, also beside a final one."""
+    """A code unknown to the model, as in a damaged file, gets no verdict, even next to a final one."""
     endings = Endings(Ending(0, "none", "", MISSING), Ending(1, "done", "", FINAL))
     for criterion in (DEPARTURE, Criterion("aloft", 1.0), Criterion.parse(TEXT)):
         found = criterion.outcome(endings, np.array([1, 2, 9, -1], np.int8), np.zeros(4, bool))
@@ -177,7 +177,7 @@ def test_an_ending_of_no_model_is_undecided():
 
 
 def test_a_cell_without_numbers_is_never_stable():
-    """Where a cell has no extremes, be they NaN or the file's fill, no limit calls it stable."""
+    """A cell without extremes (NaN or the file's fill value) is never called stable by a limit."""
     for missing in [math.nan, FILL]:
         for ending in {each.code for each in ENDINGS} - {FELL}:
             for criterion in (DEPARTURE, AMPLIFICATION):
@@ -187,20 +187,20 @@ def test_a_cell_without_numbers_is_never_stable():
 
 
 def test_the_limit_itself_is_stable():
-    """A reach of exactly the limit has not exceeded it; of an amplification the limit grows with the perturbation."""
+    """A reach of exactly the limit is stable; an amplification's limit scales with the perturbation."""
     assert by_reach(DEPARTURE, BOUNDED, 0.1) == STABLE
     assert by_reach(DEPARTURE, BOUNDED, np.nextafter(0.1, 1.0)) == UNSTABLE
     assert by_reach(AMPLIFICATION, BOUNDED, 0.05, scale=0.006) == STABLE
     assert by_reach(AMPLIFICATION, BOUNDED, 0.05, scale=0.004) == UNSTABLE
     scales = np.array([0.0, 0.01, 0.03])
     assert Criterion("departure", 0.2).allowed(scales).tolist() == [0.2, 0.2, 0.2]
-    # relative tolerance: one rounding
+    # The relative tolerance is one rounding.
     assert AMPLIFICATION.allowed(scales) == pytest.approx([math.nan, 0.1, 0.3], rel=1e-15, nan_ok=True)
     assert np.isnan(Criterion.parse(TEXT).allowed(np.ones(3))).all()
 
 
 def test_verdicts_keep_the_shape_of_the_grid():
-    """Verdicts come as int8 in the shape of the cells, a single cell without any dimension included."""
+    """Verdicts are int8 in the shape of the cells, even for a single cell without dimensions."""
     ending = {"ending": np.full((2, 3), BOUNDED, dtype=np.int8)}
     result = DEPARTURE.verdict(ENDINGS, ending, np.zeros((2, 3)), np.ones(3))
     assert (result.shape, result.dtype) == ((2, 3), np.int8)
@@ -209,7 +209,7 @@ def test_verdicts_keep_the_shape_of_the_grid():
 
 
 def test_a_comparison_with_a_missing_value_is_false():
-    """For any sign: only `not` makes it true, and a chain is false if one of its values is missing."""
+    """With any sign, only `not` makes it true; a chain with a missing value is false."""
     for sign in ["<", "<=", ">", ">=", "==", "!="]:
         for missing in [math.nan, math.inf, -math.inf]:
             for text, expected in [
@@ -222,7 +222,7 @@ def test_a_comparison_with_a_missing_value_is_false():
 
 
 def test_what_an_expression_compares():
-    """Parameters of the start, flags by their names, and all in double precision: 0.1 is no float32."""
+    """Parameters, named flags and double precision work: a float32 0.1 exceeds 0.1."""
     for text, ending, values, expected in [
         ("peak_tilt > 3*tilt", BOUNDED, {"peak_tilt": 0.31, "tilt": 0.1}, UNSTABLE),
         ("peak_tilt > 3*tilt", BOUNDED, {"peak_tilt": 0.31, "tilt": 0.11}, STABLE),
@@ -237,7 +237,7 @@ def test_what_an_expression_compares():
 
 
 def test_a_time_within_its_error_leaves_the_verdict_open():
-    """A motion that is lost within the stated error of the time is on the edge, others are not."""
+    """A motion lost within the stated error of the time is open, others are not."""
     spec = SweepSpec(**LOSSY, tilt="1deg,2deg,3deg")
     flat, horizon = (LOSSY_DISK.endings.code(name) for name in ("flat", "horizon"))
     measured = {
@@ -252,7 +252,7 @@ def test_a_time_within_its_error_leaves_the_verdict_open():
 
 
 def test_a_reach_within_its_error_leaves_the_verdict_open():
-    """Beside the limit by less than the error, or where the disk may have fallen; a fall is unstable in any case."""
+    """A reach within its error of the limit, or a possible fall, is open; a fall is always unstable."""
     spec = SweepSpec(tilt="1deg,2deg,3deg,4deg,5deg", criterion="departure:0.1rad")
     measured = {
         "ending": np.array([BOUNDED, BOUNDED, BOUNDED, FELL, HORIZON]),
@@ -272,7 +272,7 @@ def test_a_reach_within_its_error_leaves_the_verdict_open():
 
 
 def test_it_is_written_as_it_is_read(spec_file):
-    """In words, in a file, in Python and from the canonical text of a spec: one criterion, one fingerprint."""
+    """Words, file, Python and canonical text give one criterion and one fingerprint."""
     spec = SweepSpec.preset("rolling").replace(criterion="((peak_tilt>10.0 deg)) or fall_time < 2000ms")
     assert str(spec.criterion) == TEXT
     for same in (
@@ -289,7 +289,7 @@ def test_it_is_written_as_it_is_read(spec_file):
 
 
 def test_what_the_atlas_does_not_have_is_refused_by_name():
-    """The variable is named, and the word that adds it; with that word it can stand in an expression."""
+    """The message names the variable and the input that adds it, which makes the criterion valid."""
     for criterion, words, facts in [
         ("wells == two_wells", {"method": "exact"}, ["wells", "method=exact"]),
         ("friction_needed > 0.2", {"contact": "yes"}, ["friction_needed", "contact=yes"]),
@@ -315,14 +315,14 @@ def test_what_the_atlas_does_not_have_is_refused_by_name():
 
 
 def test_a_criterion_that_the_model_cannot_serve_is_refused(monkeypatch):
-    """A criterion that judges by what the model does not compute is refused; the message names all three."""
+    """The message names the criterion, the missing variable and the model."""
     monkeypatch.setattr(Criterion, "needs", lambda self, model: ("ending", "time_aloft"))
     with refused("departure:5deg", "time_aloft", "disk"):
         SweepSpec(criterion="departure:5deg")
 
 
 def test_a_function_judges_no_new_cells():
-    """A spec can name one, and computes nothing by it."""
+    """A spec can name a function, but cannot compute with it."""
     spec = SweepSpec(criterion=Criterion("function", "f"))
     assert SweepSpec.from_canonical(spec.canonical()) == spec
     assert str(spec.criterion) == "function f"
@@ -331,7 +331,7 @@ def test_a_function_judges_no_new_cells():
 
 
 def test_verdicts_follow_from_what_a_criterion_needs():
-    """The ending, and of a limit both extremes, of a time that, of an expression its variables."""
+    """It needs the ending, and both extremes, the time for `aloft`, or an expression's variables."""
     long = Criterion.parse(f"{TEXT} or not (amplification > 3 and abs(tilt_min) > 2*abs(tilt))")
     for criterion, model, needed in [
         (DEPARTURE, DISK, ("tilt_min", "tilt_max")),
@@ -347,7 +347,7 @@ def test_verdicts_follow_from_what_a_criterion_needs():
 
 @pytest.mark.compiled
 def test_a_map_of_the_disk_without_losses():
-    """The verdict of a time is that of an expression over the fall time; the file is verified."""
+    """A time criterion gives the verdict of an expression in the fall time; the file passes `verify`."""
     words = {"tilt": "10deg:80deg:8", "roll_rate": "0:3:7", "duration": "20s"}
     atlas = sweep.run(SweepSpec(**words, criterion="aloft:0.7s"))
     fell = atlas.ending == DISK.endings.code("fell")
@@ -360,7 +360,7 @@ def test_a_map_of_the_disk_without_losses():
 
 
 def test_its_words():
-    """What is unstable, as messages, figures and the file say it: each of them has the limit, and what is lost."""
+    """Messages, figures and files state the limit and what counts as lost."""
     aloft, own = Criterion("aloft", 10.0), Criterion.parse(f"{TEXT} or not (amplification > 3 and steps > 2)")
     for criterion, model, unstable, label, caption, comment in [
         (
@@ -396,7 +396,7 @@ def test_its_words():
         ):
             assert_facts(text, *facts)
             assert len(re.findall(r"\d+", text)) == (1 if facts else 0)
-        # room in a legend
+        # It must fit into a legend.
         assert len(criterion.label(model)) < 20
     assert own.unstable_if(DISK) == own.label(DISK) == str(own)
     assert max(map(len, own.caption(DISK).split("\n"))) <= 60
@@ -407,7 +407,7 @@ def test_its_words():
 
 
 def test_a_criterion_gives_the_reason_of_a_verdict():
-    """How far the cell went, beside its limit; when it was lost; or which comparisons are true."""
+    """The reason states the reach and its limit, the time of the loss, or the true comparisons."""
     reach = ["departure:5deg", "amplification:10"]
     for texts, ending, stability, far, values, facts in [
         (reach, BOUNDED, UNSTABLE, 6.0, {}, ["tilt", "6 deg", "5 deg"]),
@@ -428,7 +428,7 @@ def test_a_criterion_gives_the_reason_of_a_verdict():
     ]:  # fmt: skip
         cell = {"ending": ending, "stability": stability, "peak_tilt": math.nan, "fall_time": math.nan}
         for text in texts:
-            # ten times half a degree are 5 deg
+            # Ten times half a degree is 5 deg.
             half = math.radians(0.5)
             reason = reason_of(
                 Criterion.parse(text), SweepSpec(), {**cell, **values}, math.radians(far), half
@@ -439,7 +439,7 @@ def test_a_criterion_gives_the_reason_of_a_verdict():
 
 
 def test_a_disk_that_friction_holds_is_stable():
-    """It never moves again, however long one looks; one that lies flat is not."""
+    """It never moves again, so it is stable; a disk lying flat is not."""
     endings = LOSSY_DISK.endings
     codes = np.array([endings.code(name) for name in ("rest", "flat")])
     found = Criterion("departure", 0.1).outcome(endings, codes, np.zeros(2, bool))
@@ -456,7 +456,7 @@ def swing(x=1.0, v=0.0, *, rate=1.0):
 
 
 def decided(criterion, **columns):
-    """Return the verdicts of cells of `SYSTEM` with these values, 0 where none is given."""
+    """Return the verdicts on cells of `SYSTEM` with these values, 0 where none is given."""
     model = model_of(read_system(SYSTEM))
     spec = SweepSpec(model=model, criterion=criterion)
     size = len(columns["ending"])
@@ -470,18 +470,18 @@ def decided(criterion, **columns):
 
 
 def test_a_measure_within_its_stated_error_decides_nothing():
-    """Beyond twice the error it does, on either side, whatever is known of the end of the motion."""
+    """Beyond twice the error it decides, on either side, whatever is known about the ending."""
     top = [1.0, 1.9, 2.0, 2.1, 3.0]
     for ending in (of_system.RUNS_ON, of_system.DIFFERENT):
         found = decided("top > 2", ending=[ending] * 5, top=top, top_error=[0.06] * 5)
         assert found.tolist() == [STABLE, UNDECIDED, UNDECIDED, UNDECIDED, UNSTABLE]
         found = decided("not (top <= 2)", ending=[ending] * 5, top=top, top_error=[0.0] * 5)
-        # on the limit itself rounding decides
+        # Exactly on the limit, rounding decides.
         assert found.tolist() == [STABLE, STABLE, UNDECIDED, UNSTABLE, UNSTABLE]
 
 
 def test_an_ending_that_nobody_knows_decides_nothing():
-    """A criterion that asks how a motion ends is open of one that is too sensitive to say, unless the rest decides."""
+    """For sensitive motions a criterion about endings is open, unless its other terms decide."""
     endings = [of_system.RUNS_ON, of_system.DIFFERENT, of_system.UNRESOLVED]
     assert decided("ending != runs_on", ending=endings).tolist() == [STABLE, UNDECIDED, UNDECIDED]
     both = decided("ending != runs_on or top > 2", ending=endings, top=[3.0, 3.0, 3.0])
@@ -492,7 +492,7 @@ def test_an_ending_that_nobody_knows_decides_nothing():
 
 @pytest.mark.parametrize("error", [0.0, 1e-9])
 def test_a_motion_that_leaves_its_start_no_further_is_at_its_start(error):
-    """The tilt of the start is known: one at the limit that goes no further is stable, one that passes it is open."""
+    """The start's tilt is exact: a start at the limit is stable if it goes no further, otherwise open."""
     limit = 0.1
     spec = SweepSpec(tilt=[0.05, limit], criterion=f"departure:{limit}rad")
     highs = np.array([limit, limit, limit + 1e-9, limit + 1e-6])
@@ -507,7 +507,7 @@ def test_a_motion_that_leaves_its_start_no_further_is_at_its_start(error):
 
 
 def test_a_verdict_that_errors_leave_open_says_so():
-    """With the number, its error and the limit; of a sensitive motion whether what is known decides."""
+    """It has the number, its error and the limit; for a sensitive motion also if the known part decides."""
     departure = SweepSpec(criterion="departure:0.1rad")
     cell = {"ending": BOUNDED, "stability": UNDECIDED, "tilt_min": 0.0, "tilt_max": 0.1, "tilt_error": 1e-6}
     told = reason_of(departure.criterion, departure, cell, 0.1, 0.05)

@@ -1,4 +1,4 @@
-"""Expressions of one's own criteria: read, written, refused at their place, and true where plain Python says so."""
+"""Expressions of custom criteria: read, written, refused at their position, and evaluated like Python."""
 
 import contextlib
 import math
@@ -24,7 +24,7 @@ def _quantity(name, units, flags=None):
     return Quantity(name, "", units, "", DECISION, flags=flags)
 
 
-#: What the expressions of these tests may name.
+#: The names that the expressions of these tests may use.
 NAMES = table(
     _quantity("angle", "rad"), _quantity("lean", "rad"), _quantity("time", "s"), _quantity("rate", "rad s-1"),
     _quantity("size", "1"), _quantity("count", "1"), _quantity("pull", "m s-2"), _quantity("mass", "kg"),
@@ -43,18 +43,18 @@ COMPARE = {
 
 
 def read(text):
-    """The tree of a text."""
+    """Return the tree of a text."""
     return read_expression(text, NAMES)
 
 
-# -- random trees, as this file's own nested tuples, with their own text and their own evaluation
+# -- random trees as nested tuples, with their own text and evaluation
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 
 
 @st.composite
 def comparisons(draw):
-    """("compare", terms, signs): terms are ("number", value), ("name", name, factor, absolute)."""
+    """Draw ("compare", terms, signs): terms are ("number", value), ("name", name, factor, absolute)."""
     if draw(st.integers(0, 7)) == 0:
         terms = [("name", "way", 1.0, False), ("flag", draw(st.sampled_from(list(WAYS.values()))))]
         return "compare", draw(st.permutations(terms)), [draw(st.sampled_from(["==", "!="]))]
@@ -83,7 +83,7 @@ TREES = st.recursive(
 
 
 def text_of(tree, spaces="  "):
-    """The text of a tree, with a bracket around every part: longer than it has to be."""
+    """Return the text of a tree with parentheses around every part, longer than necessary."""
     kind = tree[0]
     if kind == "compare":
         words = [_term_text(tree[1][0])]
@@ -105,7 +105,7 @@ def _term_text(term):
 
 
 def holds(tree, cell):
-    """Whether a tree is true of a cell, a dict of numbers; in plain Python, one cell at a time."""
+    """Return whether a tree is true for a cell (a dict of numbers), in plain Python."""
     kind = tree[0]
     if kind == "not":
         return not holds(tree[1], cell)
@@ -138,12 +138,12 @@ CELLS = st.fixed_dictionaries(
 
 
 def tree_of(text):
-    """The tree of a text; examples that are too long or too large are no examples."""
+    """Return the tree of a text; texts that are too long or too large are rejected as examples."""
     try:
         return read(text)
     except RequestError as error:
         assume("characters" not in str(error))
-        # beyond what a number of degrees can be
+        # The value exceeds what degrees can express.
         assume("finite" not in str(error))
         raise
 
@@ -151,7 +151,7 @@ def tree_of(text):
 @given(TREES, st.lists(CELLS, min_size=1, max_size=4))
 @settings(max_examples=100)
 def test_an_expression_is_true_where_python_says_so(tree, cells):
-    """Any nesting, sign and missing value: the verdict on several cells at once is that of plain Python on each."""
+    """For any nesting, sign and missing value, several cells at once agree with plain Python on each."""
     found = tree_of(text_of(tree))
     columns = {name: np.array([cell[name] for cell in cells]) for name in NAMES}
     sure, possible = found.truth(columns, columns)
@@ -163,7 +163,7 @@ def test_an_expression_is_true_where_python_says_so(tree, cells):
 @given(TREES)
 @settings(max_examples=100)
 def test_an_expression_comes_back_as_itself(tree):
-    """Its text reads back to the same tree to the last bit of its numbers, and so does pickle."""
+    """Its text and its pickle restore the same tree, bit for bit."""
     found = tree_of(text_of(tree))
     again = read(str(found))
     assert again == found
@@ -189,7 +189,7 @@ SMALL = st.sampled_from([-2.0, -1.0, 0.0, 1.0, 2.0, 3.0])
 @given(st.data(), TREES, SPANS)
 @settings(max_examples=100)
 def test_what_is_sure_holds_everywhere_between(data, tree, spans):
-    """Of values between two sets: where it is sure each of them is true, where it is not possible none is."""
+    """Between two sets of values a sure expression is always true and an impossible one never."""
     found = tree_of(text_of(_with_small_numbers(data, tree)))
     low = {name: np.array(at) for name, (at, _) in spans.items()} | {"way": np.array(1.0)}
     high = {name: np.array(at + width) for name, (at, width) in spans.items()} | {"way": np.array(1.0)}
@@ -204,7 +204,7 @@ def test_what_is_sure_holds_everywhere_between(data, tree, spans):
 
 
 def _with_small_numbers(data, tree):
-    """A tree of the same form whose numbers lie where the spans do."""
+    """Return a tree of the same form whose numbers are in the range of the spans."""
     if tree[0] == "not":
         return "not", _with_small_numbers(data, tree[1])
     if tree[0] in ("and", "or"):
@@ -220,7 +220,7 @@ def _with_small_numbers(data, tree):
 
 
 def test_between_two_values():
-    """What an expression says of an angle that is only known to lie between two values."""
+    """An angle known only to lie between two values gives a sure and a possible truth."""
     for text, low, high, sure, possible in [
         ("angle > 1rad", 0.5, 1.5, False, True),
         ("angle > 1rad", 1.5, 2.0, True, True),
@@ -247,7 +247,7 @@ def test_between_two_values():
 
 
 def test_an_expression_is_read_with_its_units():
-    """Units as words have them, bare numbers in SI, products, chains and names of flags."""
+    """Units work as in inputs, bare numbers are SI; products, chains and flag names are read."""
     for text, tree in [
         ("angle > 10deg", Comparison((Variable("angle"), Number(math.radians(10), "rad")), (">",))),
         (" angle>0.1 ", Comparison((Variable("angle"), Number(0.1, "rad")), (">",))),
@@ -272,7 +272,7 @@ A, B, C = (f"{name} > 1{unit}" for name, unit in (("angle", "rad"), ("time", "s"
 
 
 def test_not_binds_before_and_before_or():
-    """Precedence is that of Python; brackets that change nothing are left out of the tree."""
+    """Precedence is Python's; redundant parentheses do not appear in the tree."""
     for text, tree in [
         (f"{A} and {B} or {C}", Joined("or", (Joined("and", (read(A), read(B))), read(C)))),
         (f"{A} or {B} and {C}", Joined("or", (read(A), Joined("and", (read(B), read(C)))))),
@@ -287,7 +287,7 @@ def test_not_binds_before_and_before_or():
 
 
 def test_one_spelling():
-    """Every spelling of an expression comes out as the shortest one, degrees where they are exact."""
+    """Every spelling of an expression becomes the shortest one, in degrees where they are exact."""
     for raw, written in [
         ("angle>0.08726646259971647", "angle > 5deg"),
         ("angle > 0.1", "angle > 0.1rad"),
@@ -310,13 +310,13 @@ def test_one_spelling():
 
 
 def test_the_names_in_an_expression():
-    """Each variable once, in the order of the text; flags and units are none."""
+    """Each variable appears once, in text order; flags and units are not variables."""
     tree = read("not (time < 2s and way == up) or abs(lean) > 2*angle > 3*lean")
     assert variables(tree) == ("time", "way", "lean", "angle")
 
 
 def test_what_is_no_expression_is_refused_at_its_place():
-    """The message counts characters from 1 and says what is wrong there; the hint says what to do."""
+    """The message counts characters from 1 and says what is wrong there; the hint gives the remedy."""
     for text, at, facts in [
         ("angel > 1deg", 1, ["angel", "angle, lean", "Did you mean angle?"]),
         ("time < 2s or angel > 1deg", 14, ["angel"]),
@@ -376,7 +376,7 @@ def test_what_is_no_expression_is_refused_at_its_place():
 
 
 def test_nesting_and_length_have_limits():
-    """Up to the limits an expression is read, in any form; beyond them it is refused in a sentence."""
+    """Up to the limits an expression of any form is read; beyond them it is refused in a sentence."""
     deep = "(" * MOST_NESTED + "angle > 1deg" + ")" * MOST_NESTED
     assert read(deep) == read("angle > 1deg")
     assert str(read("not " * MOST_NESTED + "angle > 1deg")) == "not " * MOST_NESTED + "angle > 1deg"
@@ -388,7 +388,7 @@ def test_nesting_and_length_have_limits():
     assert len(variables(read(flat))) == 1
     with refused("1000", "1004"):
         read(flat + " or angle > 1deg")
-    # short as it is given, and too long as it has to be kept
+    # It is short as given, but too long as stored.
     with refused("1000", "1050"):
         read(" or ".join(["time<1ms"] * 62))
     assert len(" or ".join(["time<1ms"] * 62)) < MOST_CHARACTERS
@@ -410,7 +410,7 @@ PIECES = st.sampled_from(
 )
 @settings(max_examples=500)
 def test_any_text_is_read_or_refused_at_once(text):
-    """Of any text comes a tree that reads back to itself, or a RequestError, in bounded time; nothing else."""
+    """Any text gives a tree that reads back to itself, or a RequestError, in bounded time."""
     began = time.process_time()
     with contextlib.suppress(RequestError):
         found = read(text)
@@ -419,7 +419,7 @@ def test_any_text_is_read_or_refused_at_once(text):
 
 
 def test_long_text_is_refused_in_no_time():
-    """A million characters cost nothing: they are counted before they are read."""
+    """A million characters take no time, because they are counted before parsing."""
     for text in [
         "1" * 10**6,
         "(" * 10**6,

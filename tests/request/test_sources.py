@@ -1,4 +1,4 @@
-"""What gives cells their values: ranges and lists along an axis, and random values with the generator behind them."""
+"""Sources of cell values: ranges and lists along an axis, and random values with their generator."""
 
 import hashlib
 from unittest import mock
@@ -27,18 +27,18 @@ def test_a_linear_range_is_even():
 
 
 def test_a_logarithmic_range_has_one_ratio():
-    """Four values from 1 to 1000 are the powers of ten."""
+    """Four values from 1 to 1000 are powers of ten."""
     np.testing.assert_allclose(
         Range(1.0, 1000.0, 4, "log").array(), [1, 10, 100, 1000], rtol=1e-14
-    )  # rounding
+    )  # Rounding.
 
 
 @example(5e-324, 4.9e-272, 263, "log")
 @example(0.0, 5e-323, 300, "linear")
 @given(FINITE, FINITE, st.integers(2, 500), st.sampled_from(["linear", "log"]))
 def test_every_accepted_range_is_a_coordinate(start, stop, count, spacing):
-    """A range that is not refused has exact ends, its count, and strictly increasing finite values."""
-    # most pairs drawn at random would be refused, for their order or their signs
+    """Every accepted range has exact ends, its count, and strictly increasing finite values."""
+    # Most random pairs would be refused because of their order or signs.
     start, stop = sorted(map(abs, (start, stop)) if spacing == "log" else (start, stop))
     try:
         axis = Range(start, stop, count, spacing)
@@ -56,7 +56,7 @@ NORMAL = st.floats(-1e300, 1e300, allow_subnormal=False)
 
 @given(NORMAL, NORMAL, st.integers(2, 500), st.sampled_from(["linear", "log"]), st.data())
 def test_chosen_values_of_a_long_range(start, stop, count, spacing, data):
-    """Of a range that is too long to be made whole, each value has the bits that it has among all."""
+    """Single values of a range too long to create are bit-identical to those of the whole range."""
     start, stop = sorted(map(abs, (start, stop)) if spacing == "log" else (start, stop))
     try:
         axis = Range(start, stop, count, spacing)
@@ -69,7 +69,7 @@ def test_chosen_values_of_a_long_range(start, stop, count, spacing, data):
 
 @given(st.lists(FINITE, min_size=1, unique=True).map(sorted))
 def test_a_list_has_its_values(numbers):
-    """Values given one by one are the coordinate, to the last bit; the ends are its first and its last."""
+    """Listed values are the coordinate, bit for bit; the ends are its first and last value."""
     axis = Values(tuple(numbers))
     assert axis.array().tolist() == numbers
     assert axis.ends().tolist() == [numbers[0], numbers[-1]]
@@ -77,13 +77,13 @@ def test_a_list_has_its_values(numbers):
 
 
 def test_minus_zero_is_zero():
-    """-0 and 0 are one value, so that equal axes also read the same."""
+    """-0 and 0 are the same value, so equal axes have the same text."""
     assert str(Range(-1.0, -0.0, 3)) == "-1.0:0.0:3"
     assert str(Values((-0.0, 1.0))) == "0.0,1.0"
 
 
 def test_axes_made_in_python_are_checked():
-    """An axis that was not read from text obeys the same rules."""
+    """An axis created in Python obeys the same rules as one read from text."""
     for kind, *words in [
         (Range, "a", 2.0, 3), (Range, None, 2.0, 3), (Range, 1.0, 2.0, 3.0), (Range, 1.0, 2.0, True),
         (Values, 3), (Values, ("a",)),
@@ -97,7 +97,7 @@ MASK = 2**64 - 1
 
 
 def philox_block(counter, key):
-    """Return the four words that Philox 4x64-10 makes of a counter, written from Salmon et al., SC11, section 3.3."""
+    """Return the four words of Philox 4x64-10 for a counter, from Salmon et al., SC11, section 3.3."""
     words, (k0, k1) = [counter >> (64 * i) & MASK for i in range(4)], key
     for _ in range(10):
         left, right = 0xD2E7470EE14C6C93 * words[0], 0xCA5A826395121157 * words[2]
@@ -107,14 +107,14 @@ def philox_block(counter, key):
 
 
 def referee(stream, number):
-    """Return the word of a stream at a place; NumPy counts the blocks of a generator from 1."""
+    """Return a word of a stream by its number; NumPy counts the blocks of a generator from 1."""
     digest = hashlib.sha256(stream.encode()).digest()
     key = int.from_bytes(digest[:8], "little"), int.from_bytes(digest[8:16], "little")
     return philox_block(number // 4 + 1, key)[number % 4]
 
 
 def test_the_referee_is_philox():
-    """The known answers of the authors' library Random123 (kat_vectors, philox4x64 10)."""
+    """It gives the known answers of the authors' library Random123 (kat_vectors, philox4x64 10)."""
     assert philox_block(0, (0, 0)) == [
         0x16554D9ECA36314C,
         0xDB20FE9D672D0FDC,
@@ -124,7 +124,7 @@ def test_the_referee_is_philox():
 
 
 def test_words_are_those_of_philox():
-    """Wherever in the sequence: near together, far apart, not in order, repeated, beyond 2**32."""
+    """Close, distant, unordered, repeated and beyond 2**32: any numbers give the referee's words."""
     numbers = np.array([0, 1, 2, 3, 4, 7, 129, 130, 131, 5000, 4, 2**31 - 1, 2**40 + 3, 6, 0])
     expected = [referee("7:tilt", int(each)) for each in numbers]
     assert philox("7:tilt", numbers).tolist() == expected
@@ -132,7 +132,7 @@ def test_words_are_those_of_philox():
 
 
 def test_a_value_depends_on_its_number_alone():
-    """Any part of the starts, in any order, has the bits that the whole has."""
+    """Any subset of the starts, in any order, has the same bits as the whole."""
     for text in ["uniform:2:4", "loguniform:0.001:10", "normal:1:0.2"]:
         given = read_distribution(text, PARAMETERS["roll_rate"])
         whole = given.at(np.arange(20_000), "0:roll_rate")
@@ -147,7 +147,7 @@ def test_a_value_depends_on_its_number_alone():
 
 
 def test_streams_are_independent():
-    """Another seed, or another parameter, has other values: no two rank correlations are seen."""
+    """Other seeds and parameters give other values, without a visible rank correlation."""
     given = Distribution("uniform", 0.0, 1.0)
     columns = [
         given.at(np.arange(20_000), stream) for stream in ("0:tilt", "1:tilt", "0:roll_rate", "10:tilt")
@@ -157,7 +157,7 @@ def test_streams_are_independent():
 
 
 def test_values_have_the_distribution():
-    """Kolmogorov and Smirnov do not tell 100,000 values from SciPy's distribution, and not their tails."""
+    """A Kolmogorov-Smirnov test and the tails of 100,000 values agree with SciPy's distribution."""
     for text, expected in [
         ("uniform:2:4", stats.uniform(2.0, 2.0)),
         ("uniform:-1deg/s:1deg/s", stats.uniform(-np.pi / 180, np.pi / 90)),
@@ -173,7 +173,7 @@ def test_values_have_the_distribution():
 
 
 def test_values_stay_inside():
-    """No value of a distribution with ends is beyond them, however near to each other they are."""
+    """No value of a bounded distribution is outside its bounds, however close they are."""
     for kind in ("uniform", "loguniform"):
         beside = [(low, np.nextafter(low, np.inf)) for low in np.linspace(0.1, 50.0, 100).tolist()]
         for low, high in (*beside, (0.1, 0.1 * (1 + 1e-15)), (1e-300, 1e300)):
@@ -182,14 +182,14 @@ def test_values_stay_inside():
 
 
 def test_a_distribution_reads_as_it_is_written():
-    """Its text in SI gives the same bits."""
+    """The text in SI gives the same bits."""
     for text in ("uniform:0.1deg:5deg", "normal:1deg:0.2deg", "loguniform:1e-5deg:1deg"):
         given = read_distribution(text, PARAMETERS["tilt"])
         assert read_distribution(str(given), PARAMETERS["tilt"]) == given
 
 
 def test_what_is_no_distribution():
-    """It is refused, with what would do and the word that it stands in."""
+    """The message names the input and the remedy."""
     for name, text, facts in [
         ("tilt", "uniform:1deg:90deg", ["90 deg", "|tilt| < 90 deg"]),
         ("tilt", "normal:95deg:1deg", ["95 deg", "|tilt| < 90 deg"]),

@@ -1,4 +1,4 @@
-"""The request for an atlas: the same in Python, TOML and words, kept in a text, and never changed."""
+"""The request for an atlas: the same in Python, TOML and words, stored as text, and immutable."""
 
 import math
 import os
@@ -37,7 +37,7 @@ SPECS = st.builds(
 
 
 def test_an_empty_request_is_one_cell():
-    """Without a word it is one cell of the default disk, at rest and upright, judged by 5 degrees."""
+    """Without inputs it is one cell of the default disk, at rest and upright, judged by 5 degrees."""
     spec = SweepSpec()
     assert (spec.axes, spec.shape, spec.size, spec.computed) == ((), (), 1, ())
     assert spec.fixed == tuple(DISK.parameters)
@@ -49,7 +49,7 @@ def test_an_empty_request_is_one_cell():
 
 
 def test_python_toml_and_words_say_the_same(spec_file):
-    """The same words give equal specs in Python, in a file and on the command line."""
+    """The same inputs give equal specs in Python, in a file and on the command line."""
     python = SweepSpec(
         roll_rate=Range(0.5, 6, 400), tilt="1deg:5deg:3", alpha=[0.5, 1], criterion="departure:2deg"
     )
@@ -63,7 +63,7 @@ def test_python_toml_and_words_say_the_same(spec_file):
 
 
 def test_axes_are_in_the_order_given():
-    """The dimensions are the ranges and lists, in the order of the words; numbers are none."""
+    """The dimensions are the ranges and lists in the order of the inputs; numbers are no dimensions."""
     spec = SweepSpec(alpha="0.5,1", tilt="1deg:5deg:3", radius=1, roll_rate=[2.0])
     assert (spec.axes, spec.shape, spec.size) == (("alpha", "tilt", "roll_rate"), (2, 3, 1), 6)
     assert SweepSpec(tilt="1deg:5deg:3", alpha="0.5,1") != SweepSpec(alpha="0.5,1", tilt="1deg:5deg:3")
@@ -71,7 +71,7 @@ def test_axes_are_in_the_order_given():
 
 
 def test_changes_keep_the_place_of_an_axis(spec_file):
-    """A changed axis stays where it was, a new one comes last, a removed one is gone."""
+    """A changed axis keeps its place, a new one comes last, a removed one disappears."""
     path = spec_file('roll_rate = "2:4:5"\ntilt = "1deg:5deg:3"\n')
     changed = SweepSpec.from_words(path, ["radius=1,2", "alpha=0.5,1", "roll_rate=1:2:7"])
     assert (changed.axes, changed.shape) == (("roll_rate", "tilt", "radius", "alpha"), (7, 3, 2, 2))
@@ -81,7 +81,7 @@ def test_changes_keep_the_place_of_an_axis(spec_file):
 
 
 def test_the_presets_straddle_the_critical_rates():
-    """The rates of the released presets lie around the critical ones: g/3R and 4g/5R for the uniform disk."""
+    """For the released presets the range contains the uniform disk's critical rates, g/3R and 4g/5R."""
     assert presets(DISK) == ("circling", "rolling", "spinning")
     rolling, spinning = SweepSpec.preset("rolling").roll_rate, SweepSpec.preset("spinning").precession_rate
     assert rolling.start**2 < 9.81 / (3 * 0.5) < rolling.stop**2
@@ -90,7 +90,7 @@ def test_the_presets_straddle_the_critical_rates():
 
 @given(SPECS)
 def test_a_spec_reads_back_from_its_texts(tmp_path_factory, spec):
-    """TOML, canonical text, words of Python, pickle and `repr` all give the same spec back, to the last bit."""
+    """TOML, canonical text, Python arguments, pickle and `repr` all restore the same spec, bit for bit."""
     path = tmp_path_factory.mktemp("spec") / "sweep.toml"
     path.write_text(spec.to_toml(), encoding="utf-8")
     for same in (
@@ -106,7 +106,7 @@ def test_a_spec_reads_back_from_its_texts(tmp_path_factory, spec):
 
 
 def test_a_spec_cannot_be_changed():
-    """Assignment is refused and points to replace; a name that is no word is no attribute."""
+    """Assignment is refused with a reference to `replace`; an unknown name raises AttributeError."""
     spec = SweepSpec()
     with refused("spec.replace(tilt=...)") as caught:
         spec.tilt = 0.2
@@ -118,7 +118,7 @@ def test_a_spec_cannot_be_changed():
 
 
 def test_a_spec_is_a_value():
-    """Equal specs are one key of a set, from any form of their words; another kind of thing is not equal to one."""
+    """Equal specs are one element of a set, however they were given; other objects are never equal."""
     spec = SweepSpec(tilt="1deg:5deg:3", radius="50cm")
     assert spec == SweepSpec(tilt=Range(math.radians(1), math.radians(5), 3), radius=0.5)
     assert len({spec, spec.replace(), SweepSpec(tilt="1deg:5deg:3"), SweepSpec(tilt="1deg:5deg:4")}) == 2
@@ -126,7 +126,7 @@ def test_a_spec_is_a_value():
 
 
 def test_headline_says_what_is_looked_at():
-    """A preset with other words is not called what it no longer is; a title of one's own stays."""
+    """A changed preset gets a fitting headline; a user's own title stays."""
     for preset, changes, facts in [
         ("rolling", {}, ["Rolling along a line", "upright"]),
         ("rolling", {"alpha": 1.0}, ["Rolling along a line", "upright"]),
@@ -142,14 +142,14 @@ def test_headline_says_what_is_looked_at():
 
 
 def test_a_spec_file_that_nests_without_end_is_refused(spec_file):
-    """Arrays, tables and dotted names nested too deep to be parsed are told with the file."""
+    """Arrays, tables and dotted keys nested too deeply for the parser are refused with the file name."""
     for text in ["a = " + "[" * 100_000, "a = " + "{b = " * 5000, ".".join("a" * 20_000) + " = 1"]:
         with refused("sweep.toml:", "nested"):
             SweepSpec.from_toml(spec_file(text))
 
 
 def test_a_spec_is_a_small_file(tmp_path):
-    """A pipe, a device and a file of more than a megabyte are refused before they are read."""
+    """A pipe, a device and a file over one megabyte are refused before they are read."""
     os.mkfifo(tmp_path / "pipe.toml")
     (tmp_path / "zero.toml").symlink_to("/dev/zero")
     (tmp_path / "large.toml").write_text("# \n" * 400_000, encoding="utf-8")
@@ -163,7 +163,7 @@ def test_a_spec_is_a_small_file(tmp_path):
 
 
 def test_any_word_of_a_file_is_a_word(spec_file):
-    """A file may hold names that are those of arguments; a count may be beyond any number of the machine."""
+    """A file may contain the names of Python arguments, or counts beyond any machine number."""
     with refused("sweep.toml:", "self"):
         SweepSpec.from_toml(spec_file("self = 1"))
     held = SweepSpec.preset("rolling").canonical()
@@ -173,7 +173,7 @@ def test_any_word_of_a_file_is_a_word(spec_file):
 
 
 def test_words_of_other_models_are_suggested_too():
-    """A loss that is misspelt would have chosen the disk with losses."""
+    """A misspelled loss would have chosen the lossy disk."""
     for word, fact in [
         ("rolling_frcition", "rolling_friction?"),
         ("friktion", "friction?"),

@@ -1,4 +1,4 @@
-"""Requests for random starts: the words, the spec that comes of them, and what does not go together."""
+"""Requests for random starts: the inputs, the resulting spec, and what cannot be combined."""
 
 import pickle
 import re
@@ -20,7 +20,7 @@ def spec():
 
 
 def test_a_list_has_one_dimension(spec):
-    """It counts the starts; the other parameters keep their numbers."""
+    """Its dimension counts the starts; the other parameters keep their numbers."""
     assert spec.axes == ("start",)
     assert spec.shape == (1000,)
     assert spec.is_list
@@ -30,7 +30,7 @@ def test_a_list_has_one_dimension(spec):
 
 
 def test_a_list_survives_all_its_spellings(spec, tmp_path):
-    """Canonical text, TOML, pickle and replace give the same spec; its numbers are small texts, not values."""
+    """Canonical text, TOML, pickle and replace give the same spec, as short texts instead of values."""
     assert SweepSpec.from_canonical(spec.canonical()) == spec
     assert pickle.loads(pickle.dumps(spec)) == spec
     (tmp_path / "list.toml").write_text(spec.to_toml())
@@ -41,7 +41,7 @@ def test_a_list_survives_all_its_spellings(spec, tmp_path):
 
 
 def test_starts_are_drawn(spec):
-    """Every start has its own tilt and roll rate; the others are the same everywhere."""
+    """Every start has its own tilt and roll rate; all other parameters are constant."""
     starts = whole(spec)
     assert 2.0 <= starts["roll_rate"].min() < 2.01
     assert 3.99 < starts["roll_rate"].max() <= 4.0
@@ -52,7 +52,7 @@ def test_starts_are_drawn(spec):
 
 
 def test_a_start_depends_on_its_number_alone(spec):
-    """More starts, other parameters, parts and single cells change no bit of it."""
+    """More starts, other parameters, parts and single cells change none of its bits."""
     starts = whole(spec)
     more = starts_of(spec.replace(samples=5000), Span(0, 1000))
     other = whole(spec.replace(alpha="uniform:0.5:1"))
@@ -67,7 +67,7 @@ def test_a_start_depends_on_its_number_alone(spec):
 
 
 def test_a_part_of_a_list(spec):
-    """It keeps the numbers of its starts, and says so in its text."""
+    """It keeps its start numbers, also in its text."""
     part = spec.replace(start=[3, 17, 999])
     assert part.shape == (3,)
     assert SweepSpec.from_canonical(part.canonical()) == part
@@ -78,13 +78,13 @@ def test_a_part_of_a_list(spec):
 
 
 def test_spellings_of_samples(spec):
-    """A whole number, in any spelling."""
+    """A whole number is accepted in any notation."""
     for count in ["1e3", "1000", 1000, 1000.0, " 1000 "]:
         assert spec.replace(samples=count) == spec
 
 
 def test_what_does_not_go_together():
-    """It is refused with the word that is wrong and what to write."""
+    """The message names the wrong input and what to write."""
     for words, where, facts in [
         (["samples=10"], "samples", ["distribution"]),
         (RANDOM[:2], "tilt", ["tilt", "samples=1e6"]),
@@ -114,7 +114,7 @@ def test_what_does_not_go_together():
 
 
 def test_rates_that_a_cell_computes_follow_from_its_start():
-    """Circling: the roll rate of every random tilt and precession rate is the one that keeps the tilt."""
+    """The roll rate of each random tilt and precession rate keeps the tilt."""
     spec = SweepSpec.from_words(
         "circling", ["precession_rate=uniform:1:6", "tilt=uniform:1deg:20deg", "samples=50"]
     )
@@ -131,7 +131,7 @@ def test_a_normal_precession_rate_around_zero_is_no_precession_of_zero():
 
 
 def test_scaled_distributions():
-    """In units of sqrt(g/R), or as a speed: the rates of the disk that is asked for."""
+    """In units of sqrt(g/R) or as a speed, they give the rates of the requested disk."""
     words = ["scaled_roll_rate=uniform:0.5:0.8", "tilt=1deg", "samples=50", "radius=12mm"]
     spec = SweepSpec.from_words("rolling", words)
     rate = (9.81 / 0.012) ** 0.5

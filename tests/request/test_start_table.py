@@ -1,4 +1,4 @@
-"""Tables of starts: CSV files and columns in memory, their units, and what is refused, by line and column."""
+"""Tables of starts: CSV files and columns in memory, their units, and refusals by line and column."""
 
 import hashlib
 import json
@@ -22,7 +22,7 @@ COLUMNS = {"roll_rate": [2.5, 3.0, 2.0], "tilt": [0.01, 0.02, 0.005]}
 
 
 def read(raw, model):
-    """The table that something is for a model."""
+    """Read a table for a model."""
     return read_list_word("starts", raw, model)
 
 
@@ -45,7 +45,7 @@ def spec():
 
 
 def test_a_table_takes_the_place_of_axes(spec):
-    """Its columns replace what the preset says of these parameters; rows keep their order."""
+    """Its columns replace the preset's values of these parameters; rows keep their order."""
     assert spec.axes == ("start",)
     assert spec.shape == (3,)
     assert spec.listed == ("tilt", "roll_rate")
@@ -56,7 +56,7 @@ def test_a_table_takes_the_place_of_axes(spec):
 
 
 def test_spellings_of_a_file(table):
-    """Separators, units, comments, quotes, a byte order mark, order of columns: the same starts."""
+    """Separators, units, comments, quotes, a byte order mark and column order do not change the starts."""
     for text in [
         "roll_rate,tilt [deg]\n2.5,1\n3.0,2\n",
         "# measured\n\nroll_rate [rad/s] , tilt [deg]\n2.5 , 1\n# a comment\n3.0 , 2\n\n",
@@ -73,7 +73,7 @@ def test_spellings_of_a_file(table):
 
 
 def test_a_column_of_a_body_that_is_not_named(table):
-    """A moment is one of another body than the thin disk: the column is named, and the bodies that have it."""
+    """The thin disk has no moments: the message names the column and the bodies that have it."""
     path = table("tilt [deg],axial_moment\n1,0.4\n2,0.5\n")
     with refused("axial_moment", "column", "body=ball"):
         SweepSpec.from_words("rolling", ["roll_rate=2", f"starts={path}"])
@@ -87,12 +87,12 @@ def test_columns_in_memory():
     degrees = xr.DataArray(np.array([1.0, 2.0]), attrs={"units": "deg"})
     for columns in ({"tilt": degrees}, {"tilt [deg]": [1, 2]}, pd.DataFrame({"tilt (deg)": [1, 2]})):
         np.testing.assert_allclose(read(columns, DISK).values("tilt"), np.radians([1.0, 2.0]))
-    # negative zero is zero: equal values have one SHA-256
+    # Negative zero becomes zero, so equal values have the same SHA-256.
     assert read({"tilt": [-0.0, 1.0]}, DISK) == read({"tilt": [0.0, 1.0]}, DISK)
 
 
 def test_a_data_frame_wherever_a_table_is_given():
-    """A frame has no truth value: nothing asks for one."""
+    """A data frame is accepted everywhere; its truth value, which does not exist, is never needed."""
     frame = pd.DataFrame(COLUMNS)
     made = [
         SweepSpec.preset("rolling").replace(starts=frame),
@@ -107,7 +107,7 @@ def test_a_data_frame_wherever_a_table_is_given():
 
 
 def test_the_text_of_a_spec_holds_a_hash(spec):
-    """Names, count and SHA-256 of the little-endian doubles, in the order of the model; no values."""
+    """It has names, count and SHA-256 of the little-endian doubles in model order, but no values."""
     found = json.loads(spec.canonical())["starts"]
     content = np.array([COLUMNS["tilt"], COLUMNS["roll_rate"]]).astype("<f8").tobytes()
     assert found == {
@@ -122,7 +122,7 @@ def test_the_text_of_a_spec_holds_a_hash(spec):
 
 
 def test_a_spec_without_values(spec):
-    """From its text a spec is the same, knows its cells, and says that it has no values; it is given them again."""
+    """A spec from text is equal, knows its cells, reports the missing values and accepts them again."""
     bare = SweepSpec.from_canonical(spec.canonical())
     assert bare == spec
     assert bare.shape == (3,)
@@ -141,7 +141,7 @@ def test_a_spec_without_values(spec):
 
 
 def test_texts_that_cannot_hold_a_table(spec):
-    """TOML is refused; what Python shows cannot be mistaken for words that make the spec."""
+    """TOML refuses a table, and `repr` does not look like inputs that recreate the spec."""
     with refused("starts:", "TOML", "3 starts of tilt, roll_rate", 'starts = "pushes.csv"'):
         spec.to_toml()
     shown = repr(spec)
@@ -151,7 +151,7 @@ def test_texts_that_cannot_hold_a_table(spec):
 
 
 def test_a_part_of_a_table(spec):
-    """It keeps the numbers of its starts, through its text and further changes."""
+    """It keeps its start numbers, in its text and through further changes."""
     part = spec.replace(start=[0, 2])
     assert part.start == Values((0.0, 2.0))
     assert whole(part)["tilt"].tolist() == [0.01, 0.005]
@@ -163,7 +163,7 @@ def test_a_part_of_a_table(spec):
 
 
 def test_replacing(spec):
-    """Another table, another number and a grid take the place of a table."""
+    """Another table, a number or a grid can replace it."""
     assert spec.replace(starts={"tilt": [0.1], "roll_rate": [3.0]}).size == 1
     assert spec.replace(alpha=1).alpha == 1.0
     random = SweepSpec.from_words("rolling", ["roll_rate=uniform:2:4", "tilt=1deg", "samples=5"])
@@ -173,7 +173,7 @@ def test_replacing(spec):
 
 
 def test_a_spec_file_names_a_table(tmp_path, table):
-    """A path in it begins at its folder, wherever the command is run."""
+    """The path is relative to the file's folder, wherever the command runs."""
     table("tilt [deg],roll_rate\n1,3\n", "pushes.csv")
     (tmp_path / "sweep.toml").write_text('starts = "pushes.csv"\nalpha = 1.0\n')
     spec = SweepSpec.from_toml(tmp_path / "sweep.toml")
@@ -184,7 +184,7 @@ def test_a_spec_file_names_a_table(tmp_path, table):
 
 
 def test_what_is_no_table(table):
-    """The message names file, line and column, and what would do."""
+    """The message names file, line and column, and gives the remedy."""
     for text, facts in [
         ("", ["column", "none"]),
         ("tilt,roll_rate\n", ["1 to 10000000 starts", "0"]),
@@ -219,7 +219,7 @@ def test_what_is_no_table(table):
 
 
 def test_other_encodings_and_missing_files(table, tmp_path):
-    """Text in UTF-16, a folder and nothing are refused in a sentence."""
+    """UTF-16 text, a folder and a missing file are refused in a sentence."""
     for path, fact in (
         (table("tilt\n1\n", encoding="utf-16"), "UTF-8"),
         (tmp_path, "Is a directory"),
@@ -230,7 +230,7 @@ def test_other_encodings_and_missing_files(table, tmp_path):
 
 
 def test_what_are_no_columns():
-    """They are refused with the name of the column and the number of the start."""
+    """They are refused with the column name and the start number."""
     for raw, facts in [
         ({}, ["starts:", "column", "none"]),
         ({"tilt": [0.1], "roll_rate": [1, 2]}, ["tilt 1", "roll_rate 2"]),
@@ -252,7 +252,7 @@ def test_what_are_no_columns():
 
 
 def test_what_does_not_go_with_a_table(table):
-    """It is refused by its name."""
+    """Each conflicting input is refused by name."""
     for words, where, facts in [
         (["tilt=2deg"], "tilt", ["tilt=2deg"]),
         (["samples=2"], "samples", ["samples=2"]),
@@ -269,7 +269,7 @@ def test_what_does_not_go_with_a_table(table):
 
 
 def test_a_damaged_text(spec):
-    """No damage of the description of a table is a defect."""
+    """Any damage of a table's description is refused."""
     for change in [
         {"sha256": "0"},
         {"sha256": 5},
@@ -291,7 +291,7 @@ def test_a_damaged_text(spec):
 
 
 def test_a_column_without_table(spec):
-    """A text that lost its table is refused."""
+    """A text without its table is refused."""
     content = json.loads(spec.canonical())
     del content["starts"]
     with refused("table"):
@@ -299,7 +299,7 @@ def test_a_column_without_table(spec):
 
 
 def test_the_table_itself_is_not_changed():
-    """Values given are copied: what the caller does with them later has no effect."""
+    """The given values are copied, so later changes by the caller have no effect."""
     values = np.array([0.01, 0.02])
     made = StartTable.of({"tilt": values})
     values[0] = 0.5

@@ -1,4 +1,4 @@
-"""What may be given instead of a parameter: scaled rates and the speed, on the command line, in files and in Python."""
+"""Alternative inputs (scaled rates, speed, inclination) in commands, files and Python."""
 
 import math
 import re
@@ -24,7 +24,7 @@ UNIT = math.sqrt(1.62 / 0.012)
 
 
 def test_a_scaled_rate_is_in_units_of_the_root_of_gravity_over_radius():
-    """Numbers, lists and ranges are multiplied; a logarithmic range stays one."""
+    """Numbers, lists and ranges are multiplied; a logarithmic range stays logarithmic."""
     for rate in ["tilt_rate", "precession_rate", "roll_rate"]:
         for raw, expected in [
             (0.5, 0.5 * UNIT),
@@ -45,7 +45,7 @@ def test_a_scaled_rate_is_in_units_of_the_root_of_gravity_over_radius():
 
 
 def test_the_speed_is_that_of_the_contact_point():
-    """An arc of the plane is as long as the arc of the rim that has rolled over it: v = R times the roll rate."""
+    """The arc on the plane is as long as the rolled arc of the rim: v = R times the roll rate."""
     assert SweepSpec(speed="15cm/s", radius="12mm").roll_rate == 12.5
     assert SweepSpec(speed=1.5).roll_rate == 3.0
     assert SweepSpec(speed="-3.6km/h").roll_rate == -2.0
@@ -53,7 +53,7 @@ def test_the_speed_is_that_of_the_contact_point():
 
 
 def test_it_means_the_same_in_words_files_and_python(spec_file):
-    """Words, TOML and Python give the same spec, which holds the rate alone and has the text of one given in rad/s."""
+    """Words, TOML and Python give the same spec, which only stores the rate, as if given in rad/s."""
     python = SweepSpec(scaled_roll_rate="0.5:1:5", tilt="1deg:5deg:3", radius="12mm")
     path = spec_file('scaled_roll_rate = "0.5:1:5"\ntilt = "1deg:5deg:3"\nradius = "12mm"\n')
     words = ["scaled_roll_rate=0.5:1:5", "tilt=1deg:5deg:3", "radius=12mm"]
@@ -71,7 +71,7 @@ def test_it_means_the_same_in_words_files_and_python(spec_file):
     st.floats(1e-3, 1e3),
 )
 def test_a_substitute_is_its_parameter_times_its_scale(name, value, radius, gravity):
-    """What was given comes back from the rate of the spec, to rounding, for what needs the radius."""
+    """The given value is recovered from the spec's rate, up to rounding."""
     spec = SweepSpec(**{name: value}, radius=radius, gravity=gravity)
     substitute = DISK.substitutes[name]
     back = getattr(spec, substitute.parameter) * substitute.scale({"radius": radius, "gravity": gravity})
@@ -79,7 +79,7 @@ def test_a_substitute_is_its_parameter_times_its_scale(name, value, radius, grav
 
 
 def test_a_diameter_is_twice_the_radius():
-    """Alone, as an axis, and where a scaled rate, a speed or a length of the body needs the radius."""
+    """It works for a number, as an axis, and where a scaled rate, a speed or a length needs the radius."""
     for words in ("", "scaled_roll_rate=0.5", "speed=1", "body=torus tube=1mm"):
         given, expected = (
             SweepSpec.from_words("rolling", [size, *words.split()])
@@ -94,7 +94,7 @@ def test_a_diameter_is_twice_the_radius():
 
 
 def test_the_inclination_is_what_the_tilt_lacks_to_a_right_angle():
-    """Values turn round, so that the tilt increases; a range stays one, a logarithmic one becomes a list."""
+    """Values are reversed so that the tilt increases; ranges stay ranges, logarithmic ones become lists."""
     for raw, expected in [
         ("30deg", math.radians(60.0)),
         ("100deg", math.radians(-10.0)),
@@ -111,7 +111,7 @@ def test_the_inclination_is_what_the_tilt_lacks_to_a_right_angle():
 
 
 def test_the_inclination_of_random_starts():
-    """A uniform distribution turns round, a normal one keeps its deviation; of a logarithmic one there is none."""
+    """A uniform distribution is reversed, a normal one keeps its deviation; a logarithmic one is refused."""
     random = {"samples": 3, "roll_rate": 3.0}
     uniform = SweepSpec(inclination="uniform:1deg:10deg", **random).tilt
     assert np.degrees([uniform.first, uniform.second]) == pytest.approx([80.0, 89.0], rel=1e-14)
@@ -122,7 +122,7 @@ def test_the_inclination_of_random_starts():
 
 
 def test_an_inclination_of_no_tilt_is_refused_by_its_name():
-    """Flat and below, and degrees taken for radians: the message names what was given, and the rule of the tilt."""
+    """For flat, negative or degree-like values the message names the input and the rule of the tilt."""
     for raw in ["0", "-3deg", "180deg", 10, "1deg:200deg:5", "uniform:-1deg:3deg"]:
         random = {"samples": 3} if "uniform" in str(raw) else {}
         with refused("|tilt| < 1.570796326 rad" if raw == 10 else "|tilt| < 90 deg") as caught:
@@ -131,14 +131,14 @@ def test_an_inclination_of_no_tilt_is_refused_by_its_name():
 
 
 def test_a_logarithmic_range_of_the_inclination_is_no_longer_than_a_list():
-    """It would be written out: more than ten thousand values are refused, before they are made."""
+    """It is expanded into a list; more than ten thousand values are refused before they are created."""
     with refused("10000", "1000000000000") as caught:
         SweepSpec(inclination="0.1deg:1deg:1000000000000:log")
     assert caught.value.where.startswith("inclination=")
 
 
 def test_tilt_and_inclination_are_one_word():
-    """Both at once are refused; a change of one replaces the other, in its place."""
+    """Giving both is refused; a change of one replaces the other in its place."""
     with refused("tilt=0.1", "inclination=0.2"):
         SweepSpec(tilt=0.1, inclination=0.2)
     spec = SweepSpec.preset("rolling", inclination="1deg:10deg:4")
@@ -157,7 +157,7 @@ def test_tilt_and_inclination_are_one_word():
     ],
 )
 def test_a_change_replaces_whichever_way_a_rate_was_given(spec_file, changes, axes, rates):
-    """A change of a rate replaces the scaled rate of the file and keeps its place among the axes, and the reverse."""
+    """A new rate replaces the file's scaled rate in its place among the axes, and vice versa."""
     made = [
         SweepSpec.from_words(spec_file(f'{rate}\ntilt = "1deg:5deg:3"\n'), changes)
         for rate in ('scaled_roll_rate = "0.5:1:5"', 'roll_rate = "0.5:1:5"', 'speed = "0.5:1:5"')
@@ -169,7 +169,7 @@ def test_a_change_replaces_whichever_way_a_rate_was_given(spec_file, changes, ax
 
 
 def test_a_spec_is_changed_in_the_same_way():
-    """`replace` takes substitutes too; its rates stay in rad/s where the disk changes, and those of a preset do not."""
+    """`replace` accepts substitutes; a new disk keeps the spec's rates in rad/s, but rescales a preset's."""
     spec = SweepSpec.preset("rolling")
     assert spec.replace(speed="1:2:7") == spec.replace(roll_rate="2:4:7")
     assert spec.replace(speed="1:2:7", radius=1.0) == spec.replace(roll_rate="1:2:7", radius=1.0)
@@ -185,7 +185,7 @@ def test_a_spec_is_changed_in_the_same_way():
 
 
 def test_a_preset_covers_the_boundary_of_every_disk():
-    """The analytic line lies inside the range in as many rows as for the default disk, and nothing is warned of."""
+    """The critical line lies in the range in as many rows as for the default disk, without a warning."""
     for disk in [{"radius": "12mm"}, {"gravity": 1.62}, {"radius": 40.0, "gravity": 274.0}]:
         for name in ("rolling", "spinning", "circling"):
             inside = []
@@ -202,7 +202,7 @@ def test_a_preset_covers_the_boundary_of_every_disk():
 
 
 def test_what_cannot_be_resolved_is_refused():
-    """Two ways at once, units that do not fit, numbers beyond any float, names that are nearly right."""
+    """Conflicting inputs, wrong units, overflowing numbers and misspelled names are refused."""
     for words, facts in [
         ("roll_rate=3 scaled_roll_rate=0.5", ["roll_rate=3", "scaled_roll_rate=0.5"]),
         ("speed=3 scaled_roll_rate=0.5", ["roll_rate", "speed=3", "scaled_roll_rate=0.5"]),
@@ -226,12 +226,12 @@ def test_what_cannot_be_resolved_is_refused():
 
 
 def _instead(caught):
-    """Return the words that a refusal says to write instead."""
+    """Return the words that a refusal suggests instead."""
     return re.findall(r"\w+=\S+", caught.value.hint.removesuffix("."))
 
 
 def test_where_the_disk_varies_the_words_to_add_are_told():
-    """A scaled rate is none in rad/s if radius or gravity is an axis; the words of the refusal make a request of it."""
+    """Scaled rates are undefined if radius or gravity is an axis; the advice gives a valid request."""
     for preset, words, where, instead in [
         ("rolling", "radius=5mm,12mm", "radius", ["roll_rate=12.91:40:801"]),
         ("spinning", "gravity=9.81,39.24", "gravity", ["precession_rate=3:12:801"]),
@@ -248,7 +248,7 @@ def test_where_the_disk_varies_the_words_to_add_are_told():
 
 
 def test_where_the_disk_of_starts_varies_the_words_to_add_are_told():
-    """A list of starts takes no ranges; sqrt(gravity/radius) is 2 and 4, and a number lies amid in its logarithm."""
+    """sqrt(gravity/radius) is 2 and 4: the advice has no ranges, and uses the geometric mean for a number."""
     drawn = {"gravity": "uniform:2:8", "samples": 5, "tilt": "1deg"}
     for rate, words, instead in [
         ("0.5", drawn, "1.414"),
@@ -263,7 +263,7 @@ def test_where_the_disk_of_starts_varies_the_words_to_add_are_told():
 
 
 def test_a_column_is_not_given_in_another_way():
-    """The refusal names the word that was written."""
+    """The refusal names the given word."""
     with refused("roll_rate", "speed=20cm/s", "column") as caught:
         SweepSpec.preset("rolling", speed="20cm/s", starts={"tilt": [0.1], "roll_rate": [2.0]})
     assert caught.value.where == "speed"
@@ -271,14 +271,14 @@ def test_a_column_is_not_given_in_another_way():
 
 
 def test_an_axis_of_one_value_is_one_disk():
-    """A radius that stands in a list alone does not vary."""
+    """A list with only one radius does not count as varying."""
     spec = SweepSpec.preset("rolling", radius="12mm,")
     assert spec.roll_rate == SweepSpec.preset("rolling", radius="12mm").roll_rate
     assert spec.axes == ("roll_rate", "tilt", "radius")
 
 
 def test_a_fault_is_placed_where_it_stands(spec_file):
-    """A fault of the file is told with the file, one of the change with the change."""
+    """A fault in the file is reported with the file, one in the change with the change."""
     path = spec_file('speed = "1:2:3"\nscaled_roll_rate = 0.5\n')
     with refused("roll_rate", "speed=1:2:3", "scaled_roll_rate=0.5") as caught:
         SweepSpec.from_toml(path)
@@ -290,7 +290,7 @@ def test_a_fault_is_placed_where_it_stands(spec_file):
 
 
 def test_words_that_stand_for_nothing_are_as_they_were():
-    """Without a substitute words are not read; what they do not give is a default of the model, or what is known."""
+    """Inputs without a substitute are not parsed; missing ones come from known values or defaults."""
     assert resolved({"tilt": "2deg", "wobble": None}, DISK) == {"tilt": "2deg", "wobble": None}
     assert resolved({"speed": 3.0}, DISK, {"radius": 2.0}) == {"roll_rate": 1.5}
     assert resolved({"speed": 3.0, "radius": 1.5}, DISK, {"radius": 2.0})["roll_rate"] == 2.0
@@ -303,7 +303,7 @@ def test_words_that_stand_for_nothing_are_as_they_were():
 
 
 def test_every_substitute_has_a_name_of_its_own():
-    """No word says two things; a substitute stands for a parameter, and needs parameters that are numbers."""
+    """No word has two meanings; a substitute replaces a parameter and only needs numeric parameters."""
     for name, substitute in DISK.substitutes.items():
         assert name == substitute.name not in names(DISK)
         assert substitute.parameter in DISK.parameters

@@ -1,4 +1,4 @@
-"""Systems in a user's file: read as written, written in one spelling, refused by line, never run."""
+"""Systems in a user's file are read as written, spelled uniformly, refused by line, and never run."""
 
 import ast
 import math
@@ -27,12 +27,12 @@ HEAD = "from sweep.systems import system, sin\n"
 
 
 def file(body="return v, -x", arguments="x=1.0, v=0.0", words='duration="10"', head=HEAD):
-    """The text of a file with one system: its first line is line 1, its mark line 2, its body begins in line 4."""
+    """Return the text of a file with one system: head on line 1, decorator on line 2, body from line 4."""
     return f"{head}@system({words})\ndef f({arguments}):\n    {body}\n"
 
 
 def plain(name):
-    """The function of a system in `FILE` as Python alone runs it, without its mark and without this project."""
+    """Return a function of `FILE` as plain Python, without its decorator and this project."""
     tree = ast.parse(TEXT)
     for each in tree.body:
         if isinstance(each, ast.FunctionDef):
@@ -45,7 +45,7 @@ def plain(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_system_has_the_rates_that_python_computes(name, rng):
-    """At random places, to rounding; states, parameters and time are those of the function."""
+    """At random points they agree up to rounding; states, parameters and time match the function."""
     system = read_system(TEXT, name, "five.py")
     function = plain(name)
     states, parameters = [each.name for each in system.states], [each.name for each in system.parameters]
@@ -60,7 +60,7 @@ def test_a_system_has_the_rates_that_python_computes(name, rng):
 
 
 def test_what_the_five_systems_say():
-    """Titles, units, defaults in SI, endings, labels, measures, what is conserved, theory."""
+    """Titles, units, defaults in SI, endings, labels, measures, conserved quantities and theory are read."""
     assert system_names(TEXT) == NAMES
     pendulum, duffing, magnets, heiles, kapitza = (read_system(TEXT, name) for name in NAMES)
     assert [each.title for each in (pendulum, duffing)] == ["Pendulum with a periodic torque.", ""]
@@ -105,7 +105,7 @@ def test_what_the_five_systems_say():
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_systems_own_text_gives_it_again(name):
-    """In ASCII, and so does a file with other spaces, comments, local names and units."""
+    """The text is ASCII; different spaces, comments, local names and units give the same system."""
     system = read_system(TEXT, name)
     assert system.text.isascii()
     assert read_system(system.text) == system
@@ -113,7 +113,7 @@ def test_a_systems_own_text_gives_it_again(name):
 
 
 def test_files_that_say_the_same_have_one_text():
-    """Local names, constants, brackets and units of length are spellings."""
+    """Local names, constants, parentheses and length units do not affect the text."""
     one = file("a = 3*k\n    return v, -a*x", "x=1.0, v=0.0, *, k: '1' = 0.5", '"10"'.join(["duration=", ""]))
     two = (
         HEAD
@@ -133,7 +133,7 @@ ARGUMENTS = 'x: "rad" = 0.1, v: "rad/s" = 0.0'
 THIRTY_TWO = ", ".join(f"x{number}=0.1" for number in range(32))
 LONG = ",\n".join(['"x + ' + "0.12345678901*(1 + x) + " * 40 + '1"'] * 20)
 
-#: What a file says, the line that is named, and facts of the message: what is wrong, and what to write instead.
+#: Text of a file, the reported line, and facts of the message: what is wrong, and what to write instead.
 REFUSED = {
     "loop": (file("for i in range(3):\n        x"), 4, "loop", "x1 + x2 + x3"),
     "while": (file("while x:\n        x"), 4, "loop", "x1 + x2 + x3"),
@@ -267,7 +267,7 @@ REFUSED = {
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_is_refused_with_its_line_and_what_to_write_instead(case):
-    """One sentence in one line: where, what, the line itself, and what to write; within a second."""
+    """The message is one line with position, problem, source line and remedy, within a second."""
     text, line, problem, hint = REFUSED[case]
     begun = time.process_time()
     with pytest.raises(RequestError) as caught:
@@ -283,7 +283,7 @@ def test_what_is_refused_with_its_line_and_what_to_write_instead(case):
 
 
 def test_a_parameter_may_serve_the_energy_the_theory_or_the_verdict_alone():
-    """A mass that stands in the energy, a limit of the criterion, a number of the theory are used."""
+    """A mass in the energy, a limit of the criterion and a number of the theory count as used."""
     found = read_system(
         '@system(duration="1", measures={"peak": "max abs(x)"}, conserved="m*v**2 + m*k*x**2", stable="peak < limit",\n'
         '        theory={"k": "wanted**2"})\n'
@@ -293,7 +293,7 @@ def test_a_parameter_may_serve_the_energy_the_theory_or_the_verdict_alone():
 
 
 def test_no_name_of_a_spec_is_a_parameter():
-    """A spec gives its values under their names: one called like its size or its words would hide them."""
+    """A spec gives its values under their names: a parameter with such a name would hide them."""
     names = {name for name in (*dir(SweepSpec), *SweepSpec.__annotations__) if not name.startswith("_")}
     assert names <= reserved()
     with refused("line 3:", "size", "my_size"):
@@ -301,7 +301,7 @@ def test_no_name_of_a_spec_is_a_parameter():
 
 
 def test_zero_has_any_unit():
-    """As a rate, in a sum and in a comparison; -0.0 is 0."""
+    """Rates, sums and comparisons accept a bare zero; -0.0 is 0."""
     words = 'duration="1 s", ends={"a": "v + 0 > -0.0"}'
     system = read_system(file("return v, -0.0", 'x: "m" = -0.0, v: "m/s" = 0.0', words))
     assert repr(system.rates[1]) == "Constant(value=0.0)"
@@ -312,7 +312,7 @@ def test_zero_has_any_unit():
 
 
 def test_a_file_is_refused_as_a_whole(tmp_path):
-    """One of 10 MB, one that is no UTF-8, one that is not there, a folder, one of several systems, and none."""
+    """Files of 10 MB, without UTF-8, missing, a folder, or with no or several systems are refused."""
     large, latin = tmp_path / "large.py", tmp_path / "latin.py"
     large.write_bytes(b"#" * 10_000_000)
     latin.write_bytes("# Hénon".encode("latin-1"))
@@ -336,7 +336,7 @@ def test_a_file_is_refused_as_a_whole(tmp_path):
 
 
 def test_a_file_is_never_run(tmp_path):
-    """What would leave a trace leaves none, wherever it stands."""
+    """Calls with side effects are never executed, wherever they appear."""
     trace = tmp_path / "trace"
     call = f"open({str(trace)!r}, 'w')"
     for text in (
@@ -357,7 +357,7 @@ def test_names_of_shared_parts_are_no_arguments():
 
 
 def test_shared_parts_cost_no_memory():
-    """Fourteen squarings of squares are 14 operations, and three lines of the system's own text."""
+    """Fourteen repeated squarings are 14 operations and a few lines of text."""
     tracemalloc.start()
     system = read_system(file("y = x\n    " + "y = y*y + v\n    " * 12 + "return v, y", "x=0.5, v=0.1"))
     assert tracemalloc.get_traced_memory()[1] < 5e6
@@ -367,7 +367,7 @@ def test_shared_parts_cost_no_memory():
 
 
 def test_an_example_is_read_in_a_fifth_of_a_second():
-    """Of processor time, all five of them."""
+    """All five together take less than 0.2 s of processor time."""
     begun = time.process_time()
     for name in NAMES:
         read_system(TEXT, name)
@@ -380,7 +380,7 @@ def test_an_example_is_read_in_a_fifth_of_a_second():
      ("J/K", "kg m2 K-1 s-2"), ("N m/rad", "kg m2 rad-1 s-2")],
 )  # fmt: skip
 def test_units_in_the_spelling_of_files(unit, spelled):
-    """SI, and reading the spelling gives the same dimension."""
+    """They are in SI, and the spelling reads back to the same dimension."""
     assert written(read_dimension(unit)) == spelled
     assert read_dimension(spelled) == read_dimension(unit)
 
@@ -402,7 +402,7 @@ EXPRESSIONS = st.recursive(
 
 @st.composite
 def texts(draw):
-    """A file with a random body and random strings; most of them are systems."""
+    """Draw a file with a random body and random strings; most of them are valid systems."""
     lines = [f"y{at} = {draw(EXPRESSIONS)}" for at in range(draw(st.integers(0, 3)))]
     uses = [f"y{at}*x" for at in range(len(lines))]
     rates = " + ".join([draw(EXPRESSIONS), "k", *uses, *uses]), draw(EXPRESSIONS)
@@ -424,11 +424,11 @@ def texts(draw):
 @given(texts())
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
 def test_random_systems_are_read_back_from_their_own_text(text):
-    """They are equal, text and all."""
+    """The systems are equal, including their text."""
     try:
         system = read_system(text)
     except RequestError:
-        # most of these divide by zero or take the root of a negative number
+        # Most of these divide by zero or take the root of a negative number.
         assume(False)
     assert read_system(system.text) == system
 
@@ -437,7 +437,7 @@ def test_random_systems_are_read_back_from_their_own_text(text):
 @given(st.data())
 @settings(max_examples=400, deadline=None)
 def test_changed_files_are_systems_or_refused(data):
-    """Pieces are cut out, doubled, moved, or replaced by others: nothing but RequestError comes out."""
+    """If pieces are cut, doubled, moved or replaced, nothing but RequestError is raised."""
     text = TEXT
     for _ in range(data.draw(st.integers(1, 4))):
         begin = data.draw(st.integers(0, len(text)))
@@ -457,7 +457,7 @@ def test_changed_files_are_systems_or_refused(data):
 @given(st.text(max_size=60))
 @settings(max_examples=300, deadline=None)
 def test_random_texts_are_refused(text):
-    """As a file, as a line of a body, as an argument, and as each string of a system."""
+    """They are refused as a file, a line of a body, an argument, and each string of a system."""
     quoted = repr(text)
     for each in (
         text, file(text), file(arguments=text), file(words=text), file(words=f'duration="1", ends={{"a": {quoted}}}'),

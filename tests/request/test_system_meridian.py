@@ -1,4 +1,4 @@
-"""A body of one's own as a system: its rates against a rigid body in space, what it has besides, what is refused."""
+"""A user's body as a system: its rates against a rigid body in space, its additions, and refusals."""
 
 import cmath
 import math
@@ -23,7 +23,7 @@ from sweep.request.system_units import PURE
 from sweep.systems import System, body, cos, sin
 
 HEAD = "from sweep.systems import body, cos, sin, sqrt, tan, exp, log, tanh\n"
-#: A sum of all that the referee knows: ring, ellipsoid, offset, and what no arc is.
+#: A sum of all shapes that the referee knows: ring, ellipsoid, offset, and terms beyond arcs.
 HEIGHT = (
     "core*cos(tilt) + edge*sqrt(cos(tilt)**2 + square*sin(tilt)**2) + shift*sin(tilt) + second*sin(tilt)**2 "
     "+ third*sin(tilt)**3"
@@ -33,12 +33,12 @@ ALL = ", ".join(f"{name}={value}" for name, value in zip(NAMES, (0.7, 0.1, 0.3, 
 
 
 def file(returned, arguments="tilt, *, q=0.5", words='duration="10 s"'):
-    """Return the text of a body in the second line of whose function its values are returned."""
+    """Return the text of a body whose function returns the values on its second line."""
     return f"{HEAD}@body({words})\ndef f({arguments}):\n    return {returned}\n"
 
 
 def test_rates_and_energy_are_those_of_a_rigid_body_in_space(rng):
-    """At random states of random bodies: the angular acceleration, the way of the contact, the energy."""
+    """Random states of random bodies match in angular acceleration, contact path and energy."""
     states = "tilt, tilt_rate, precession_rate, roll_rate, heading, roll_angle, contact_x, contact_y"
     found = read_system(file(f"{HEIGHT}, axial, transverse", f"{states}, *, {ALL}, second=0.1, third=0.02"))
     assert [each.name for each in found.states] == states.split(", ")
@@ -56,7 +56,7 @@ def test_rates_and_energy_are_those_of_a_rigid_body_in_space(rng):
         values |= given | more | {"radius": radius, "gravity": gravity}
         tilt_rate, *acceleration, turned, rolled, ahead, aside = evaluated(found.rates, values)
         y = referee.start(tilt, w, precession * math.cos(tilt), roll + precession * math.sin(tilt))
-        # the angular velocity is w along e2, the precession along UP, the roll along the axis n
+        # The angular velocity is w along e2, the precession along UP and the roll along the axis n.
         n, e2 = y[:3], np.array([0.0, 1.0, 0.0])
         n_rate = cross(y[3:], n)
         forward, upright, about = (each / unit**2 for each in acceleration)
@@ -67,7 +67,8 @@ def test_rates_and_energy_are_those_of_a_rigid_body_in_space(rng):
             values["precession_rate"],
             values["roll_rate"],
         )
-        # the contact of a rolling body moves as the centre of mass does and as it does from that one
+        # The contact of a rolling body moves with the center of mass plus the contact's motion relative to
+        # it.
         r, r_rate = referee.contact(n, n_rate)
         moved = r_rate - cross(y[3:], r)
         cosine, sine = math.cos(heading), math.sin(heading)
@@ -86,7 +87,7 @@ def test_rates_and_energy_are_those_of_a_rigid_body_in_space(rng):
     "tanh(2*x)", "(cos(x)**4 + 0.3*sin(x)**4)**0.25", "(1 + x)**-1.5 - x*(x - x)", "-x + 3", "7",
 ])  # fmt: skip
 def test_derivatives(text, rng):
-    """Against a complex step, which has no difference of like numbers."""
+    """They match a complex step, which has no cancellation."""
     tree = Tree(names={"x": symbol("x", PURE)})
     functions = {name: getattr(cmath, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh")}
     source = Source(text)
@@ -100,7 +101,7 @@ def test_derivatives(text, rng):
 
 
 def test_what_a_body_has_that_is_not_written():
-    """States, radius and gravity as of other bodies; the fall of flat sides alone; the extremes; nothing twice."""
+    """States, radius and gravity are added, a fall only for flat sides, and extremes, all just once."""
     lens = read_system(file("sqrt(cos(tilt)**2 + q**2*sin(tilt)**2), 0.4, (1 + q**2)/5"))
     assert [each.name for each in lens.states] == ["tilt", "tilt_rate", "precession_rate", "roll_rate"]
     assert [each.name for each in lens.parameters] == ["q", "radius", "gravity"]
@@ -110,7 +111,7 @@ def test_what_a_body_has_that_is_not_written():
     assert [each.name for each in ring.parameters] == ["q", "radius", "gravity", "fall_tilt"]
     assert [each.name for each in ring.ends] == ["fell"]
     assert len(ring.ends[0].any_positive) == 2
-    # a dome lies down on one side
+    # A dome falls to one side only.
     words = 'duration="10 s", ends={"edge": "tilt < 0"}, measures={"tilt_max": "max tilt_rate"}'
     dome = read_system(file("1 - q*(sin(tilt) - cos(tilt)/4), 0.4, 0.4", words=words))
     assert [each.name for each in dome.ends] == ["edge", "fell"]
@@ -132,7 +133,7 @@ def test_what_a_body_has_that_is_not_written():
 
 
 def test_a_body_in_python(rng):
-    """The mark reads it as a file is read; called it has the rates."""
+    """The decorator reads it like a file; calling it returns the rates."""
 
     @body(duration="5 s", stable="peak_tilt < 60deg")
     def egg(tilt, *, long=0.2):
@@ -143,7 +144,7 @@ def test_a_body_in_python(rng):
     assert isinstance(egg, System)
     assert egg.definition == read_system(egg.definition.text)
     assert egg.definition.title == "An egg."
-    # upright and rolling: nothing changes
+    # Rolling upright, nothing changes.
     assert egg(0.0, 0.0, 0.0, 3.0) == pytest.approx((0.0, 0.0, 0.0, 0.0), abs=1e-15)
     assert cos(0.0) == 1.0
     with refused("@body", "duration", '@body(duration="10 s")'):
@@ -171,7 +172,7 @@ def test_a_body_in_python(rng):
     ("1.0, 0.4, 0.4", 'tilt="90 deg"', "", ["line 4", "-90 deg < tilt < 90 deg", "tilt=90deg"]),
 ])  # fmt: skip
 def test_refused(returned, arguments, words, facts):
-    """With the line, in sentences with the bound and what was given."""
+    """The message has the line, the bound and the given value."""
     with refused(*facts) as caught:
         read_system(file(returned, arguments, f'duration="10 s"{words}'), where="mine.py")
     assert str(caught.value).startswith("mine.py, line ")
@@ -180,15 +181,15 @@ def test_refused(returned, arguments, words, facts):
 @pytest.mark.parametrize(("height", "axial", "transverse", "shift"), [
     ("1.0", 2 / 5, 2 / 5, None),
     ("sqrt(cos(tilt)**2 + 0.25*sin(tilt)**2)", 2 / 5, 1 / 4, None),
-    # a disk with a semicircular edge, of the table of `body_referee`
+    # A disk with a semicircular edge, from the table of `body_referee`.
     ("0.9*cos(tilt) + 0.1", 0.47998914980, 0.24319566028, None),
-    # a ball about another point than its centre
+    # A ball about a point other than its center.
     ("1 + 0.3*sin(tilt)", 2 / 5, 2 / 5, "-0.3"),
-    # a plane disk has no volume
+    # A plane disk has no volume.
     ("cos(tilt)", None, None, None),
 ])  # fmt: skip
 def test_moments_that_are_missing_are_told(height, axial, transverse, shift):
-    """Those of a homogeneous body, and what moves the point with this height into its centre of mass."""
+    """The hint gives a homogeneous body's moments, and the shift that centers the height on its mass."""
     with refused("three values", "1 value") as caught:
         read_system(file(height, "tilt"))
     told = caught.value.hint
@@ -200,7 +201,7 @@ def test_moments_that_are_missing_are_told(height, axial, transverse, shift):
 
 
 def test_a_body_that_is_followed_in_convex_tilts_alone():
-    """An ending of the tilt takes the tilts beyond it out of what has to be a body."""
+    """An ending by tilt excludes the tilts beyond it from the convexity check."""
     hollow = "cos(tilt) + q*sin(tilt)**2 - 0.1*cos(3*tilt), 0.5, 0.3"
     with refused("curvature", "-1.02058", "-68.5 deg", "q=0.5"):
         read_system(file(hollow))
@@ -212,7 +213,7 @@ def test_a_body_that_is_followed_in_convex_tilts_alone():
 
 @pytest.mark.parametrize(("words", "facts"), [
     ({"q": "0.1:1.5:8"}, ["curvature", "-0.0997487", "-89.5 deg", "gap=0", "moment=0.5", "q=1.1"]),
-    # not at the ends
+    # The error is not at the ends of the range.
     ({"q": 0.3, "gap": "0:2:3"}, ["curvature", "gap=1", "moment=0.5", "q=0.3"]),
     ({"q": "uniform:0:1.5", "samples": 10}, ["curvature", "gap=0", "moment=0.5"]),
     ({"moment": "0.1:0.9:5"}, ["0.9 and 0.4", "gap=0", "moment=0.9", "q=0.1"]),
@@ -222,7 +223,7 @@ def test_a_body_that_is_followed_in_convex_tilts_alone():
     ({"gravity": 0.0}, ["gravity > 0", "gravity=0"]),
 ])  # fmt: skip
 def test_values_of_a_request_that_are_no_body(words, facts):
-    """They are refused before anything is computed, with the values."""
+    """They are refused with their values before anything is computed."""
     height = "1 + (q + 4*gap*(2 - gap))*sin(tilt)**2"
     model = model_of(read_system(file(f"{height}, moment, 0.4", "tilt, *, q=0.1, gap=0.0, moment=0.5")))
     assert SweepSpec(model=model, q="0.1:0.9:8", tilt="-80deg:80deg:9").size == 72
@@ -236,7 +237,7 @@ def test_values_of_a_request_that_are_no_body(words, facts):
 
 
 def test_a_fall_that_is_none():
-    """A body with a flat side has fallen below 90 degrees."""
+    """The fall tilt of a body with a flat side is below 90 degrees."""
     model = model_of(read_system(file("cos(tilt), q, q/2")))
     for value in ("0deg", "90deg", "70deg:95deg:3"):
         with refused("0 deg < fall_tilt < 90 deg", f"fall_tilt={value}"):

@@ -1,4 +1,4 @@
-"""Names of a system beside those of the file: what would make an atlas unreadable is refused before it is computed."""
+"""Names of a system that would make an atlas unreadable are refused before anything is computed."""
 
 import pytest
 
@@ -15,7 +15,7 @@ def falling(x=1.0, v=0.0, *, {parameter}=1.0):
 
 
 def test_what_a_file_holds_is_no_name(tmp_path):
-    """Every attribute and dimension that is written with a boundary in two axes is refused as a name."""
+    """Every attribute and dimension written for a boundary in two axes is a reserved name."""
     path = tmp_path / "falling.py"
     path.write_text(f"from sweep.systems import system\n{TEXT.format(measure='peak', parameter='stiffness')}")
     atlas = sweep.run(str(path), stiffness="0.1:9:5", x="0.5:3:5", progress=False)
@@ -44,7 +44,7 @@ def test_what_a_file_holds_is_no_name(tmp_path):
     ],
 )
 def test_names_of_the_file_are_refused(name):
-    """As a parameter and as a measure; another name is proposed."""
+    """Parameters and measures are refused alike; the message suggests another name."""
     for given in ({"measure": "peak", "parameter": name}, {"measure": name, "parameter": "stiffness"}):
         with pytest.raises(RequestError) as refused:
             read_system(TEXT.format(**given))

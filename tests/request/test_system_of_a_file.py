@@ -1,4 +1,4 @@
-"""Systems that a spec file names by a file or a preset; what a program wrote names none."""
+"""Spec files can name a system by file or preset; texts that a program wrote cannot."""
 
 import json
 
@@ -28,7 +28,7 @@ def growth(x=1.0, *, rate=0.5):
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A folder with a file of systems, which is not the current one."""
+    """Return a folder with a file of systems; it is not the current folder."""
     monkeypatch.chdir(tmp_path)
     made = tmp_path / "sweeps"
     made.mkdir()
@@ -38,18 +38,18 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("word", ["system", "model"])
 def test_a_spec_file_names_a_file_or_a_preset(folder, word):
-    """A path begins at the folder of the spec file; of a preset the system is taken, not its axes."""
+    """A path is relative to the spec file; from a preset only the system is used, not its axes."""
     spec_file = folder / "sweep.toml"
     for named, model, axis in (("two.py:growth", "growth", "rate"), ("kapitza", "kapitza", "shake")):
         spec_file.write_text(f'{word} = "{named}"\n{axis} = "50:60:3"\n', encoding="utf-8")
         for spec in (SweepSpec.from_toml(spec_file), SweepSpec.read(str(spec_file))):
             assert (spec.model.name, spec.axes, spec.shape) == (model, (axis,), (3,))
-            # the text of the system goes along, so that no file is needed again
+            # The spec contains the system's text, so the file is not needed again.
             assert SweepSpec.from_canonical(spec.canonical()) == spec
 
 
 def test_a_name_that_is_none(folder):
-    """It is refused with the presets, the nearest of them, or the path of the file that is missing."""
+    """The message lists the presets, the nearest one, or the path of the missing file."""
     spec_file = folder / "sweep.toml"
     for named, facts in (
         ("kapitsa", ["thomas", "kapitza?"]),
@@ -62,14 +62,14 @@ def test_a_name_that_is_none(folder):
 
 
 def test_in_python_the_file_is_the_spec(folder):
-    """The word system holds a text there, and opens no file; the hint says what to do instead."""
+    """In Python, `system` contains a text and opens no file; the hint says what to do instead."""
     with refused("system:", "as the spec"):
         SweepSpec(system=str(folder / "two.py:decay"), rate="1:2:3")
     assert SweepSpec.read(str(folder / "two.py:decay"), rate="1:2:3").model.name == "decay"
 
 
 def test_what_a_program_wrote_opens_no_file(folder, monkeypatch):
-    """Neither the spec of an atlas nor the request of a motion names a file that is then read, though it is there."""
+    """The spec of an atlas and the request of a motion never make the program read a file."""
     text = SweepSpec.read(str(folder / "two.py:decay"), rate="1:2:3").canonical()
     file = str(folder / "two.py:decay")
 

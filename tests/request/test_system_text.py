@@ -1,4 +1,4 @@
-"""The strings of a system: true where Python says so, in the units that they name, and refused at their place."""
+"""The strings of a system agree with Python, use the units they name, and are refused at their position."""
 
 import math
 
@@ -30,12 +30,12 @@ STATES = ("x", "y", "angle", "rate", "p", "q")
 
 
 def tree():
-    """What the strings may name."""
+    """Return the names that the strings may use."""
     return Tree(bare=True, names={name: symbol(name, read_dimension(unit)) for name, unit in UNITS.items()})
 
 
 def values(nodes, **given):
-    """The values of expressions at a place."""
+    """Return the values of expressions at a point."""
     return evaluated(nodes, dict.fromkeys(UNITS, 1.0) | given)
 
 
@@ -55,7 +55,7 @@ def values(nodes, **given):
     ],
 )  # fmt: skip
 def test_endings(text, given, expected):
-    """What is positive where the ending holds: numbers in SI, in the units of what stands beside them."""
+    """The result is positive where the ending holds; numbers take the units of their neighbors."""
     if expected is None:
         with refused("sqrt(mass*mass + 1)"):
             read_ending(text, tree(), STATES)
@@ -72,7 +72,7 @@ def test_endings(text, given, expected):
     ],
 )  # fmt: skip
 def test_labels(text, given, expected):
-    """All are positive where the label fits; a magnitude above a number is the product of two factors."""
+    """All results are positive where the label fits; |x| > number becomes a product of two factors."""
     assert values(read_label(text, tree(), STATES), **given) == pytest.approx(expected)
 
 
@@ -95,7 +95,7 @@ def test_labels(text, given, expected):
     ],
 )  # fmt: skip
 def test_measures(text, kind, units, count, spelled_text):
-    """Their kind, their units, and their spelling, which is read as the same."""
+    """They have a kind, units and a spelling that reads back unchanged."""
     if kind is None:
         with pytest.raises(RequestError):
             read_measure("m", text, tree(), STATES)
@@ -106,7 +106,7 @@ def test_measures(text, kind, units, count, spelled_text):
 
 
 def test_theory_and_what_is_conserved():
-    """A theory has the unit of its parameter; what is conserved has any."""
+    """A theory has the unit of its parameter; a conserved quantity has any unit."""
     wanted = tree().names["rate"]
     assert values([read_theory("sqrt(k*x/(2*y))", tree(), wanted)], k=8.0) == (2.0,)
     assert values([read_theory("3 turn/s", tree(), wanted)]) == pytest.approx((3 * math.tau,))
@@ -154,7 +154,7 @@ STATES_ALONE = ["x, y, angle, rate, p, q"]
     ],
 )  # fmt: skip
 def test_what_is_refused_at_its_place(text, place, facts, hint):
-    """What is wrong, at which character, and what to write instead."""
+    """The message says what is wrong, at which character, and what to write instead."""
     with pytest.raises(RequestError) as caught:
         read_ending(text, tree(), STATES)
     at = [] if place is None else [f"character {place}"]
@@ -181,7 +181,7 @@ PLAIN = {name: getattr(math, name) for name in (*FUNCTIONS, "pi")} | {"__builtin
 @given(EXPRESSIONS, st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
 def test_expressions_have_the_value_that_python_computes(text, p, q):
-    """To the bit, and their own spelling gives them again, for this reader and for Python."""
+    """Values are bit-identical, and both this reader and Python read the spelling back."""
     try:
         expected = eval(f"0.0 + ({text})", PLAIN, {"p": p, "q": q})
         node = read_conserved(f"p - p + ({text})", tree(), STATES).arguments[1]

@@ -21,14 +21,14 @@ TILT, RATE, ROLL = PARAMETERS["tilt"], PARAMETERS["precession_rate"], PARAMETERS
 ALPHA, RADIUS, GRAVITY = PARAMETERS["alpha"], PARAMETERS["radius"], PARAMETERS["gravity"]
 DURATION = SETTINGS["duration"]
 
-#: What a message says of text that is no value at all: the three forms that there are.
+#: What a message says about text that is no value: the three allowed forms.
 NO_VALUE = ["a number", "a,b,c", "start:stop:count"]
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
 
 def test_a_number_is_read_in_si():
-    """A number with any fitting unit, or bare, becomes one float in SI."""
+    """A number with a fitting unit, or without one, becomes one float in SI."""
     for raw, quantity, expected in [
         ("3", TILT, 3.0),
         (" -.5e-1 ", TILT, -0.05),
@@ -53,11 +53,11 @@ def test_a_number_is_read_in_si():
     ]:
         value = read_value(raw, quantity)
         assert type(value) is float
-        assert value == pytest.approx(expected, rel=1e-15)  # the conversion rounds once or twice
+        assert value == pytest.approx(expected, rel=1e-15)  # The conversion rounds once or twice.
 
 
 def test_a_list_is_an_axis():
-    """Text with commas, sequences and arrays are axes with these values, one element included."""
+    """Text with commas, sequences and arrays become axes, even with one element."""
     for raw, expected in [
         ("0.5,1", (0.5, 1.0)),
         ("0.5,", (0.5,)),
@@ -74,7 +74,7 @@ def test_a_list_is_an_axis():
 
 
 def test_a_range_is_an_axis():
-    """A range keeps its ends, in SI, its count and its spacing."""
+    """A range keeps its ends (in SI), its count and its spacing."""
     assert read_value("0.5:6:400", ROLL) == Range(0.5, 6.0, 400)
     assert read_value("0.01deg : 20deg : 300 : log", TILT) == Range(
         math.radians(0.01), math.radians(20), 300, "log"
@@ -85,20 +85,20 @@ def test_a_range_is_an_axis():
 
 @given(st.floats(1e-6, 1e6), st.floats(1.1, 1e6), st.integers(2, 10**9), st.sampled_from(["linear", "log"]))
 def test_a_range_reads_back_as_itself(start, factor, count, spacing):
-    """The text of a range is read as the same range, to the last bit."""
+    """The text of a range reads back bit for bit."""
     axis = Range(start, start * factor, count, spacing)
     assert read_value(str(axis), ROLL) == axis
 
 
 @given(st.lists(FINITE, min_size=1, unique=True).map(sorted))
 def test_a_list_reads_back_as_itself(numbers):
-    """The text of a list is read as the same list, to the last bit, and stays a list if it has one value."""
+    """The text of a list reads back bit for bit, and stays a list if it has one value."""
     axis = Values(tuple(numbers))
     assert read_value(str(axis), ROLL) == axis
 
 
 def test_what_is_not_a_value_is_refused():
-    """The error stands at the key with what was given, says the rule that was broken, and what to do."""
+    """The error names the input and its value, the broken rule, and the remedy."""
     for raw, quantity, facts in [
         ("6:0.5:400", ROLL, ["start < stop", "got 6:0.5:400"]),
         ("1:1:2", ROLL, ["neighbouring values"]),
@@ -161,18 +161,18 @@ def test_what_is_not_a_value_is_refused():
 
 
 def test_zero_needs_no_unit():
-    """Zero is the same in radians and degrees, so it may stand bare beside a unit."""
+    """Zero is the same in radians and degrees, so it needs no unit."""
     assert read_value("0:20deg:30", TILT) == Range(0.0, math.radians(20), 30)
 
 
 def test_minus_zero_is_zero():
-    """-0 and 0 are one value and read the same, so that they are one spec."""
+    """-0 and 0 read as the same value, so they give the same spec."""
     assert str(read_value("-0", TILT)) == "0.0"
     assert str(read_value("-0,1", TILT)) == "0.0,1.0"
 
 
 def test_a_setting_is_not_an_axis():
-    """Where one number is wanted, a list or a range is refused under its name."""
+    """If one number is required, a list or a range is refused by name."""
     for raw in ["1,2", "1:2:3", [1.0]]:
         with refused("duration", "one number") as caught:
             read_number(raw, DURATION)
@@ -182,7 +182,7 @@ def test_a_setting_is_not_an_axis():
 @settings(max_examples=300)
 @given(st.text(alphabet="0123456789.,:-+e degradmsHzlogµ°%/*^()[]_\"'\\\n\t", max_size=20))
 def test_any_text_is_read_or_refused(text):
-    """No text ends in anything but a value or a RequestError."""
+    """Any text gives either a value or a RequestError."""
     try:
         value = read_value(text, TILT)
     except RequestError:
@@ -199,13 +199,13 @@ SPELLINGS = {
 
 
 def test_a_unit_is_spelled_as_people_spell_it():
-    """Dots, raised powers, brackets and the factor 1 are read as the SI unit that they spell."""
+    """Dots, superscripts, parentheses and the factor 1 are accepted in SI units."""
     for quantity, unit in [(quantity, unit) for quantity, line in SPELLINGS.items() for unit in line.split()]:
         assert read_number(f"1.5 {unit}", quantity) == 1.5
 
 
 def test_units_have_their_defined_sizes():
-    """What the standards say of each unit, in SI; nothing else is known by a name that a person would write."""
+    """Units have their standard sizes in SI; no other everyday name is known."""
     for units, sizes in {
         "m": "m 1 mm 1e-3 um 1e-6 µm 1e-6 cm 0.01 km 1000 inch 0.0254 in 0.0254 foot 0.3048 ft 0.3048 yd 0.9144 "
         "mile 1609.344 nautical_mile 1852 micron 1e-6 angstrom 1e-10 millimeters 1e-3 metre 1",
@@ -240,7 +240,7 @@ def test_the_units_of_the_page_are_read():
 
 
 def test_what_is_no_unit_is_refused_at_once():
-    """A number, a call, a bracket left open or a power that no unit has is refused, in a short sentence."""
+    """Numbers, calls, unclosed parentheses and impossible powers are refused in a short sentence."""
     for unit in [
         "m*(9**9**9)",
         "m**9**9**9", "m**999999999", "m^-100", "m999999999", "m[0]", "m.0", "m+m", "m//m", "m%m",
@@ -250,14 +250,14 @@ def test_what_is_no_unit_is_refused_at_once():
     ]:  # fmt: skip
         with pytest.raises(RequestError) as caught:
             read_value(f"1 {unit}", RADIUS)
-        # what was given, or of a long one its ends
+        # The message quotes the unit, or both ends of a long one.
         told = "".join(str(caught.value).split())
         assert any("".join(shown(each).split()) in told for each in (unit, f"1 {unit}")), told
         assert len(str(caught.value)) < 500, unit
 
 
 def test_a_plain_number_is_ascii():
-    """Digits of other scripts, underscores and units make no plain number."""
+    """Digits of other scripts, underscores and units are not plain numbers."""
     for text in ["\uff11e-6", "1_0", "1 m", "0x1", "", "1e", "nan"]:
         assert math.isnan(plain_number(text))
         assert plain_number(" 1e-6 ") == 1e-6
@@ -265,7 +265,7 @@ def test_a_plain_number_is_ascii():
 
 @pytest.mark.parametrize("unit", ["t66", "Mt99", "um99", "Gt30 Gt30", "t51/um99", "pm30 pm30"])
 def test_a_unit_beyond_all_floats_is_no_unit(unit):
-    """It is refused like one that is not of the table."""
+    """It is refused like an unknown unit."""
     quantity = Quantity("mass", "", "kg", "", DECISION)
     with refused("mass=1"):
         read_number(f"1 {unit}", quantity)

@@ -1,4 +1,4 @@
-"""The words of a request: what each may say, where they come from, and which one was meant by an unknown one."""
+"""The inputs of a request: their allowed values, their origin, and suggestions for unknown ones."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,7 +12,7 @@ from sweep.request.words import known_words, names, options, read_word
 
 
 def refusal(facts, make, *given):
-    """Make a request, and return the refusal, which has to hold the facts and say what to do."""
+    """Make a request, and return the refusal, which must have the facts and a hint."""
     with refused(*facts) as caught:
         make(*given)
     assert caught.value.status == 2
@@ -22,7 +22,7 @@ def refusal(facts, make, *given):
 
 
 def test_an_impossible_request_is_refused():
-    """Each broken rule has a message with the key, the rule, what was given and what to do."""
+    """The message for each broken rule has the input, the rule, the given value and the remedy."""
     for words, facts in [
         ({"boundary": "refined:0"}, ["boundary=refined:0", "refined:WIDTH"]),
         ({"boundary": "coarse"}, ["grid", "refined:WIDTH", "coarse"]),
@@ -54,12 +54,12 @@ def test_an_impossible_request_is_refused():
         ({"tilt": None}, ["None", "number"]),
     ]:
         error = refusal(facts, lambda words=words: SweepSpec(**words))
-        # a grid of too many cells is the fault of all axes
+        # A grid with too many cells is the fault of all axes.
         assert str(error.where).partition("=")[0] in {*words, "grid"}
 
 
 def test_impossible_words_are_refused():
-    """A word of the command line is refused under its own name, and the word that was meant is named."""
+    """A word of the command line is refused by name, with the most likely intended word."""
     for words, where, facts in [
         (["alpha"], "alpha", ["NAME=VALUE"]),
         (["=3"], "=3", ["NAME=VALUE"]),
@@ -72,7 +72,7 @@ def test_impossible_words_are_refused():
 
 
 def test_a_faulty_file_is_named(spec_file, tmp_path):
-    """A fault in a file is reported with the file and its line or key; so is one that cannot be read."""
+    """A fault is reported with the file and its line or key; so is an unreadable file."""
     for text, facts in [
         ("tilt = 0.1\nroll_rate = = 3\n", ["TOML", "line 2"]),
         ("tilt = 0.1\ntilt_rat = 3\n", ["tilt_rat:", "tilt_rate?"]),
@@ -90,25 +90,25 @@ def test_a_faulty_file_is_named(spec_file, tmp_path):
 
 
 def test_a_change_can_repair_a_file(spec_file):
-    """Only the result has to be possible, not the file without its changes."""
+    """Only the result must be valid, not the file without its changes."""
     path = spec_file('roll_rate = "steady"\ntilt = "1deg:5deg:3"\n')
     assert SweepSpec.from_words(str(path), ["precession_rate=1:2:3"]).shape == (3, 3)
 
 
 def test_a_file_of_another_editor_is_read(tmp_path):
-    """The mark that some editors put before UTF-8 is no part of the first line."""
+    """The byte order mark of some editors is not part of the first line."""
     (tmp_path / "marked.toml").write_bytes(b'\xef\xbb\xbftilt = "1deg"\r\nroll_rate = 3.0\r\n')
     assert SweepSpec.from_toml(tmp_path / "marked.toml").roll_rate == 3.0
 
 
 def test_a_fault_that_a_preset_brings_is_placed_in_the_preset():
-    """If a change makes a word of the preset impossible, the message says where that word stands."""
+    """If a change makes an input of the preset impossible, the message names the preset."""
     error = refusal(["roll_rate=steady"], SweepSpec.from_words, "rolling", ["roll_rate=steady"])
     assert error.where == "preset rolling: precession_rate"
 
 
 def test_every_word_has_a_name_of_its_own():
-    """Parameters, settings and options do not share a name: a word of a request says one thing."""
+    """Parameters, settings and options share no names, so each input has one meaning."""
     known = names(DISK)
     assert len(known) == len(set(known))
     assert set(known) == {*DISK.parameters, *DISK.settings, *options(DISK), *WORDS}
@@ -120,7 +120,7 @@ def test_every_word_has_a_name_of_its_own():
     st.lists(st.one_of(st.floats(), st.text(max_size=3)), max_size=3), st.just({"start": 1}),
 )))  # fmt: skip
 def test_anything_is_read_or_refused(words):
-    """A request of any values is either read or refused with a RequestError."""
+    """Any values give either a request or a RequestError."""
     try:
         SweepSpec(**words)
     except RequestError:
@@ -128,7 +128,7 @@ def test_anything_is_read_or_refused(words):
 
 
 def test_the_width_of_a_boundary_is_a_number_in_ascii():
-    """Digits of other scripts, underscores and units are no width."""
+    """Digits of other scripts, underscores and units are refused."""
     for width in ["\uff11e-6", "1_0e-6", "1e-6 m", "nan", "inf", "0"]:
         with refused(f"boundary=refined:{width}", "grid", "refined:WIDTH"):
             read_word("boundary", f"refined:{width}", DISK)

@@ -1,4 +1,4 @@
-"""Five systems as a user writes them; tests read this file, and import it for its plain functions."""
+"""Five systems as a user writes them; tests read this file and also import its plain functions."""
 
 from sweep.systems import cos, sin, system
 
