@@ -1,4 +1,4 @@
-"""Prepared runs, their parts and their assembly; runs that go on; descriptions of unfinished runs."""
+"""Prepared runs, their parts and their assembly; resumed runs; descriptions of unfinished runs."""
 
 import errno
 import inspect
@@ -28,16 +28,16 @@ SPEC = SweepSpec.from_words("rolling", WORDS.split()[1:])
 
 @pytest.fixture(autouse=True)
 def fixed_time(monkeypatch):
-    """Files of one spec bear one date."""
+    """Give all files of a spec the same date."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
 
 
 def stopped_after(path, count, **how):
-    """Begin a run of four blocks and let it compute so many of them."""
+    """Start a run of four blocks and stop it after `count` blocks."""
     asked = [0]
 
     def stopping():
-        # the thread that computes asks before every block
+        # The computing thread asks before every block.
         asked[0] += threading.current_thread() is not threading.main_thread()
         return asked[0] > count
 
@@ -47,9 +47,9 @@ def stopped_after(path, count, **how):
 
 
 def test_parts_make_the_file_of_a_run(command, tmp_path):
-    """Prepared, computed in three parts in any order, and assembled: the bytes are those of the plain run."""
+    """Prepared, computed in three parts in any order, and assembled, the bytes equal the plain run's."""
     assert command(f"run {WORDS} -o a.nc")[0] == 0
-    # the command in the history has the name
+    # The history contains the file name in its command.
     (tmp_path / "a.nc").rename(tmp_path / "w.nc")
     status, out, err = command(f"prepare {WORDS} --block-cells 4 -o a.nc")
     assert (status, out) == (0, "a.nc.run\n")
@@ -65,7 +65,7 @@ def test_parts_make_the_file_of_a_run(command, tmp_path):
 
 
 def test_steps_of_a_run_that_has_ended(command, tmp_path):
-    """They name the file that is there and touch nothing; their advice is followed."""
+    """They name the existing file and change nothing; following their advice works."""
     assert command(f"prepare {WORDS} -o a.nc")[0] == 0
     (tmp_path / "a.nc").write_bytes(b"older")
     status, _, err = command("assemble a.nc")
@@ -91,7 +91,7 @@ def test_steps_of_a_run_that_has_ended(command, tmp_path):
 
 
 def test_assemble_replaces_a_file_if_it_is_told_to(command, tmp_path):
-    """A file that has come meanwhile stays, and so do the blocks; with --overwrite it is replaced."""
+    """A file that appeared meanwhile is kept, as are the blocks; --overwrite replaces it."""
     assert command(f"prepare {WORDS} -o a.nc")[0] == 0
     assert command("block --run a.nc.run --part 1/1")[0] == 0
     (tmp_path / "a.nc").write_bytes(b"other")
@@ -104,7 +104,7 @@ def test_assemble_replaces_a_file_if_it_is_told_to(command, tmp_path):
 
 
 def test_assemble_on_a_full_disk(command, tmp_path, monkeypatch):
-    """The blocks are kept and named, and the same command goes on when there is room."""
+    """The blocks are kept and named, and the same command continues once there is room."""
     assert command(f"prepare {WORDS} --block-cells 4 -o a.nc")[0] == 0
     assert command("block --run a.nc.run --part 1/1")[0] == 0
 
@@ -121,7 +121,7 @@ def test_assemble_on_a_full_disk(command, tmp_path, monkeypatch):
 
 
 def test_the_command_of_a_run_that_python_began_exists():
-    """Without a command line the history names the function that was called, where it can be imported from."""
+    """Without a command line the history names the called function by its import path."""
     for begin in [array_jobs.prepare, run_to_file]:
         command = inspect.signature(begin).parameters["command"].default
         assert pkgutil.resolve_name(command) is begin
@@ -129,7 +129,7 @@ def test_the_command_of_a_run_that_python_began_exists():
 
 @pytest.mark.slow_lane
 def test_the_documented_array_job(command, tmp_path, monkeypatch):
-    """The SLURM script of docs/runs.md, run once for each task as SLURM would, leaves a run to be assembled."""
+    """The SLURM script of docs/runs.md, run for each task as by SLURM, leaves a run that can be assembled."""
     checkout = Path(__file__).parents[2]
     script = re.search(
         r"^```bash\n(#!/bin/bash.*?)^```$", (checkout / "docs" / "runs.md").read_text(), re.M | re.S
@@ -152,7 +152,7 @@ def test_the_documented_array_job(command, tmp_path, monkeypatch):
 
 
 def test_runs_and_array_jobs_take_over_from_each_other(command, tmp_path, monkeypatch):
-    """A run goes on from a part, and parts go on from a run; each block is computed once."""
+    """A run resumes from a part, and parts from a run; each block is computed once."""
     run_to_file(SPEC, tmp_path / "w.nc", command=f"eulerdisk run {WORDS} -o a.nc")
     spans = []
     compute = executor.measure_block
@@ -165,14 +165,14 @@ def test_runs_and_array_jobs_take_over_from_each_other(command, tmp_path, monkey
     stopped_after(tmp_path / "b.nc", 1, command=f"eulerdisk run {WORDS} -o a.nc")
     assert command("block --run b.nc.run --part 1/1")[0] == 0
     assert command("assemble b.nc.run")[0] == 0
-    # 5 blocks of 4 cells, then 4 blocks of 5
+    # 5 blocks of 4 cells, then 4 blocks of 5.
     assert sorted(len(span) for span in spans) == [2, 3, 4, 4, 4, 4, 5, 5, 5]
     for name in ("a.nc", "b.nc"):
         assert (tmp_path / name).read_bytes() == (tmp_path / "w.nc").read_bytes()
 
 
 def test_what_cannot_be_done_is_refused(command, tmp_path):
-    """With status 2, one message that says why, and nothing touched."""
+    """Impossible commands end with status 2 and one message with the reason, and change nothing."""
     for line, facts in [
         ("block --run a.nc.run --part 0/3", ["1 <= I <= N", "0/3"]),
         ("block --run a.nc.run --part 4/3", ["1 <= I <= N", "4/3"]),
@@ -196,14 +196,14 @@ def test_what_cannot_be_done_is_refused(command, tmp_path):
 
 
 def spoilt(folder):
-    """Damage the first block that is there."""
+    """Damage the first stored block."""
     path = min(folder.glob("blocks/*.block"))
     path.write_bytes(path.read_bytes()[:-2])
     return path.name
 
 
 def test_damage_is_told_by_every_command_that_meets_it(command, tmp_path):
-    """`assemble` names the block that it set aside, and so does the part that computes it again."""
+    """`assemble` names the block that it set aside, and so does the part that recomputes it."""
     command(f"prepare {WORDS} --block-cells 5 -o a.nc")
     command("block --run a.nc.run --part 1/1")
     name = spoilt(tmp_path / "a.nc.run")
@@ -220,7 +220,7 @@ def test_damage_is_told_by_every_command_that_meets_it(command, tmp_path):
 
 
 def test_the_name_of_the_folder_is_that_of_the_file(command, tmp_path, monkeypatch):
-    """It is found from inside the folder too; a folder with another name is refused, saying which it has to have."""
+    """It works from inside the folder too; a wrongly named folder is refused with the required name."""
     command(f"prepare {WORDS} -o a.nc")
     command("block --run a.nc.run --part 1/1")
     shutil.copytree(tmp_path / "a.nc.run", tmp_path / "a copy")
@@ -236,7 +236,7 @@ def test_the_name_of_the_folder_is_that_of_the_file(command, tmp_path, monkeypat
 
 
 def test_info_tells_how_far_a_run_is(command, tmp_path):
-    """Of an unfinished run, under the name of its file or its folder, the blocks and cells that are there are told."""
+    """For an unfinished run, by file or folder name, it reports finished blocks and cells."""
     stopped_after(tmp_path / "a.nc", 2)
     for name in ("a.nc", "a.nc.run"):
         status, out, _ = command(f"info {name}")
@@ -245,7 +245,7 @@ def test_info_tells_how_far_a_run_is(command, tmp_path):
 
 
 def test_a_partial_atlas_has_what_there_is(command, tmp_path):
-    """Cells of finished blocks are as in the whole atlas; the others are not computed, undecided, without numbers."""
+    """Cells of finished blocks equal the whole atlas; all others are not computed, without numbers."""
     stopped_after(tmp_path / "a.nc", 2)
     done = 10
     run_to_file(SPEC, tmp_path / "whole.nc")
@@ -259,12 +259,12 @@ def test_a_partial_atlas_has_what_there_is(command, tmp_path):
             assert (np.isnan(found[done:]) if found.dtype.kind == "f" else found[done:] == 0).all()
     assert_facts(command("info p.nc")[1], f"{18 - done} not computed")
     assert unfinished(tmp_path / "p.nc") is None
-    # only looked at: the run goes on
+    # The file is only a view, so the run can resume.
     assert command(f"run {WORDS} -o a.nc")[0] == 0
 
 
 def test_a_run_that_goes_on_keeps_its_time(command, tmp_path, monkeypatch):
-    """The file bears the time and the command of the run's beginning, whenever it was finished."""
+    """The file has the time and command of the run's start, no matter when it was finished."""
     stopped_after(tmp_path / "a.nc", 2, command="the first")
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1800000000")
     run_to_file(SPEC, tmp_path / "a.nc", command="the second")
@@ -274,7 +274,7 @@ def test_a_run_that_goes_on_keeps_its_time(command, tmp_path, monkeypatch):
 
 
 def test_a_second_run_of_one_output_is_refused(command, tmp_path):
-    """While one run writes, another gets status 2 and the first one's process, and changes nothing."""
+    """While one run writes, another gets status 2 and the first one's process id, and changes nothing."""
     stopped_after(tmp_path / "a.nc", 2)
     before = {path: path.read_bytes() for path in tmp_path.rglob("*.block")}
     with locked(tmp_path / "a.nc.run"):
@@ -287,7 +287,7 @@ def test_a_second_run_of_one_output_is_refused(command, tmp_path):
 
 
 def test_two_names_of_one_output_meet_at_one_lock(command, tmp_path):
-    """A symbolic link is followed: the run is that of the file it leads to."""
+    """A symbolic link is followed: the run belongs to the target file."""
     stopped_after(tmp_path / "a.nc", 2)
     (tmp_path / "link.nc").symlink_to("a.nc")
     assert_facts(command(f"run {WORDS} -o link.nc --overwrite")[2], "2 of 4 blocks")
@@ -296,7 +296,7 @@ def test_two_names_of_one_output_meet_at_one_lock(command, tmp_path):
 
 
 def test_another_run_is_not_taken_for_done(command, tmp_path, monkeypatch):
-    """A request for other cells, after a run that was killed once its file was there, does not end as if done."""
+    """After a run killed once its file was complete, a request for other cells does not end as if done."""
     monkeypatch.setattr("sweep.runs.run_directory.remove", lambda _: None)
     run_to_file(SPEC, tmp_path / "a.nc", block_cells=5)
     monkeypatch.undo()
@@ -307,7 +307,7 @@ def test_another_run_is_not_taken_for_done(command, tmp_path, monkeypatch):
 
 
 def test_another_file_at_the_final_name_is_not_taken_for_the_runs_own(command, tmp_path):
-    """A run that is stopped, and a file that appears at its name meanwhile: refused without --overwrite, kept whole."""
+    """A file that appears while the run is stopped is kept; the run is refused without --overwrite."""
     stopped_after(tmp_path / "a.nc", 1)
     (tmp_path / "a.nc").write_text("somebody else's")
     assert command(f"run {WORDS} -o a.nc")[0] == 2

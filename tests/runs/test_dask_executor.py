@@ -1,4 +1,4 @@
-"""Blocks computed by the workers of dask: the same bytes from any worker, and after the death of one."""
+"""Blocks computed by dask workers: the same bytes from any worker, even after one dies."""
 
 import gc
 import logging
@@ -33,7 +33,7 @@ if __name__ == "__main__":
 
 @pytest.fixture
 def cluster(tmp_path_factory):
-    """Return the address of a scheduler with two worker processes, and their numbers."""
+    """Return the address of a scheduler with two worker processes, and their process ids."""
     folder = tmp_path_factory.mktemp("cluster")
     script = folder / "cluster.py"
     script.write_text(_CLUSTER)
@@ -54,7 +54,7 @@ def cluster(tmp_path_factory):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_killed_worker_costs_its_block(cluster, tmp_path, monkeypatch):
-    """Two workers, one of them killed with kill -9 after the first blocks: the bytes are those of a run here."""
+    """If one of two workers is killed after the first blocks, the bytes still equal a local run's."""
     pytest.importorskip("distributed")
     address, workers = cluster
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
@@ -92,7 +92,7 @@ def test_a_killed_worker_costs_its_block(cluster, tmp_path, monkeypatch):
 
 
 def test_no_scheduler(tmp_path, monkeypatch):
-    """An address without a scheduler is refused, with how to start one; nothing is left."""
+    """An address without a scheduler is refused with advice to start one; nothing is left."""
     pytest.importorskip("distributed")
     from sweep.runs import dask_executor
 
@@ -104,11 +104,11 @@ def test_no_scheduler(tmp_path, monkeypatch):
 
 
 def test_an_address_without_a_port(tmp_path, capsys):
-    """It is refused at once, and nothing of a client is left to be torn down."""
+    """It is refused at once, and no client is left to clean up."""
     pytest.importorskip("distributed")
     from sweep.runs import dask_executor
 
-    # dask waits for half a minute for a scheduler that it cannot find
+    # Dask waits half a minute for a scheduler that it cannot find.
     spec, began = SweepSpec(tilt="1deg:5deg:20", roll_rate=3), time.monotonic()
     with refused("--dask", "nonsense", "missing port"):
         run_to_file(spec, tmp_path / "a.nc", executor=dask_executor.on_cluster("nonsense"))
@@ -119,7 +119,7 @@ def test_an_address_without_a_port(tmp_path, capsys):
 
 
 def test_a_cluster_without_workers_says_so(monkeypatch, tmp_path):
-    """A run without a worker says that it waits for one."""
+    """A run without a worker says that it is waiting for one."""
     pytest.importorskip("distributed")
     from sweep.runs import dask_executor
 
@@ -147,21 +147,21 @@ def test_dask_that_is_not_installed(monkeypatch):
 
 
 class Future:
-    """A task of a cluster that has ended."""
+    """A finished task of a cluster."""
 
     def __init__(self, number, problem=None, status="finished"):
         self.key, self.problem, self.status = f"task-{number}", problem, status
 
     def exception(self):
-        """Return why it failed."""
+        """Return the reason of its failure."""
         return self.problem
 
     def release(self):
-        """Let go of it."""
+        """Release the task."""
 
 
 class Client:
-    """A cluster on which everything has been computed, except for one block."""
+    """A cluster that has computed everything except one block."""
 
     loop = None
 
@@ -169,11 +169,11 @@ class Client:
         self.problem, self.status = problem, status
 
     def scheduler_info(self):
-        """Return who is there."""
+        """Return the workers."""
         return {"workers": {"one": {}}}
 
     def map(self, work, folders, fingerprints, numbers, **_):
-        """Compute all blocks but the third."""
+        """Compute all blocks except the third."""
         from sweep.runs import dask_executor
 
         futures = []
@@ -185,21 +185,21 @@ class Client:
         return futures
 
     def close(self):
-        """Nothing to close."""
+        """Close nothing."""
 
 
 class Completed:
-    """The tasks in the order in which they ended, the last one first."""
+    """The tasks in reverse order of submission."""
 
     def __init__(self, futures, loop):
         self.futures = list(futures)
 
     def count(self):
-        """Return how many there are."""
+        """Return the number of tasks."""
         return len(self.futures)
 
     def next_batch(self, block):
-        """Return one of them."""
+        """Return one task."""
         return [self.futures.pop()]
 
 
@@ -211,7 +211,7 @@ class Completed:
     ],
 )
 def test_blocks_that_keep_failing_do_not_stop_the_others(tmp_path, monkeypatch, problem, ended, facts):
-    """What the cluster could not do ends with status 1, saying why, after all others are kept; then it goes on."""
+    """Failed blocks end with status 1 and a reason, after all others are stored; the run can resume."""
     distributed = pytest.importorskip("distributed")
     from sweep.runs import dask_executor
 
@@ -230,7 +230,7 @@ def test_blocks_that_keep_failing_do_not_stop_the_others(tmp_path, monkeypatch, 
 
 @pytest.mark.parametrize("problem", ["connection", "time", "cancelled"])
 def test_a_lost_scheduler_is_told_in_a_sentence(tmp_path, monkeypatch, problem):
-    """The message says that the scheduler has gone and how to go on, for each error that dask raises then."""
+    """For each error of dask the message says that the scheduler is gone and how to resume."""
     distributed = pytest.importorskip("distributed")
     from sweep.runs import dask_executor
 

@@ -1,4 +1,4 @@
-"""What a run will take: its time from what was measured, and its bytes on disk as it then takes them."""
+"""The forecast of a run: its time from measurements, and its bytes on disk."""
 
 from pathlib import Path
 
@@ -15,11 +15,11 @@ MILLION = SweepSpec(roll_rate="1:4:1000", tilt="1deg:5deg:1000")
 
 
 def test_the_time_of_a_run():
-    """A million cells cost a second of one processor beside their computation; start and search are added."""
+    """Storing a million cells takes one processor a second next to computing; start and search are added."""
     for rate, threads, processors, expected in [
-        (1e3, 1, 2, 1000.0),  # computing is all
-        (1e9, 1, 2, 1.0),  # one thread keeps what is computed
-        (1e9, 2, 2, 0.5),  # two do
+        (1e3, 1, 2, 1000.0),  # computing dominates
+        (1e9, 1, 2, 1.0),  # one thread stores the results
+        (1e9, 2, 2, 0.5),  # two threads store them
         (1e6, 1, 2, 1.0),  # both at once
         (1e6, 2, 2, 1.5),  # both at once, on the same processors
         (1e6, 1, 1, 2.0),  # one after the other
@@ -31,7 +31,7 @@ def test_the_time_of_a_run():
 
 @pytest.fixture
 def peak(monkeypatch):
-    """Return a function that runs a spec and returns the bytes of the whole journal and of the file."""
+    """Return a function that runs a spec and returns the bytes of its whole journal and its file."""
 
     def of(spec, path):
         taken = []
@@ -60,7 +60,7 @@ def peak(monkeypatch):
     ],
 )
 def test_the_bytes_on_disk_are_foretold(peak, tmp_path, words):
-    """Within a factor of 1.5, and not less than a run takes."""
+    """The estimate is at least what the run takes, and at most 1.5 times that."""
     spec = SweepSpec.from_words(words[0], words[1:])
     found = Forecast.measured(spec, 1)
     kept, written = peak(spec, tmp_path / "atlas.nc")
@@ -70,7 +70,7 @@ def test_the_bytes_on_disk_are_foretold(peak, tmp_path, words):
 
 
 def test_a_run_is_refused_only_where_it_does_not_fit(machine, monkeypatch):
-    """Between the bound and what a sample shows it is begun; below that it is refused, with the bytes that it needs."""
+    """A run starts if the measured need fits, even below the bound; otherwise the message has the bytes."""
     bound = forecast.journal_bytes(MILLION, MILLION.size) + forecast.file_bytes(MILLION)
 
     def with_free(size):
@@ -86,7 +86,7 @@ def test_a_run_is_refused_only_where_it_does_not_fit(machine, monkeypatch):
 
 
 def test_what_is_computed_already_needs_no_room_in_the_journal(machine, monkeypatch):
-    """A run that goes on needs room for the rest of the journal, and for the whole file."""
+    """A resumed run needs room for the rest of the journal and for the whole file."""
     machine(free_bytes=31e6)
     monkeypatch.setattr(forecast, "_keeping", lambda spec, rate: (0.0, 20.0, 30.0))
     check_run_fits(Path("atlas.nc"), MILLION, 0)
@@ -95,7 +95,7 @@ def test_what_is_computed_already_needs_no_room_in_the_journal(machine, monkeypa
 
 
 def test_a_coarse_grid_is_spread_over_the_grid():
-    """It has about as many cells as asked for, at most those of the grid, and values of the grid's own axes."""
+    """It has about the requested number of cells, at most the grid's, with values from the grid's axes."""
     for cells in [1, 10, 500, 10**6]:
         spec = SweepSpec.preset("rolling")
         sample = coarse(spec, cells)
@@ -106,7 +106,7 @@ def test_a_coarse_grid_is_spread_over_the_grid():
 
 
 def test_the_memory_of_a_run_holds_the_verdicts_and_what_the_boundary_has():
-    """A byte of each cell and 40 of each row; for curves three more of a cell, and 160 of each point."""
+    """A cell takes 1 byte and a row 40; for curves a cell takes 3 more, and each point 160."""
     spec = SweepSpec(roll_rate="1:4:10000", tilt="1deg:5deg:100000")
     process = forecast.memory_bytes(SweepSpec(roll_rate="1:4:10000", tilt="1deg:5deg:99"))
     assert forecast.memory_bytes(spec) - process == pytest.approx(1e9 + 40 * 1e5 + 800 * 2**16, rel=0.01)
@@ -115,14 +115,14 @@ def test_the_memory_of_a_run_holds_the_verdicts_and_what_the_boundary_has():
 
 
 def test_what_a_file_stores_as_it_is():
-    """The axes and the edge of a million rows of three cells, as numbers of bytes: half of what the cells take."""
+    """The axes and edge of a million rows with three cells are half as large as the cells."""
     spec = SweepSpec(roll_rate="1:4:3", tilt="1deg:5deg:1000000")
     assert forecast.plain_bytes(spec) == 8 * 1000003 + 33 * 1000000
     assert forecast.plain_bytes(spec.replace(roll_rate=2.0)) == 8 * 1000000
-    # a start of a list has its own values of what is listed
+    # Each start of a list has its own values of the listed parameters.
     grid = SweepSpec(roll_rate="1:4:3", tilt="1deg,5deg")
     listed = SweepSpec(roll_rate="uniform:1:4", tilt="uniform:1deg:5deg", samples=6)
     assert forecast.cell_bytes(listed) - forecast.cell_bytes(grid) == 16
-    # of a refined boundary a point of two coordinates with their half-widths on each line of cells, either way
+    # A refined boundary has a point (two coordinates with half-widths) on each line of cells, both ways.
     refined = spec.replace(boundary="refined")
     assert forecast.plain_bytes(refined) - forecast.plain_bytes(spec) == 16 * 2 * (1000000 + 3)

@@ -1,4 +1,4 @@
-"""`sweep.run`: an interrupt ends it after its block, keeps nothing, and names the run that can be resumed."""
+"""An interrupt of `sweep.run` ends it after the current block, keeps nothing, and recommends a run to a file."""
 
 import os
 import signal
@@ -22,13 +22,13 @@ SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:20", tilt="0.1de
 
 
 class Interrupter:
-    """A progress function that sends SIGINT to this process when so many cells are done, and hears the rest."""
+    """A progress function that sends SIGINT after a given number of cells and records all statuses."""
 
     def __init__(self, at=None, stage=COMPUTING):
         self.at, self.stage, self.heard = at, stage, []
 
     def __call__(self, status):
-        """Hear a status."""
+        """Record a status."""
         self.heard.append((status.stage, status.done))
         if self.at is not None and status.stage == self.stage and status.done >= self.at:
             os.kill(os.getpid(), signal.SIGINT)
@@ -36,19 +36,19 @@ class Interrupter:
 
 
 def interrupted(spec=SPEC, at=60, **how):
-    """Interrupt a call, and return what it says."""
+    """Interrupt a call and return its message."""
     with pytest.raises(KeyboardInterrupt) as caught:
         sweep.run(spec, block_cells=20, progress=Interrupter(at, **how))
     return str(caught.value)
 
 
 def same(one, other):
-    """Require two atlases with the same bits; the time when they were made aside."""
+    """Check that two atlases have the same bits, except for their creation time."""
     xr.testing.assert_identical(one.drop_attrs(deep=False), other.drop_attrs(deep=False))
 
 
 def test_an_interrupt_keeps_nothing():
-    """The block ends in which the interrupt comes; the same call begins anew, and no bit of it differs."""
+    """The current block is completed; the same call then starts from scratch, with the same bits."""
     undisturbed = sweep.run(SPEC)
     assert_facts(interrupted(), "60 of 200 cells", "nothing", "sweep.run_to_file")
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
@@ -58,13 +58,13 @@ def test_an_interrupt_keeps_nothing():
 
 
 def test_the_search_for_the_boundary_can_be_interrupted():
-    """All cells had been computed then."""
+    """The message then counts all cells as computed."""
     refined = SPEC.replace(boundary="refined:1e-6")
     assert_facts(interrupted(refined, at=0, stage=SEARCHING), "200 of 200 cells", "nothing")
 
 
 def test_an_error_of_the_progress_function_goes_on_to_the_caller():
-    """The next call does not notice."""
+    """The next call is not affected."""
 
     def broken(status):
         if status.done == 60:
@@ -76,7 +76,7 @@ def test_an_error_of_the_progress_function_goes_on_to_the_caller():
 
 
 def test_a_handler_of_the_caller_stays_in_charge():
-    """A handler of SIGINT that the caller has set is called, and the call is not interrupted."""
+    """A SIGINT handler of the caller is called, and the run is not interrupted."""
     arrived = []
     before = signal.signal(signal.SIGINT, lambda *_: arrived.append(1))
     try:
@@ -87,7 +87,7 @@ def test_a_handler_of_the_caller_stays_in_charge():
 
 
 def test_another_thread_computes_too():
-    """Outside the main thread no handler can be set, and none is."""
+    """Outside the main thread no handler can be set, so none is."""
     found = []
     thread = threading.Thread(target=lambda: found.append(sweep.run(SPEC)))
     thread.start()
@@ -96,7 +96,7 @@ def test_another_thread_computes_too():
 
 
 def test_an_interrupt_at_the_very_end_is_not_lost(tmp_path, monkeypatch):
-    """A notebook stops there too; the file is finished."""
+    """The interrupt still stops a notebook; the file is complete."""
 
     def interrupted_there(*given):
         os.kill(os.getpid(), signal.SIGINT)
@@ -111,7 +111,7 @@ def test_an_interrupt_at_the_very_end_is_not_lost(tmp_path, monkeypatch):
 
 
 def test_blocks_take_a_quarter_of_a_second():
-    """They are never smaller than the first one, nor larger than a block of the engine usually is."""
+    """They are at least as large as the first one and at most an ordinary block of the engine."""
     for cells, seconds, then in [
         (2**12, 0.001, 2**17),
         (2**12, 0.0, 2**17),
@@ -123,13 +123,13 @@ def test_blocks_take_a_quarter_of_a_second():
 
 
 def test_what_cannot_be_is_refused():
-    """In a sentence, before anything is computed."""
+    """The message is a sentence, and nothing is computed."""
     for how, facts in [({"block_cells": 0}, ["at least 1", "0"]), ({"progress": 3}, ["progress", "3"])]:
         with refused(*facts):
             sweep.run(SPEC, **how)
 
 
-#: A program that is interrupted from outside, by the signal that a terminal or a notebook sends, and calls again.
+#: A program that is interrupted by a terminal's or notebook's signal and then calls again.
 PROGRAM = """
 import sys, sweep
 spec = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:300", tilt="0.1deg:5deg:300")
@@ -157,7 +157,7 @@ call(wait) if sys.argv[2:] else None
 @pytest.mark.compiled
 @pytest.mark.parametrize("where", ["memory", "file"])
 def test_a_signal_from_outside(tmp_path, where):
-    """A real SIGINT: the message says what is kept, and the same call goes on with that, in memory with nothing."""
+    """After a real SIGINT the message says what is kept; the same call resumes, in memory from scratch."""
     process = subprocess.Popen(
         [sys.executable, "-c", PROGRAM, where],
         cwd=tmp_path,
@@ -188,7 +188,7 @@ def test_a_signal_from_outside(tmp_path, where):
 
 
 def test_an_interrupt_is_a_request_to_stop():
-    """The work goes on to the end of its block; the KeyboardInterrupt has the words of what stopped it."""
+    """The block is completed; the KeyboardInterrupt has the message of the stop."""
 
     def work():
         with interruptible() as stopping:
@@ -203,14 +203,14 @@ def test_an_interrupt_is_a_request_to_stop():
 
 
 def test_a_stop_without_an_interrupt_is_none():
-    """An executor that ends early raises what it raised: no key was pressed."""
+    """If an executor stops early without a key press, its own error is raised."""
     with refused("no block", error=StoppedError), interruptible():
         raise StoppedError("no block was finished")
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_a_second_interrupt_does_not_wait():
-    """It raises where it arrives."""
+    """It raises immediately."""
     reached = []
 
     def work():
@@ -225,7 +225,7 @@ def test_a_second_interrupt_does_not_wait():
 
 
 def test_a_caller_that_says_itself_when_to_stop_keeps_its_signals():
-    """Its function is used as it is, and Python's own handler stays."""
+    """The caller's function is used unchanged, and Python's own handler stays."""
 
     def mine():
         return True
@@ -236,6 +236,6 @@ def test_a_caller_that_says_itself_when_to_stop_keeps_its_signals():
 
 
 def test_an_interrupt_that_nothing_heeds_is_not_lost():
-    """Work that ends without asking is followed by the interrupt."""
+    """If the work ends without checking, the interrupt is raised afterwards."""
     with refused("all", error=KeyboardInterrupt), interruptible():
         os.kill(os.getpid(), signal.SIGINT)

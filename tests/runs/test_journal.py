@@ -1,4 +1,4 @@
-"""The journal: blocks come back bit for bit, and every damage is noticed."""
+"""The journal: blocks come back bit for bit, and all damage is detected."""
 
 import errno
 import json
@@ -35,14 +35,14 @@ SPECS = {
 
 @pytest.fixture
 def journal(tmp_path):
-    """Return a journal of four blocks, one of them kept."""
+    """Return a journal of four blocks, one of them stored."""
     journal = Journal.create(tmp_path, Manifest.new(SPEC, 5, "2023-11-14T22:13:20Z", "eulerdisk run x.toml"))
     journal.keep(2, measure_block(SPEC, journal.spans[2]))
     return journal
 
 
 def assert_same_columns(found, expected):
-    """Assert that names, order, types and bits are the same."""
+    """Check that names, order, types and bits are the same."""
     assert list(found) == list(expected)
     for name, column in expected.items():
         assert (name, found[name].dtype, found[name].shape) == (name, column.dtype, column.shape)
@@ -50,14 +50,14 @@ def assert_same_columns(found, expected):
 
 
 def test_a_block_comes_back(journal):
-    """The measured columns are read as they were given, also in another process: from the manifest and the file."""
+    """Columns read back unchanged, even in another process, from the manifest and the file."""
     again = Journal.at(journal.folder)
     (path,) = again.held()[2]
     assert_same_columns(again.read(2, [path]), measure_block(SPEC, journal.spans[2]))
 
 
 def test_a_block_that_is_written_twice_has_one_file(journal):
-    """Written again, a block has the same name and bytes: duplicates do no harm."""
+    """A block written again has the same name and bytes, so duplicates do no harm."""
     (path,) = journal.held()[2]
     before = path.read_bytes()
     journal.keep(2, measure_block(SPEC, journal.spans[2]))
@@ -68,7 +68,7 @@ def test_a_block_that_is_written_twice_has_one_file(journal):
 @settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_damage_is_noticed(journal, data):
-    """A block that is cut anywhere, ends in zeros from anywhere, or has any one bit flipped, is refused."""
+    """A block that is truncated, zeroed from any position, or has any one bit flipped is refused."""
     (path,) = journal.held()[2]
     good = path.read_bytes()
     place = data.draw(st.integers(0, len(good) - 1))
@@ -89,7 +89,7 @@ def test_damage_is_noticed(journal, data):
 
 
 def test_a_block_of_another_place_or_run_is_noticed(journal):
-    """A block under another number, of another run, or of a run with other blocks does not fit its name."""
+    """A block under another number, of another run or another division does not match its name."""
     (path,) = journal.held()[2]
     others = [
         (1, journal),
@@ -102,7 +102,7 @@ def test_a_block_of_another_place_or_run_is_noticed(journal):
 
 
 def test_what_is_damaged_is_set_aside(journal):
-    """Verifying names the damaged block, keeps its file under another name, and counts it as missing."""
+    """`verify` names the damaged block, renames its file, and counts it as missing."""
     journal.keep(0, measure_block(SPEC, journal.spans[0]))
     (path,) = journal.held()[0]
     path.write_bytes(path.read_bytes()[:-2])
@@ -115,7 +115,7 @@ def test_what_is_damaged_is_set_aside(journal):
 
 
 def test_neither_of_two_results_for_one_block_is_trusted(journal):
-    """If two machines computed a block differently, both files are set aside and it is computed again."""
+    """If two machines computed a block differently, both files are set aside and the block is recomputed."""
     columns = dict(measure_block(SPEC, journal.spans[3]))
     journal.keep(3, columns)
     columns["tilt_max"] = np.nextafter(columns["tilt_max"], 9)
@@ -128,7 +128,7 @@ def test_neither_of_two_results_for_one_block_is_trusted(journal):
 
 
 def test_all_blocks_in_order_or_none(journal):
-    """Reading the whole journal gives every block once, in order, and refuses to leave one out."""
+    """Reading the whole journal gives every block once, in order; a missing block is an error."""
     for number in (3, 0):
         journal.keep(number, measure_block(SPEC, journal.spans[number]))
     with refused("block 1", error=DamagedBlockError):
@@ -141,7 +141,7 @@ def test_all_blocks_in_order_or_none(journal):
 
 
 def test_a_refused_write_leaves_nothing(journal, monkeypatch):
-    """If the file system refuses a block half way, no part of it stays."""
+    """If the file system refuses a block halfway, no part of it stays."""
 
     def refuse(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -154,7 +154,7 @@ def test_a_refused_write_leaves_nothing(journal, monkeypatch):
 
 
 def test_columns_come_back():
-    """Encoded, decoded and completed, the columns are those that were computed, whichever cells a block has."""
+    """After encoding, decoding and deriving, the columns equal the computed ones, for any cells."""
     for share in [1.0, 0.4, 0.01]:
         for spec in SPECS.values():
             middle, half = spec.size // 2, int(spec.size * share / 2)
@@ -166,24 +166,24 @@ def test_columns_come_back():
 
 
 def stored(content):
-    """Return what the content of a block lists: name -> (type as stored, number of values)."""
+    """Return what a block's header lists: name -> (stored type, number of values)."""
     return {name: (kind, count) for name, _, kind, count in json.loads(content.partition(b"\n")[0])}
 
 
 def test_what_repeats_is_stored_once():
-    """A constant is one value, a column that is the same in every row is one row; counts have the smallest type."""
+    """Constants are one value, columns equal in every row are one row; counts have the smallest type."""
     content = encode(measure_block(SPECS["short"], Span(7, 600)), 20)
     found = stored(content)
     for name in ("ending", "fall_time", "nutation_period", "refinements"):
         assert found[name][1] == 1, name
-    # released at rest, every motion starts from an extreme tilt
+    # Released at rest, every motion starts from an extreme tilt.
     assert found["tilt_min"][1] == 20
     assert found["steps"][0] in ("|i1", "|u1")
     assert len(content) < 18 * 593 + 900
 
 
 def test_one_cell_makes_the_difference():
-    """A column of zeros except for one cell, or one bit, is not taken for one that repeats itself."""
+    """A column of zeros except for one cell or bit is not taken for a repeating one."""
     for place in [0, 7, 299, 598, 599]:
         for name, value in [
             ("tilt_max", -0.0),
@@ -208,6 +208,6 @@ def test_two_kinds_of_nan_are_two_values():
 
 
 def test_a_block_has_a_number_in_ascii(journal):
-    """Digits of other scripts are no number of a block."""
+    """Digits of other scripts are not a block number."""
     (journal.folder / "blocks" / "\uff11-00000000.block").touch()
     assert list(journal.held()) == [2]

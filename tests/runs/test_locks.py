@@ -1,4 +1,4 @@
-"""The lock of a run's folder: one writer, or the jobs of an array together; free as soon as the holder is dead."""
+"""The lock of a run's folder: one writer, or all jobs of an array; it is released when the holder dies."""
 
 import errno
 import fcntl
@@ -38,7 +38,7 @@ def holding(folder, how="alone"):
 
 
 def test_one_writer_at_a_time(tmp_path):
-    """While a process holds the lock another is refused, with process, machine and time; kill -9 releases it."""
+    """While one process holds it, others are refused with process, machine and time; kill -9 releases it."""
     process = holding(tmp_path)
     for shared in (False, True):
         with (
@@ -53,7 +53,7 @@ def test_one_writer_at_a_time(tmp_path):
 
 
 def test_array_jobs_share_the_lock(tmp_path):
-    """Those who ask for it shared hold it together; who wants it alone is refused."""
+    """Shared holders can hold it together; a request for exclusive access is refused."""
     process = holding(tmp_path, "shared")
     with locked(tmp_path, shared=True):
         pass
@@ -64,7 +64,7 @@ def test_array_jobs_share_the_lock(tmp_path):
 
 
 def test_a_file_system_without_locks(tmp_path, monkeypatch):
-    """There a run is refused: two could write one output."""
+    """Without locks a run is refused, because two runs could write one output."""
 
     def unsupported(*_):
         raise OSError(errno.ENOLCK, "No locks available")
@@ -79,7 +79,7 @@ def test_a_file_system_without_locks(tmp_path, monkeypatch):
 
 
 def test_a_lock_on_a_file_that_was_replaced_is_none(tmp_path, monkeypatch):
-    """A run that ends removes the file; who has opened it by then locks the file that has the name afterwards."""
+    """A finished run removes the lock file; a process that had opened it locks the new file instead."""
     system, path, replaced = fcntl.flock, tmp_path / "lock", []
 
     def replace_first(handle, kind):
@@ -96,7 +96,7 @@ def test_a_lock_on_a_file_that_was_replaced_is_none(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("code", [errno.EACCES, errno.EROFS])
 def test_a_run_of_another_user(tmp_path, monkeypatch, code):
-    """A user who may not write into the folder is told so, with status 2."""
+    """A user without write permission for the folder gets a message and status 2."""
 
     def refuse(path, *_):
         raise OSError(code, os.strerror(code), path)
@@ -112,7 +112,7 @@ def test_a_run_of_another_user(tmp_path, monkeypatch, code):
 
 
 def test_a_lock_on_a_full_disk(tmp_path, monkeypatch):
-    """A disk without room for the name of the holder does not keep anybody from holding the lock."""
+    """The lock can be held even if the disk has no room for the holder's name."""
 
     def refuse(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -123,6 +123,6 @@ def test_a_lock_on_a_full_disk(tmp_path, monkeypatch):
 
 
 def test_a_folder_that_goes_meanwhile(tmp_path):
-    """If the run that held the lock ends and removes the folder, the next process makes a new one."""
+    """If the run that held the lock removes the folder, the next process creates a new one."""
     with locked(tmp_path / "a.nc.run"):
         assert (tmp_path / "a.nc.run" / "lock").exists()

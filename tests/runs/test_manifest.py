@@ -1,4 +1,4 @@
-"""The manifest: it says what a run is, and what keeps another program or machine from going on with it."""
+"""The manifest describes a run and prevents other programs or machines from resuming it wrongly."""
 
 import hashlib
 import json
@@ -35,18 +35,18 @@ def written(tmp_path):
 
 
 def test_the_manifest_comes_back(written):
-    """What a run is reads as it was written."""
+    """A manifest reads back as it was written."""
     made, path = written
     assert Manifest.read(path) == made
 
 
 def test_the_manifest_says_what_it_is(written):
-    """The manifest is JSON that a person can read: spec, blocks, time, command, versions."""
+    """The manifest is readable JSON: spec, blocks, time, command, versions."""
     content = json.loads(written[1].read_text())
     assert content["spec"]["roll_rate"] == 3.0
     assert content["block_cells"] == 5
     assert content["command"] == "eulerdisk run x.toml"
-    # the version of eulerdisk is not among them: a release that computes the same bits goes on with a run
+    # It omits the version of eulerdisk, because a release that computes the same bits may resume a run.
     assert set(content["arithmetic"]) == {"format", "arithmetic_hash", "numba", "llvmlite", "numpy"}
 
 
@@ -60,7 +60,7 @@ def test_the_fingerprint_is_of_what_decides_the_bits(monkeypatch):
 
 
 def test_differences_are_named(written, monkeypatch):
-    """Each field that differs is named with both values; the code is compared for the spec of the run."""
+    """Each differing field is named with both values; the code is compared for the spec of the run."""
     made, _ = written
     assert made.differences(SPEC) == []
     (one,) = made.differences(SPEC.replace(roll_rate=4))
@@ -76,7 +76,7 @@ def test_differences_are_named(written, monkeypatch):
 
 
 def test_a_journal_of_another_format_is_refused(tmp_path, monkeypatch):
-    """A run begun by a program that stored blocks otherwise is not gone on with: the format is named."""
+    """A run whose blocks have another storage format is not resumed: the message names the format."""
     with monkeypatch.context() as patch:
         patch.setattr(manifest, "FORMAT", 99)
         Journal.create(tmp_path, Manifest.new(SPEC, 5, "t", "c"))
@@ -87,7 +87,7 @@ def test_a_journal_of_another_format_is_refused(tmp_path, monkeypatch):
 
 
 def test_a_damaged_manifest_is_refused(written):
-    """A manifest that is cut, altered or no JSON is refused under its name, with what to do."""
+    """A truncated, altered or invalid manifest is refused by name, with the remedy."""
     for change in ["cut", "number", "garbage"]:
         _, path = written
         text = path.read_text()
@@ -103,13 +103,13 @@ def test_a_damaged_manifest_is_refused(written):
 
 
 def test_a_folder_without_a_run(tmp_path):
-    """A folder that holds no manifest is refused, with how to make one."""
+    """A folder without a manifest is refused with advice to create one."""
     with refused("eulerdisk prepare"):
         Journal.at(tmp_path)
 
 
 def test_the_starts_count_to_the_last_bit():
-    """A value of an axis or a fixed parameter that differs in its last bit has another hash."""
+    """If an axis value or a fixed parameter changes in its last bit, the hash changes."""
     before, values = manifest.starts_hash(AXIS), AXIS.roll_rate.array()
     assert manifest.starts_hash(AXIS.replace(roll_rate=values.tolist())) == before
     values[3] = np.nextafter(values[3], 9.0)
@@ -118,7 +118,7 @@ def test_the_starts_count_to_the_last_bit():
 
 
 def test_the_kind_of_processor_is_the_one_that_kernels_are_compiled_for(monkeypatch):
-    """It is LLVM's name of this one, unless the environment names another one or other features."""
+    """It is LLVM's name of the host, unless the environment names another processor or features."""
     monkeypatch.delenv("NUMBA_CPU_NAME", raising=False)
     monkeypatch.delenv("NUMBA_CPU_FEATURES", raising=False)
     assert manifest.machine_facts(AXIS) == {"processor": processor(), "starts": manifest.starts_hash(AXIS)}
@@ -128,7 +128,7 @@ def test_the_kind_of_processor_is_the_one_that_kernels_are_compiled_for(monkeypa
 
 
 def test_a_part_from_another_kind_of_machine_is_refused(tmp_path, monkeypatch):
-    """A machine with another processor, or other starts, is refused with what differs and what to set."""
+    """A machine with another processor or other starts is refused with the difference and the remedy."""
     path = tmp_path / "a.nc"
     array_jobs.prepare(AXIS, path, block_cells=10)
     here = manifest.machine_facts
@@ -148,7 +148,7 @@ def test_a_part_from_another_kind_of_machine_is_refused(tmp_path, monkeypatch):
 @pytest.mark.release
 @pytest.mark.compiled
 def test_the_environment_of_the_hint_computes(tmp_path):
-    """A run in the environment that the refusal gives is a run of that kind of processor."""
+    """In the environment that the hint suggests, a run has the named processor."""
     line = f"{manifest.SAME_BITS} {sys.executable} -m sweep prepare rolling roll_rate=2:4:30:log -o a.nc"
     done = subprocess.run(
         line,
@@ -168,7 +168,7 @@ def test_the_environment_of_the_hint_computes(tmp_path):
 
 @pytest.mark.parametrize("value", [0, -1, 1e308, math.inf, 10**400, 3.5, True, None, "x", [], {}])
 def test_a_manifest_that_was_edited_is_read_or_refused(written, value):
-    """With a checksum that fits: what is not of its type is refused, and what is can be told from what was there."""
+    """With a valid checksum, a wrong type is refused, and a right one gives differences as text."""
     _, path = written
     content = json.loads(path.read_text())
     places = [(name,) for name in content if name not in ("spec", "checksum")]

@@ -1,4 +1,4 @@
-"""Unfinished runs: their finished blocks can be read, for every method and option."""
+"""Unfinished runs: their finished blocks are readable, for every method and option."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ SPECS = {
 
 @pytest.fixture
 def begun(tmp_path, request):
-    """Return the journal of a run of which the second of four blocks is there."""
+    """Return the journal of a run in which only the second of four blocks is stored."""
     journal = array_jobs.prepare(request.param, tmp_path / "a.nc", block_cells=3)
     journal.keep(1, measure_block(journal.spec, journal.spans[1]))
     return journal
@@ -31,7 +31,7 @@ def begun(tmp_path, request):
 
 @pytest.mark.parametrize("begun", SPECS.values(), ids=SPECS, indirect=True)
 def test_what_there_is_can_be_read(begun, tmp_path):
-    """Every variable of the atlas is there, by every method; cells of missing blocks have no numbers."""
+    """Every variable is present, for every method; cells of missing blocks have no numbers."""
     spec, path = begun.manifest.spec, tmp_path / "p.nc"
     assert write_partial(begun.folder, path) == (3, 12)
     columns = compute(spec, starts_of(spec, begun.spans[1]))
@@ -46,7 +46,7 @@ def test_what_there_is_can_be_read(begun, tmp_path):
 
 @pytest.mark.parametrize("begun", [SPEC], indirect=True)
 def test_a_block_with_two_results_is_not_there(begun, tmp_path):
-    """Where two machines disagree neither is shown."""
+    """If two machines disagree, neither result is shown."""
     columns = dict(measure_block(SPEC, begun.spans[1]))
     columns["tilt_max"] = np.nextafter(columns["tilt_max"], 9)
     begun.keep(1, columns)
@@ -55,7 +55,7 @@ def test_a_block_with_two_results_is_not_there(begun, tmp_path):
 
 @pytest.mark.parametrize("begun", [SPEC], indirect=True)
 def test_blocks_of_another_program_are_not_passed_off_as_its_own(begun, tmp_path, monkeypatch):
-    """An atlas says which kernels made it: one of blocks of other kernels is refused; how far it is can be told."""
+    """An atlas names its kernels, so blocks of other kernels are refused; the progress can still be shown."""
     monkeypatch.setattr(manifest, "arithmetic_hash", lambda _: "0" * 64)
     with refused("arithmetic_hash"):
         write_partial(begun.folder, tmp_path / "p.nc")

@@ -1,4 +1,4 @@
-"""A generator that runs ahead in a thread: same items, exceptions where they belong, clean when it is left early."""
+"""A generator that runs ahead in a thread: same items, exceptions in place, clean on early exit."""
 
 import threading
 import time
@@ -10,7 +10,7 @@ from sweep.runs.executor import prefetch
 
 
 def test_the_items_in_order_from_one_other_thread():
-    """Every item comes once, in order; all of them are made in the same thread, which is not the consumer's."""
+    """Every item comes once, in order; one thread, not the consumer's, makes them all."""
     threads = set()
 
     def items():
@@ -25,7 +25,7 @@ def test_the_items_in_order_from_one_other_thread():
 
 
 def test_both_sides_work_at_the_same_time():
-    """While the consumer works on an item the next ones are made, but no more than two: memory stays bounded."""
+    """While the consumer works on an item, at most two further ones are made, which bounds the memory."""
     made = []
 
     def items():
@@ -44,7 +44,7 @@ def test_both_sides_work_at_the_same_time():
 
 @pytest.mark.parametrize("problem", [ValueError("a defect"), KeyboardInterrupt(), StopIteration()])
 def test_an_exception_arrives_where_its_item_would_be_taken(problem):
-    """Items before it are given; then it is raised to the consumer, and nothing hangs."""
+    """Earlier items are delivered; then the consumer gets the exception, and nothing hangs."""
 
     def items():
         yield 1
@@ -52,7 +52,7 @@ def test_an_exception_arrives_where_its_item_would_be_taken(problem):
         raise problem
 
     taken = []
-    # a generator cannot let a StopIteration out: Python makes a RuntimeError of it
+    # A generator cannot raise StopIteration: Python turns it into a RuntimeError.
     expected = RuntimeError if isinstance(problem, StopIteration) else type(problem)
     with pytest.raises(expected), prefetch(items()) as ahead:
         taken.extend(iter(lambda: next(ahead), None))
@@ -61,9 +61,9 @@ def test_an_exception_arrives_where_its_item_would_be_taken(problem):
 
 @pytest.mark.parametrize("problem", [ValueError("a defect"), KeyboardInterrupt()])
 def test_leaving_early_closes_the_generator(monkeypatch, problem):
-    """An exception of the consumer passes; the item in the making is finished, no other begun, the thread ended."""
+    """The consumer's exception propagates; the current item is finished, no other is begun, the thread ends."""
     begun, finished, closed, threads = [], [], [], []
-    # item 1 is in the making from the time when the consumer leaves until the items that wait are cancelled
+    # Item 1 is in progress from when the consumer leaves until the waiting items are canceled.
     in_the_making, cancelled = threading.Event(), threading.Event()
 
     class Pool(ThreadPoolExecutor):

@@ -1,4 +1,4 @@
-"""The stages of a run: none is left out, and those whose pace is known are counted from the beginning."""
+"""All stages of a run are reported, and those with a known pace count from the start."""
 
 import itertools
 
@@ -15,12 +15,12 @@ SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
 
 
 def names(heard):
-    """Return the stages in the order in which they came."""
+    """Return the stages in order of appearance."""
     return [name for name, _ in itertools.groupby(each.stage for each in heard)]
 
 
 def test_no_stage_of_a_run_is_left_out(tmp_path, monkeypatch):
-    """Fresh, gone on with, and assembled: every stage is told, the last cell of each one, and 0 s only at the end."""
+    """Fresh, resumed and assembled runs report every stage, its last cell, and 0 s only at the end."""
 
     def breaking(spec, span):
         if span.start == 10:
@@ -58,7 +58,7 @@ def test_no_stage_of_a_run_is_left_out(tmp_path, monkeypatch):
 
 @pytest.mark.compiled
 def test_the_cells_of_the_bisection_are_about_those_that_are_expected(monkeypatch):
-    """What is expected for a refined boundary is right within a factor of two."""
+    """The estimate for a refined boundary is right within a factor of two."""
     spec = SweepSpec.preset("rolling").replace(
         roll_rate="2:4:60", tilt="0.5deg:5deg:50", boundary="refined:1e-6", duration=5.0
     )

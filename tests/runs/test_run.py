@@ -1,4 +1,4 @@
-"""A run: its file is complete or absent after every fault, and an impossible run is refused before it begins."""
+"""After every fault the file of a run is complete or absent; impossible runs are refused before they start."""
 
 import errno
 import json
@@ -31,13 +31,13 @@ SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
 
 @pytest.fixture(autouse=True)
 def fixed_time(monkeypatch):
-    """Files of one spec bear one date."""
+    """Give all files of a spec the same date."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
 
 
 @pytest.fixture
 def path(tmp_path):
-    """Return where a test writes its atlas."""
+    """Return the path of a test's atlas."""
     return tmp_path / "atlas.nc"
 
 
@@ -54,7 +54,7 @@ def path(tmp_path):
     ids=lambda each: repr(each) if isinstance(each, BaseException) else "",
 )
 def test_a_run_that_breaks_keeps_its_blocks(path, monkeypatch, fault, seen, existing):
-    """After any end between two blocks no new file is there, an old one is unchanged, and the run goes on."""
+    """After a stop between two blocks there is no new file, an old one is unchanged, and the run resumes."""
 
     def breaking(spec, span):
         if span.start == 10:
@@ -86,7 +86,7 @@ def test_a_run_that_breaks_keeps_its_blocks(path, monkeypatch, fault, seen, exis
 
 
 def test_a_run_that_breaks_before_its_first_block_leaves_nothing(path, monkeypatch):
-    """If nothing was computed there is nothing to keep."""
+    """If nothing was computed, nothing is kept."""
     monkeypatch.setattr(executor, "measure_block", lambda *_: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         run_to_file(SPEC, path)
@@ -95,11 +95,11 @@ def test_a_run_that_breaks_before_its_first_block_leaves_nothing(path, monkeypat
 
 @pytest.mark.parametrize("step", ["fsync", "replace"])
 def test_a_file_system_that_refuses_at_the_end(path, monkeypatch, step):
-    """If the finished file cannot be made safe or be named, that is said, and its blocks are kept."""
+    """If the finished file cannot be synchronized or named, the error says so, and the blocks are kept."""
     real = getattr(os, step)
 
     def refuse(*arguments):
-        # the manifest and the blocks pass; the file does not
+        # The manifest and the blocks pass; the file does not.
         if str(arguments[0]).endswith("assembled.nc") or list(path.parent.glob("*/published.json")):
             raise OSError(errno.EIO, "Input/output error")
         return real(*arguments)
@@ -127,7 +127,7 @@ def test_an_existing_file_is_not_replaced_by_accident(path):
 
 
 def test_targets_that_are_no_files(tmp_path):
-    """A folder, a pipe, a missing folder and a file in a folder's place are refused, overwrite or not."""
+    """A folder, a pipe, a missing folder and a file instead of a folder are refused, even with overwrite."""
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "file").write_bytes(b"")
     before = sorted(tmp_path.iterdir())
@@ -146,15 +146,15 @@ def test_targets_that_are_no_files(tmp_path):
 
 
 def test_a_folder_that_cannot_be_written(path, monkeypatch):
-    """A folder without permission is refused beforehand."""
-    # root may write anywhere, so the answer of the system is replaced
+    """A folder without write permission is refused in advance."""
+    # Root may write anywhere, so the system's answer is replaced.
     monkeypatch.setattr(paths.os, "access", lambda *_: False)
     with refused(str(path.parent), "folder", "written"):
         run_to_file(SPEC, path)
 
 
 def test_a_disk_that_is_too_small(path, machine, monkeypatch):
-    """The room for atlas and journal is looked for before anything is computed; a disk that is large enough will do."""
+    """Room for atlas and journal is checked before anything is computed; a large enough disk passes."""
     machine(free_bytes=1e6)
     monkeypatch.setattr(executor, "measure_block", None)
     monkeypatch.setattr(forecast, "block_cells", None)
@@ -166,7 +166,7 @@ def test_a_disk_that_is_too_small(path, machine, monkeypatch):
 
 
 def test_a_run_that_goes_on_needs_room_for_the_rest(path, machine):
-    """Half of its blocks are there: room for the file and the other half will do, though not for a new run."""
+    """With half of its blocks done, it needs less room than a new run."""
     spec = SPEC.replace(tilt="1deg:5deg:1000")
     journal = array_jobs.prepare(spec, path, block_cells=spec.size // 2)
     array_jobs.compute_part(journal.folder, 1, 2)
@@ -183,7 +183,7 @@ def test_a_run_that_goes_on_needs_room_for_the_rest(path, machine):
 
 
 def test_a_run_that_goes_on_needs_room_too(path, machine, monkeypatch):
-    """What is kept stays, and nothing is computed."""
+    """Its blocks are kept, and nothing is computed."""
     large = SPEC.replace(tilt="1deg:5deg:20000")
     journal = array_jobs.prepare(large, path, block_cells=10_000)
     array_jobs.compute_part(journal.folder, 1, 2)
@@ -196,7 +196,7 @@ def test_a_run_that_goes_on_needs_room_too(path, machine, monkeypatch):
 
 
 def test_the_room_that_is_asked_for_is_enough(path, monkeypatch):
-    """Neither the journal nor an atlas of the presets' kind is larger than what is looked for beforehand."""
+    """Neither the journal nor an atlas like the presets exceeds the room that is checked in advance."""
     spec = SweepSpec.preset("rolling").replace(roll_rate="2:4:150", tilt="0.001deg:5deg:100:log")
     taken = []
 
@@ -207,14 +207,14 @@ def test_the_room_that_is_asked_for_is_enough(path, monkeypatch):
 
     run_to_file(spec, path, block_cells=5000, progress=measure)
     for done, size in taken:
-        # no more than what does not follow from the rest, no less than what never repeats
+        # At most what cannot be derived, and at least what never repeats.
         assert spec.size / 3 * 24 <= size <= forecast.journal_bytes(spec, spec.size)
         assert done <= spec.size
     assert path.stat().st_size < forecast.file_bytes(spec)
 
 
 def test_no_file_is_named_before_its_content_is_on_the_disk(path, monkeypatch):
-    """A power cut loses nothing: content is synchronised before it gets a name, and names before the run ends."""
+    """A power cut loses nothing: content is synchronized before it gets a name, names before the run ends."""
     safe, unsafe_names = {}, set()
     fsync, replace = os.fsync, os.replace
 
@@ -245,7 +245,7 @@ def test_no_file_is_named_before_its_content_is_on_the_disk(path, monkeypatch):
 
 
 def test_a_program_of_another_version_goes_on(path, monkeypatch):
-    """A release that computes the same bits goes on with the blocks of an earlier one: the file is the same."""
+    """A release that computes the same bits resumes an earlier one's blocks and gives the same file."""
     run_to_file(SPEC, path, command="x", block_cells=5)
     whole = path.read_bytes()
     path.unlink()
@@ -264,7 +264,7 @@ def test_a_program_of_another_version_goes_on(path, monkeypatch):
 
 
 def test_failed_cells_are_counted_while_they_are_written(path, monkeypatch):
-    """The cells are not read again for it; the failed cells are those in it, however it was cut into blocks."""
+    """Failures are counted without rereading the cells, however the cells are divided into blocks."""
     opened, dataset = [], netCDF4.Dataset
     monkeypatch.setattr(
         netCDF4, "Dataset", lambda *args, **how: opened.append(args[1:]) or dataset(*args, **how)
@@ -282,7 +282,7 @@ def test_failed_cells_are_counted_while_they_are_written(path, monkeypatch):
 
 
 def test_a_run_that_was_published_says_what_failed(path, monkeypatch):
-    """Killed between publishing and removing its folder, a run reads from its file which cells failed."""
+    """A run killed between publishing and removing its folder reads the failed cells from its file."""
     spec = SweepSpec(tilt="1deg:9deg:3", precession_rate="-1:1:3", roll_rate="steady")
     with monkeypatch.context() as patch:
         patch.setattr(run.run_directory, "remove", lambda _: None)
@@ -292,7 +292,7 @@ def test_a_run_that_was_published_says_what_failed(path, monkeypatch):
 
 
 def test_the_bisection_uses_the_threads_of_the_run(path, monkeypatch):
-    """The boundary is searched with as many threads as the blocks are computed with."""
+    """The boundary search uses as many threads as the computation of the blocks."""
     used = []
 
     def searched(*arguments):
@@ -308,7 +308,7 @@ def test_the_bisection_uses_the_threads_of_the_run(path, monkeypatch):
 
 @pytest.mark.slow_lane
 def test_no_array_of_the_whole_grid_is_held(path):
-    """From measured cells to the file, 7 million more cells take less than 7 million bytes more."""
+    """From measured cells to the file, 7 million more cells take less than 7 MB more."""
 
     def peak(rows):
         spec = SweepSpec(roll_rate=f"2:4:{rows}", tilt="1deg:5deg:1000", duration=0.05)
@@ -322,13 +322,13 @@ def test_no_array_of_the_whole_grid_is_held(path):
         tracemalloc.stop()
         return most
 
-    # up to 4.5e6 of these: how many chunks are in the making at a time is left to the threads
+    # Up to 4.5e6 of these bytes vary, as the threads decide how many chunks are in progress at a time.
     small = peak(800)
     assert peak(8000) < small + 6e6
 
 
 def test_a_run_is_stopped_after_its_last_block_too(path):
-    """A signal during the search ends the run; all blocks are kept, and the next one makes the file."""
+    """A stop during the search ends the run; all blocks are kept, and the next run completes the file."""
     spec, seen, stage = SPEC.replace(boundary="refined"), [], "searching the boundary"
 
     with refused("1 of 1 block", error=StoppedError):
@@ -341,7 +341,7 @@ def test_a_run_is_stopped_after_its_last_block_too(path):
 
 
 def test_the_result_says_what_failed(tmp_path):
-    """At the end of a cell of a notebook, and at a prompt: all is well, or which cells are not."""
+    """In a notebook or at a prompt its repr says that all cells succeeded, or which failed."""
     well = run_to_file(SweepSpec(tilt="1deg:5deg:4", roll_rate=3), tmp_path / "a.nc")
     assert_facts(repr(well), "all 4 cells")
     failed = run.Failures(well.spec)

@@ -1,4 +1,4 @@
-"""The folder of a run: files that no run has made are safe in it, and it is removed when the file is there."""
+"""The folder of a run: other files in it are safe, and it is removed once the atlas exists."""
 
 import os
 
@@ -15,7 +15,7 @@ SPEC = SweepSpec(roll_rate="2:4:6", tilt="0.1deg,1deg")
 
 
 def test_what_a_run_has_not_made_it_does_not_remove(tmp_path):
-    """Notes beside the blocks, and among them, outlive the run; blocks and the rest go."""
+    """Notes next to the blocks, and among them, survive the run; blocks and its other files are removed."""
     journal = array_jobs.prepare(SPEC, tmp_path / "a.nc", block_cells=3)
     notes = [
         journal.folder / "notes.txt",
@@ -34,7 +34,7 @@ def test_what_a_run_has_not_made_it_does_not_remove(tmp_path):
 
 
 def test_an_empty_folder_will_do(tmp_path):
-    """An empty folder, or one with temporary files of an earlier crash, does not keep a run from starting."""
+    """An empty folder, or one with temporary files of an earlier crash, does not block a run."""
     (tmp_path / "a.nc.run").mkdir()
     (tmp_path / "a.nc.run" / ".eulerdisk-0123456789abcdef.tmp").write_text("{")
     run_to_file(SPEC, tmp_path / "a.nc")
@@ -42,7 +42,7 @@ def test_an_empty_folder_will_do(tmp_path):
 
 
 def test_a_run_that_is_refused_leaves_no_folder(tmp_path):
-    """A refusal after the folder was made leaves nothing of it."""
+    """A refusal after the folder was created leaves nothing."""
     (tmp_path / "a.nc").write_text("old")
     for how in ({}, {"overwrite": True, "threads": 10**6}, {"overwrite": True, "block_cells": 0}):
         with pytest.raises(RequestError):
@@ -53,7 +53,7 @@ def test_a_run_that_is_refused_leaves_no_folder(tmp_path):
 
 @pytest.mark.parametrize("name", ["data.npz", "x.tmp", "owner", "logs/1"])
 def test_a_folder_that_is_not_a_runs_is_left_as_it_was(tmp_path, name):
-    """A folder without a manifest is another's if a run gives one of its names to nothing; all stays."""
+    """A folder without a manifest, and with a file that no run creates, is refused and left unchanged."""
     mine = tmp_path / "a.nc.run" / name
     mine.parent.mkdir(parents=True)
     mine.write_text("years of work")
@@ -66,7 +66,7 @@ def test_a_folder_that_is_not_a_runs_is_left_as_it_was(tmp_path, name):
 
 
 def test_a_malformed_record_does_not_block_a_run(tmp_path):
-    """In the folder of a run, a record that cannot be read is that of nothing: the run goes on and replaces it."""
+    """In a run's folder an unreadable record is ignored: the run continues and replaces it."""
     journal = array_jobs.prepare(SPEC, tmp_path / "a.nc", block_cells=3)
     (journal.folder / "published.json").write_bytes(b"\xff{")
     run_to_file(SPEC, tmp_path / "a.nc")
@@ -74,7 +74,7 @@ def test_a_malformed_record_does_not_block_a_run(tmp_path):
 
 
 def test_odd_names_are_names(tmp_path, monkeypatch):
-    """A name that netCDF or xarray would read as something else, given without a folder, is that of a file."""
+    """A name that netCDF or xarray would interpret otherwise, without a folder, is used as a file name."""
     for name in [" a.nc", "a.nc ", "-a.nc", "http:a.nc", "a#mode=nczarr.nc", "~a.nc", "a\nb.nc"]:
         monkeypatch.chdir(tmp_path)
         run_to_file(SPEC, name)
@@ -85,7 +85,7 @@ def test_odd_names_are_names(tmp_path, monkeypatch):
 
 
 def test_hopeless_names_are_refused_at_once(tmp_path, monkeypatch):
-    """What cannot be the name of an atlas is refused before anything is computed or made."""
+    """Impossible atlas names are refused before anything is computed or created."""
     for name in ["a\udcff.nc", "a\0.nc", "y" * 256]:
         monkeypatch.chdir(tmp_path)
         with refused("name"):

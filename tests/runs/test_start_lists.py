@@ -1,4 +1,4 @@
-"""Runs of random starts and of starts from a table, from the words to the file and through every command."""
+"""Runs of random starts and of tables of starts, from the inputs to the file and through all commands."""
 
 import json
 import os
@@ -32,7 +32,7 @@ SPECS = {"random": SPEC, "table": TABLE}
 
 @pytest.fixture(autouse=True)
 def fixed_time(monkeypatch):
-    """Files of one spec bear one date."""
+    """Give all files of a spec the same date."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
 
 
@@ -50,7 +50,7 @@ def references(tmp_path_factory):
 
 @pytest.mark.usefixtures("two_threads")
 def test_blocks_threads_and_jobs_change_no_byte(tmp_path, references):
-    """However a run is cut and shared out, its file is the same, and nothing else is left."""
+    """However a run is divided, its file is the same, and nothing else is left."""
     path = tmp_path / "a.nc"
     for kind, spec in SPECS.items():
         for threads, block_cells in [(1, 7), (2, 100)]:
@@ -66,7 +66,7 @@ def test_blocks_threads_and_jobs_change_no_byte(tmp_path, references):
 
 
 def test_a_killed_run_goes_on(tmp_path, references):
-    """Kill -9 in the middle, then the same command: the file of an undisturbed run, and no block computed twice."""
+    """After kill -9 halfway, the same command gives an undisturbed run's file and repeats no block."""
     script = (
         "import os, signal, sys\n"
         "from sweep import SweepSpec\n"
@@ -86,7 +86,7 @@ def test_a_killed_run_goes_on(tmp_path, references):
 
 
 def test_other_starts_are_another_run(tmp_path, references):
-    """A folder of another seed or table is refused, and the words that differ are named; with the same it goes on."""
+    """A run folder with another seed or table is refused, naming the difference; the same one resumes."""
     path = tmp_path / "a.nc"
     other = TABLE.replace(starts={**COLUMNS, "tilt": COLUMNS["tilt"][::-1]})
     for spec, changed, facts in [
@@ -105,7 +105,7 @@ def test_other_starts_are_another_run(tmp_path, references):
 
 @pytest.mark.slow_lane
 def test_commands_on_random_starts(command):
-    """Run, look, verify, explain, draw, export, repeat, compare: what each says of a list."""
+    """Run, inspect, verify, explain, plot, export, repeat, compare: all work with a list."""
     assert command(f"run {WORDS} -o a.nc")[0] == 0
     status, text, _ = command("info a.nc")
     assert status == 0
@@ -137,7 +137,7 @@ def test_commands_on_random_starts(command):
     values = dict(zip(head.split(","), first.split(","), strict=True))
     with sweep.open_atlas("a.nc") as atlas, xr.open_dataset("path.nc") as motion:
         assert (float(values["tilt"]), float(values["roll_rate"])) == (atlas.tilt[0], atlas.roll_rate[0])
-        # the start goes through the words of a command: one rounding
+        # The start is printed and parsed again, which costs one rounding.
         assert float(motion.tilt[0]) == pytest.approx(float(atlas.tilt[17]), rel=1e-15)
     assert command("run --from a.nc -o b.nc")[0] == 0
     status, text, _ = command("compare b.nc a.nc")
@@ -155,7 +155,7 @@ def test_commands_on_random_starts(command):
 
 
 def test_commands_on_a_table(command):
-    """From a CSV file to the atlas, and from the atlas alone to the same atlas."""
+    """A CSV file gives the atlas, and the atlas alone gives the same atlas."""
     rows = "\n".join(
         f"{rate!r},{tilt!r}" for rate, tilt in zip(*(each.tolist() for each in COLUMNS.values()), strict=True)
     )
@@ -190,7 +190,7 @@ def test_commands_on_a_table(command):
 
 
 def test_a_stopped_run_whose_table_is_gone(command):
-    """The same command has no starts to compare; those that take them from the folder go on."""
+    """The same command lacks the starts to compare; commands that use the folder's copy continue."""
     np.savetxt(
         "pushes.csv", np.transpose([*COLUMNS.values()]), "%.17g", ",", header=",".join(COLUMNS), comments=""
     )
@@ -207,7 +207,7 @@ def test_a_stopped_run_whose_table_is_gone(command):
 
 
 def test_a_damaged_table_in_the_folder(tmp_path):
-    """No block is computed from values that are not those of the run; the file is named, and what to do."""
+    """No block is computed from damaged values; the message names the file and the remedy."""
     journal = array_jobs.prepare(TABLE, tmp_path / "a.nc")
     path = journal.folder / STARTS
     good = path.read_bytes()
@@ -221,7 +221,7 @@ def test_a_damaged_table_in_the_folder(tmp_path):
 
 
 def test_killed_before_the_manifest(tmp_path, references):
-    """What a run leaves that was killed while its folder was made is no stranger's."""
+    """A run killed while creating its folder leaves files that the next run recognizes as its own."""
     folder = tmp_path / "a.nc.run"
     folder.mkdir()
     (folder / STARTS).write_bytes(b"half")
@@ -230,7 +230,7 @@ def test_killed_before_the_manifest(tmp_path, references):
 
 
 def test_a_partial_atlas(tmp_path):
-    """The starts of cells that are not computed are there all the same."""
+    """Cells that are not computed still have their starts."""
     for kind, spec in SPECS.items():
         journal = array_jobs.prepare(spec, tmp_path / f"{kind}.nc", block_cells=100)
         array_jobs.compute_part(journal.folder, 1, 3)
@@ -243,7 +243,7 @@ def test_a_partial_atlas(tmp_path):
 
 
 def test_refusals_of_commands(command):
-    """What a list has not is refused in a sentence."""
+    """Operations that a list does not support are refused in a sentence."""
     assert command("run rolling roll_rate=uniform:2:4 tilt=1deg samples=5 -o a.nc")[0] == 0
     assert command("explain a.nc tilt=1deg start=1")[0] == 0
     for line, facts in (
@@ -262,7 +262,7 @@ def test_refusals_of_commands(command):
 
 
 def test_lists_that_can_be_compared(command):
-    """More starts of one seed hold the fewer ones; of another seed, table or a grid, nothing is common."""
+    """More starts of one seed include the fewer; another seed, a table and a grid have none in common."""
     random = "roll_rate=uniform:2:4 tilt=1deg"
     lists = {"few": "samples=30", "more": "samples=50", "other": "samples=30 seed=1"}
     for name, words in lists.items():
@@ -280,7 +280,7 @@ def test_lists_that_can_be_compared(command):
 
 
 def test_parts_of_a_table_are_compared(command):
-    """With --common, in the starts that both have, whose values have to be the same."""
+    """With --common the shared starts are compared, and their values must be equal."""
     atlas = sweep.run(TABLE.replace(start="0:4:5"))
     for name, places in (("a", slice(0, 3)), ("b", slice(1, 5)), ("c", slice(4, 5))):
         sweep.save(atlas.isel(start=places).eulerdisk.atlas, f"{name}.nc")
@@ -289,7 +289,7 @@ def test_parts_of_a_table_are_compared(command):
     assert status == 0
     assert_facts(text.splitlines()[0], "within", "2 common cells")
     assert_facts(command("compare c.nc a.nc --common")[2], "common")
-    # start 1 is another one
+    # Start 1 differs.
     columns = {name: np.where(np.arange(600) == 1, values + 1e-7, values) for name, values in COLUMNS.items()}
     sweep.save(sweep.run(TABLE.replace(starts=columns).replace(start="1:4:4")), "other.nc")
     sweep.save(sweep.run(TABLE.replace(starts={"tilt": [0.1] * 5}, roll_rate=3)), "fewer.nc")
@@ -298,7 +298,7 @@ def test_parts_of_a_table_are_compared(command):
 
 
 def test_starts_outside_end_invalid(command):
-    """A normal tilt reaches beyond 90 degrees: these cells are invalid, without verdict, and counted apart."""
+    """Cells with a normal tilt beyond 90 degrees are invalid, have no verdict and are counted separately."""
     status, _, errors = command("run rolling roll_rate=3 tilt=normal:88deg:2deg samples=400 -o a.nc")
     with sweep.open_atlas("a.nc") as atlas:
         outside = np.abs(atlas.tilt.values) >= np.pi / 2
@@ -312,7 +312,7 @@ def test_starts_outside_end_invalid(command):
 
 
 def test_a_changed_start_is_found(command):
-    """Of random starts verify names the variable, and compare refuses; of a table every command refuses."""
+    """For random starts `verify` names the variable and `compare` refuses; for tables all commands refuse."""
     assert command("run rolling roll_rate=uniform:2:4 tilt=normal:1deg:0.2deg samples=50 -o a.nc")[0] == 0
     assert command("run --from a.nc -o b.nc")[0] == 0
     Path("c.csv").write_text("tilt [deg],roll_rate\n1,2\n1,3\n")
@@ -344,7 +344,7 @@ def test_a_changed_start_is_found(command):
 
 
 def test_exact_method_and_another_criterion():
-    """The exact reduction serves lists, and verdicts follow from the stored extremes alone."""
+    """The exact reduction handles lists, and verdicts only need the stored extremes."""
     exact, stepped = sweep.run(SPEC.replace(method="exact")), sweep.run(SPEC)
     assert np.array_equal(exact.tilt, stepped.tilt)
     np.testing.assert_allclose(exact.tilt_max, stepped.tilt_max, rtol=0, atol=1e-8)
@@ -355,7 +355,7 @@ def test_exact_method_and_another_criterion():
 
 
 def test_in_the_file(tmp_path):
-    """CF: the listed parameters are auxiliary coordinates of every cell variable, without fill value."""
+    """By CF the listed parameters are auxiliary coordinates of all cell variables, without a fill value."""
     run_to_file(SPEC.replace(samples=20), tmp_path / "a.nc")
     with netCDF4.Dataset(tmp_path / "a.nc") as file:
         assert file["start"].dtype == np.int32
@@ -367,7 +367,7 @@ def test_in_the_file(tmp_path):
     with sweep.open_atlas(tmp_path / "a.nc") as stored:
         assert {"start", "tilt", "roll_rate", "alpha"} <= set(stored.coords)
         made = sweep.run(SPEC.replace(samples=20))
-        # the file says all that is needed to make it again
+        # The file contains everything needed to recompute it.
         assert stored.eulerdisk.spec == made.eulerdisk.spec
         for name in stored.variables:
             assert np.array_equal(stored[name], made[name], equal_nan=True), name
@@ -375,7 +375,7 @@ def test_in_the_file(tmp_path):
 
 
 def test_the_next_start_is_no_neighbour(command):
-    """On a grid an ending may flip beside a cell that has it; of a list the next start says nothing."""
+    """On a grid an ending may flip next to a cell that has it; in a list the next start proves nothing."""
     for name in ("a", "b"):
         words = "rolling tilt=normal:40deg:30deg roll_rate=1 samples=60"
         assert command(f"run {words} --max-failed 100 -o {name}.nc")[0] == 0
@@ -392,19 +392,19 @@ def test_the_next_start_is_no_neighbour(command):
 
 
 def test_many_samples_are_cheap_to_ask_for():
-    """A request for 2e9 starts is read, and its last starts are drawn, without making them all."""
+    """A request for 2e9 starts is accepted, and its last starts are drawn without creating the others."""
     spec = SPEC.replace(samples=2e9)
     some = np.array([5, 2_000_000_000 - 1])
     starts = starts_at(spec, some)
     assert np.array_equal(starts["tilt"][:1], starts_at(SPEC, some[:1])["tilt"])
     assert np.isfinite(starts["tilt"]).all()
-    # the first ones are as good as others, and drawn together
+    # The first starts are as good as any, and they are drawn together.
     assert forecast.coarse(spec, 1000).start.array().tolist() == list(range(1000))
 
 
 @pytest.mark.slow_lane
 def test_a_selection_is_a_list(command):
-    """Some starts are an atlas of their own, which keep their numbers: saved, verified, compared, repeated."""
+    """Some starts form an atlas with their original numbers: saved, verified, compared, repeated."""
     few = {"roll_rate": np.linspace(2.0, 4.0, 60), "tilt": np.linspace(0.01, 0.03, 60)}
     for spec in (SPEC.replace(samples=60), SPEC.replace(starts=few)):
         run_to_file(spec, "a.nc", overwrite=True)
@@ -424,7 +424,7 @@ def test_a_selection_is_a_list(command):
 
 
 def test_one_start_of_a_list_is_a_cell(tmp_path):
-    """It has no dimension and no number, and its parameters are those of the start."""
+    """It has no dimension and no number; its parameters are those of the start."""
     atlas = sweep.run(SPEC.replace(samples=20))
     one = atlas.isel(start=5).eulerdisk.atlas
     assert one.eulerdisk.spec.axes == ()
@@ -436,7 +436,7 @@ def test_one_start_of_a_list_is_a_cell(tmp_path):
 
 
 def test_a_steady_rate_follows_from_a_table():
-    """Circling: the computed rate is stored beside the columns."""
+    """For circling, the computed rate is stored next to the columns."""
     spec = sweep.SweepSpec.preset("circling").replace(
         starts={"tilt [deg]": [1.0, 5.0], "precession_rate": [1.0, 3.0]}
     )
