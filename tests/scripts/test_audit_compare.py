@@ -1,4 +1,4 @@
-"""The rules of the regression check hold between integrations of random starts, and are not too wide."""
+"""The tolerances of the regression check hold for random starts and are not too wide."""
 
 import re
 import sys
@@ -9,7 +9,7 @@ import pytest
 
 @pytest.mark.release
 def test_random_cells_agree_as_far_as_they_state(monkeypatch, capsys):
-    """Of 400 starts at five tolerances no value is further from the fine one than is allowed; many come near to it."""
+    """Of 400 starts at five tolerances no value is off by more than allowed, but many come close."""
     monkeypatch.setattr(sys, "argv", ["audit_compare.py", "400", "1"])
     audit_compare.main()
     *lines, total = capsys.readouterr().out.splitlines()

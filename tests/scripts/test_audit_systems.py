@@ -1,4 +1,4 @@
-"""The audit of systems: its words, what it counts, and that it finds a fault that is planted."""
+"""The audit of systems: its arguments, its counting, and its detection of a planted fault."""
 
 import audit_systems
 import numpy as np
@@ -10,7 +10,7 @@ from sweep.model.system import passes
 
 @pytest.fixture
 def one_system(monkeypatch):
-    """Let the audit have the driven pendulum alone."""
+    """Limit the audit to the driven pendulum."""
     pytest.importorskip("heyoka")
     monkeypatch.setattr(audit_systems, "RANGES", {driven_pendulum: RANGES[driven_pendulum]})
 
@@ -19,13 +19,13 @@ def one_system(monkeypatch):
     "words", [[], ["other"], ["errors", "0"], ["labels", "-3"], ["events", "1", "2", "3"]]
 )
 def test_other_words(words, capsys):
-    """A part that is not there, or numbers that are none, end with 2 and say which parts there are."""
+    """An unknown part or an invalid number ends with status 2 and the list of parts."""
     assert audit_systems.main(words) == 2
     assert "audit_systems.py errors [COUNT] [SEED]" in capsys.readouterr().err
 
 
 def test_what_counts_as_an_error():
-    """Stated over true; a value that is right to the last bit has no share in the median."""
+    """The ratio is stated over true error; a value right to the last bit does not affect the median."""
     found = {"x_end": np.array([1.0, 2.0, 3.0]), "x_end_error": np.array([1e-9, 1e-9, 1e-9])}
     true = np.array([1.0, 2.0 + 1e-8, 3.0 - 1e-10], np.longdouble)
     ratios = audit_systems._ratios(found, "x_end", true, np.ones(3, bool))
@@ -36,13 +36,13 @@ def test_what_counts_as_an_error():
     ("ratios", "status"), [([5.0] * 2000 + [0.5] * 2, 0), ([5.0] * 500 + [0.5], 1), ([26.0], 1)]
 )
 def test_the_promises(ratios, status):
-    """One in a thousand may be above what is stated, and the median at most 25."""
+    """At most one in a thousand may exceed the stated error, and the median ratio may be at most 25."""
     assert audit_systems._print_errors("some", np.array(ratios)) == status
 
 
 @pytest.mark.compiled
 def test_stated_errors_are_held_against_true_ones(one_system, monkeypatch, capsys):
-    """What is stated of forty cells holds in all but one value of a hundred; a thousandth of it does not."""
+    """The stated errors of forty cells hold in 99 % of values; a thousandth of them does not."""
     monkeypatch.setattr(audit_systems, "_MOST_EXCEEDED", 0.01)
     monkeypatch.setattr(audit_systems, "_MOST_LARGE", 100.0)
     assert audit_systems.audit_errors(40, 1) == 0
@@ -55,14 +55,14 @@ def test_stated_errors_are_held_against_true_ones(one_system, monkeypatch, capsy
 
 @pytest.mark.compiled
 def test_no_event_is_missed_or_invented(one_system, capsys):
-    """Of ten orbits, at all levels."""
+    """Ten orbits at all levels miss and invent no event."""
     assert audit_systems.audit_events(10, 1) == 0
     assert "70 cells: missed 0, missed but counted 0, invented 0" in capsys.readouterr().out
 
 
 @pytest.mark.compiled
 def test_labels_are_held_against_heyoka(monkeypatch, capsys):
-    """A label that another one takes the place of is wrong."""
+    """A label that replaces another one is wrong."""
     pytest.importorskip("heyoka")
     cells = next(audit_systems._sensitive(8, np.random.default_rng(1)))
     monkeypatch.setattr(audit_systems, "_sensitive", lambda count, rng: [cells])

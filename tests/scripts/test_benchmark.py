@@ -1,4 +1,4 @@
-"""The benchmark: its contenders do the task, its count and record are right, and the page on speed shows the record."""
+"""The benchmark: its contenders solve the task, counts and records are right, and the page shows the record."""
 
 import copy
 import re
@@ -28,17 +28,17 @@ AMD = "amd-epyc-avx-512"
 
 @pytest.fixture
 def records():
-    """Return the records, of which a test may change its own copy."""
+    """Return a copy of the records, which a test may change."""
     return copy.deepcopy(record.read_all())
 
 
 def test_the_page_shows_the_records(records):
-    """The table of docs/speed.md is what docs/benchmark renders; `scripts/benchmark.py --page` puts it there."""
+    """The table of docs/speed.md is rendered by docs/benchmark; `scripts/benchmark.py --page` writes it."""
     assert table.block_in() == table.page_block(records)
 
 
 def test_the_readme_says_what_the_records_say(records):
-    """A third of a microsecond, and SciPy more than two thousand times as long."""
+    """It says a third of a microsecond, and over two thousand times as long for SciPy."""
     said = " ".join((record.CHECKOUT / "README.md").read_text(encoding="utf-8").split())
     assert_in_order(
         said, "peak tilt to 1e-8", "a third of a microsecond", "one thread", "two thousand times", "DOP853"
@@ -50,7 +50,7 @@ def test_the_readme_says_what_the_records_say(records):
 
 
 def test_the_records_are_written_into_a_page(records, tmp_path):
-    """Only what stands between the markers is replaced."""
+    """Only the text between the markers is replaced."""
     page = tmp_path / "speed.md"
     page.write_text("above\n<!-- benchmark -->\nold\n<!-- end of benchmark -->\nbelow\n", encoding="utf-8")
     table.write_page(records, page)
@@ -61,7 +61,7 @@ def test_the_records_are_written_into_a_page(records, tmp_path):
 
 
 def test_every_record_stands_under_the_name_of_its_processor(records):
-    """The name of the file is made of what the record says of its machine."""
+    """The file name is derived from the machine in the record."""
     assert records
     assert {name: record.kind(found["machine"]) for name, found in records.items()} == {
         name: name for name in records
@@ -69,7 +69,7 @@ def test_every_record_stands_under_the_name_of_its_processor(records):
 
 
 def test_a_kind_is_the_name_of_a_processor_without_marks():
-    """No clock, no number of cores, no trade mark: the same processor has one record."""
+    """Without clock rate, core count and trademark, the same processor has one record."""
     for processor, vectors, expected in (
         ("Intel(R) Xeon(R) Platinum 8488C", "AVX-512", "intel-xeon-platinum-8488c-avx-512"),
         ("Intel(R) Core(TM) i7-8700K CPU @ 3.70GHz", "AVX2", "intel-core-i7-8700k-avx2"),
@@ -80,16 +80,17 @@ def test_a_kind_is_the_name_of_a_processor_without_marks():
 
 
 def test_a_record_is_read_as_it_was_written(records, tmp_path):
-    """Written into a folder under the name of its kind."""
+    """The file is named after the kind of processor."""
     path = record.write(records[AMD], tmp_path)
     assert path.name == f"{AMD}.json"
     assert record.read_all(tmp_path) == {AMD: records[AMD]}
 
 
 def test_a_loss_of_more_than_a_fifth_fails(records, capsys):
-    """A ratio at 81 % of that of the same kind of processor passes, at 79 % it ends with 1 and is named.
+    """A ratio at 81 % of the same processor's record passes; at 79 % it is named and the status is 1.
 
-    A processor without a record is compared with half the least of the others: vectors and memories differ.
+    A processor without a record is compared with half the smallest ratio of the others, because vectors and
+    memory differ.
     """
     for processor, share, status in (
         (None, 1.3, 0),
@@ -109,14 +110,14 @@ def test_a_loss_of_more_than_a_fifth_fails(records, capsys):
 
 
 def test_a_contender_that_is_not_installed_is_no_loss(records):
-    """What was not run is not compared."""
+    """Contenders that did not run are not compared."""
     found = copy.deepcopy(records[AMD])
     found["field"]["contenders"] = found["field"]["contenders"][:3]
     assert record.report_losses(found, records) == 0
 
 
 def test_what_whole_commands_take_is_compared(records, capsys):
-    """A run that takes longer over its kernels, and a command that starts more slowly, are losses."""
+    """A run that takes longer relative to its kernels, and a slower command start, are losses."""
     found = copy.deepcopy(records[AMD])
     found["whole"] = {"run": {"cells": 10, "seconds": 3.0, "least_possible": 2.0, "memory_MB": 1.0}}
     found["start"] = {"bare": 0.3, "warm": {"info": 0.5}, "cold": {"run": 5.0}}
@@ -130,7 +131,7 @@ def test_what_whole_commands_take_is_compared(records, capsys):
 
 
 def test_the_time_that_a_plan_states_is_read():
-    """In seconds, whatever the unit."""
+    """The time is in seconds, whatever its unit."""
     assert planned._seconds("blocks   3\ntime     about 12 s (1e6 cells per second)") == 12.0
     assert planned._seconds("time     about 2.5 min") == 150.0
 
@@ -164,7 +165,7 @@ def test_a_contender_does_the_task(name):
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", ["engine", "plain loop", "heyoka"])
 def test_a_contender_stops_a_toy(name):
-    """At a fine setting it finds the times of the referee of the tests to 1e-7."""
+    """At a fine setting it finds the times of the tests' referee to 1e-7."""
     given = problem.some(losses.starts(losses.TASK), 16)
     if name == "heyoka":
         pytest.importorskip("heyoka")
@@ -179,7 +180,7 @@ def test_a_contender_stops_a_toy(name):
 @pytest.mark.release
 @pytest.mark.compiled
 def test_many_toys_are_flat_and_their_lanes_are_timed():
-    """Steps, times and shares are there; of three equal chunks the second of two threads does one."""
+    """Steps, times and shares are reported; of three equal chunks, one of two threads computes two."""
     found = losses._toys(8)
     assert found["cells"] == 64
     assert found["flat"] == 1.0
@@ -190,7 +191,7 @@ def test_many_toys_are_flat_and_their_lanes_are_timed():
 
 
 def test_what_losses_cost_is_told_and_compared(records):
-    """The table has a line for each contender, and a ratio that fell is a loss."""
+    """The table has a line for each contender, and a lower ratio is a loss."""
     found = copy.deepcopy(records[AMD])
     row = {
         "setting": 1e-6,
@@ -213,7 +214,7 @@ def test_what_losses_cost_is_told_and_compared(records):
 
 
 def test_what_bodies_cost_is_told_and_compared(records):
-    """A line for each body beside the thin disk, from measurements of few cells."""
+    """The table has a line for each body next to the thin disk, from measurements of few cells."""
     found = copy.deepcopy(records[AMD])
     steps = bodies._step_times(40, 1)
     assert steps.keys() == bodies.BODIES.keys() - {"ball", "spheroid"}
@@ -243,7 +244,7 @@ def systems_row(name="lorenz"):
 
 
 def test_what_systems_cost_is_told_and_compared(records):
-    """A line in the table, one in the page with the best batch, and a ratio that fell is a loss."""
+    """The table has a line, the page has one with the best batch, and a lower ratio is a loss."""
     found = copy.deepcopy(records[AMD])
     found["systems"] = {
         "target": 1e-8, "cells": 1024, "day": "2026-11-24", "rows": [systems_row()], "disk": {"ratio": 1.8},
@@ -261,7 +262,7 @@ def test_what_systems_cost_is_told_and_compared(records):
 
 
 def test_the_time_at_an_error_lies_between_two_settings():
-    """Costs are interpolated in logarithms; the settings are those on either side of the error."""
+    """Costs are interpolated logarithmically between the settings on either side of the error."""
     truth = np.zeros((1, 10))
 
     def solve(given, setting):
@@ -276,7 +277,7 @@ def test_the_time_at_an_error_lies_between_two_settings():
 
 @pytest.mark.parametrize("chosen", ten_systems.RANGES, ids=lambda each: each.__name__)
 def test_others_integrate_what_was_written(chosen, rng):
-    """SciPy, the compiled loop's source and heyoka find the same ends from the same starts."""
+    """SciPy, the compiled loop's source and heyoka find the same final states from the same starts."""
     pytest.importorskip("heyoka")
     definition = replace(ten_systems.bare(chosen.definition), duration=0.5)
     given = ten_systems.random_starts(chosen, 8, rng)
@@ -291,7 +292,7 @@ def test_others_integrate_what_was_written(chosen, rng):
 @pytest.mark.release
 @pytest.mark.compiled
 def test_a_pass_and_a_compiled_loop():
-    """The two that are compiled find the same as SciPy."""
+    """Both compiled methods agree with SciPy."""
     definition = replace(ten_systems.bare(ten_systems.driven_pendulum.definition), duration=5.0)
     given = ten_systems.random_starts(ten_systems.driven_pendulum, 8, np.random.default_rng(1))
     scipy = system_loops.Scipy(definition)(given, 1e-12)

@@ -1,4 +1,4 @@
-"""The first command of the README: its table, and how it ends where it cannot work or is stopped."""
+"""The README's first command: its table, and how it ends on errors or interrupts."""
 
 import os
 import re
@@ -19,7 +19,7 @@ SCRIPT = CHECKOUT / "scripts" / "compute_atlases.py"
 
 @pytest.mark.slow_lane
 def test_an_output_that_can_be_no_folder(tmp_path):
-    """A file in the place of the folder is refused with 2, by its name, and left as it is."""
+    """A file in place of the folder is refused with status 2 and its name, and left unchanged."""
     name = "there.txt"
     (tmp_path / name).write_text("mine")
     done = python(SCRIPT, "-o", name, folder=tmp_path)
@@ -33,7 +33,7 @@ def test_an_output_that_can_be_no_folder(tmp_path):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_key_press_stops_it(tmp_path):
-    """Ctrl-C while an atlas is computed ends with 130 and the command that goes on; no atlas is half there."""
+    """Ctrl-C during an atlas ends with 130 and the command that resumes; no partial atlas is left."""
     environment = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
     command = [sys.executable, SCRIPT]
     running = subprocess.Popen(command, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
@@ -56,13 +56,13 @@ CIRCLING = SweepSpec.preset("circling").replace(tilt="1deg,10deg", precession_ra
 
 
 def rows(table):
-    """Return the lines of a table, each split where two blanks or more stand."""
+    """Return the lines of a table, each split at two or more blanks."""
     return [re.split(r" {2,}", line.strip()) for line in table.splitlines()]
 
 
 @pytest.mark.compiled
 def test_the_critical_table():
-    """At the smallest tilt rate^2 R/g comes near 1/3 and 4/5, as measured and as predicted."""
+    """At the smallest tilt rate^2 R/g is close to 1/3 and 4/5, as measured and as predicted."""
     datasets = [sweep.run(spec) for spec in (ROLLING, SPINNING, CIRCLING)]
     head, *lines = rows(critical_table(datasets))
     assert head[:4] == ["atlas", "at tilt", "rate^2 R/g of", "measured"]
@@ -75,7 +75,7 @@ def test_the_critical_table():
     for line in lines:
         measured, error = map(float, line[3].split(" +- "))
         predicted, limit = float(line[-2]), float(line[-1])
-        # the bracket holds what theory predicts, and that is near the limit: the criteria stop short of it by 1 %
+        # The bracket contains the prediction, which is near the limit: the criteria stop 1 % short of it.
         assert abs(measured - predicted) <= error + 1e-5, line
         assert predicted == pytest.approx(limit, rel=0.012), line
     for (tilt, measured), dataset in zip(((line[1], line[3]) for line in lines[:2]), datasets, strict=False):

@@ -20,7 +20,7 @@ def script(name):
     """Return a script as a module."""
     spec = importlib.util.spec_from_file_location(name, CHECKOUT / "scripts" / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
-    # dataclasses look their module up
+    # Dataclasses look up their module.
     sys.modules[name] = module
     spec.loader.exec_module(module)
     del sys.modules[name]
@@ -28,7 +28,7 @@ def script(name):
 
 
 GALLERY = script("make_gallery")
-#: Figures that the program makes by itself; the words on a film are those of its frames.
+#: Figures that the program makes itself; the words of a film are in its frames.
 OWN = [
     each
     for each in GALLERY.ENTRIES
@@ -44,14 +44,14 @@ def gallery():
 
 @pytest.fixture(autouse=True)
 def words_have_their_places():
-    """In every figure that a test here saves no word is cut, leaves the sheet or lies on another."""
+    """Check that no word in any saved figure is cut, outside the sheet or on top of another."""
     with watched() as noted:
         yield
     assert [each for each in noted if each[1]] == []
 
 
 def coarse(words):
-    """Return a command of the gallery for fewer cells: what is written on the figure is the same."""
+    """Return a gallery command for fewer cells, with the same words on the figure."""
     return re.sub(r":\d{2,3}(?=:log| )", ":9", words).replace("samples=2e4", "samples=200")
 
 
@@ -59,7 +59,7 @@ def coarse(words):
 @pytest.mark.compiled
 @pytest.mark.parametrize("entry", OWN, ids=lambda entry: entry.files[0])
 def test_the_words_of_a_coarse_figure_have_their_places(command, tmp_path, entry):
-    """Each command runs on a coarse grid; the fixture looks at what it draws."""
+    """Each command runs on a coarse grid; the fixture checks what it draws."""
     with lossy_runner.general_kernels():
         for words in entry.commands:
             line = coarse(words.removeprefix("python -m sweep ").format(folder=tmp_path))
@@ -68,14 +68,14 @@ def test_the_words_of_a_coarse_figure_have_their_places(command, tmp_path, entry
 
 
 def figures_of(text):
-    """Return the files of the figures that a page shows."""
+    """Return the figure files that a page shows."""
     return re.findall(r"!\[[^]]*\]\(([^)]+)\)", text)
 
 
 def test_the_page_is_what_the_script_writes(gallery):
-    """docs/gallery.md is the page of the script, to the letter; with examples.md it shows every figure in docs/.
+    """docs/gallery.md equals the script's page; with examples.md it shows every figure in docs/.
 
-    The pictures of the explorer are of a browser: scripts/record_explorer.py takes them.
+    The explorer's pictures come from a browser: scripts/record_explorer.py takes them.
     """
     docs = CHECKOUT / "docs"
     assert (docs / "gallery.md").read_text(encoding="utf-8") == gallery.page()
@@ -90,7 +90,7 @@ def test_the_page_is_what_the_script_writes(gallery):
 
 
 def test_every_figure_is_there_and_small(gallery):
-    """Every figure of the script lies in docs/, none is larger than 400 kB, and the page shows those with a caption."""
+    """All figures are in docs/ and under 400 kB, and the page shows those with a caption."""
     assert figures_of(gallery.page()) == [
         file for each in gallery.ENTRIES if each.caption for file in each.files
     ]
@@ -99,7 +99,7 @@ def test_every_figure_is_there_and_small(gallery):
 
 
 def test_every_command_names_a_script(gallery):
-    """The commands of the page run scripts that exist, or the package, and the last one writes the figures."""
+    """The page's commands run existing scripts or the package, and the last one writes the figures."""
     for entry in gallery.ENTRIES:
         for command in entry.commands:
             words = command.split()
@@ -114,7 +114,7 @@ def test_every_command_names_a_script(gallery):
 @pytest.mark.release
 @pytest.mark.compiled
 def test_the_map_of_steady_motions(tmp_path):
-    """Coarse maps draw, and in each no cell beyond the predicted offset has a verdict against the sign of k."""
+    """Coarse maps draw; beyond the predicted offset no verdict contradicts the sign of k."""
     steady = script("plot_steady_map")
     coarse = {"tilt": "-85deg:85deg:35"}
     atlases = {
@@ -126,7 +126,7 @@ def test_the_map_of_steady_motions(tmp_path):
     for name, atlas in atlases.items():
         assert " 0 of them contradict the sign of k" in steady.describe_agreement(atlas), name
     drawn = steady.figure(atlases)
-    # marks at the critical rates, which are roots
+    # Marks at the critical rates, which are roots.
     marks = [each.get_text() for axes in drawn.axes for each in axes.texts if "\n" in each.get_text()]
     assert marks == ["spinning\n$\\sqrt{4g/5R}$", "rolling\n$\\sqrt{g/3R}$"]
     plots.save(drawn, tmp_path / "steady.pdf")
@@ -135,7 +135,7 @@ def test_the_map_of_steady_motions(tmp_path):
 @pytest.mark.release
 @pytest.mark.compiled
 def test_the_family_of_disks(tmp_path, monkeypatch):
-    """A coarse atlas of three axes draws; the hoop is unstable up to 19.20 deg, the disk up to 18.62 (theory.md)."""
+    """A coarse three-axis atlas draws; the hoop is unstable up to 19.20 deg, the disk to 18.62 (theory.md)."""
     alphas = script("plot_alphas")
     monkeypatch.setitem(alphas.SPEC, "precession_rate", "0.3:5:41")
     monkeypatch.setitem(alphas.SPEC, "tilt", "2deg:20deg:19")
@@ -143,7 +143,7 @@ def test_the_family_of_disks(tmp_path, monkeypatch):
     atlas = sweep.run(sweep.SweepSpec(**alphas.SPEC))
     found = alphas.curves(atlas)
     most = [max(np.degrees(each["tilt"]).max() for a, each in found if a == alpha) for alpha in (0.5, 1.0)]
-    # a criterion of 20 times the kick adds 0.04 deg, the grid of rates takes a little off
+    # A criterion of 20 times the kick adds 0.04 deg; the grid of rates subtracts a little.
     assert most == pytest.approx([18.62, 19.20], abs=0.1)
     plots.save(alphas.figure(atlas), tmp_path / "alphas.pdf")
 
@@ -151,12 +151,12 @@ def test_the_family_of_disks(tmp_path, monkeypatch):
 @pytest.mark.release
 @pytest.mark.compiled
 def test_the_bifurcation_diagram(tmp_path):
-    """The diagram draws; a disk trapped on one side drifts in a ring, one that passes upright is not held."""
+    """A disk trapped on one side drifts in a ring; one that passes upright does not."""
     diagram = script("plot_bifurcation")
     plots.save(diagram.figure(), tmp_path / "bifurcation.pdf")
     trapped, drift = diagram.family(0.45, 0.0, np.radians([38.0, 50.0]))
     assert trapped.tolist() == [True, False]
     assert drift.radius[0] < 3.0
-    # its swings to both sides turn it back and forth by the same angle
+    # Its swings to both sides turn it back and forth by the same angle.
     assert drift.turn[1] == pytest.approx(0.0, abs=1e-8)
     assert drift.advance[1] > 1.0

@@ -1,4 +1,4 @@
-"""The sketch of docs/theory.md: its directions are those of the equations, and it is drawn for light and dark pages."""
+"""The sketch of docs/theory.md: its directions follow the equations, and it exists for light and dark pages."""
 
 import math
 import re
@@ -16,25 +16,25 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
 def test_the_rates_that_are_drawn_move_the_centre_as_the_equations_do():
-    """Tilt rate, precession and roll, along the directions drawn, turn the disk about C; G moves as its energy says."""
+    """The drawn directions of tilt rate, precession and roll turn the disk about C; G's speed fits its energy."""
     tilting, turning, rolling = 0.3, -0.7, 1.1
     sin, cos = math.sin(plot_angles.TILT), math.cos(plot_angles.TILT)
     along, diameter, axis = plot_angles.ALONG, plot_angles.DIAMETER, plot_angles.AXIS
     rotation = tilting * along + turning * cos * diameter + (rolling + turning * sin) * axis
-    # of a mass point at the centre: what Lagrange's mass matrix has left without moments of inertia
+    # This is a point mass at the center: Lagrange's mass matrix without moments of inertia.
     q = np.array([0.0, 0.0, plot_angles.HEADING, plot_angles.TILT, plot_angles.ROLL])
     v = np.array([*(rolling * along[:2]), turning, tilting, rolling])
     assert lagrange.constraint_matrix(q, 1.0) @ v == pytest.approx([0.0, 0.0])
     velocity = np.cross(rotation, diameter)
     assert velocity @ velocity == pytest.approx(v @ lagrange.mass_matrix(q, 0.0, 1.0, 1.0) @ v)
-    # a positive tilt leans further with a positive rate, and a positive roll goes on along the track
+    # A positive tilt rate increases a positive tilt, and a positive roll moves along the track.
     assert velocity @ plot_angles.ACROSS == pytest.approx(tilting * cos, abs=1e-15)
     assert velocity @ along == pytest.approx(rolling + turning * sin)
 
 
 @pytest.mark.parametrize(("name", "ink"), [("angles.svg", "LIGHT"), ("angles-dark.svg", "DARK")])
 def test_the_drawings_of_the_page_are_those_of_the_script(tmp_path, name, ink):
-    """Both are drawn without a ground of their own, in the colours of their ink, and lie where the page shows them."""
+    """Both have a transparent background and the colors of their ink, and are where the page shows them."""
     colours = getattr(plot_angles, ink)
     drawn = plot_angles.figure(colours)
     assert drawn.patch.get_alpha() == 0.0
@@ -46,7 +46,7 @@ def test_the_drawings_of_the_page_are_those_of_the_script(tmp_path, name, ink):
 
 @pytest.mark.parametrize(("ink", "ground"), [("LIGHT", "#ffffff"), ("DARK", "#14181e")])
 def test_every_colour_stands_out(ink, ground):
-    """Lines and words have a contrast of 4.5 to the page, as WCAG asks of text; faint lines one of 3."""
+    """Lines and words have the text contrast of 4.5 that WCAG requires; faint lines have 3."""
 
     def light(colour):
         linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]

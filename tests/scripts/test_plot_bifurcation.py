@@ -1,4 +1,4 @@
-"""Steady motions that share two constants, and the drift of the contact point, against other means."""
+"""Steady motions that share two constants, and the drift of the contact point, checked by other means."""
 
 import numpy as np
 import plot_bifurcation as bifurcation
@@ -14,10 +14,10 @@ _MOST = 1.5705
 
 
 def test_the_fold_ends_in_the_critical_rates():
-    """The fold line of the plane of constants runs from critical rolling to critical spinning, its two cusps."""
+    """The fold in the plane of constants runs from critical rolling to critical spinning, its two cusps."""
     for alpha, rolling, spinning in [(0.5, 1 / 3, 4 / 5), (1.0, 1 / 4, 2 / 3)]:
         c1, c2 = bifurcation.fold(alpha)
-        # the smallest tilt of the curve is 1e-4 deg: it is away from its ends by that to the power 4/3
+        # The curve's smallest tilt is 1e-4 deg, so its ends are off by that to the power 4/3.
         assert [c1[0] ** 2, c2[0] ** 2] == pytest.approx([rolling, 0.0], abs=1e-7), (alpha, rolling, spinning)
         assert [c1[-1] ** 2, c2[-1] ** 2] == pytest.approx([0.0, spinning], abs=1e-7), (
             alpha,
@@ -27,7 +27,7 @@ def test_the_fold_ends_in_the_critical_rates():
 
 
 def standing(c1, c2, alpha):
-    """Number of steady motions with given constants: sign changes of the tilt acceleration, by SciPy."""
+    """Count steady motions for given constants: sign changes of the tilt acceleration, by SciPy."""
     grid = np.concatenate((-np.linspace(0.0, _MOST, 1501)[:0:-1], np.linspace(0.0, _MOST, 1501)))
 
     def slope(tilt, rates):
@@ -47,7 +47,7 @@ def standing(c1, c2, alpha):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_three_steady_motions_inside_the_fold_one_outside():
-    """Inside the fold line the exact reduction has two wells and three motions stand still; outside one and one."""
+    """Inside the fold there are two wells and three steady motions; outside there is one of each."""
     rng = np.random.default_rng(4)
     c1, c2 = rng.uniform(-0.7, 0.7, 40), rng.uniform(-1.0, 1.0, 40)
     x, y = bifurcation.fold(0.5)
@@ -63,7 +63,7 @@ def test_three_steady_motions_inside_the_fold_one_outside():
 
 
 def test_branches_stand_still():
-    """On both branches the equations of motion give no tilt acceleration, and the stable ones have k > 0."""
+    """On both branches the equations of motion give no tilt acceleration; k > 0 on the stable ones."""
     for branch in bifurcation.branches(0.5, 0.3):
         some = slice(None, None, 7)
         tilt, c1 = branch.tilt[some], branch.c1[some]
@@ -73,14 +73,14 @@ def test_branches_stand_still():
         force = np.sin(tilt) + o * (1.5 * s - 0.25 * o * np.tan(tilt))
         assert np.abs(force).max() < 1e-9 * (1.0 + np.abs(o * s).max())
         f, sine = s - p * np.sin(tilt), np.sin(tilt)
-        # docs/theory.md, with alpha = 1/2 and R = g = 1
+        # From docs/theory.md, with alpha = 1/2 and R = g = 1.
         k = (-2.0 * np.cos(tilt) + 2.5 * p**2 + 7.0 * p * f * sine + 6.0 * f**2) / 2.5
         assert branch.stable[some].tolist() == (k > 0.0).tolist()
 
 
 @pytest.mark.compiled
 def test_drift_of_a_trapped_disk():
-    """Heading and place after one nutation period are those of the equations of motion with their sines and cosines."""
+    """Heading and position after one nutation period match the equations of motion."""
     tilt, alpha, c1, c2 = np.radians([36.0, 44.0]), 0.5, 0.45, 0.03
     full = np.ones(2)
     s, o = carried_rates(0.0 * tilt, tilt, c1 * full, c2 * full, alpha * full)
@@ -109,5 +109,5 @@ def test_drift_of_a_trapped_disk():
         found = bifurcation.drift(tilt[i : i + 1], s[i : i + 1], o[i : i + 1], alpha, np.array([period]))
         assert found.turn[0] == pytest.approx(end[4], abs=1e-8)
         assert found.advance[0] == pytest.approx(np.hypot(end[5], end[6]), abs=1e-8)
-        # a rotation by the turn: the chord of a circle
+        # For a rotation by the turn it is the chord of a circle.
         assert found.advance[0] == pytest.approx(2.0 * found.radius[0] * abs(np.sin(0.5 * end[4])), rel=1e-9)

@@ -1,4 +1,4 @@
-"""The script that holds the atlases of two checkouts against each other: one changed bit is told."""
+"""The script that compares the atlases of two checkouts reports a single changed bit."""
 
 import shutil
 from pathlib import Path
@@ -12,7 +12,7 @@ CHECKOUT = Path(__file__).parents[2]
 
 
 def test_a_changed_bit_and_a_changed_attribute_are_told(tmp_path):
-    """A file is the same as itself; a bit, a type, a missing variable and an attribute are each a sentence."""
+    """A file equals itself; a changed bit, units, an extra variable and an attribute each give a sentence."""
     one = same_bits.compute(CHECKOUT, "cell", tmp_path / "one.nc")
     other = Path(shutil.copy(one, tmp_path / "other.nc"))
     assert list(same_bits.differences(one, other)) == []

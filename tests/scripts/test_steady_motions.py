@@ -14,7 +14,7 @@ from kernels.disk.steady import steady_precession_rates
 
 
 def wandering(n, seed):
-    """Random steady motions over all tilts, both signs of precession, and all disks; and k by docs/theory.md."""
+    """Return random steady motions for all tilts, precession signs and disks, with k by docs/theory.md."""
     rng = np.random.default_rng(seed)
     radius, gravity = 10.0 ** rng.uniform(-2.0, 1.0, n), 10.0 ** rng.uniform(-0.5, 1.5, n)
     tilt, alpha = np.radians(rng.uniform(-85.0, 85.0, n)), rng.uniform(0.02, 1.0, n)
@@ -31,7 +31,7 @@ def wandering(n, seed):
 
 @pytest.mark.compiled
 def test_growth_and_swing_of_ten_thousand_motions():
-    """Over 10^4 random steady motions the measured sqrt(|k|) is that of theory within 1e-4, and the sign is right."""
+    """For 10^4 random steady motions the measured sqrt(|k|) matches theory within 1e-4, with its sign."""
     given, k = wandering(10_000, seed=11)
     found = measured_coefficients(given)
     assert (k < 0.0).sum() > 300
@@ -41,7 +41,7 @@ def test_growth_and_swing_of_ten_thousand_motions():
 
 @pytest.mark.compiled
 def test_nutation_of_a_small_kick():
-    """In the limit of a small kick the nutation period of the atlas is 2 pi over sqrt(k), within 1e-4."""
+    """For a small kick the atlas's nutation period is 2 pi over sqrt(k), within 1e-4."""
     given, k = wandering(10_000, seed=12)
     given, k = given[:, k > 0.0], k[k > 0.0]
     given[1] = 1e-6 * np.sqrt(given[6] / given[5])
@@ -52,7 +52,7 @@ def test_nutation_of_a_small_kick():
 
 
 def test_both_precessions_keep_the_tilt():
-    """With either steady precession rate the equations of motion give no tilt acceleration; the slow one is slower."""
+    """For both steady precession rates the tilt acceleration vanishes; the slow rate is smaller."""
     for tilt, alpha in itertools.product([-70.0, -8.0, 0.3, 15.0, 60.0], [0.1, 0.5, 1.0]):
         tilt = np.radians(tilt)
         for roll in (-30.0, 30.0):
@@ -76,7 +76,7 @@ def test_no_precession_holds_a_slow_roll():
 
 @pytest.mark.compiled
 def test_an_atlas_of_a_branch():
-    """An atlas of the slow branch stores its precession rates, is invalid where there is none, and agrees with k."""
+    """It stores the slow branch's precession rates, is invalid where there are none, and agrees with k."""
     spec = sweep.SweepSpec(
         tilt="-30deg:30deg:14", roll_rate="-8:8:18", precession_rate="steady-slow", tilt_rate=1e-5,
         criterion="amplification:10",
@@ -86,7 +86,7 @@ def test_an_atlas_of_a_branch():
     missing = np.isnan(atlas.precession_rate.values)
     assert np.array_equal(missing, atlas.ending.values == 6)
     assert 10 < missing.sum() < 100
-    # a kick swings a stable motion out by Omega/sqrt(k) times its scale: ten times where k = Omega^2/100
+    # A kick grows by Omega/sqrt(k) in a stable motion: tenfold where k = Omega^2/100.
     offset = 2.0 * 9.81 / 0.5 / 2.5 / 100.0
     assert (atlas.stability.values[k > 1.01 * offset] == 1).all()
     assert (atlas.stability.values[k < 0.0] == 2).all()
@@ -98,7 +98,7 @@ def test_an_atlas_of_a_branch():
 
 @pytest.mark.compiled
 def test_an_atlas_of_upright_disks_is_refused():
-    """What has no steady rate has no coefficient; two steady rates are no request."""
+    """Without a steady rate there is no coefficient; two steady rates are not a valid request."""
     with refused("steady"):
         with_coefficients(sweep.run(sweep.SweepSpec(roll_rate="2:3:2")))
     with refused("roll_rate=steady", "precession_rate=steady-fast"):
