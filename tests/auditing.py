@@ -1,4 +1,4 @@
-"""How the tests of the audit come by atlases, right ones and wrong ones."""
+"""Right and wrong atlases for the tests of the audit."""
 
 from functools import lru_cache
 
@@ -28,22 +28,22 @@ def coarse(preset, **changes):
 
 @lru_cache
 def atlas(preset):
-    """Return the coarse atlas of a preset, not to be changed."""
+    """Return the coarse atlas of a preset, which must not be changed."""
     return sweep.run(coarse(preset))
 
 
 def flags(audited):
-    """Return the flag of each cell by its name."""
+    """Return the name of each cell's flag."""
     return np.array(list(AUDIT.variables["audit"].flags.values()))[audited.audit.values]
 
 
 def counts(dataset):
-    """Return what the audit says of how many cells, flags that occur."""
+    """Return the number of cells for each flag that occurs in the audit."""
     return {name: count for name, count in findings(verify(dataset)).counts.items() if count}
 
 
 def changed(dataset, place, **values):
-    """Return a copy of an atlas with other values in one cell, given by its indices."""
+    """Return a copy of an atlas with other values in the cell at the given indices."""
     copy = dataset.copy(deep=True)
     for name, value in values.items():
         copy[name].values[place] = value
@@ -51,7 +51,7 @@ def changed(dataset, place, **values):
 
 
 def moved(dataset, place, low=0.0, high=0.0):
-    """Return a copy with the extremes of one cell moved [rad], and all that follows from them made to follow."""
+    """Return a copy with the extremes of one cell moved [rad], and everything derived from them updated."""
     copy = changed(
         dataset,
         place,
@@ -65,7 +65,7 @@ def moved(dataset, place, low=0.0, high=0.0):
     reach = max(abs(least - steady), abs(greatest - steady))
     before = max(abs(float(dataset[name].values[place]) - steady) for name in ("tilt_min", "tilt_max"))
     scale = before / float(dataset.amplification.values[place])
-    # numbers that this code did not make: their integration is not to be repeated
+    # This code did not make these numbers, so their integration must not be repeated.
     copy = copy.assign_attrs(kernel_hash="0" * 64)
     copy = changed(copy, place, peak_tilt=max(abs(least), abs(greatest)), amplification=reach / scale)
     return changed(copy, place, stability=sweep.reclassify(copy, spec.criterion).stability.values[place])

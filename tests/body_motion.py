@@ -1,17 +1,17 @@
-"""One motion of a body in space: what its samples say, and what the referee says of the same start."""
+"""One motion of a body in space: vectors from its samples, and from the referee for the same start."""
 
 import body_referee
 import numpy as np
 from body_referee import Body
 
-#: What is compared.
+#: The vectors to compare.
 COMPARED = ("axis", "painted", "turning", "centre", "contact", "force")
 
 
 def in_space(of):
-    """Return vectors in space, shape (n, 3) each, of samples: a mapping of names to arrays, scaled.
+    """Return vectors in space, shape (n, 3) each, from samples: a mapping of names to arrays, scaled.
 
-    Positive tilts lean towards (cos heading, sin heading); the painted direction points to the plane at roll angle 0.
+    Positive tilts lean toward (cos heading, sin heading); the painted direction points to the plane at roll angle 0.
     """
     tilt, heading, angle = of["tilt"], of["heading"], of["roll_angle"]
     sin, cos = np.sin(tilt)[:, None], np.cos(tilt)[:, None]
@@ -32,12 +32,12 @@ def in_space(of):
 
 
 def apart(of, body, tilt, rates, times):
-    """Return how far samples are from the motion of a rigid body in space: shape (n,) for each of `COMPARED`."""
+    """Return the distance of samples from a rigid body in space: shape (n,) for each of `COMPARED`."""
     found, right = in_space(of), body.path(tilt, *rates, times)
     return {name: np.linalg.norm(found[name] - right[name], axis=-1) for name in COMPARED}
 
 
 def referee_of(word, arc, moments, tilt):
-    """Return the referee's body of an arc; a disk with two edges rolls on the one on the side of its tilt."""
+    """Return the referee's body for an arc; a disk with two edges rolls on the edge on the side of its tilt."""
     core, shift, edge, square = arc
     return Body(core, -shift if word == "rim" and tilt < 0.0 else shift, edge, *moments, square)

@@ -1,4 +1,4 @@
-"""The motion of a body of revolution by other means: Newton and Euler for a rigid body in space, by SciPy."""
+"""An independent motion of a body of revolution: Newton and Euler for a rigid body in space, by SciPy."""
 
 import math
 
@@ -11,10 +11,10 @@ from sweep.model.rigid_body import UP, RigidBody, cross
 
 
 class Body(RigidBody):
-    """What rolls, with the forces and the path of its motion."""
+    """A rolling body, with the forces and the path of its motion."""
 
     def force(self, y):
-        """Return the force of the plane on the body: the acceleration of its centre of mass, and its weight."""
+        """Return the force of the plane on the body: the acceleration of its center of mass plus its weight."""
         rate = self.right_side(0.0, y)
         r, r_rate = self.contact(y[:3], rate[:3])
         return UP - cross(rate[3:], r) - cross(y[3:], r_rate)
@@ -27,10 +27,10 @@ class Body(RigidBody):
         return 0.5 * turning @ self.inertia(n) @ turning + 0.5 * velocity @ velocity - r[2]
 
     def path(self, tilt, w, o, s, times):
-        """Return what becomes of a start at given times, one row each: a mapping of names to arrays, in space.
+        """Return the motion of a start at given times: a mapping of names to arrays in space, one row per time.
 
-        ``axis``, ``painted``, a direction of the body that points to the plane at the start, ``centre`` of mass over
-        the contact point of the start, ``contact`` point, ``turning`` and ``force``, shape (n, 3) each.
+        ``axis``; ``painted``, a direction of the body that points to the plane at the start; ``centre`` of mass
+        relative to the contact point of the start; ``contact`` point; ``turning`` and ``force``; shape (n, 3) each.
         """
         first = self.start(tilt, w, o, s)
         begin, _ = self.contact(first[:3], np.zeros(3))
@@ -51,8 +51,8 @@ class Body(RigidBody):
         }  # fmt: skip
 
 
-#: Bodies and starts of the table of reference values, each with its extreme tilts and period: of the tilt 0.2 with the
-#: rates 0.1, 0.5, 0.6, found by the integration of another form of the equations (nine unknowns, a quaternion).
+#: Bodies of the table of reference values, each with its extreme tilts and period for a tilt of 0.2 and rates of 0.1,
+#: 0.5, 0.6, from integrating another form of the equations (nine unknowns, a quaternion).
 REFERENCE = {
     "disk": (Body(1.0, 0.0, 0.0, 0.5, 0.25), 0.1901938954, 1.3974733365, 4.6209812490),
     "torus": (Body(0.75, 0.0, 0.25, 0.609375, 0.3203125), 0.1891635973, 1.3656664734, 4.8132291339),
@@ -63,7 +63,7 @@ REFERENCE = {
     "prolate": (Body(0.0, 0.0, 1.0, 0.4, 0.65, 2.25), 0.1169029511, 0.3339814542, 6.7548336763),
 }
 
-#: Body of that table -> its word, and how its lengths follow from the body.
+#: Body of that table -> its name as an input, and a function for its lengths.
 LENGTHS = {
     "disk": ("torus", lambda body: {"tube": 0.0}),
     "torus": ("torus", lambda body: {"tube": body.edge}),
@@ -76,7 +76,7 @@ LENGTHS = {
 
 
 def starts(n=1, **parameters):
-    """Return float64[len(PARAMETERS), n] of a radius and a gravity of 1, other parameters 0 where not given."""
+    """Return float64[len(PARAMETERS), n] for radius 1 and gravity 1; other parameters default to 0."""
     given = {"radius": 1.0, "gravity": 1.0, **parameters}
     return np.stack([np.broadcast_to(np.float64(given.get(name, 0.0)), n) for name in PARAMETERS])
 

@@ -1,4 +1,4 @@
-"""How the tests call the kernels of bodies: starts in, named results out."""
+"""Calls of the kernels of bodies: starts in, named results out."""
 
 import math
 
@@ -17,7 +17,7 @@ TORUS = {"tube": 0.25, "axial_moment": 0.609375, "transverse_moment": 0.3203125}
 
 
 def run(given, body, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance=1e-8):
-    """Integrate starts of a body, by its name; reduce those of one that rolls through its poles."""
+    """Integrate starts of a body by name; a body that rolls through its poles is reduced instead."""
     n = given.shape[1]
     measures, counts = np.full((len(MEASURES), n), -777.0), np.full((len(COUNTS), n), -777, np.int32)
     if has_poles(body):
@@ -32,7 +32,7 @@ def run(given, body, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance
 
 
 def reduce(given, body, fall_tilt=FALL_TILT):
-    """Return the measures of the reduction of starts by their names, and the endings."""
+    """Return the reduction's measures of starts by name, and the endings."""
     n = given.shape[1]
     measures, counts = np.full((len(REDUCED), n), -777.0), np.full((1, n), -777, np.int32)
     kernel_of(body, "reduce").load()(
@@ -42,7 +42,7 @@ def reduce(given, body, fall_tilt=FALL_TILT):
 
 
 def drawn(body, rng):
-    """Return the lengths of a body by their words, its moments, and its `kernels.bodies.shapes.Arc`."""
+    """Return random lengths of a body by input name, its moments, and its `kernels.bodies.shapes.Arc`."""
     if body == "torus":
         tube = rng.uniform(0.0, 0.9)
         return {"tube": tube}, torus_moments(tube, rng.random() < 0.5), (1.0 - tube, 0.0, tube, 1.0)

@@ -1,4 +1,4 @@
-"""The edges of the unstable band of a whole grid in memory, by formulas over full arrays: a referee for the search."""
+"""The edges of the unstable band of a whole grid, by formulas over full arrays: a referee for the search."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 
 
 def bracket(rows, edge):
-    """Last unstable place of each row and the first stable one after it, -1 if there is no pair; mirrored if lower."""
+    """Return each row's last unstable place and the first stable one after it, or -1; mirrored for lower edges."""
     n = rows.shape[-1]
     if edge == "lower":
         first, last = bracket(rows[..., ::-1], "upper")
@@ -27,12 +27,12 @@ def bracket(rows, edge):
 
 
 def status(rows, edge):
-    """Code of `sweep.atlas.row_edges` of each row, from the changes of verdict between its decided cells."""
+    """Return each row's code of `sweep.atlas.row_edges`, from the verdict changes between its decided cells."""
     if edge == "lower":
         rows = rows[..., ::-1]
     n = rows.shape[-1]
     stable, unstable, decided = rows == STABLE, rows == UNSTABLE, rows != UNDECIDED
-    # the place of the last decided cell up to each one
+    # The place of the last decided cell up to each cell.
     last = np.maximum.accumulate(np.where(decided, np.arange(n), -1), axis=-1)
     before = np.take_along_axis(unstable, np.maximum(last[..., :-1], 0), axis=-1) & (last[..., :-1] >= 0)
     changes = (before & stable[..., 1:]).sum(-1)
@@ -43,21 +43,22 @@ def status(rows, edge):
 
 
 def unlike(grid, axis):
-    """Where a cell and the next one along an axis are decided and unlike; one shorter along the axis."""
+    """Return where a cell and the next one along an axis are decided and differ; one shorter along the axis."""
     count = grid.shape[axis]
     here, after = (np.take(grid, range(k, count - 1 + k), axis) for k in (0, 1))
     return (here != after) & (here != UNDECIDED) & (after != UNDECIDED)
 
 
 def pairs(grid):
-    """Flat indices of the first cells of unlike neighbours along the last axis but one, and along the last."""
+    """Return flat indices of first cells of differing neighbors, along the last axis but one and the last."""
     return [np.ravel_multi_index(np.nonzero(unlike(grid, axis)), grid.shape) for axis in (-2, -1)]
 
 
 def chains(grid, like_corner):
-    """The points of each curve, and which curves are closed, by arrays of the sides of all squares of a grid.
+    """Return the points of each curve, and which curves are closed, from arrays of the sides of all squares.
 
-    `like_corner` says whether the verdict at the middle of a square is that of its first corner, given by its place.
+    `like_corner` says whether the verdict at the middle of a square equals the verdict of its first corner, given by
+    its place.
     """
     sides = []
     for axis in (-2, -1):

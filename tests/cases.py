@@ -1,4 +1,4 @@
-"""Cases of one test in a loop: a failure names the case that it is about."""
+"""Cases of one test in a loop: a failure names its case."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def case(*what: object) -> Iterator[None]:
-    """Run one case; an error in it says which one it was."""
+    """Run one case; an error in it names the case."""
     try:
         yield
     except Exception as error:

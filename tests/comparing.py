@@ -1,10 +1,10 @@
-"""What the tests of the regression check compare, and how they read what it found."""
+"""Atlases for the tests of the regression check, and helpers to read its findings."""
 
 import sweep
 
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="0:3:13", tilt="0.1deg:40deg:6:log")
 CIRCLING = sweep.SweepSpec.preset("circling").replace(tilt="5deg:15deg:3", precession_rate="0.1:5:12")
-#: The precession rate follows from the tilt and the roll rate; at a roll rate of 0 there is none.
+#: The precession rate follows from tilt and roll rate; for a roll rate of 0 there is none.
 STEADY = CIRCLING.replace(roll_rate="-8:8:9", precession_rate="steady-slow")
 REFINED = SPEC.replace(boundary="refined:1e-6")
 
@@ -17,10 +17,10 @@ def changed(atlas, name, place, value):
 
 
 def found(comparison):
-    """Return the variables that differ, with the number of values that do."""
+    """Return the variables that differ, with the number of different values."""
     return {finding.name: finding.different for finding in comparison.findings if finding.different}
 
 
 def finding(comparison, name):
-    """Return what is said of one variable."""
+    """Return the finding about one variable."""
     return next(each for each in comparison.findings if each.name == name)

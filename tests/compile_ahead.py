@@ -1,6 +1,6 @@
-"""Compile what tests would compile one by one: the kernels of `eulerdisk warmup`, and what tests need besides.
+"""Compile in advance: the kernels of `eulerdisk warmup`, and others that tests need.
 
-scripts/test runs it first. What is missing here is compiled by the first test with it.
+scripts/test runs this first. A kernel that is missing here is compiled by the first test that uses it.
 """
 
 import sys
@@ -28,7 +28,7 @@ SYSTEMS = ["henon_heiles", "kapitza", "magnets"]
 
 
 def tasks():
-    """Return all tasks by their names."""
+    """Return all tasks by name."""
     found = dict(usual_tasks()[0])
     found["referee"] = partial(lossy_referee.run, lossy_referee.starts(tilt=0.1, roll_rate=1.0), duration=0.1)
     found |= {f"losses {k}": partial(sweep.run, LOSSES[k][0], **LOSSES[k][1]) for k in range(len(LOSSES))}

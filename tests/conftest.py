@@ -1,4 +1,4 @@
-"""What every test relies on: the same examples each time, the same terminal everywhere, no window."""
+"""Settings for every test: the same examples each time, the same terminal everywhere, no window."""
 
 import fcntl
 import os
@@ -18,31 +18,31 @@ from sweep import platforms
 from sweep.model import space_sample
 from sweep.model.system import sample
 
-# Compiling the first kernel takes seconds; hypothesis would count them against the one example that met it.
+# Compiling the first kernel takes seconds; hypothesis would charge them to a single example.
 settings.register_profile("same", deadline=None, derandomize=True)
 settings.register_profile("fresh", deadline=None)
 settings.load_profile("same")
 
 os.environ["MPLBACKEND"] = "agg"
 
-# A shell that starts the tests in the background has them ignore interrupts, and so every process that they start.
+# A shell that starts the tests in the background makes them, and all processes they start, ignore interrupts.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# Tests read what the commands print: no colours, and lines as wide as any message.
+# Tests read what the commands print: no colors, and lines as wide as any message.
 for name in ("FORCE_COLOR", "PY_COLORS", "GITHUB_ACTIONS"):
     os.environ.pop(name, None)
 os.environ.update(NO_COLOR="1", TERM="dumb", COLUMNS="200")
 
-# `verify` follows as few cells by another method as it ever does, however fast the machine is.
+# `verify` follows its minimum of cells by another method, however fast the machine is.
 space_sample.SECONDS = sample.SECONDS = 0.0
 
-# Which command compiles a kernel depends on the tests before, and which one is slow on the machine: none says so.
+# Earlier tests decide which command compiles a kernel, and the machine decides which one is slow: show no notices.
 os.environ["EULERDISK_NOTICES"] = "no"
 
 
 def pytest_addoption(parser):
-    """Add the options that let tests draw other examples and random numbers."""
+    """Add the options for other examples and random numbers."""
     parser.addoption("--seed", type=int, default=0, help="draw other random numbers and examples than by day")
     fresh = {"action": "store_const", "const": secrets.randbits(32), "dest": "seed"}
     parser.addoption("--fresh-seeds", **fresh, help="the same, with a seed that is drawn and told")
@@ -54,7 +54,7 @@ def pytest_addoption(parser):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_configure(config):
-    """Watch over the whole run, and give hypothesis the seed, if there is one."""
+    """Register the whole-run plugin, and give hypothesis the seed, if any."""
     config.pluginmanager.register(WholeRun(config))
     if config.option.seed:
         settings.load_profile("fresh")
@@ -62,9 +62,9 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Begin with the slow lane, so that no process is left alone with a long test at the end; shuffle with a seed."""
+    """Start with the slow lane, so that no process ends with a long test; shuffle if there is a seed."""
     if config.option.seed:
-        # file by file, as most fixtures serve a file
+        # Shuffle by file, because most fixtures serve one file.
         dice, names = random.Random(config.option.seed), sorted({str(item.path) for item in items})
         place = {name: dice.random() for name in names}
         dice.shuffle(items)
@@ -74,19 +74,19 @@ def pytest_collection_modifyitems(config, items):
 
 @pytest.fixture
 def rng(request):
-    """Return a generator of random numbers, the same in each run of a test; another one with --seed."""
+    """Return a random number generator, the same in each run of a test unless --seed is given."""
     return np.random.default_rng([zlib.crc32(request.node.nodeid.encode()), request.config.option.seed])
 
 
 @pytest.fixture
 def count(request):
-    """Return a function of two numbers: how many examples a test draws by day, and how many with another seed."""
+    """Return a function that selects the number of examples: the first by default, the second with another seed."""
     return lambda by_day, fresh: fresh if request.config.option.seed else by_day
 
 
 @pytest.fixture
 def pick(request):
-    """Return a function of cases and a number: by day at most so many of them, spread evenly; all with another seed."""
+    """Return a function that picks at most so many cases, evenly spread; with another seed it picks all."""
 
     def choose(cases, by_day):
         cases = list(cases)
@@ -97,7 +97,7 @@ def pick(request):
 
 @pytest.fixture
 def machine(monkeypatch):
-    """Return a function that answers for the machine: numbers by the names of functions of `sweep.platforms`."""
+    """Return a function that replaces functions of `sweep.platforms`, given by name, with fixed numbers."""
 
     def answer(**answers):
         for name, number in answers.items():
@@ -108,13 +108,13 @@ def machine(monkeypatch):
 
 @pytest.fixture
 def two_threads(monkeypatch):
-    """Let runs use two threads, on a machine of one processor too."""
+    """Let runs use two threads, even on a machine with one processor."""
     monkeypatch.setenv("NUMBA_NUM_THREADS", "2")
 
 
 @pytest.fixture(scope="session", autouse=True)
 def pretended(request):
-    """Let this process of tests find another machine, if it was asked for."""
+    """Let this test process see another machine, if requested."""
     with pytest.MonkeyPatch.context() as patch:
         for name, _, number in (each.partition("=") for each in request.config.option.pretend):
             answer = float(number)
@@ -125,7 +125,7 @@ def pretended(request):
 
 @pytest.fixture(scope="session")
 def made_once(tmp_path_factory):
-    """Return a function that gives a folder of a name, made by the first process of tests that asks for it."""
+    """Return a function that returns a named folder, created by the first test process that requests it."""
     base = tmp_path_factory.getbasetemp()
     shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
 
@@ -158,7 +158,7 @@ def command(monkeypatch, capsys, tmp_path):
 
 @pytest.fixture
 def spec_file(tmp_path):
-    """Write a spec file and return its path."""
+    """Return a function that writes a spec file and returns its path."""
 
     def write(text, name="sweep.toml"):
         path = tmp_path / name
@@ -170,7 +170,7 @@ def spec_file(tmp_path):
 
 @pytest.fixture(scope="session")
 def crowd():
-    """Random starts over all parameters, with their exact extremes."""
+    """Return random starts over all parameters, with their exact extremes."""
     import kernel_runner
     import referee
 

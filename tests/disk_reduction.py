@@ -1,4 +1,4 @@
-"""How the tests call the reduction for thin disks: starts in, measures and counts out."""
+"""Calls of the reduction for thin disks: starts in, measures and counts out."""
 
 import numpy as np
 
@@ -13,17 +13,17 @@ ENDING, COUNT = range(2)
 
 
 def extremes(given, fall_tilt, timed=False):
-    """Return what the reduction measures of disks, and their endings and wells: rows of `REDUCED`, and two counts."""
+    """Return the reduction's measures of disks (rows of `REDUCED`), and two counts: endings and wells."""
     rows = rows_of_disk(dict(zip(PARAMETERS, given, strict=True)))
     found = reduce_bodies(rows, TORUS, fall_tilt, timed)
     return np.stack([found[name] for name in REDUCED]), np.stack([found["ending"], count_wells(rows, TORUS)])
 
 
 def rates_to_maxima(given, fall_tilt=1.5):
-    """Return how fast [rad/s] the tilts have to move to reach the maxima of the potentials beside starts at rest.
+    """Return the tilt rates [rad/s] that reach the potential maxima next to starts at rest.
 
-    The height of a maximum is that of a parabola, which is the better the nearer the motion comes to it: so it is asked
-    again with the rate that was found, until rounding decides.
+    The height of a maximum comes from a parabola, which is better the closer the motion gets to it: the search is
+    repeated with the rate found, until rounding decides.
     """
     pushed, inertia = given.copy(), 1.0 + 0.5 * given[ALPHA]
     for _ in range(12):

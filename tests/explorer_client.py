@@ -1,4 +1,4 @@
-"""A client of the explorer, which knows nothing of the server's code: HTTP, JSON and little-endian arrays."""
+"""A client of the explorer without any of the server's code: HTTP, JSON and little-endian arrays."""
 
 import contextlib
 import http.client
@@ -19,12 +19,12 @@ ROLLING = {
 
 
 def side(name, centre, half, scale="linear"):
-    """Return one side of a window as a request has it."""
+    """Return one side of a window in the form of a request."""
     return {"name": name, "centre": centre, "half": half, "scale": scale}
 
 
 def about(url):
-    """Return what the page asks for first."""
+    """Return the page's first request, `about`."""
     return json.loads(ask(url, "about").body)
 
 
@@ -50,7 +50,7 @@ def ask(url, path="", body=None, method=None, headers=None):
 
 
 def post(url, path, **fields):
-    """Post fields as JSON; return the object, or the head and the arrays of a binary answer."""
+    """Post fields as JSON; return the object, or the head and arrays of a binary answer."""
     answer = ask(url, path, json.dumps(fields).encode())
     assert answer.status == 200, answer.body
     return (
@@ -81,7 +81,7 @@ def unpacked(body):
 
 
 def raw(url, text, wait=10.0):
-    """Send bytes to the server, and return all that it answers until it closes the connection."""
+    """Send bytes to the server, and return its answer up to the end of the connection."""
     place, found = urlsplit(url), b""
     with socket.create_connection((place.hostname, place.port), timeout=wait) as connection:
         connection.sendall(text)

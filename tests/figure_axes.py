@@ -1,4 +1,4 @@
-"""Small sweeps to draw, and what is on the axes of their figures: lines, points, and words."""
+"""Small sweeps to draw, and the lines, points and words on their axes."""
 
 import numpy as np
 from matplotlib.container import ErrorbarContainer
@@ -11,7 +11,7 @@ CIRCLING = sweep.SweepSpec.preset("circling").replace(tilt="1deg:30deg:30", prec
 
 
 def line(axes, start):
-    """Return x and y of the line whose label starts so."""
+    """Return x and y of the line whose label starts with `start`."""
     found = [each for each in axes.get_lines() if str(each.get_label()).startswith(start)]
     return found[0].get_xydata().T
 
@@ -27,7 +27,7 @@ def words(axes):
     legend = axes.get_legend()
     inside = [text.get_text() for text in axes.texts]
     found = inside + ([text.get_text() for text in legend.get_texts()] if legend else [])
-    # a number and its unit are kept together by spaces that do not break
+    # Non-breaking spaces keep a number and its unit together.
     return [each.replace("\u00a0", " ") for each in found]
 
 
@@ -37,7 +37,7 @@ def said_in(drawn):
 
 
 def map_and_strip(axes):
-    """Return the map, the strip below it and the second axis of a figure of one panel."""
+    """Return the map, the strip below it and the second axis of a one-panel figure."""
     top, strip, *_ = axes
     assert "analytic" in strip.get_ylabel()
     return top, strip, top.child_axes[0]

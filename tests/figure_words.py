@@ -1,4 +1,4 @@
-"""Which words a figure shows, and where: the texts that its canvas draws, by the boxes of the renderer."""
+"""The words of a figure and their places: the texts that its canvas draws, by the renderer's boxes."""
 
 import itertools
 from collections.abc import Iterator
@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-#: Dots that boxes may reach beyond a figure, or into each other: letters are smaller than their boxes.
+#: Dots that boxes may extend beyond a figure, or into each other: letters are smaller than their boxes.
 SLACK = 1.5
 
 
 def words_drawn(figure: Figure) -> list[tuple[Text, Bbox]]:
-    """Return every text that drawing a figure draws, numbers on axes only if they lie within them, with its box."""
+    """Return every drawn text with its box; numbers on axes count only if they are within the axes."""
     found: list[Text] = []
     draw = Text.draw
 
@@ -31,14 +31,14 @@ def words_drawn(figure: Figure) -> list[tuple[Text, Bbox]]:
 
 
 def misplaced(figure: Figure) -> list[str]:
-    """Return what is wrong with the words of a figure: that leave it, that lie on another, that are cut."""
+    """Return the faults of a figure's words: outside the figure, overlapping, or cut."""
     words, sheet = words_drawn(figure), figure.bbox
     assert words
     wrong = [f"cut: {each.get_text()}" for each, _ in words if each.get_text().endswith("\u2026")]
     for each, box in words:
         if min(box.x0 - sheet.x0, box.y0 - sheet.y0, sheet.x1 - box.x1, sheet.y1 - box.y1) < -SLACK:
             wrong.append(f"outside: {each.get_text()}")
-    # the box of a slanted text is larger than what it covers
+    # The box of a slanted text is larger than the area it covers.
     level = [(each.get_text(), box) for each, box in words if each.get_rotation() % 90.0 == 0.0]
     for (one, a), (other, b) in itertools.combinations(level, 2):
         if min(a.x1, b.x1) - max(a.x0, b.x0) > SLACK and min(a.y1, b.y1) - max(a.y0, b.y0) > SLACK:
@@ -48,7 +48,7 @@ def misplaced(figure: Figure) -> list[str]:
 
 @contextmanager
 def watched() -> Iterator[list[tuple[str, list[str]]]]:
-    """Note of every figure that is saved, in its size and dots there, what is wrong with its words."""
+    """Record the faults of the words of every saved figure, in its size and resolution."""
     noted: list[tuple[str, list[str]]] = []
     save = Figure.savefig
 

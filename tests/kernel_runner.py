@@ -1,4 +1,4 @@
-"""How the tests call the kernel that integrates the disk: starts in, named results out."""
+"""Calls of the kernel that integrates the disk: starts in, named results out."""
 
 import os
 import subprocess
@@ -51,7 +51,7 @@ class Results:
 
     @classmethod
     def of(cls, measures, counts):
-        """Return the results in the arrays that the kernel has written."""
+        """Return the results from the arrays that the kernel has written."""
         return cls(
             least=measures[TILT_MIN],
             greatest=measures[TILT_MAX],
@@ -66,7 +66,7 @@ class Results:
 
     @property
     def peak(self):
-        """The largest magnitude of the tilt [rad]."""
+        """Return the largest magnitude of the tilt [rad]."""
         return np.maximum(np.abs(self.least), np.abs(self.greatest))
 
     def bits(self, cells=slice(None)):
@@ -76,12 +76,12 @@ class Results:
 
 
 def run(starts, *, duration=300.0, step=0.0, fall_tilt=FALL_TILT, tolerance=1e-8, threads=None):
-    """Integrate starts, float64[len(PARAMETERS), n]; with all threads unless told otherwise."""
+    """Integrate starts, float64[len(PARAMETERS), n], by default with all threads."""
     n = starts.shape[1]
     measures, counts = unwritten(n)
     workers.use(platforms.processors() if threads is None else threads)
     try:
-        # without the compiler the kernels are plain Python, whose floats warn of what compiled ones pass over
+        # Without the compiler the kernels are plain Python, whose floats warn where compiled ones do not.
         with np.errstate(all="ignore"):
             given = np.ascontiguousarray(starts)
             DISK.integrate.load()(given, np.array([duration, step, fall_tilt, tolerance]), measures, counts)
@@ -98,12 +98,12 @@ def run_blocks(spec, threads=None, block_cells=BLOCK_CELLS):
 
 
 def unwritten(n):
-    """Return arrays of measures and counts of n cells that hold numbers which no kernel writes."""
+    """Return arrays of measures and counts of n cells, filled with numbers that no kernel writes."""
     return np.full((len(MEASURES), n), -777.0), np.full((len(COUNTS), n), -777, np.int32)
 
 
 def flow(state, alpha):
-    """Time derivatives of a scaled state (S, C, T, w, o, s), as an array of shape (6,)."""
+    """Return the time derivatives of a scaled state (S, C, T, w, o, s), shape (6,)."""
     S, C, T, w, o, s = state
     i_tilt, i_roll, i_spin, i_inverse = disk.inertia(alpha)
     (dS, minus_dC, dT, do, minus_dp), acceleration = disk.slopes(
@@ -114,7 +114,7 @@ def flow(state, alpha):
 
 
 def scattered(n, seed):
-    """Random starts over all seven parameters, a third of them released at rest."""
+    """Return random starts over all seven parameters, a third of them released at rest."""
     rng = np.random.default_rng(seed)
     radius, gravity = 10.0 ** rng.uniform(-2.0, 1.0, n), 10.0 ** rng.uniform(-0.5, 1.5, n)
     unit = np.sqrt(radius / gravity)
@@ -130,12 +130,12 @@ def scattered(n, seed):
 
 
 def errors(found, truth):
-    """Largest error of the two extreme tilts of each cell [rad]."""
+    """Return the largest error of the two extreme tilts of each cell [rad]."""
     return np.maximum(np.abs(found.least - truth.least), np.abs(found.greatest - truth.greatest))
 
 
 def coarse(preset):
-    """Starts of 40 x 30 cells over the ranges of a preset."""
+    """Return the starts of 40 x 30 cells over the ranges of a preset."""
     spec = SweepSpec.preset(preset)
     axes = {name: getattr(spec, name) for name in spec.axes}
     counts = {name: 30 if name == "tilt" else 40 for name in axes}
@@ -146,7 +146,7 @@ def coarse(preset):
 
 
 def process(words, *, simulator, folder):
-    """Run Python on words in a process of its own, with or without Numba's CUDA simulator."""
+    """Run Python in a separate process, with or without Numba's CUDA simulator."""
     environment = {
         **os.environ,
         "PYTHONPATH": os.pathsep.join(map(str, (_TESTS.parent, _TESTS))),

@@ -1,16 +1,19 @@
 """The disk in Lagrange's form: five coordinates, two rolling constraints, their multipliers.
 
 q = (x, y, psi, theta, phi): contact point, heading, tilt, roll angle. The equations are
-M q'' + B + G = W^T lambda, W q' = 0. In the direction e1 = (cos psi, sin psi) across the track the contact point
-does not move; along it, e2 = (-sin psi, cos psi), it moves at R phi'. The multipliers are the horizontal forces of the
-plane on the disk in those two directions. Plain NumPy: this is the referee of the fast form, not a fast form.
+
+M q'' + B + G = W^T lambda, W q' = 0.
+
+In the direction e1 = (cos psi, sin psi) across the track the contact point does not move; along the track, in the
+direction e2 = (-sin psi, cos psi), it moves at R phi'. The multipliers are the horizontal forces of the plane on the
+disk in those two directions. This is plain NumPy: a slow referee of the fast form.
 """
 
 import numpy as np
 
 
 def mass_matrix(q, alpha, mass, radius):
-    """Mass matrix M, shape (..., 5, 5), of coordinates q, shape (..., 5).
+    """Return the mass matrix M, shape (..., 5, 5), of coordinates q, shape (..., 5).
 
     Parameters
     ----------
@@ -39,7 +42,7 @@ def mass_matrix(q, alpha, mass, radius):
 
 
 def velocity_forces(q, v, alpha, mass, radius):
-    """Terms B, shape (..., 5), that are quadratic in the velocities v = q', shape (..., 5)."""
+    """Return the terms B, shape (..., 5), that are quadratic in the velocities v = q', shape (..., 5)."""
     cos_psi, sin_psi, cos, sin = _angles(q)
     psi, theta, phi = v[..., 2], v[..., 3], v[..., 4]
     inertia = mass * radius**2
@@ -57,14 +60,14 @@ def velocity_forces(q, v, alpha, mass, radius):
 
 
 def potential_forces(q, mass, radius, gravity):
-    """Derivatives G, shape (..., 5), of the potential m g R cos theta."""
+    """Return the derivatives G, shape (..., 5), of the potential m g R cos theta."""
     G = np.zeros(np.shape(q))
     G[..., 3] = -mass * gravity * radius * _angles(q)[3]
     return G
 
 
 def constraint_matrix(q, radius):
-    """Constraints W, shape (..., 2, 5): W q' = 0 is rolling without slip, across and along the track."""
+    """Return the constraints W, shape (..., 2, 5): W q' = 0 is rolling without slip, across and along the track."""
     cos_psi, sin_psi, _, _ = _angles(q)
     W = np.zeros((*np.shape(sin_psi), 2, 5))
     W[..., 0, 0] = W[..., 1, 1] = cos_psi
@@ -75,7 +78,7 @@ def constraint_matrix(q, radius):
 
 
 def constraint_matrix_rate(q, v):
-    """Time derivative of W, shape (..., 2, 5)."""
+    """Return the time derivative of W, shape (..., 2, 5)."""
     cos_psi, sin_psi, _, _ = _angles(q)
     W_rate = np.zeros((*np.shape(sin_psi), 2, 5))
     W_rate[..., 0, 0] = W_rate[..., 1, 1] = -sin_psi * v[..., 2]
@@ -85,7 +88,7 @@ def constraint_matrix_rate(q, v):
 
 
 def accelerations(q, v, alpha, mass, radius, gravity):
-    """Accelerations q'' and multipliers: the saddle-point system [[M, -W^T], [W, 0]] [q''; lambda] = [-B-G; -W' q'].
+    """Return q'' and the multipliers from the system [[M, -W^T], [W, 0]] [q''; lambda] = [-B-G; -W' q'].
 
     Parameters
     ----------
@@ -110,7 +113,7 @@ def accelerations(q, v, alpha, mass, radius, gravity):
 
 
 def onto_constraints(q, v, alpha, mass, radius):
-    """Velocities nearest to v in kinetic energy that roll without slip: v - M^-1 W^T (W M^-1 W^T)^-1 W v."""
+    """Project v onto rolling without slip, in the kinetic-energy norm: v - M^-1 W^T (W M^-1 W^T)^-1 W v."""
     W = constraint_matrix(q, radius)
     spread = np.linalg.solve(mass_matrix(q, alpha, mass, radius), np.swapaxes(W, -1, -2))
     slip = np.linalg.solve(W @ spread, W @ v[..., None])
@@ -134,7 +137,7 @@ def run(q, v, duration, steps, alpha, mass, radius, gravity):
     -------
     (q, v, slip) : arrays, shapes (steps + 1, 5), (steps + 1, 5) and (steps + 1,)
         Coordinates and velocities after each step, and the largest |W q'| [m/s] that the step left before the
-        projection: what the acceleration form of the constraints alone loses.
+        projection: the loss of the acceleration form of the constraints.
 
     Notes
     -----
@@ -161,6 +164,6 @@ def run(q, v, duration, steps, alpha, mass, radius, gravity):
 
 
 def _angles(q):
-    """(cos psi, sin psi, cos theta, sin theta)."""
+    """Return (cos psi, sin psi, cos theta, sin theta)."""
     q = np.asarray(q)
     return np.cos(q[..., 2]), np.sin(q[..., 2]), np.cos(q[..., 3]), np.sin(q[..., 3])

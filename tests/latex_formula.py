@@ -1,12 +1,11 @@
-r"""Formulas of a page, evaluated as they are printed: a reader of the LaTeX that docs/theory.md is written in.
+r"""Formulas of a page, evaluated as printed: a reader of the LaTeX in docs/theory.md.
 
-`Page` finds them: each stands on lines of its own below the name that its comment gives it.
+`Page` finds them: each is displayed below a comment with its name.
 
-A line such as ``\dot\psi^2 > \frac{g}{R}`` has sides and relations between them; each side becomes a function of the
-values of its symbols. Symbols are named by what is printed: ``\dot\psi`` is "dot psi", ``\theta_0`` is "theta_0",
-``V''`` is "V''", ``\frac{ds}{d\theta}`` is "ds/dtheta",
-``\frac{d^2 s}{du^2}`` is "d2s/du2". A factor beside a factor is a product, and after ``/`` stands
-one factor alone, so that nothing is read in another way than a person reads it.
+A line such as ``\dot\psi^2 > \frac{g}{R}`` has sides with relations between them; each side becomes a function of the
+values of its symbols. Symbols are named as printed: ``\dot\psi`` is "dot psi", ``\theta_0`` is "theta_0", ``V''`` is
+"V''", ``\frac{ds}{d\theta}`` is "ds/dtheta", ``\frac{d^2 s}{du^2}`` is "d2s/du2". Adjacent factors are multiplied, and
+only one factor may follow ``/``, so that a formula is read as a person reads it.
 """
 
 import math
@@ -23,7 +22,7 @@ Side = Callable[[Values], Any]
 
 _TOKEN = re.compile(r"\\operatorname\{\w+\}|\\[a-zA-Z]+|\\[,;!:| ]|\d+(?:\.\d+)?|[a-zA-Z]|\S")
 _NAMED = re.compile(r"<!-- formula: ([\w-]+) -->\n\$\$\n(.*?)\n\$\$\n", re.S)
-#: Signs that make a statement of a formula.
+#: Signs that make a formula a statement.
 _STATES = re.compile(r"=|<|>|\\leq?\b|\\geq?\b|\\approx|\\sim")
 _SPACE = {r"\,", r"\;", r"\!", r"\:", r"\ ", r"\quad", r"\qquad", r"\left", r"\right", "&"}
 RELATIONS = {"=": "=", ">": ">", "<": "<", r"\le": "<=", r"\ge": ">=", r"\leq": "<=", r"\geq": ">="}
@@ -41,7 +40,7 @@ _ENDS = {")", "]", "}", "|", "+", "-", "^", "_", "/", ",", ".", r"\cdot", *RELAT
 
 @dataclass(frozen=True)
 class Line:
-    """One line of a formula: its sides, and the relation in front of each but the first."""
+    """One line of a formula: its sides, and the relation before each side except the first."""
 
     text: str
     sides: tuple[Side, ...]
@@ -49,17 +48,17 @@ class Line:
     first: str | None
 
     def value(self, values: Values) -> Any:
-        """Return the second side: the value of the symbol that is the first one."""
+        """Return the second side: the value of the symbol on the first side."""
         return self.sides[1](values)
 
     def error(self, values: Values) -> float:
-        """Return the largest difference of two equal sides, over the larger of 1 and their size."""
+        """Return the largest difference of equal sides, relative to the larger of 1 and their size."""
         found = [side(values) for side in self.sides]
         pairs = zip(found[1:], self.relations, strict=True)
         return max(abs(found[0] - x) / max(1.0, abs(x)) for x, relation in pairs if relation == "=")
 
     def holds(self, values: Values) -> bool:
-        """Return whether the one inequality of this line is true."""
+        """Return whether the only inequality of this line is true."""
         (relation,), (left, right) = self.relations, (side(values) for side in self.sides)
         return bool(
             {">": left > right, "<": left < right, "<=": left <= right, ">=": left >= right}[relation]
@@ -74,7 +73,7 @@ def lines(text: str) -> list[Line]:
 
 
 class Page:
-    """The formulas of a page, by their names; `tested` are those that a file of tests takes."""
+    """The formulas of a page by name; `tested` returns those that a test file uses."""
 
     def __init__(self, name: str) -> None:
         docs = Path(__file__).resolve().parents[1] / "docs"
@@ -86,7 +85,7 @@ class Page:
     def check(
         self, name: str, values: Values, tolerance: float = 1e-12, defines: Container[str] = ()
     ) -> None:
-        """Hold the lines of a formula against the values; those of the symbols named add a value for those below."""
+        """Check the lines of a formula against the values; lines of symbols in `defines` add values for later lines."""
         held = 0
         for line in self.formulas[name]:
             if line.first in defines:
@@ -97,21 +96,21 @@ class Page:
         assert held
 
     def tested(self, source: str) -> set[str]:
-        """Return the names of the formulas that the file of tests `source` takes."""
+        """Return the names of the formulas that the test file `source` uses."""
         text = Path(source).read_text(encoding="utf-8")
         return set(re.findall(r'(?:check\(|formulas\[|FORMULAS\[)\s*"([\w-]+)"', text))
 
     def inline(self) -> list[str]:
-        """Return the formulas between words."""
+        """Return the inline formulas."""
         return re.findall(r"\$([^$\n]+)\$", _NAMED.sub("", self.text))
 
     def statements(self) -> list[str]:
-        """Return those between words that state something: it belongs on a line of its own."""
+        """Return the inline formulas that state something: they belong on their own line."""
         return [each for each in self.inline() if _STATES.search(each)]
 
 
 class _Reader:
-    """Reads one line from left to right, and writes each side as Python; `v` are the values of its symbols."""
+    """Parser that reads one line from left to right and writes each side as Python; `v` are the symbols' values."""
 
     def __init__(self, text: str) -> None:
         self.text = " ".join(text.split())
@@ -224,7 +223,7 @@ class _Reader:
             above = self.differential()
             return f"v[{above + '/' + self.differential()!r}]"
         except ValueError:
-            # not a derivative such as {ds}{dt}
+            # This is not a derivative such as {ds}{dt}.
             self.at = start
         return f"({self.group()} / {self.group()})"
 
@@ -260,7 +259,7 @@ class _Reader:
         return f"{function}({self.argument()}){exponent}"
 
     def argument(self) -> str:
-        """Return what a function without parentheses is taken of: a symbol, perhaps with a number before it."""
+        """Return the argument of a function without parentheses: a symbol, perhaps after a number."""
         if self.peek() in ("(", "{"):
             return self.factor()
         number = f"{self.number()} * " if self.peek()[:1].isdigit() else ""
@@ -296,7 +295,7 @@ class _Reader:
 
 
 class _Called(dict[str, Any]):
-    """Values by their names; one that is a function is that of all values."""
+    """Values by name; a function is called with all values."""
 
     def __getitem__(self, name: str) -> Any:
         found = super().__getitem__(name)

@@ -1,9 +1,9 @@
-"""The motion of a body of revolution with losses by other means: Newton and Euler in space, by SciPy.
+"""An independent motion of a lossy body of revolution: Newton and Euler in space, by SciPy.
 
-State and units are those of `body_referee`, behind them what `LEDGER` names. The laws act where their words say:
+State and units are those of `body_referee`, followed by the quantities of `LEDGER`. The laws act as their words say:
 rolling friction against the horizontal part of the angular velocity, pivoting friction against its vertical part,
-contour friction against the way of the contact over the body, along its track. With `soft` dry friction has no jump: of
-a rate x it has the share x / sqrt(x^2 + soft^2) of its largest value.
+contour friction against the motion of the contact over the body, along its track. With `soft` dry friction has no jump:
+at a rate x it is x / sqrt(x^2 + soft^2) of its largest value.
 """
 
 import math
@@ -26,13 +26,13 @@ LEDGER = (
 FLAT_TILT = math.radians(85.0)
 ARMS = ("rolling_friction", "pivoting_friction", "contour_friction")
 
-#: The variant with all laws but Bildsten's: each takes a quarter of a minute to compile.
+#: The variant with all laws except Bildsten's: each variant takes a quarter of a minute to compile.
 WITH_ALL_LAWS = "integrate_rolling_pivoting_moffatt_slipping"
 
 
 @dataclass(frozen=True)
 class Lossy:
-    """A body, its lever arms over R, its scaled damping and film under the face."""
+    """A body, its lever arms over R, its scaled damping and the air film under its face."""
 
     body: Body
     rolling: float = 0.0
@@ -52,12 +52,12 @@ class Lossy:
         cosine = math.sqrt(1.0 - n[2] ** 2)
         across = (n[2] * UP - n) / cosine
         track, over = cross(UP, across), r_rate - cross(turning, r)
-        # the contact runs over the body against the sense of the roll rate
+        # The contact moves over the body opposite to the roll rate.
         way, roll_rate = -over @ track, -turning @ across / cosine
         reach = way / roll_rate if roll_rate else np.linalg.norm(r - (r @ n) * n)
         horizontal = turning - turning[2] * UP
         size = math.hypot(np.linalg.norm(horizontal), self.soft)
-        # a torque about the horizontal line across the track that works on the roll rate alone
+        # A torque about the horizontal line across the track that does work only on the roll rate.
         about = -across / cosine
         dry = -self.rolling * horizontal / size
         dry = dry - self.pivoting * turning[2] / math.hypot(turning[2], self.soft) * UP
@@ -82,7 +82,7 @@ class Lossy:
         return np.concatenate([n_rate, free + normal * slowed, taken])
 
     def path(self, tilt, w, o, s, times):
-        """Return what becomes of a start at given times, as `body_referee.Body.path` does, and its ``ledger``."""
+        """Return the motion of a start at given times like `body_referee.Body.path`, plus its ``ledger``."""
         first = self.body.start(tilt, w, o, s)
         begin, _ = self.body.contact(first[:3], np.zeros(3))
         painted = np.array([-math.sin(tilt), 0.0, -math.cos(tilt)])
@@ -111,11 +111,11 @@ class Lossy:
         }  # fmt: skip
 
     def energy(self, y):
-        """Return the energy that the body has, and what was taken."""
+        """Return the energy of the body plus its losses."""
         return self.body.energy(y[:6]) + sum(y[8:])
 
     def follow(self, start, end, flat=FLAT_TILT, method="DOP853", accuracy=1e-11):
-        """Return SciPy's solution from (tilt, w, o, s), to flat or to a dry rate that vanishes, and its tilts."""
+        """Return SciPy's solution from (tilt, w, o, s), up to flat or to a vanishing dry rate, and its tilts."""
 
         def is_flat(_, y):
             return math.sin(flat) - abs(y[2])
@@ -144,13 +144,13 @@ class Lossy:
 
 
 def starts(n=1, **parameters):
-    """Return float64[len(PARAMETERS), n]; radius, gravity and mass are 1, nothing slips, others are 0 if not given."""
+    """Return float64[len(PARAMETERS), n]: radius, gravity, mass 1, no slip, other parameters default to 0."""
     given = {"radius": 1.0, "gravity": 1.0, "mass": 1.0, "friction": math.inf, **parameters}
     return np.stack([np.broadcast_to(np.float64(given.get(name, 0.0)), n) for name in PARAMETERS])
 
 
 def run(given, body, variant=WITH_ALL_LAWS, **settings):
-    """Integrate starts of a body, by its name; returns its measures and counts."""
+    """Integrate starts of a body by name; return its measures and counts."""
     values = {"duration": 30.0, "flat_tilt": FLAT_TILT, "tolerance": 1e-8, "body": NAMES.index(body)}
     row = np.array([float({**values, **settings}.get(name, 0.0)) for name in SETTINGS])
     measures = np.full((len(MEASURES), given.shape[1]), -777.0)
@@ -161,12 +161,12 @@ def run(given, body, variant=WITH_ALL_LAWS, **settings):
 
 
 def some(rng, names, least=-4.0, most=-1.3):
-    """Return coefficients by their names, each 0 or of any magnitude."""
+    """Return coefficients by name, each 0 or of random magnitude."""
     return {name: 10.0 ** rng.uniform(least, most) * (rng.random() < 0.7) for name in names}
 
 
 def drawn_lossy(name, rng, most=-1.3):
-    """Return the parameters of a body with losses by their words, and the referee's body; arms reach 10^most.
+    """Return a random lossy body's parameters by input name, and the referee's body; arms reach 10^most.
 
     One in three hardly moves.
     """
@@ -184,6 +184,6 @@ def drawn_lossy(name, rng, most=-1.3):
 
 
 def scaled(words):
-    """Return (tilt, w, o, s) of a start with radius and gravity of 1."""
+    """Return (tilt, w, o, s) of a start with radius and gravity 1."""
     tilt, turn = words["tilt"], words["precession_rate"]
     return tilt, words["tilt_rate"], turn * math.cos(tilt), words["roll_rate"] + turn * math.sin(tilt)

@@ -1,4 +1,4 @@
-"""Random starts of disks with losses, in SI: every law, alone and mixed, and every kind of motion."""
+"""Random starts of lossy disks in SI: every law, alone and mixed, and every kind of motion."""
 
 import math
 
@@ -12,13 +12,13 @@ KINDS = ("wobble", "nutating", "tumbling", "nearly upright", "slow")
 
 
 def wobble(inclination, alpha):
-    """Tilt, precession rate and roll rate, scaled, of the wobble whose centre rests."""
+    """Return scaled tilt, precession rate and roll rate of the wobble with a resting center."""
     rate = np.sqrt(2.0 / (alpha * np.sin(inclination)))
     return 0.5 * math.pi - inclination, rate, -rate * np.cos(inclination)
 
 
 def motions(kind, n, alpha, rng):
-    """Scaled tilt, tilt rate, precession rate and roll rate of n starts of one kind."""
+    """Return scaled tilt, tilt rate, precession rate and roll rate of n starts of one kind."""
     if kind in ("wobble", "nutating"):
         tilt, turning, rolling = wobble(10.0 ** rng.uniform(-1.7, -0.2, n), alpha)
         width = 1e-3 if kind == "wobble" else 0.1
@@ -32,7 +32,7 @@ def motions(kind, n, alpha, rng):
 
 
 def random_cells(n, rng, kinds=KINDS):
-    """Starts by the law of the air, each float64[len(PARAMETERS), about n/3]; some with a friction coefficient."""
+    """Return starts by air law, each float64[len(PARAMETERS), about n/3]; some have a friction coefficient."""
     cells = {}
     for air in AIR_LAWS:
         some = -(-n // (len(AIR_LAWS) * len(kinds)))
@@ -40,14 +40,14 @@ def random_cells(n, rng, kinds=KINDS):
             alpha, radius, gravity = rng.uniform(0.3, 1.0, some), 10.0 ** rng.uniform(-2, 0, some), 9.81
             unit, mass = np.sqrt(radius / gravity), 10.0 ** rng.uniform(-2, 1, some)
             tilt, *rates = motions(kind, some, alpha, rng)
-            # the mirror image of half of them
+            # Mirror half of them.
             side = rng.choice((-1.0, 1.0), some)
             arms = 10.0 ** rng.uniform(-4, -1.5, (4, some)) * (rng.random((4, some)) < 0.45)
             if kind == "slow":
-                # most of these come to rest
+                # Most of these come to rest.
                 arms[0] = 10.0 ** rng.uniform(-2.5, -1.0, some)
             drag = 10.0 ** rng.uniform(-5, -3, some)
-            # coefficients of the scaled air laws, turned into viscosities for a density of 1
+            # Convert coefficients of the scaled air laws into viscosities for a density of 1.
             film = 4.0 * mass * drag / (math.pi * radius * unit)
             layer = 2.0 * np.sqrt(gravity) * (mass * drag) ** 2 / radius**4.5
             given = referee.starts(
@@ -63,13 +63,13 @@ def random_cells(n, rng, kinds=KINDS):
 
 
 def near_steady(n, rng):
-    """Starts at or almost at rest near a steady motion, each with one loss of its contact that slows it; scaled."""
+    """Return scaled starts at or almost at rest near a steady motion, each slowed by one contact loss."""
     alpha, tilt, turning = (
         rng.uniform(0.2, 1.0, n),
         rng.uniform(0.05, 1.45, n),
         10.0 ** rng.uniform(-0.3, 0.7, n),
     )
-    # the acceleration of the tilt vanishes
+    # The tilt acceleration vanishes.
     pull = 4.0 * np.sin(tilt) + (2.0 + alpha) * turning**2 * np.sin(2.0 * tilt)
     rolling = -pull / (4.0 * (1.0 + alpha) * turning * np.cos(tilt))
     off, tilt_rate = (10.0 ** rng.uniform(low, -2, n) * rng.choice((-1.0, 1.0), n) for low in (-8, -9))
@@ -82,7 +82,7 @@ def near_steady(n, rng):
 
 
 def without(given, names):
-    """Starts without some losses: their rows of `arrays.PARAMETERS` are 0, or infinite for `friction`."""
+    """Return starts without some losses: their rows of `arrays.PARAMETERS` are 0, or infinite for `friction`."""
     changed = given.copy()
     for name in names:
         changed[arrays.PARAMETERS.index(name)] = math.inf if name == "friction" else 0.0
@@ -90,9 +90,9 @@ def without(given, names):
 
 
 def barely_slipping(given, needed, rng):
-    """Starts with a friction coefficient a little below a new maximum of what their motion needs.
+    """Return starts with a friction coefficient slightly below a new maximum of what their motion needs.
 
-    `needed` returns what one start needs at equal distances of time; starts without such a maximum are left out.
+    `needed` returns what one start needs at equal time intervals; starts without such a maximum are dropped.
     """
     chosen = []
     for start in given.T:

@@ -1,4 +1,4 @@
-"""How the tests call the scalar integrator of the disk with losses: a start in, names out."""
+"""Calls of the scalar integrator of the lossy disk: one start in, named results out."""
 
 import math
 
@@ -14,7 +14,7 @@ AIR_LAWS = {"none": NO_AIR, "moffatt": MOFFATT, "bildsten": BILDSTEN}
 
 @kernel
 def _followed(start, settings, horizon, reach, piece):
-    """Follow a start to its ending, in pieces of at least the scaled time `piece`, as it comes back to lanes."""
+    """Follow a start to its ending, in pieces of at least the scaled time `piece`, as when resumed from lanes."""
     begun = trajectory.beginning(start, settings)
     case, unit, state = trajectory.case_of(begun, start[arrays.TILT, 0], settings), begun.unit, begun.state
     motion, event = follow.begun(state, case, reach)
@@ -29,7 +29,7 @@ def _followed(start, settings, horizon, reach, piece):
 
 
 class Followed:
-    """The end of a motion: its ending, measures by the names of `arrays.MEASURES` in SI, and its scaled state."""
+    """The end of a motion: its ending, its measures by `arrays.MEASURES` in SI, and its scaled state."""
 
     def __init__(self, start, found):
         motion, self.record, self.ending, self.pieces = found
@@ -74,7 +74,7 @@ def followed(
 
 
 def sampled(start, times, *, air="none", relative_step=0.03, flat_tilt=FLAT_TILT):
-    """Ending, time of the last sample, and the filled samples by the names of `arrays.SAMPLES`."""
+    """Return ending, time of the last sample, and the filled samples by `arrays.SAMPLES`."""
     samples = np.full((len(SAMPLES), len(times)), np.nan)
     settings = _settings(air, relative_step, flat_tilt)
     ending, filled, last, _ = trajectory.trajectory(
@@ -84,19 +84,19 @@ def sampled(start, times, *, air="none", relative_step=0.03, flat_tilt=FLAT_TILT
 
 
 def energy(state, alpha):
-    """Energy over m g R of a scaled state (S, C, w, f, v)."""
+    """Return the energy over m g R of a scaled state (S, C, w, f, v)."""
     S, C, w, f, v = state
     s, o = f * C * C + v * S, C * (v - f * S)
     return 0.5 * (1 + alpha / 2) * w * w + 0.5 * (1 + alpha) * s * s + alpha / 4 * o * o + C
 
 
 def lost_in(samples):
-    """Sum of all losses of samples, over m g R."""
+    """Return the sum of all losses of samples, over m g R."""
     return sum(samples[name] for name in LOSSES)
 
 
 def energy_of(start):
-    """Energy over m g R of a start."""
+    """Return the energy over m g R of a start."""
     S, C, unit = (
         math.sin(start[0]),
         math.cos(start[0]),

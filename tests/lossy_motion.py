@@ -1,15 +1,16 @@
-"""One motion with losses by other means than the project's: angles, sines and cosines, DOP853; all of it scaled.
+"""An independent motion with losses: angles, sines and cosines, DOP853; everything is scaled.
 
-State: tilt, tilt rate w, precession rate P, roll rate f, scaled by sqrt(R/g). The losses do the virtual power
-F_w w + F_f f + F_v v with v = P + f sin(tilt), so Lagrange's equations of tilt, heading and roll gain F_w, F_v and
-F_f + F_v sin(tilt); `tests/kernels/lossy_disk/test_referee.py` holds them against five coordinates with multipliers.
+State: tilt, tilt rate w, precession rate P, roll rate f, scaled by sqrt(R/g). The losses do the virtual power F_w w +
+F_f f + F_v v with v = P + f sin(tilt), so Lagrange's equations of tilt, heading and roll gain F_w, F_v and F_f + F_v
+sin(tilt); `tests/kernels/lossy_disk/test_referee.py` checks them against five coordinates with multipliers.
 
-Dry friction is set-valued. While a rate is not zero its friction has a sign or direction, which is a constant or a
-smooth function of the motion; where the rate vanishes `decide` tries holding and both ways of sliding and takes what
-is consistent. Between such moments DOP853 (its tableau is SciPy's) steps a smooth right-hand side. An event is a
-margin that becomes negative: sought among interpolated samples within each step, found by bisection with real steps.
+Dry friction is set-valued. While a rate is not zero its friction has a sign or direction, which is constant or a smooth
+function of the motion; where the rate vanishes, `decide` tries holding and both directions of sliding, and takes the
+consistent one. Between such moments DOP853 (with SciPy's tableau) steps a smooth right-hand side. An event is a margin
+that becomes negative: it is sought among interpolated samples within each step, and found by bisection with real steps.
 
-All that is compiled stands in this one file: Numba looks at no other when it asks whether its cache is of today.
+All compiled functions are in this one file, because Numba checks only this file when it decides whether its cache is
+valid.
 """
 
 import math
@@ -19,43 +20,44 @@ from numba import njit
 from scipy.integrate import DOP853
 
 #: Coefficients of a motion, scaled: alpha; arms of rolling, pivoting and contour friction; viscous contour friction;
-#: the two air laws; coefficient of friction of the plane.
+#: the two air laws; the plane's friction coefficient.
 ALPHA, ROLLING, PIVOTING, CONTOUR, DAMPING, MOFFATT, BILDSTEN, FRICTION = range(8)
 
-#: Beside the four of the motion the state holds heading, path, the losses in the order of `arrays.LOSSES`, and the
+#: After the four numbers of the motion the state has heading, path, the losses in the order of `arrays.LOSSES`, and the
 #: contact point.
 HEADING, PATH, LOSSES, PLACE, SIZE = 4, 5, 6, 11, 13
 
-#: Signs of a mode: of the roll rate (0: held by contour friction), of the turning about the vertical (0: held by
-#: pivoting friction), of the tilt rate (for rolling friction while the roll rate is held).
+#: Signs of a mode: of the roll rate (0: held by contour friction), of the turn about the vertical (0: held by pivoting
+#: friction), of the tilt rate (for rolling friction while the roll rate is held).
 ROLL, TURN, LEAN = range(3)
 
-#: Margins: flat; lift-off; slip; the friction of roll and turn keeps its sign or holds; landing of both horizontal
-#: rates; first breach.
+#: Margins: flat; lift-off; slip; friction of roll and turn keeps its sign or holds; landing of both horizontal rates;
+#: first breach.
 FLAT, LIFT, SLIP, CONTOUR_KEEPS, PIVOT_KEEPS, LANDS, BREACH, MARGINS = range(8)
 
-#: A rate has changed its sign when it is beyond zero by this much; horizontal rates have landed below that.
+#: A rate has changed its sign when it is this far beyond zero; horizontal rates have landed below the second number.
 BEYOND, LANDED = 1e-14, 1e-11
 
-#: How a motion ends.
+#: Endings of a motion.
 RUNS_ON, FLAT_DOWN, AT_REST, TIME_OVER, LIFTS, SLIPS, UNDISTURBED, LOST = range(8)
 
 _STAGES, _A, _B = DOP853.n_stages, DOP853.A.copy(), DOP853.B.copy()
 _E3, _E5 = DOP853.E3.copy(), DOP853.E5.copy()
 _SAMPLES, _MOST_STEPS = 8, 20_000_000
 
-#: Longest step until this scaled time.
+#: Longest step up to this scaled time.
 _FIRST_STEPS, _AT_FIRST = 0.02, 1.0
 
 
 @njit(cache=True)
 def slopes(y, mode, par, out):
-    """Write the time derivative of y; return normal force, forces across and along, forces that hold roll and turn."""
+    """Write the time derivative of y; return normal force, forces across and along, holding forces of roll and turn."""
     tilt, w, P, f = y[0], y[1], y[2], y[3]
     S, C, alpha = math.sin(tilt), math.cos(tilt), par[ALPHA]
     inertia = 1.0 + 0.5 * alpha
     push = S + inertia * P * P * S * C + (1.0 + alpha) * f * P * C
-    # rolling friction opposes (w, C f); the normal force depends on the tilt acceleration, and that on it
+    # Rolling friction opposes (w, C f); the normal force depends on the tilt acceleration, which depends on the
+    # friction.
     across, along = mode[LEAN], 0.0
     if mode[ROLL] != 0.0:
         size = math.hypot(w, C * f)
@@ -66,7 +68,7 @@ def slopes(y, mode, par, out):
     on_roll = -(par[DAMPING] + par[MOFFATT] / C + par[BILDSTEN] * math.sqrt(abs(f))) * f
     on_roll -= n * (par[ROLLING] * C * along + par[CONTOUR] * mode[ROLL])
     on_turn = -par[PIVOTING] * n * mode[TURN]
-    # accelerations by a unit of force on the roll (r) and on the turn (t); v' gains as much by r as f' by t
+    # Accelerations per unit force on the roll (r) and on the turn (t); v' gains as much from r as f' from t.
     roll_r, turn_t = (
         1.0 / (1.0 + alpha) + 2.0 * (S / C) ** 2 / alpha,
         2.0 * C * C / alpha + S * S / (1.0 + alpha),
@@ -94,9 +96,9 @@ def slopes(y, mode, par, out):
     out[LOSSES + 2] = par[CONTOUR] * n * abs(f)
     out[LOSSES + 3] = par[DAMPING] * f * f
     out[LOSSES + 4] = (par[MOFFATT] / C + par[BILDSTEN] * math.sqrt(abs(f))) * f * f
-    # along the rim, which touches the plane towards (-sin heading, cos heading)
+    # Along the rim, which touches the plane toward (-sin heading, cos heading).
     out[PLACE], out[PLACE + 1] = -f * math.sin(y[HEADING]), f * math.cos(y[HEADING])
-    # the acceleration of the centre, at S across the contact and C above it, where the contact moves along at f
+    # The acceleration of the center, S across and C above the contact, which moves along the track at f.
     across = C * lean - S * w * w - P * (f + S * P)
     along = df + S * dP + 2.0 * C * w * P
     return n, across, along, hold_roll, hold_turn
@@ -104,7 +106,7 @@ def slopes(y, mode, par, out):
 
 @njit(cache=True)
 def energy(y, alpha):
-    """Kinetic energy of centre and rotation plus potential energy, over m g R."""
+    """Return the kinetic energy of center and rotation plus the potential energy, over m g R."""
     tilt, w, P, f = y[0], y[1], y[2], y[3]
     axial, C = f + P * math.sin(tilt), math.cos(tilt)
     return 0.5 * (axial**2 + w**2 + alpha * axial**2 + 0.5 * alpha * (w**2 + (P * C) ** 2)) + C
@@ -112,7 +114,7 @@ def energy(y, alpha):
 
 @njit(cache=True)
 def held_fast(y, par, turn):
-    """Rolling friction, with contour friction, holds a disk that neither tilts nor rolls but turns (normal force 1)."""
+    """Return whether rolling and contour friction hold a disk that only turns (normal force 1)."""
     S, C, P, alpha = math.sin(y[0]), math.cos(y[0]), y[2], par[ALPHA]
     lean = abs(S) * (1.0 + (1.0 + 0.5 * alpha) * P * P * C)
     if lean > par[ROLLING]:
@@ -157,7 +159,7 @@ def margins(y, mode, par, flat, center, limit, work, out):
 
 @njit(cache=True)
 def step(y, h, mode, par, k, new):
-    """Write y after h, slopes at its beginning being in k[0]; those of its end come to k[-1]."""
+    """Write y after h, given the initial slopes in k[0]; the final slopes go to k[-1]."""
     for stage in range(1, _STAGES):
         new[:] = y
         for i in range(stage):
@@ -172,7 +174,7 @@ def step(y, h, mode, par, k, new):
 
 @njit(cache=True)
 def error_norm(y, new, h, k, rtol, atol):
-    """Error of a step over what is tolerated, as SciPy's DOP853 estimates it."""
+    """Return the error of a step over the tolerance, as SciPy's DOP853 estimates it."""
     five = three = 0.0
     for j in range(y.size):
         scale = atol + rtol * max(abs(y[j]), abs(new[j]))
@@ -189,19 +191,19 @@ def error_norm(y, new, h, k, rtol, atol):
 
 @njit(cache=True)
 def sign(x):
-    """-1, 0 or 1."""
+    """Return -1, 0 or 1."""
     return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
 
 
 @njit(cache=True)
 def decide(y, turn_zero, par, mode, work):
-    """Write the mode in which a motion goes on from y, return the time that this took: none, or a first moment.
+    """Write the mode in which a motion continues from y; return the time spent: zero or a first moment.
 
-    Infinite where rolling friction holds the disk altogether.
+    It is infinite if rolling friction holds the disk completely.
     """
     P, f = y[2], y[3]
     if P == 0.0 and f == 0.0:
-        # a fall in the plane: roll and heading stay at zero whatever holds them
+        # A fall in the plane: roll and heading stay zero, whatever holds them.
         if y[1] == 0.0 and held_fast(y, par, 0.0):
             return np.inf
         mode[ROLL], mode[TURN], mode[LEAN] = 0.0, 0.0, sign(y[1] if y[1] != 0.0 else y[0])
@@ -228,7 +230,7 @@ def decide(y, turn_zero, par, mode, work):
             if roll == 0.0:
                 wrong += max(0.0, abs(hold_roll) - par[CONTOUR] * n)
             elif f == 0.0:
-                # where it starts to roll with no acceleration, tilting will turn it
+                # If it starts to roll without acceleration, tilting will turn it.
                 wrong += max(0.0, -roll * (work[3] if y[1] != 0.0 or work[3] != 0.0 else -P * work[1]))
             if turn == 0.0:
                 wrong += max(0.0, abs(hold_turn) - par[PIVOTING] * n)
@@ -242,7 +244,7 @@ def decide(y, turn_zero, par, mode, work):
 
 @njit(cache=True)
 def break_away(y, par, mode, work):
-    """Set a spinning disk going that rolling friction cannot hold: write mode and state after a first moment."""
+    """Start a spinning disk that rolling friction cannot hold: write mode and state after a first moment."""
     mode[TURN], mode[LEAN] = sign(y[2]), sign(y[0])
     mode[ROLL] = 0.0
     n, _, _, hold_roll, _ = slopes(y, mode, par, work)
@@ -251,7 +253,7 @@ def break_away(y, par, mode, work):
             return 0.0
         mode[ROLL] = -sign(work[1] * y[2])
     else:
-        # friction is along the direction d in which it accelerates: d turns until both agree
+        # Friction is along the direction d of acceleration: d turns until both agree.
         mode[ROLL] = -sign(hold_roll)
         C = math.cos(y[0])
         low, high = 0.0, 0.5 * math.pi
@@ -261,7 +263,7 @@ def break_away(y, par, mode, work):
             slopes(y, mode, par, work)
             ahead = mode[ROLL] * C * work[3] * math.cos(angle) - mode[LEAN] * work[1] * math.sin(angle)
             low, high = (angle, high) if ahead > 0.0 else (low, angle)
-    # so long that the rates are no noise, so short that nothing else has changed
+    # Long enough that the rates are not noise, short enough that nothing else has changed.
     first = min(1e-4, 1e-6 / math.hypot(work[1], work[3]))
     y[0] += 0.5 * first**2 * work[1]
     y[1], y[2], y[3] = first * work[1], y[2] + first * work[2], first * work[3]
@@ -272,7 +274,7 @@ def break_away(y, par, mode, work):
 
 @njit(cache=True)
 def rest_of_held(y, t, horizon, par):
-    """Follow a disk that rolling friction holds until it rests or time is over; return time and ending."""
+    """Follow a disk held by rolling friction until it rests or time is over; return time and ending."""
     S, C, P, alpha = math.sin(y[0]), math.cos(y[0]), y[2], par[ALPHA]
     if P * P * abs(S) > par[FRICTION]:
         return t, SLIPS
@@ -289,7 +291,7 @@ def rest_of_held(y, t, horizon, par):
 
 @njit(cache=True)
 def least_margin(y, h, k0, rules, space):
-    """Least margin after a real step h from y, whose slopes are k0; state and margins stay in `space`."""
+    """Return the least margin after a real step h from y with slopes k0; state and margins stay in `space`."""
     scratch, k, trial, margin = space
     k[0] = k0
     step(y, h, rules[0], rules[1], k, trial)
@@ -299,7 +301,7 @@ def least_margin(y, h, k0, rules, space):
 
 @njit(cache=True)
 def sampled(y, h, k0, new, k1, rules, scratch, trial, seen):
-    """Write the margins of states at equal distances within a step, interpolated by cubics."""
+    """Write the margins at equal intervals within a step, with states interpolated by cubics."""
     for j in range(_SAMPLES + 1):
         u = j / _SAMPLES
         a, b, c = u * u * (3.0 - 2.0 * u), h * u * (1.0 - u) ** 2, h * u * u * (u - 1.0)
@@ -310,7 +312,7 @@ def sampled(y, h, k0, new, k1, rules, scratch, trial, seen):
 
 @njit(cache=True)
 def dip(seen, j):
-    """Where, in distances of samples, a margin may be negative between samples j-1 and j; j if nowhere."""
+    """Return where (in sample intervals) a margin may be negative between samples j-1 and j, or j if nowhere."""
     for which in range(MARGINS):
         for middle in (max(j - 1, 1), min(j, _SAMPLES - 1)):
             left, here, right = seen[middle - 1, which], seen[middle, which], seen[middle + 1, which]
@@ -325,9 +327,9 @@ def dip(seen, j):
 
 @njit(cache=True)
 def first_event(y, h, k0, new, rules, space, seen):
-    """Return how far of a step h from y (ending at `new`, slopes there in k[-1]) no margin is negative, and the event.
+    """Return how far of a step h from y (to `new`, with slopes in k[-1]) no margin is negative, and the event.
 
-    After an event the state of just beyond is in `space`; without one (-1) all of h is free.
+    After an event the state just beyond it is in `space`; without one (-1) all of h is free.
     """
     scratch, k, trial, margin = space
     k1 = k[_STAGES].copy()
@@ -341,7 +343,7 @@ def first_event(y, h, k0, new, rules, space, seen):
             if seen[j].min() >= 0.0 or least_margin(y, high, k0, rules, space) >= 0.0:
                 low = high
                 continue
-        # interpolation may have missed it at a sample before
+        # Interpolation may have missed it before an earlier sample.
         while low > 0.0 and least_margin(y, low, k0, rules, space) < 0.0:
             low, high = max(0.0, low - h / _SAMPLES), low
         while low < 0.5 * (low + high) < high:
@@ -358,7 +360,7 @@ def first_event(y, h, k0, new, rules, space, seen):
 
 @njit(cache=True)
 def turning_point(y, h, new, k0, mode, par, k, trial):
-    """Tilt where the tilt rate vanishes within a step: Newton's iteration with real steps."""
+    """Return the tilt where the tilt rate vanishes within a step, by Newton's iteration with real steps."""
     at = h * y[1] / (y[1] - new[1])
     for _ in range(5):
         k[0] = k0
@@ -369,9 +371,9 @@ def turning_point(y, h, new, k0, mode, par, k, trial):
 
 @njit(cache=True)
 def follow(y, par, horizon, flat, center, limit, rtol, measures):
-    """Follow a motion from y to its ending, whose code is returned; all scaled.
+    """Follow a motion from y to its ending and return its code; everything is scaled.
 
-    Written to measures: extreme tilts, time, first breach, largest imbalance of the energy, steps, switches.
+    Written to measures: extreme tilts, time, first breach, largest energy imbalance, steps, switches.
     """
     n = y.size
     k, new, trial = np.zeros((_STAGES + 1, n)), np.zeros(n), np.zeros(n)
@@ -419,7 +421,7 @@ def follow(y, par, horizon, flat, center, limit, rtol, measures):
         t += free
         y[:] = new
         if par[PIVOTING] > 0.0 and mode[TURN] == 0.0:
-            # what is held does not drift by the errors of the steps
+            # Step errors must not make a held rate drift.
             y[2] = -y[3] * math.sin(y[0])
         measures[0], measures[1] = min(measures[0], y[0]), max(measures[1], y[0])
         lost = y[LOSSES:PLACE].sum()
@@ -428,7 +430,7 @@ def follow(y, par, horizon, flat, center, limit, rtol, measures):
             growth = 10.0 if error == 0.0 else min(10.0, 0.9 * error**-0.125)
             h *= min(growth, 1.0) if halved else growth
             halved = False
-            # a tilt that all but stands at the start may turn twice within a long step, and so unseen
+            # A tilt almost at rest at the start may turn twice within a long step, unnoticed.
             h = min(h, _FIRST_STEPS) if t < _AT_FIRST else h
             ending = TIME_OVER if t >= horizon else ending
         elif event == FLAT:
@@ -449,10 +451,10 @@ def follow(y, par, horizon, flat, center, limit, rtol, measures):
 
 @njit(cache=True)
 def switch(event, y, mode, par, work):
-    """Change the mode at a release, or bring the rate that vanished to zero; whether to decide, and v is zero."""
+    """Change the mode at a release, or zero the vanished rate; return whether to decide, and whether v is zero."""
     _, _, _, hold_roll, hold_turn = slopes(y, mode, par, work)
     if event == CONTOUR_KEEPS and mode[ROLL] == 0.0:
-        # what was held goes against the force that held it
+        # The held coordinate moves against the force that held it.
         mode[ROLL] = -sign(hold_roll)
         return False, False
     if event == PIVOT_KEEPS and mode[TURN] == 0.0:

@@ -1,4 +1,4 @@
-"""The disk with losses, many starts in SI, each followed by `lossy_motion`: no code of the project takes part."""
+"""Many starts of the lossy disk in SI, each followed by `lossy_motion`, without any of the project's code."""
 
 import math
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ from lossy_motion import (
 
 from kernels.lossy_disk import arrays, endings
 
-#: Code of each way in which `lossy_motion.follow` ends a motion, in its order.
+#: Code of each ending of `lossy_motion.follow`, in its order.
 _CODES = np.array(
     [endings.NOT_COMPUTED, endings.FLAT, endings.REST, endings.HORIZON, endings.LIFT_OFF, endings.SLIP,
      endings.UNDISTURBED, endings.UNRESOLVED]
@@ -46,7 +46,7 @@ def starts(**parameters):
 
 
 def coefficients(start, air):
-    """Scaled coefficients (`ALPHA` ...) of one start, and the unit of time [s]."""
+    """Return the scaled coefficients (`ALPHA` ...) of one start, and the unit of time [s]."""
     given = dict(zip(arrays.PARAMETERS, start, strict=True))
     R, g, m = given["radius"], given["gravity"], given["mass"]
     unit = math.sqrt(R / g)
@@ -65,9 +65,9 @@ def coefficients(start, air):
 
 @dataclass(frozen=True)
 class Found:
-    """Measures of each start by the names of `arrays.MEASURES`, in SI; endings, switches, steps; states at the end.
+    """Measures of each start by `arrays.MEASURES` in SI; endings, switches, steps; final states.
 
-    The contact point at the end is among the measures by the names that `arrays.SAMPLES` has for it.
+    The final contact point is among the measures, with its names in `arrays.SAMPLES`.
     """
 
     measures: dict[str, np.ndarray]
@@ -82,7 +82,7 @@ class Found:
 
 
 def run(given, *, air="none", duration=1e3, flat_tilt=FLAT_TILT, limit=np.inf, from_start=False, rtol=1e-12):
-    """Follow starts, float64[len(arrays.PARAMETERS), n]; `limit` [rad] is that of the first breach, one or one each."""
+    """Follow starts, float64[len(arrays.PARAMETERS), n]; `limit` [rad] of the first breach is one number or n."""
     names, ends, states, places = (*arrays.MEASURES[:12], "energy_imbalance"), [], [], []
     found = np.full((len(names), given.shape[1]), np.nan)
     counts = np.zeros((2, given.shape[1]), int)

@@ -1,4 +1,4 @@
-"""How the tests call the kernels that integrate the disk with losses: starts in, named results out."""
+"""Calls of the kernels that integrate the lossy disk: starts in, named results out."""
 
 import contextlib
 from types import SimpleNamespace
@@ -14,7 +14,7 @@ from sweep.model.lossy_disk.model import LossyDisk
 
 FLAT_TILT = np.deg2rad(89.9)
 
-#: The variant with all laws, by the law of the air: each takes ten seconds to compile, so none is made without one.
+#: The variant with all laws, by air law: each takes ten seconds to compile, so there is no variant for no air law.
 WITH_ALL_LAWS = {
     "none": "integrate_rolling_pivoting_moffatt_slipping",
     "moffatt": "integrate_rolling_pivoting_moffatt_slipping",
@@ -26,7 +26,7 @@ AIR_LAWS = tuple(WITH_ALL_LAWS)
 def run(starts, *, air="none", variant="", threads=None, **settings):
     """Integrate starts, float64[len(PARAMETERS), n], of `lossy_referee.starts`; settings are rows of `SETTINGS`.
 
-    A `limit` alone is one of the tilt.
+    A `limit` without other settings limits the tilt.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def run(starts, *, air="none", variant="", threads=None, **settings):
 
 @contextlib.contextmanager
 def general_kernels():
-    """Integrate specs by the kernels with all laws: each set of laws has its own, which takes seconds to compile."""
+    """Use the kernels with all laws: each set of laws has its own, which takes seconds to compile."""
 
     def integrator(self, spec):
         return Kernel(self.integrate.module, WITH_ALL_LAWS[spec.air_law])
@@ -66,7 +66,7 @@ def bits(results, cells=slice(None)):
 
 
 def run_single(starts, *, air="none", duration=30.0, flat_tilt=FLAT_TILT, relative_step=0.0):
-    """Integrate starts one by one as single motions; results as those of `run`, as far as their ends tell."""
+    """Integrate starts one by one as single motions; return the results of `run` that their ends provide."""
     trajectory = Kernel("kernels.lossy_disk.trajectory", "trajectory").load()
     settings = np.array([0.0, relative_step, flat_tilt, float(AIR_LAWS.index(air))])
     cells = []
@@ -88,7 +88,7 @@ def run_single(starts, *, air="none", duration=30.0, flat_tilt=FLAT_TILT, relati
 
 
 def needed_friction(start, *, air="none", duration=10.0, moments=20001):
-    """Friction coefficient that one start needs at equal distances of time, until its motion ends otherwise."""
+    """Return the friction coefficient that a start needs at equal time intervals, until its motion ends."""
     trajectory = Kernel("kernels.lossy_disk.trajectory", "trajectory").load()
     settings = np.array([0.0, 0.0, FLAT_TILT, float(AIR_LAWS.index(air))])
     samples = np.full((len(SAMPLES), moments), np.nan)

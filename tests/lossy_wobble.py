@@ -1,4 +1,4 @@
-"""Closed forms of the wobble of a disk with losses whose centre rests, leading order in the inclination (scaled)."""
+"""Closed forms of the lossy wobble with a resting center, leading order in the inclination (scaled)."""
 
 import math
 
@@ -12,7 +12,7 @@ EXPONENTS = {"contour": 2 / 3, "damping": 1 / 2, "moffatt": 1 / 3, "bildsten": 4
 
 
 def time_to_flat(law, coefficient, alpha, inclination):
-    """Time until the inclination is zero; of the air laws `coefficient` is that of the torque."""
+    """Return the time to zero inclination; for air laws `coefficient` is the coefficient of the torque."""
     rate = math.sqrt(2.0 / alpha)
     factor = {
         "contour": 1.0 / rate,
@@ -25,7 +25,7 @@ def time_to_flat(law, coefficient, alpha, inclination):
 
 
 def start(law, turns, alpha, inclination):
-    """Return one start with one law, its law of the air and its coefficient, so small that it takes about `turns`."""
+    """Return a start with one law, its air law and a coefficient small enough that it takes about `turns`."""
     duration = turns * 2.0 * math.pi * math.sqrt(alpha * inclination / 2.0)
     coefficient = time_to_flat(law, 1.0, alpha, inclination) / duration
     tilt, turning, rolling = lossy_cells.wobble(inclination, alpha)
@@ -41,7 +41,7 @@ def start(law, turns, alpha, inclination):
 
 
 def time_between(run, law, turns, alpha, first, last):
-    """Time that `run` takes from one inclination to the other, over the difference of the closed forms."""
+    """Return the time `run` takes between two inclinations over the difference of the closed forms."""
     given, air, coefficient = start(law, turns, alpha, first)
     found = run(given, air=air, duration=1e5, flat_tilt=0.5 * math.pi - last)
     forms = [time_to_flat(law, coefficient, alpha, inclination) for inclination in (first, last)]
@@ -49,9 +49,9 @@ def time_between(run, law, turns, alpha, first, last):
 
 
 def exponent(run, law, turns, alpha, first, last):
-    """Exponent n between the inclinations `first` and `last` on the way to a hundredth of `last`.
+    """Return the exponent n between inclinations `first` and `last`, followed to a hundredth of `last`.
 
-    What remains from there to the very end is the closed form's.
+    The closed form gives the time from there to the end.
     """
     given, air, coefficient = start(law, turns, alpha, 1.2 * first)
     ends = [0.5 * math.pi - inclination for inclination in (first, last, 0.01 * last)]

@@ -1,4 +1,4 @@
-"""The rigid body in space of `body_referee`, for any smooth meridian: its support function, of the sine of the tilt."""
+"""The rigid body of `body_referee` for any smooth meridian, by its support function of the sine of the tilt."""
 
 from dataclasses import dataclass, field
 
@@ -9,15 +9,15 @@ from numpy.polynomial import Polynomial
 
 @dataclass(frozen=True)
 class Body(body_referee.Body):
-    """What rolls is the sum of the meridian of the base class and one with the support function `more`.
+    """The sum of the base class's body and one with the support function `more`.
 
-    A support function is that of a sum of sets where it is added, and the lowest point is the gradient of it.
+    Support functions add up for sums of sets, and their gradient is the lowest point.
     """
 
     more: Polynomial = field(default_factory=lambda: Polynomial([0.0]))
 
     def contact(self, n, n_rate):
-        """Return the contact point from the centre of mass, and its rate where the axis moves with `n_rate`."""
+        """Return the contact point from the center of mass, and its rate if the axis moves with `n_rate`."""
         r, r_rate = super().contact(n, n_rate)
         sine, sine_rate, slope = n[2], n_rate[2], self.more.deriv()
         across, across_rate = n - sine * UP, n_rate - sine_rate * UP

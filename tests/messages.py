@@ -1,4 +1,4 @@
-"""Messages by their facts: the names, numbers, units and commands in them, not the sentences around these."""
+"""Messages by their facts: names, numbers, units and commands, not the sentences around them."""
 
 import re
 from contextlib import contextmanager
@@ -9,12 +9,12 @@ from sweep.errors import RequestError
 
 
 def _pattern(fact):
-    """Return what finds a fact as a word of its own: 1 is not in 10, nor tilt in tilt_rate."""
+    """Return a pattern that finds a fact as a whole word: 1 is not in 10, nor tilt in tilt_rate."""
     return (r"(?<![\w.-])" if fact[0].isalnum() else r"(?<!\w)") + re.escape(fact) + r"(?!\.?\w)"
 
 
 def missing(message, facts):
-    """Return the facts that are not in a message as words of their own."""
+    """Return the facts that a message does not contain as whole words."""
     return [fact for fact in facts if not re.search(_pattern(fact), message)]
 
 
@@ -25,18 +25,18 @@ def assert_facts(message, *facts):
 
 
 def assert_in_order(message, *facts):
-    """Assert that each fact is in a message behind the one before: 2 and then 3 allowed, not 3 and then 2."""
+    """Assert that the facts are in a message in this order: 2 and then 3, not 3 and then 2."""
     found = re.search(".*?".join(map(_pattern, facts)), message, re.DOTALL)
     assert found, f"{facts} are not in this order in: {message}"
 
 
 def with_facts(texts, *facts):
-    """Return those of some texts, as of the labels of a figure, that have each fact; a line break is a blank."""
+    """Return the texts that have each fact, such as labels of a figure; a line break counts as a blank."""
     return [each for each in texts if not missing(" ".join(each.split()), facts)]
 
 
 def row(text, head):
-    """Return the line of a report that begins with a word, and those that go on with it, as one line."""
+    """Return the line of a report that starts with a word, joined with its continuation lines."""
     found = re.search(rf"^{re.escape(head)} .*(?:\n {{4,}}.*)*", text, re.MULTILINE)
     assert found, f"no line begins with {head} in: {text}"
     return " ".join(found[0].split())
@@ -44,7 +44,7 @@ def row(text, head):
 
 @contextmanager
 def refused(*facts, error=RequestError):
-    """Assert that the block ends with an error whose message has the facts; give what `pytest.raises` gives."""
+    """Assert that the block raises an error whose message has the facts; yield what `pytest.raises` yields."""
     with pytest.raises(error) as caught:
         yield caught
     assert_facts(str(caught.value), *facts)

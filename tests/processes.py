@@ -1,4 +1,4 @@
-"""Python in a process of its own, on this checkout or on a copy of it."""
+"""Python in a separate process, on this checkout or a copy of it."""
 
 import os
 import subprocess
@@ -9,7 +9,7 @@ CHECKOUT = Path(__file__).resolve().parents[1]
 
 
 def python(*words, folder, packages=CHECKOUT, environment=None, **how):
-    """Run Python on words in a folder, with the packages of this checkout if not given; return what came of it."""
+    """Run Python in a folder, by default with this checkout's packages; return the completed process."""
     return subprocess.run(
         [sys.executable, *map(str, words)],
         cwd=folder,

@@ -1,10 +1,9 @@
-"""The motion of the disk by other means than the project's: what the tests believe instead of the code under test.
+"""Independent motions of the disk, which the tests trust instead of the code under test.
 
-Three referees. `extremes` follows no time: along a motion the rates obey Chaplygin's linear system in the tilt, so the
-kinetic energy of the tilt is a function of the tilt alone, and where it vanishes the disk turns. `motion` integrates
-the equations of motion with their sines and cosines, by SciPy. `contact` does so too, and takes the forces at the
-contact point from Lagrange's form (`lagrange`). Starts are arrays with the rows of
-`kernels.disk.arrays`, in SI.
+There are three referees. `extremes` does not follow time: along a motion the rates obey Chaplygin's linear system in
+the tilt, so the kinetic energy of the tilt is a function of the tilt, and the disk turns where it vanishes. `motion`
+integrates the equations of motion with their sines and cosines, by SciPy. `contact` does so too, and takes the forces
+at the contact point from Lagrange's form (`lagrange`). Starts are arrays with the rows of `kernels.disk.arrays`, in SI.
 """
 
 import math
@@ -32,7 +31,7 @@ _DEFAULTS = {
 
 
 def starts(**parameters):
-    """Return starts, float64[len(PARAMETERS), n]; by default of the uniform disk of the report (R = 0.5 m)."""
+    """Return starts, float64[len(PARAMETERS), n]; by default of the report's uniform disk (R = 0.5 m)."""
     given = _DEFAULTS | parameters
     rows = np.broadcast_arrays(*(given[name] for name in PARAMETERS))
     return np.ascontiguousarray(np.stack([np.atleast_1d(row).ravel() for row in rows]), dtype=np.float64)
@@ -43,7 +42,7 @@ def starts(**parameters):
 
 @dataclass(frozen=True)
 class Extremes:
-    """Infinite-time extreme tilts [rad], each of shape (n,); `fell` says that fall_tilt is reached on the way."""
+    """Extreme tilts for infinite time [rad], each of shape (n,); `fell` if fall_tilt is reached on the way."""
 
     least: np.ndarray
     greatest: np.ndarray
@@ -51,11 +50,11 @@ class Extremes:
 
     @property
     def peak(self):
-        """The largest magnitude of the tilt [rad]."""
+        """Return the largest magnitude of the tilt [rad]."""
         return np.maximum(np.abs(self.least), np.abs(self.greatest))
 
 
-#: The scan starts at this distance [rad] from the start tilt and grows by a few per cent a step.
+#: The scan starts this far [rad] from the initial tilt and grows by a few percent per step.
 _NEAREST = 1e-9
 _SCAN = 500
 
@@ -66,7 +65,7 @@ def extremes(given, fall_tilt=FALL_TILT):
     force = _carried(given, np.zeros((3, tilt.size)), tilt)[2]
     heading = np.where(rate == 0.0, np.sign(force), np.sign(rate))
     ahead = _turn(given, heading, fall_tilt)
-    # released at rest the disk is at a turning point already
+    # Released at rest, the disk is already at a turning point.
     behind, moving = tilt.copy(), rate != 0.0
     if moving.any():
         behind[moving] = _turn(given[:, moving], -heading[moving], fall_tilt)
@@ -78,9 +77,9 @@ def extremes(given, fall_tilt=FALL_TILT):
 
 
 def _carried(given, y, tilt):
-    """Slopes in the tilt of (s - s0, o - o0, kinetic energy of the tilt), everything scaled with sqrt(R/g).
+    """Return slopes in the tilt of (s - s0, o - o0, kinetic energy of the tilt), scaled with sqrt(R/g).
 
-    Differences from the start, so that a start of 1e-5 rad is as exact as one of 1 rad.
+    Differences from the start make a start of 1e-5 rad as exact as one of 1 rad.
     """
     tilt0, _, precession, roll, alpha, radius, gravity = given
     unit = np.sqrt(radius / gravity)
@@ -92,7 +91,7 @@ def _carried(given, y, tilt):
 
 
 def _turn(given, side, fall_tilt):
-    """First turning point [rad] on one side of the start, NaN where fall_tilt comes first."""
+    """Return the first turning point [rad] on one side of the start, NaN if fall_tilt comes first."""
     n, tilt0 = given.shape[1], given[TILT]
     room = fall_tilt - side * tilt0
     growth = np.log1p(room / _NEAREST)
@@ -116,7 +115,7 @@ def _turn(given, side, fall_tilt):
         new, new_force = solver.y.reshape(3, n)[2], slope(solver.t, solver.y).reshape(3, n)[2]
         suspects = np.flatnonzero(np.isnan(found) & ((new <= 0.0) | ((force < 0.0) & (new_force > 0.0))))
         if suspects.size:
-            # the dense output is a polynomial of degree 7 in u: eight samples hold all of it
+            # The dense output is a polynomial of degree 7 in u, so eight samples determine it.
             middle, half = 0.5 * (solver.t + solver.t_old), 0.5 * (solver.t - solver.t_old)
             samples = solver.dense_output()(middle + half * _NODES).reshape(3, n, 8)[2]
             for cell in suspects:
@@ -127,15 +126,15 @@ def _turn(given, side, fall_tilt):
     return found
 
 
-#: Chebyshev points of the second kind, ends included.
+#: Chebyshev points of the second kind, including the ends.
 _NODES = np.cos(np.pi * np.arange(7, -1, -1) / 7)
 
 
 def _root(kinetic):
-    """Where in [-1, 1] a kinetic energy first vanishes, given that it starts positive; NaN if it does not."""
+    """Return where in [-1, 1] a kinetic energy, positive at first, vanishes; NaN if it does not."""
     high = 1.0
     if kinetic(high) > 0.0:
-        # it has a minimum in between, which may dip below zero
+        # It has a minimum in between, which may be negative.
         slope = kinetic.deriv()
         if not slope(-1.0) < 0.0 < slope(1.0):
             return np.nan
@@ -149,7 +148,7 @@ def _root(kinetic):
 
 
 def accelerations(state, alpha, radius, gravity):
-    """Second derivatives (tilt, heading, roll) [rad/s^2] in state (tilt, tilt rate, precession rate, roll rate)."""
+    """Return second derivatives (tilt, heading, roll) [rad/s^2] of (tilt, tilt rate, precession rate, roll rate)."""
     tilt, rate, precession, roll = state
     sin, cos = math.sin(tilt), math.cos(tilt)
     push = 4.0 * gravity * sin + (2.0 + alpha) * radius * precession**2 * math.sin(2.0 * tilt)
@@ -159,9 +158,10 @@ def accelerations(state, alpha, radius, gravity):
 
 
 def energy(state, alpha, radius, gravity):
-    """Energy [m^2/s^2], over the mass, of state (tilt, tilt rate, precession rate, roll rate).
+    """Return the energy per mass [m^2/s^2] of (tilt, tilt rate, precession rate, roll rate).
 
-    Translation of the centre of mass plus rotation about it, from velocities; not the sum of squares of the code.
+    It is the translation of the center of mass plus the rotation about it, from velocities, unlike the code's sum of
+    squares.
     """
     tilt, rate, precession, roll = state
     sin, cos = math.sin(tilt), math.cos(tilt)
@@ -174,7 +174,7 @@ def energy(state, alpha, radius, gravity):
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion in time: when and where the tilt rate vanished, when fall_tilt was reached (or None), and the states."""
+    """A motion in time: times and tilts of zero tilt rate, time of fall_tilt (or None), and the states."""
 
     turn_times: np.ndarray
     turn_tilts: np.ndarray
@@ -183,7 +183,7 @@ class Motion:
 
 
 def _equations(start, fall_tilt):
-    """Slope of the state in time, and the events of SciPy: a turning point, and fall_tilt."""
+    """Return the slope of the state in time, and SciPy's events: a turning point, and fall_tilt."""
     alpha, radius, gravity = start[ALPHA], start[RADIUS], start[GRAVITY]
 
     def slope(_, y):
@@ -200,7 +200,7 @@ def _equations(start, fall_tilt):
 
 
 def motion(start, duration, fall_tilt=FALL_TILT):
-    """Integrate one start (7 numbers) with DOP853 until `duration` or a fall; a turn at time zero is left out."""
+    """Integrate one start (7 numbers) with DOP853 until `duration` or a fall; a turn at time zero is skipped."""
     slope, turn, fall = _equations(start, fall_tilt)
     fall.terminal = True
     run = solve_ivp(
@@ -220,14 +220,14 @@ def motion(start, duration, fall_tilt=FALL_TILT):
 
 # --- the forces at the contact point ---------------------------------------------------------------------------------
 
-#: Samples of a motion, then of the surroundings of each extreme, and how often those are narrowed.
+#: Samples of a motion, then samples around each extreme, and how often these are refined.
 _SPARSE, _NARROW, _CLOSER = 1000, 40, 4
 
 
 def contact(start, duration, fall_tilt=FALL_TILT):
     """Return least normal force over the weight and largest friction coefficient of one start (7 numbers).
 
-    The motion is followed forward until it turns, falls or `duration` is over, and backward from the start if it
+    The motion is followed forward until it turns, falls or reaches `duration`, and backward from the start if it
     turned. The coefficient is infinite where the normal force is not positive.
     """
     first, turned, elapsed = _leg_of_contact(np.asarray(start, float), duration, fall_tilt)
@@ -260,14 +260,14 @@ def _leg_of_contact(start, duration, fall_tilt):
             near = np.linspace(low, high, _NARROW)
             normal, needed = _contact_forces(run.sol(near), alpha, radius, gravity)
             found = [min(found[0], normal.min()), max(found[1], needed.max())]
-            # the coefficient has its narrow peaks beside the least normal force
+            # The coefficient has narrow peaks next to the least normal force.
             place = int(needed.argmax()) if np.isfinite(needed).all() else int(normal.argmin())
             low, high = near[max(0, place - 1)], near[min(_NARROW - 1, place + 1)]
     return tuple(map(float, found)), run.t_events[0].size > 0, float(run.t[-1])
 
 
 def _contact_forces(states, alpha, radius, gravity):
-    """Normal force over the weight and friction coefficient, of states of shape (4, n)."""
+    """Return normal force over the weight and friction coefficient for states of shape (4, n)."""
     tilt, rate, precession, roll = states
     zero = np.zeros_like(tilt)
     q = np.stack([zero, zero, zero, tilt, zero], axis=-1)

@@ -1,4 +1,4 @@
-"""A copy of both packages that a test can edit, and commands that it runs: what another version of the program does."""
+"""An editable copy of both packages, and commands that it runs: the behavior of another program version."""
 
 import json
 import shutil
@@ -33,14 +33,14 @@ class SourceCopy:
             )
 
     def edit(self, file, before, after):
-        """Replace a text that stands once in a file."""
+        """Replace a text that appears once in a file."""
         path = self.folder / file
         source = path.read_text()
         assert source.count(before) == 1, (file, before)
         path.write_text(source.replace(before, after))
 
     def command(self, words, folder):
-        """Run a command line of the copy in a folder and return what came of it."""
+        """Run a command line of the copy in a folder and return its result."""
         return self.python("-m", "sweep", *words.split(), folder=folder)
 
     def session(self, lines, folder):
@@ -50,5 +50,5 @@ class SourceCopy:
         return json.loads(done.stdout)
 
     def python(self, *words, folder):
-        """Run Python on the copy in a folder and return what came of it."""
+        """Run Python on the copy in a folder and return its result."""
         return python(*words, folder=folder, packages=self.folder)

@@ -1,4 +1,4 @@
-"""What the four passes of the lanes of a system find, without the rooms above them."""
+"""The four passes of a system's lanes, without the layers above them."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""dataset.eulerdisk: there in whichever order things are imported, and what it answers."""
+"""dataset.eulerdisk: it exists for any import order, and gives the right answers."""
 
 import importlib
 import inspect
@@ -34,7 +34,7 @@ def atlas():
 
 @pytest.mark.slow_lane
 def test_the_accessor_is_there_in_any_order():
-    """Once both are imported datasets have the accessor, and xarray and the import system are as they were."""
+    """Once both packages are imported, datasets have the accessor; xarray and the import system are unchanged."""
     for imports in [
         "import sweep, xarray as xr",
         "import xarray as xr, sweep",
@@ -55,12 +55,12 @@ def test_the_accessor_is_there_in_any_order():
             text=True,
             check=False,
         )
-        # Numba has not been imported yet
+        # Numba has not been imported yet.
         assert done.stdout == "Eulerdisk SourceFileLoader [] False\n", done.stderr
 
 
 def test_a_failed_import_stays_what_it_is(monkeypatch, tmp_path):
-    """A module that cannot be imported raises what it would have raised, and is watched no more than once."""
+    """A failing module raises its own error, and is watched only once."""
     from sweep.import_hook import when_imported
 
     called = []
@@ -83,7 +83,7 @@ def test_a_failed_import_stays_what_it_is(monkeypatch, tmp_path):
 
 
 def test_verdicts_are_masks(atlas):
-    """`stable` and `unstable` are the flags as truths; cf-xarray decodes the same from the file's own attributes."""
+    """`stable` and `unstable` are the flags as booleans; cf-xarray decodes the same from the file's attributes."""
     mine = atlas.eulerdisk
     np.testing.assert_array_equal(mine.stable, atlas["stability"] == 1)
     np.testing.assert_array_equal(mine.unstable, atlas["stability"].values == 2)
@@ -96,7 +96,7 @@ def test_verdicts_are_masks(atlas):
 
 
 def test_cells_to_trust_are_a_mask(atlas):
-    """A mask of known endings, and of numbers that are known to within an error; half of that is refused."""
+    """The mask covers known endings, and numbers known to within an error; giving only part of that is refused."""
     ending = atlas.ending.copy(data=atlas.ending.values.copy())
     endings = atlas.eulerdisk.spec.model.endings
     ending.values[0, 0], ending.values[1, 0] = endings.code("not_computed"), endings.code("unresolved")
@@ -131,9 +131,9 @@ def test_boundaries_and_critical_rates(atlas):
 
 
 def test_a_cell_is_the_nearest(atlas):
-    """A cell is picked by values with units, nearest along each axis, and in the logarithm where the axis has it."""
+    """A cell is selected by values with units, nearest along each axis, by logarithm on logarithmic axes."""
     tilts = np.degrees(atlas["tilt"].values)
-    # between the arithmetic and the geometric middle of two tilts: the larger is nearer in the logarithm
+    # Between the arithmetic and the geometric mean of two tilts, the larger is nearer by logarithm.
     between = 0.5 * (np.sqrt(tilts[2] * tilts[3]) + 0.5 * (tilts[2] + tilts[3]))
     cell = atlas.eulerdisk.cell(roll_rate=2.4, tilt=f"{between}deg")
     assert cell.sizes == {}
@@ -143,7 +143,7 @@ def test_a_cell_is_the_nearest(atlas):
 
 
 def test_no_cell_is_refused(atlas):
-    """A missing axis, a value outside, another disk and a word that is none are refused with what the atlas has."""
+    """A missing axis, an outside value, another disk and an unknown word are refused with what the atlas has."""
     for given, facts in [
         ({"roll_rate": 2.4}, ["tilt=1.73deg"]),
         ({"roll_rate": 9, "tilt": "1deg"}, ["roll_rate=9", "2 rad s-1", "4 rad s-1"]),
@@ -156,13 +156,13 @@ def test_no_cell_is_refused(atlas):
 
 
 def test_the_rate_that_is_computed_names_no_cell():
-    """In an atlas of circling the roll rate follows from the cell."""
+    """In an atlas of circling disks the roll rate follows from the cell."""
     with refused("roll_rate=1", "computed", "tilt, precession_rate"):
         sweep.run(CIRCLING).eulerdisk.cell(roll_rate=1, tilt="5deg", precession_rate=1)
 
 
 def test_another_criterion_and_a_figure(atlas):
-    """`reclassify` is that of the package; `plot` gives a figure with the map."""
+    """`reclassify` equals the package's function; `plot` returns a figure with the map."""
     other = atlas.eulerdisk.reclassify("departure:1deg")
     xr.testing.assert_equal(other, sweep.reclassify(atlas, "departure:1deg"))
     assert atlas.eulerdisk.spec == SPEC
@@ -170,7 +170,7 @@ def test_another_criterion_and_a_figure(atlas):
 
 
 def test_a_few_lines_say_what_it_is(atlas):
-    """Text and HTML name title, axes, criterion, counts and boundary, and escape what is not HTML."""
+    """Text and HTML show title, axes, criterion, counts and boundary, and escape HTML."""
     text = repr(atlas.eulerdisk)
     stable, unstable = int(atlas.eulerdisk.stable.sum()), int(atlas.eulerdisk.unstable.sum())
     assert len(text.splitlines()) == 10
@@ -190,7 +190,7 @@ def test_a_few_lines_say_what_it_is(atlas):
 
 
 def test_another_dataset_has_it_and_says_what_is_wrong():
-    """On a dataset that is no atlas the repr says so, and every question is refused with what to do."""
+    """For a dataset that is no atlas the repr says so, and every query is refused with the remedy."""
     foreign = xr.Dataset({"sst": ("x", [1.0])})
     assert repr(foreign.eulerdisk).startswith("eulerdisk  not ")
     for ask in (
@@ -204,7 +204,7 @@ def test_another_dataset_has_it_and_says_what_is_wrong():
 
 
 def test_what_lies_between_cells_says_so(atlas):
-    """The package dropped the attributes itself: to keep them is no advice."""
+    """The package itself dropped the attributes, so the advice is not to keep them."""
     between = atlas.eulerdisk.interp(tilt="1.1deg")
     with refused("eulerdisk.interp", "dataset.to_netcdf") as caught:
         between.eulerdisk.plot()
@@ -212,7 +212,7 @@ def test_what_lies_between_cells_says_so(atlas):
 
 
 def test_places_outside_are_refused_by_the_words_given(atlas):
-    """In their unit, and with limits that are inside."""
+    """The message has their unit, and limits that are inside."""
     for words, facts in [
         ({"inclination": "50deg"}, ["inclination=50deg", "tilt", "0.1 deg", "30 deg"]),
         ({"inclination": 1.0}, ["inclination=1.0", "tilt", "0.001745329252 rad", "0.5235987755 rad"]),
@@ -227,7 +227,7 @@ def test_places_outside_are_refused_by_the_words_given(atlas):
 
 
 def test_the_order_of_the_dimensions_does_not_matter(atlas):
-    """Transposed, an atlas gives the same verdicts, cells and boundaries."""
+    """A transposed atlas gives the same verdicts, cells and boundaries."""
     turned = atlas.transpose(*reversed(atlas.ending.dims))
     there, here = (each.eulerdisk.reclassify("departure:2deg") for each in (atlas, turned))
     xr.testing.assert_equal(here, there)
@@ -237,7 +237,7 @@ def test_the_order_of_the_dimensions_does_not_matter(atlas):
 
 
 def test_words_of_a_file_are_text(atlas):
-    """The title of a file is shown without its control characters, and cut; HTML in it is text."""
+    """A file's title is shortened and shown without control characters; HTML in it is escaped."""
     named = atlas.assign_attrs(title="<b>\x1b[31m" + "x" * 1000)
     assert "<b>\\x1b[31mxxx" in repr(named.eulerdisk)
     assert len(repr(named.eulerdisk).splitlines()[0]) < 120
@@ -246,17 +246,17 @@ def test_words_of_a_file_are_text(atlas):
 
 @pytest.fixture(scope="module")
 def fall():
-    """Return the motion of a coin that falls in its place."""
+    """Return the motion of a coin that falls in place."""
     return sweep.simulate(radius="12mm", tilt="1deg", duration=2.0)
 
 
 def test_a_motion_is_drawn_and_filmed(fall, tmp_path):
-    """What simulate returns has a figure and a film; a film that exists is replaced only where that is asked for."""
+    """A motion from `simulate` has a figure and a film; an existing film is replaced only on request."""
     assert len(fall.eulerdisk.plot().axes) == 4
     film = tmp_path / "fall.gif"
     fall.isel(elapsed_time=slice(900, None)).eulerdisk.animate(film, speed=0.1, fps=10, size=(200, 200))
     with Image.open(film) as read:
-        # 0.02 s at a tenth of the speed and 10 frames a second
+        # 0.02 s at a tenth of the speed and 10 frames per second.
         assert (read.size, read.n_frames) == ((200, 200), 4)
     before = film.read_bytes()
     with refused(str(film), "--overwrite"):
@@ -267,7 +267,7 @@ def test_a_motion_is_drawn_and_filmed(fall, tmp_path):
 
 
 def test_a_motion_says_what_it_is(fall):
-    """Disk and start, duration, fall, and from when on rolling is impossible; a part that is no motion says so."""
+    """It shows disk, start, duration, fall, and when rolling becomes impossible; an incomplete motion says so."""
     lines = repr(fall.eulerdisk).splitlines()
     assert [line.split()[0] for line in lines] == ["motion", "disk", "time", "contact"]
     assert_facts(lines[1], "R = 12 mm", "α = 0.5", "tilt 1 deg")
@@ -279,7 +279,7 @@ def test_a_motion_says_what_it_is(fall):
 
 
 def test_a_motion_with_losses_says_where_its_energy_went():
-    """Its end, what each law took of what was lost, and that it rolls all the time."""
+    """It shows its end, each law's share of the losses, and that it always rolls."""
     motion = sweep.simulate("toy", tilt="80deg")
     lines = repr(motion.eulerdisk).splitlines()
     assert [line.split()[0] for line in lines] == ["motion", "disk", "time", "losses", "contact"]
@@ -297,7 +297,7 @@ def test_a_motion_with_losses_says_where_its_energy_went():
 
 
 def test_a_map_of_losses_is_a_word_of_plot():
-    """It has nothing else to draw, and a motion has no map."""
+    """It cannot be combined with other options, and a motion has no map."""
     atlas = sweep.run("toy", tilt="60deg,80deg", precession_rate="60,80")
     assert_facts(atlas.eulerdisk.plot(losses=True).axes[-1].get_ylabel(), "aloft", "(s)")
     with refused("losses", "quantity", "family"):
@@ -307,7 +307,7 @@ def test_a_map_of_losses_is_a_word_of_plot():
 
 
 def test_a_map_of_regimes_is_a_word_of_plot():
-    """It is that of the command, and has nothing else to draw."""
+    """It equals the command's map and cannot be combined with other options."""
     atlas = sweep.run("rolling", tilt="1deg,20deg", roll_rate="1,3")
     legend = atlas.eulerdisk.plot(regimes=True).axes[0].get_legend()
     shown = [" ".join(text.get_text().split()) for text in legend.get_texts()]
@@ -339,7 +339,7 @@ def test_a_map_of_regimes_is_a_word_of_plot():
     ],
 )
 def test_what_a_motion_cannot_be_asked(fall, ask, facts, tmp_path, monkeypatch):
-    """It is refused in words, and nothing is written."""
+    """The query is refused, and nothing is written."""
     monkeypatch.chdir(tmp_path)
     with refused(*facts):
         ask(fall)
@@ -347,7 +347,7 @@ def test_what_a_motion_cannot_be_asked(fall, ask, facts, tmp_path, monkeypatch):
 
 
 def test_an_atlas_is_no_film(atlas):
-    """An atlas says how to film the motion of a cell."""
+    """The refusal says how to film the motion of a cell."""
     with refused(
         "motion", "atlas.eulerdisk.simulate(roll_rate=3.0, tilt=0.030229989403903628).eulerdisk.animate(path)"
     ):
@@ -355,7 +355,7 @@ def test_an_atlas_is_no_film(atlas):
 
 
 def test_words_of_a_plot_that_cannot_be_are_refused(atlas):
-    """The message names the word, its range and what was given."""
+    """The message names the argument, its range and the given value."""
     for words, facts in [
         ({"friction": "x"}, ["friction", "0", "x"]),
         ({"friction": -1}, ["friction", "0", "-1"]),
@@ -368,7 +368,7 @@ def test_words_of_a_plot_that_cannot_be_are_refused(atlas):
 
 
 def test_every_word_of_a_figure_reaches_it(atlas, monkeypatch):
-    """`plot` hands on each of its arguments under its name; the look, the friction or the axes have it."""
+    """`plot` passes on each of its arguments by name, to the look, the friction or the axes."""
     words = {name: object() for name in inspect.signature(sweep.Eulerdisk.plot).parameters if name != "self"}
     words |= {"losses": False, "regimes": False}
     taken = {}

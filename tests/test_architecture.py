@@ -1,4 +1,4 @@
-"""The layout is checked by a machine: import contracts, names, what kernels hold, and what loading a request loads."""
+"""Checks of the layout: import contracts, names, the content of kernels, and what loading a request loads."""
 
 import ast
 import importlib
@@ -20,7 +20,7 @@ CONTRACTS = {contract["id"]: contract for contract in read_configuration(PYPROJE
 SOURCES = sorted(
     path for folder in ("kernels", "sweep", "scripts", "tests") for path in (CHECKOUT / folder).rglob("*.py")
 )
-#: The modules that are compiled; `kernels.native` is the Python around them.
+#: The compiled modules; `kernels.native` is the Python code around them.
 COMPILED = sorted(
     path for path in (CHECKOUT / "kernels").rglob("*.py") if path.parent != CHECKOUT / "kernels" / "native"
 )
@@ -28,7 +28,7 @@ PAGES = sorted([*CHECKOUT.glob("*.md"), *(CHECKOUT / "docs").glob("*.md")])
 #: Paths and dotted names of the project, as pages and docstrings spell them.
 PATH_NAME = re.compile(r"(?<![\w./-])((?:kernels|sweep|scripts|tests|docs)/[\w./-]*\w)(?:::(\w+))?")
 DOTTED_NAME = re.compile(r"(?<![\w./-])(?:kernels|sweep)(?:\.[A-Za-z_]\w*)+(?![\w/-])")
-#: What commands of the gallery write, and the script that docs/extend.md adds.
+#: Files written by commands of the gallery, and the script that docs/extend.md adds.
 WRITTEN = (
     "docs/atlases",
     "docs/losses.nc",
@@ -43,7 +43,7 @@ HEAVY = {"numba", "scipy", "xarray", "netCDF4", "pandas", "matplotlib", "typer",
 
 
 def named(path: Path) -> str:
-    """Return the path as the project's own pages spell it."""
+    """Return the path relative to the checkout."""
     return str(path.relative_to(CHECKOUT))
 
 
@@ -72,7 +72,7 @@ def is_package(name: str) -> bool:
 
 
 def top_level_imports(path: Path) -> Iterator[str]:
-    """Yield the distribution-level name of everything that a file of kernels imports, at whatever depth."""
+    """Yield the distribution-level name of everything that a kernel file imports, at any depth."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name.partition(".")[0] for alias in node.names)
@@ -81,7 +81,7 @@ def top_level_imports(path: Path) -> Iterator[str]:
 
 
 def loaded_by(*statements: str, beside: Collection[str] = ()) -> dict[str, set[str]]:
-    """Return the heavy modules that each statement, one after another in a fresh interpreter, loads."""
+    """Return the heavy modules that each statement loads, run one after another in a fresh interpreter."""
     heavy = HEAVY | set(beside)
     report = "; print(*{name.partition('.')[0] for name in sys.modules})"
     done = subprocess.run(
@@ -104,7 +104,7 @@ def loaded_by(*statements: str, beside: Collection[str] = ()) -> dict[str, set[s
 
 
 def test_import_contracts(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:
-    """Every import contract of pyproject.toml is kept."""
+    """Every import contract of pyproject.toml holds."""
     monkeypatch.chdir(CHECKOUT)
     status = lint_imports(PYPROJECT, no_cache=True, no_logo=True)
     if status != 0:
@@ -113,16 +113,16 @@ def test_import_contracts(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captur
 
 def test_no_room_looks_up_to_the_face_of_the_package() -> None:
     """No module of the package imports the package itself, not even inside a function."""
-    # The contracts compare siblings; the package is the parent of all, so they do not see it.
+    # The contracts only compare siblings, not the package above them.
     graph = grimp.build_graph("sweep", exclude_type_checking_imports=True, cache_dir=None)
     assert graph.find_modules_that_directly_import("sweep") == set()
 
 
 def test_kernels_import_arithmetic_only() -> None:
-    """A kernel module imports math, numpy, typing (named tuples) and other kernels, nothing else; so it loads light."""
+    """A kernel module imports only math, numpy, typing (named tuples) and other kernels, so it loads fast."""
     for path in COMPILED:
         inside = {"numba"} if path.name in ("cuda.py", "intrinsics.py") else set()
-        # the kernels of a system bear the name of its program
+        # The kernels of a system are named after its program.
         if path.name == "integrate.py" and path.parent.name == "system":
             inside |= {"json", "hashlib"}
         others = set(top_level_imports(path)) - {"math", "numpy", "typing", "kernels"} - inside
@@ -131,9 +131,9 @@ def test_kernels_import_arithmetic_only() -> None:
 
 @pytest.mark.slow_lane
 def test_kernels_never_raise() -> None:
-    """A kernel ends with a code: a raise inside a parallel loop would leave every later cell unwritten.
+    """A kernel ends with a code: a raise inside a parallel loop would leave all later cells unwritten.
 
-    What makes kernels or their layouts is no kernel.
+    Functions that create kernels or their layouts are exempt.
     """
     for path in COMPILED:
         tree = ast.parse(path.read_text(encoding="utf-8"))
@@ -147,7 +147,7 @@ def test_kernels_never_raise() -> None:
 
 
 def test_paths_say_what_they_are_for() -> None:
-    """No module or folder is a drawer for everything."""
+    """No module or folder has a catch-all name."""
     for path in SOURCES:
         parts = {part.strip("_") for part in path.relative_to(CHECKOUT).with_suffix("").parts}
         assert not parts & DRAWERS, named(path)
@@ -155,7 +155,7 @@ def test_paths_say_what_they_are_for() -> None:
 
 @pytest.mark.slow_lane
 def test_what_a_text_names_exists() -> None:
-    """Every path and dotted name of the project in a page or a docstring leads to a file, a test or a module."""
+    """Every path and dotted name in a page or docstring refers to an existing file, test or module."""
     missing = []
     for path in [*PAGES, *SOURCES]:
         text = text_of(path)
@@ -170,7 +170,7 @@ def test_what_a_text_names_exists() -> None:
 
 
 def test_a_request_loads_light() -> None:
-    """Every module that a request is read with loads neither the compiler nor the libraries of files and units."""
+    """No module needed to read a request loads the compiler or the libraries for files and units."""
     graph = grimp.build_graph("sweep", cache_dir=None)
     rooms = CONTRACTS["light-request"]["source_modules"]
     modules = sorted({*rooms}.union(*(graph.find_descendants(room) for room in rooms)))
@@ -178,7 +178,7 @@ def test_a_request_loads_light() -> None:
 
 
 def test_a_preset_is_read_light() -> None:
-    """Reading a preset, its fingerprint and the hash of the code that computes it load nothing heavy either."""
+    """Reading a preset, its fingerprint and its code hash loads no heavy module either."""
     spec = "SweepSpec.preset('circling')"
     read = f"from sweep.request.spec import SweepSpec; {spec}.fingerprint()"
     hashed = f"from sweep.engine.compute import arithmetic_hash; arithmetic_hash({spec})"
@@ -186,7 +186,7 @@ def test_a_preset_is_read_light() -> None:
 
 
 def test_kernels_load_light() -> None:
-    """Entry points are imported without the compiler: a process whose machine code is kept needs none."""
+    """Entry points import without the compiler: a process with cached machine code does not need it."""
     names = sorted(str(path.relative_to(CHECKOUT).with_suffix("")).replace("/", ".") for path in COMPILED)
     modules = [name for name in names if not name.endswith(("__init__", ".cuda"))]
     assert loaded_by(*(f"import {module}" for module in modules), beside=["llvmlite"]) == {}

@@ -1,4 +1,4 @@
-"""Files that appear whole: what is opened for writing is new, and one module alone opens, renames and removes."""
+"""Files appear whole: files opened for writing are new, and one module does all opening, renaming and removing."""
 
 import ast
 import os
@@ -13,7 +13,7 @@ from sweep.files.publish import published, published_folder
 CHECKOUT = Path(__file__).parents[1]
 TOKEN = "0123456789abcdef"
 
-#: Functions of the system that write, rename or link.
+#: System functions that write, rename or link.
 SYSTEM = {
     f"{module}.{name}"
     for module, names in {
@@ -25,18 +25,18 @@ SYSTEM = {
 }
 #: Flags of `os.open` that write or create.
 WRITING_FLAGS = {"O_WRONLY", "O_RDWR", "O_CREAT", "O_TRUNC", "O_APPEND"}
-#: Functions of the system that remove.
+#: System functions that remove.
 REMOVING = {"os.unlink", "os.remove", "os.rmdir", "os.removedirs", "shutil.rmtree"}
-#: Methods that write to a path or rename one, whatever object has them.
+#: Methods that write to or rename a path, on any object.
 METHODS = {"write_text", "write_bytes", "touch", "rename", "symlink_to", "hardlink_to", "mkfifo"}
 #: Methods that remove a path.
 REMOVING_METHODS = {"unlink", "rmdir"}
-#: Functions of libraries that write to a name that they are given.
+#: Library functions that write to a given name.
 LIBRARIES = {"to_netcdf", "to_csv", "to_zarr", "to_parquet", "ParquetWriter", "savefig", "savez", "save_all"}
-#: What may write to a temporary name: the variable of a ``with published(...) as`` statement.
+#: The variable of a ``with published(...) as`` statement: a temporary name that may be written to.
 TEMPORARY = "unfinished"
 
-#: The one module that opens and renames; and those that remove only what they have made themselves.
+#: The only module that opens and renames, and those that remove only what they have created.
 WRITER = "sweep/atomic.py"
 REMOVERS = {
     WRITER,
@@ -48,13 +48,13 @@ REMOVERS = {
 }
 
 
-#: What looks like writing and is not: variables that are renamed; the file of an atlas, opened under the temporary
-#: name that `AtlasWriter` is given, by two libraries; the device that takes the place of a closed stream.
+#: False positives: renamed variables; the atlas file, which two libraries open under the temporary name given to
+#: `AtlasWriter`; the device that replaces a closed stream.
 EXCEPTIONS = {
     "sweep/accessor.py .rename",
     "sweep/accessor.py verdict.rename",
     "sweep/model/disk/contact.py slips.rename",
-    # into memory
+    # Into memory.
     "sweep/figures/sheet.py self.savefig",
     "sweep/files/atlas_writer.py netCDF4.Dataset",
     "sweep/files/raw_chunks.py h5py.File",
@@ -63,7 +63,7 @@ EXCEPTIONS = {
 
 
 def called(node):
-    """Return the dotted name of what a call calls, as far as it is one."""
+    """Return the dotted name of a call's function, as far as it has one."""
     parts = []
     at = node.func
     while isinstance(at, ast.Attribute):
@@ -73,27 +73,27 @@ def called(node):
 
 
 def opens_for_writing(node):
-    """Return whether a call of `open` has a mode that is not one of reading, or that nobody can read off."""
+    """Return whether a call of `open` has a mode that writes or that cannot be read off."""
     place = 1 if isinstance(node.func, ast.Name) else 0
     mode = [*node.args[place : place + 1], *(each.value for each in node.keywords if each.arg == "mode")]
     return bool(mode) and not (isinstance(mode[0], ast.Constant) and set(mode[0].value) <= set("rbt"))
 
 
 def reads_only(node):
-    """Return whether a call of `os.open` has flags that can be read off, and none that writes."""
+    """Return whether a call of `os.open` has only literal flags, none of which writes."""
     named = [each for each in ast.walk(node.args[1]) if isinstance(each, ast.Name)]
     flags = {each.attr for each in ast.walk(node.args[1]) if isinstance(each, ast.Attribute)}
     return all(each.id == "os" for each in named) and "O_RDONLY" in flags and not flags & WRITING_FLAGS
 
 
 def reads_dataset(node):
-    """Return whether a call that opens a file of netCDF or HDF5 has a mode that can be read off, and only reads."""
+    """Return whether a call that opens a netCDF or HDF5 file has a literal mode that only reads."""
     mode = [*node.args[1:2], *(each.value for each in node.keywords if each.arg == "mode")]
     return all(isinstance(each, ast.Constant) and each.value == "r" for each in mode)
 
 
 def writes(text):
-    """Yield (line, name, whether it removes) of every call in a source that writes other than to a temporary name."""
+    """Yield (line, name, whether it removes) of every call in a source that does not write to a temporary name."""
     for node in ast.walk(ast.parse(text)):
         if not isinstance(node, ast.Call):
             continue
@@ -115,10 +115,10 @@ def writes(text):
 
 
 def test_one_module_writes():
-    """Every file of `sweep` is created, renamed and replaced in one module, or written to the name that it gave.
+    """All files of `sweep` are created, renamed and replaced in one module, or written to a name it provides.
 
-    Whoever writes another way meets a planted link, a predictable name or a half-written file, which that module
-    excludes. What is removed is removed by the rooms that made it.
+    Other ways of writing risk planted links, predictable names or half-written files, which that module prevents. Only
+    the rooms that created a file remove it.
     """
     found = []
     for path in sorted((CHECKOUT / "sweep").rglob("*.py")):
@@ -155,7 +155,7 @@ def test_the_search_finds_what_writes():
 
 @pytest.fixture
 def victim(tmp_path, monkeypatch):
-    """Return a file that must not change, with links to it under the names that are going to be used."""
+    """Return a file that must not change, with a link to it under the next temporary name."""
     path = tmp_path / "victim"
     path.write_text("mine")
     monkeypatch.setattr(atomic.secrets, "token_hex", lambda _: TOKEN)
@@ -164,7 +164,7 @@ def victim(tmp_path, monkeypatch):
 
 
 def test_a_planted_link_is_not_followed(tmp_path, victim):
-    """Even if somebody guesses the name, a link that has it is an error, and the file that it leads to stays."""
+    """Even if someone guesses the name, a link with that name is an error, and its target is unchanged."""
     with pytest.raises(FileExistsError):
         atomic.publish_bytes(tmp_path / "a", b"new")
     with pytest.raises(StorageError, match="File exists"), published(tmp_path / "a") as unfinished:
@@ -178,7 +178,7 @@ def test_a_planted_link_is_not_followed(tmp_path, victim):
 
 
 def test_names_cannot_be_guessed(tmp_path):
-    """Two temporary names have nothing in common but what marks them as those of this program."""
+    """Temporary names share nothing except the marks of this program."""
     names = {atomic.create_temporary(tmp_path).name for _ in range(20)}
     assert len(names) == 20
     assert all(atomic.TEMPORARY.fullmatch(name) for name in names)
@@ -186,7 +186,7 @@ def test_names_cannot_be_guessed(tmp_path):
 
 
 def test_a_trial_leaves_nothing(tmp_path):
-    """The trial of a name fails as publishing would, and leaves nothing either way."""
+    """A trial of a name fails as publishing would, and leaves nothing in either case."""
     for name in ("a.nc", " a ", "y" * 255):
         atomic.try_publishing(tmp_path / name)
     (tmp_path / "other").mkdir()
@@ -197,7 +197,7 @@ def test_a_trial_leaves_nothing(tmp_path):
 
 
 def test_a_folder_replaces_a_folder(tmp_path):
-    """A published folder takes the place of one, or of a link to one, whose target is left alone; or it stays."""
+    """A published folder replaces a folder, or a link to one without changing its target; on error nothing changes."""
     (tmp_path / "old").mkdir()
     (tmp_path / "old" / "a").touch()
     (tmp_path / "link").symlink_to("old")

@@ -1,4 +1,4 @@
-"""Errors of requests: one line of where, message and hint, an exit status, and a way between processes."""
+"""Errors of requests: one line of place, message and hint, an exit status, and pickling between processes."""
 
 import pickle
 
@@ -8,7 +8,7 @@ TEXTS = ("roll_rate must be finite; got nan.", "Write roll_rate=2.5.", "roll_rat
 
 
 def test_an_error_is_one_line_of_place_message_and_hint():
-    """Each part has its attribute; what is not given leaves no trace."""
+    """Each part has its attribute; omitted parts leave no trace."""
     error = RequestError(*TEXTS)
     assert (error.message, error.hint, error.where) == TEXTS
     assert str(error) == "roll_rate: roll_rate must be finite; got nan. Write roll_rate=2.5."
@@ -16,7 +16,7 @@ def test_an_error_is_one_line_of_place_message_and_hint():
 
 
 def test_a_long_place_is_shortened_in_the_midst():
-    """Its begin and end say which file it is; the sentence stands whole."""
+    """Its start and end identify the file; the sentence remains complete."""
     text = str(RequestError(TEXTS[0], where="/data/" + "x" * 4000 + "/a.nc"))
     assert text.startswith("/data/xxx")
     assert text.endswith(f"xxx/a.nc: {TEXTS[0]}")
@@ -24,7 +24,7 @@ def test_a_long_place_is_shortened_in_the_midst():
 
 
 def test_an_error_is_sent_between_processes_and_placed():
-    """A pickled error comes back with kind, text and status; `at` moves it and changes nothing else."""
+    """A pickled error keeps kind, text and status; `at` changes only its place."""
     for kind, status in [(RequestError, 2), (StorageError, 3), (FailedBlocksError, 1)]:
         for texts in [TEXTS, TEXTS[:2], TEXTS[:1]]:
             error = kind(*texts)
@@ -36,5 +36,5 @@ def test_an_error_is_sent_between_processes_and_placed():
 
 
 def test_a_stopped_run_says_where_its_blocks_are():
-    """Folder, finished blocks and all blocks come back from another process."""
+    """Its message with the finished and total blocks survives pickling."""
     assert str(pickle.loads(pickle.dumps(StoppedError("3 of 8 blocks are kept")))) == "3 of 8 blocks are kept"

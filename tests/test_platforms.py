@@ -1,4 +1,4 @@
-"""Systems and processors: what is supported is silent, what cannot work is refused, the rest is warned of once."""
+"""Systems and processors: supported ones give no message, impossible ones are refused, others warned about once."""
 
 import math
 import os
@@ -19,7 +19,7 @@ from sweep import platforms
 from sweep.errors import SurroundingsWarning
 from sweep.platforms import free_bytes, processors
 
-#: A system whose Python has no module fcntl, as that of Windows.
+#: A system whose Python lacks the module fcntl, such as Windows.
 _NO_LOCKS = "import sys; sys.modules['fcntl'] = None; "
 
 
@@ -69,7 +69,7 @@ def without_locks(statement):
     [("x86_64", {"fma": True}), ("AMD64", {"fma": True}), ("arm64", None), ("aarch64", None)],
 )
 def test_supported_machines_are_silent(simulated, system, architecture, features):
-    """Linux and macOS on x86-64 with fused multiply-add, or on arm64, which always has it."""
+    """These are Linux and macOS on x86-64 with fused multiply-add, or on arm64, which always has it."""
     simulated(system, architecture, features)
     assert said() == []
 
@@ -86,14 +86,14 @@ def test_supported_machines_are_silent(simulated, system, architecture, features
     ],
 )
 def test_other_machines_are_warned_of_once(simulated, system, architecture, features, named):
-    """One warning names what is not supported, what is, and what to expect of the atlas."""
+    """One warning names the unsupported part, the supported ones, and the consequences for the atlas."""
     simulated(system, architecture, features)
     (text,) = said()
     assert_facts(text, named, "Linux", "macOS", "x86-64", "arm64", "fused multiply-add", "bits")
 
 
 def test_the_warning_comes_with_the_first_kernel(simulated):
-    """A motion on an unknown processor is computed, and the warning comes when its kernel is loaded."""
+    """A motion on an unknown processor is computed; the warning appears when its kernel is loaded."""
     import sweep
     from sweep.model import kernel
 
@@ -111,7 +111,7 @@ def test_the_warning_comes_with_the_first_kernel(simulated):
     [("max 100000", math.inf), ("150000 100000", 1.5), ("50000 0", math.inf), ("nonsense", math.inf)],
 )
 def test_the_quota_of_a_control_group(monkeypatch, tmp_path, text, quota):
-    """A container's CPU quota is a number of processors; what cannot be read limits nothing."""
+    """A container's CPU quota is a number of processors; an unreadable one sets no limit."""
     file = tmp_path / "cpu.max"
     file.write_text(text + "\n")
     monkeypatch.setattr(platforms, "open", lambda *_, **__: file.open(), raising=False)
@@ -123,14 +123,14 @@ def test_the_quota_of_a_control_group(monkeypatch, tmp_path, text, quota):
     [(math.inf, "", 8, 8), (1.5, "", 2, 2), (0.5, "", 1, 1), (99.0, "", 8, 8), (6.2, "3", 7, 3)],
 )
 def test_threads_follow_the_quota(machine, monkeypatch, quota, asked, available, usual):
-    """The quota counts, rounded up, besides the affinity; NUMBA_NUM_THREADS limits the kernels alone."""
+    """The quota, rounded up, limits threads like the affinity; NUMBA_NUM_THREADS limits only the kernels."""
     monkeypatch.setenv("NUMBA_NUM_THREADS", asked)
     machine(processors=8, processor_quota=quota)
     assert (platforms.available_threads(), platforms.usual_threads()) == (available, usual)
 
 
 def test_processors_are_those_of_the_affinity(monkeypatch):
-    """Where the system has one; otherwise all that there are."""
+    """If the system has no affinity, all processors count."""
     monkeypatch.setattr(platforms, "processors", processors)
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: {1, 3, 5}, raising=False)
     assert platforms.processors() == 3
@@ -140,8 +140,8 @@ def test_processors_are_those_of_the_affinity(monkeypatch):
 
 
 def test_the_free_room_of_a_disk(monkeypatch, tmp_path):
-    """What the system says, and no limit where a file system has no size."""
-    # another answer may stand in its place
+    """It is the system's number, or unlimited if a file system has no size."""
+    # The --pretend option may have replaced the function.
     monkeypatch.setattr(platforms, "free_bytes", free_bytes)
     usage = namedtuple("usage", "total used free")
     monkeypatch.setattr(platforms.shutil, "disk_usage", lambda _: usage(10**12, 0, 31))
@@ -153,7 +153,7 @@ def test_the_free_room_of_a_disk(monkeypatch, tmp_path):
 
 
 def test_the_limit_of_addresses(monkeypatch):
-    """The soft limit of `ulimit -v`, or none."""
+    """It is the soft limit of `ulimit -v`, or infinite."""
     monkeypatch.setattr(resource, "getrlimit", lambda kind: (2**31, resource.RLIM_INFINITY))
     assert platforms.address_space() == 2**31
     monkeypatch.setattr(resource, "getrlimit", lambda kind: (resource.RLIM_INFINITY,) * 2)
@@ -161,7 +161,7 @@ def test_the_limit_of_addresses(monkeypatch):
 
 
 def test_a_user_without_a_home_has_a_cache(monkeypatch, tmp_path):
-    """Under a bare number without HOME, as in a container, the cache is among the temporary files."""
+    """For a numeric user without HOME, as in a container, the cache is among the temporary files."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
     if sys.platform == "linux":
         assert platforms.cache_home() == tmp_path / "xdg" / "eulerdisk"
@@ -175,7 +175,7 @@ def test_a_user_without_a_home_has_a_cache(monkeypatch, tmp_path):
 
 
 def test_a_system_without_locks_is_refused_on_the_command_line():
-    """Status 2 and one sentence with a hint, no traceback."""
+    """It ends with status 2 and one sentence with a hint, without a traceback."""
     for words in ["--version", "run rolling -o a.nc"]:
         argv = f"sys.argv = ['eulerdisk', *{words.split()}]; "
         done = without_locks(f"{argv}from sweep.cli import main; main()")
@@ -185,7 +185,7 @@ def test_a_system_without_locks_is_refused_on_the_command_line():
 
 
 def test_a_system_without_locks_is_refused_in_python():
-    """The first name that is taken from `sweep` raises an ImportError and RequestError that says the same."""
+    """The first name used from `sweep` raises an error that is both ImportError and RequestError."""
     for use in ["from sweep import run", "import sweep; sweep.SweepSpec"]:
         caught = "except ImportError as error: print(type(error).__mro__[1].__name__, error)"
         done = without_locks(f"\ntry: {use}\n{caught}")

@@ -1,4 +1,4 @@
-"""The pytest plugin as another project meets it: a run of pytest in a folder of its own."""
+"""The pytest plugin in another project: a run of pytest in a separate folder."""
 
 import os
 import re
@@ -16,7 +16,7 @@ import sweep
 CHECKOUT = Path(__file__).parents[1]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(CHECKOUT), os.environ.get("PYTHONPATH", "")])}
 
-#: A preset, a spec file beside the test, and a reference that is to be spoilt.
+#: A preset, a spec file next to the test, and a reference to be damaged.
 TESTS = """
 def test_file(eulerdisk_atlas):
     eulerdisk_atlas("mine.toml alpha=1", "data/file.nc")
@@ -34,7 +34,7 @@ def test_other(eulerdisk_atlas):
     eulerdisk_atlas("rolling roll_rate=3 tilt=1deg", "data/other.nc")
 """
 
-#: Requests that cannot be: a word that is not known, and a folder that is not there.
+#: Impossible requests: an unknown word, and a missing folder.
 WRONG = """
 def test_word(eulerdisk_atlas):
     eulerdisk_atlas("rolling roll_rte=3", "data/word.nc")
@@ -54,7 +54,7 @@ def project(tmp_path):
 
 
 def run(folder, *words):
-    """Run pytest in a folder, without what other plugins load, and return its status and what it said."""
+    """Run pytest in a folder, without other plugins' effects, and return its status and output."""
     without = [
         word for name in ("cacheprovider", "hypothesispytest", "zarr") for word in ("-p", f"no:{name}")
     ]
@@ -71,7 +71,7 @@ def run(folder, *words):
 
 @pytest.mark.slow_lane
 def test_references_are_written_and_compared(project):
-    """Without references the tests fail and say what to do; written, they pass unless a reference says otherwise."""
+    """Without references the tests fail with advice; once written, they pass unless a reference differs."""
     status, said = run(project)
     assert status == 1
     assert said.count("pytest --eulerdisk-regen") >= 3
@@ -93,7 +93,7 @@ def test_references_are_written_and_compared(project):
 
 @pytest.mark.slow_lane
 def test_a_wrong_request_is_one_line(project):
-    """What cannot be run fails the test with the words of the command, without the code that found it."""
+    """An impossible request fails the test with the command's message, without a traceback."""
     (project / "test_mine.py").write_text(WRONG)
     status, said = run(project, "--eulerdisk-regen")
     assert (status, "2 failed" in said) == (1, True)

@@ -1,4 +1,4 @@
-"""Systems in Python: the mark reads the source of a function, which stays callable with numbers."""
+"""Systems in Python: the decorator reads the source of a function, which can still be called with numbers."""
 
 import math
 import subprocess
@@ -17,7 +17,7 @@ STIFFNESS = 3.0
 
 
 def test_a_file_that_is_imported_has_the_systems_that_are_read():
-    """The same definitions, text and all."""
+    """Importing and reading a file give the same definitions, including their text."""
     space = {}
     exec(compile(FILE.read_text(encoding="utf-8"), str(FILE), "exec"), space)
     for name in ("driven_pendulum", "duffing", "magnetic_pendulum", "henon_heiles", "kapitza"):
@@ -25,7 +25,7 @@ def test_a_file_that_is_imported_has_the_systems_that_are_read():
 
 
 def test_constants_of_the_module_and_of_a_function_around_it():
-    """They are numbers of the system; an argument of the same name comes first."""
+    """They become numbers of the system; an argument of the same name takes precedence."""
     width = 0.25
     pi_is_known = pi
 
@@ -49,7 +49,7 @@ def test_constants_of_the_module_and_of_a_function_around_it():
 
 
 def test_a_time_of_the_motion():
-    """The time is 0 unless it is given."""
+    """The time is 0 unless given."""
 
     @system(duration="10")
     def driven(v=0.0, *, t):
@@ -60,7 +60,7 @@ def test_a_time_of_the_motion():
 
 
 def test_what_is_refused_has_the_line_of_this_file():
-    """The mark refuses when it is used, in the function of a test too."""
+    """The decorator raises immediately, even on a function inside a test."""
     first = test_what_is_refused_has_the_line_of_this_file.__code__.co_firstlineno
     with refused("duration") as caught:
 
@@ -90,7 +90,7 @@ def test_what_is_no_function_with_a_source(value):
 
 
 def test_a_source_that_cannot_be_found():
-    """Code from a text has none."""
+    """Code from a string has no source."""
     text = "from sweep.systems import system\n@system(duration='1')\ndef f(x=1.0):\n    return -x\n"
     with refused("source"):
         exec(compile(text, "<nowhere>", "exec"), {})
@@ -98,7 +98,7 @@ def test_a_source_that_cannot_be_found():
 
 @pytest.mark.slow_lane
 def test_in_a_notebook(tmp_path):
-    """A cell of IPython: constants of earlier cells, and the line of the cell in a refusal."""
+    """A system in an IPython cell uses constants of earlier cells; a refusal names the cell's line."""
     cells = (
         "from sweep.systems import system, sin; g = 9.81\n",
         "@system(duration='10')\ndef falling(v=0.0, *, drag=0.1):\n    return g - drag*v\n\nprint(falling(1.0))\n",

@@ -1,4 +1,4 @@
-"""A run of tests: one that dies costs itself alone, and nothing but folders of failed tests stays."""
+"""A test run: a dying test affects no other, and only the folders of failed tests remain."""
 
 import os
 import subprocess
@@ -40,7 +40,7 @@ def pytest_configure(config):
 
 @pytest.fixture
 def run(tmp_path):
-    """Return a function that runs the suite above with options; it returns the run, and the folder of its files."""
+    """Return a function that runs the suite above with options; it returns the run and its file folder."""
     (tmp_path / "conftest.py").write_text(PLUGIN)
     (tmp_path / "test_suite.py").write_text(SUITE)
     (tmp_path / "pytest.ini").write_text("[pytest]\ntmp_path_retention_policy = failed\n")
@@ -73,7 +73,7 @@ def run(tmp_path):
 
 @pytest.mark.slow_lane
 def test_a_test_that_dies_is_named_and_all_others_run(run):
-    """In several processes: the last lines say how many of how many tests ran; folders of failed tests alone stay."""
+    """With several processes the last lines count the tests that ran; only folders of failed tests remain."""
     done, files = run("-n", "2", "--dist", "load")
     assert done.returncode == 1
     failed = {line.split()[1] for line in done.stdout.splitlines() if line.startswith("FAILED ")}
@@ -87,7 +87,7 @@ def test_a_test_that_dies_is_named_and_all_others_run(run):
 
 @pytest.mark.slow_lane
 def test_a_green_run_leaves_nothing(run):
-    """In one process, where some tests are left out."""
+    """One process runs some of the tests."""
     done, files = run("-k", "small and not 4 and not 9")
     assert (done.returncode, files.exists()) == (0, False)
     assert "10 of 10 tests ran" in done.stdout
@@ -95,7 +95,7 @@ def test_a_green_run_leaves_nothing(run):
 
 @pytest.mark.slow_lane
 def test_a_full_disk_ends_it_before_it_begins(run, tmp_path):
-    """Status 2, the bytes that are needed, and the variable that names another folder."""
+    """The run ends with status 2, the required bytes, and the variable for another folder."""
     with open(tmp_path / "conftest.py", "a") as file:
         file.write("whole_run.LEAST_FREE = 1e18\n")
     done, _ = run()

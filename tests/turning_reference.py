@@ -1,14 +1,14 @@
-"""Turning points to 40 digits, from hypergeometric functions: writes the table of test_extremes_digits.py.
+"""Turning points to 40 digits from hypergeometric functions; writes the table of test_extremes_digits.py.
 
-Nothing of the project is imported. Along a motion s = c1 E + c2 O, with E and O the even and the odd solution of
+Nothing of the project is imported. Along a motion s = c1 E + c2 O, where E and O are the even and the odd solution of
 Legendre's equation (1-u^2) s'' - 2u s' - 2s/(1+alpha) = 0, u = sin(tilt); o = -(1+alpha) cos(tilt) ds/du. The extreme
 tilts are the zeros of V - h next to the start, separated by the zeros of V'.
 
     python tests/turning_reference.py          (a few minutes; the seed is fixed)
 
-Columns: kind, the seven parameters of the start as hexadecimal floats, least and greatest tilt, how far each moves if
-every parameter changes by its own size (the sum of |x dtilt/dx|), wells, saddle of V minus h (scaled), period in s
-(nan where it was not computed).
+Columns: kind, the start's seven parameters as hexadecimal floats, least and greatest tilt, how far each moves if every
+parameter changes by its own size (the sum of |x dtilt/dx|), wells, saddle of V minus h (scaled), period in s (nan if
+not computed).
 """
 
 import random
@@ -46,12 +46,12 @@ LAST = mpf("1.5672")  # 89.79 degrees
 
 @lru_cache(maxsize=1000)
 def constants(a, b, _digits):
-    """Factor and digammas of the logarithmic series."""
+    """Return factor and digammas of the logarithmic series."""
     return gamma(a + b) / (gamma(a) * gamma(b)), 2 * psi(0, 1) - psi(0, a) - psi(0, b)
 
 
 def toward_one(a, b, y):
-    """2F1(a, b; a+b; 1-y) and its derivative, from the logarithmic series (Abramowitz-Stegun 15.3.10)."""
+    """Return 2F1(a, b; a+b; 1-y) and its derivative, from the logarithmic series (Abramowitz-Stegun 15.3.10)."""
     front, digammas = constants(a, b, mp.dps)
     factor, bracket = mpf(1), digammas - log(y)
     value = slope = mpf(0)
@@ -66,7 +66,7 @@ def toward_one(a, b, y):
 
 
 def series(a, b, c, z, y):
-    """2F1(a, b; c; z), c = a + b, and its derivative; y = 1-z."""
+    """Return 2F1(a, b; c; z), c = a + b, and its derivative; y = 1-z."""
     if z > mpf(1) / 2:
         return toward_one(a, b, y)
     return re(hyp2f1(a, b, c, z)), re(a * b / c * hyp2f1(a + 1, b + 1, c + 1, z))
@@ -74,7 +74,7 @@ def series(a, b, c, z, y):
 
 @lru_cache(maxsize=400000)
 def basis(alpha, tilt):
-    """(E, o_E, O, o_O) of the even and the odd solution, (s, o) = (1, 0) and (0, 1) at upright."""
+    """Return (E, o_E, O, o_O) of the even and the odd solution, (s, o) = (1, 0) and (0, 1) at upright."""
     u, c, half = sin(tilt), cos(tilt), mpf(1) / 2
     mu = sqrt(2 / (1 + alpha) - mpf(1) / 4)
     a, b = mpf(1) / 4 - 1j * mu / 2, mpf(1) / 4 + 1j * mu / 2
@@ -85,28 +85,28 @@ def basis(alpha, tilt):
 
 
 def rates(motion, tilt):
-    """(s, o) of a motion at a tilt."""
+    """Return (s, o) of a motion at a tilt."""
     alpha, c1, c2 = motion[:3]
     even, o_even, odd, o_odd = basis(alpha, tilt)
     return c1 * even + c2 * odd, c1 * o_even + c2 * o_odd
 
 
 def potential(motion, tilt):
-    """V of a motion at a tilt."""
+    """Return V of a motion at a tilt."""
     alpha = motion[0]
     s, o = rates(motion, tilt)
     return (1 + alpha) / 2 * s * s + alpha / 4 * o * o + cos(tilt)
 
 
 def slope(motion, tilt):
-    """dV/dtilt of a motion at a tilt."""
+    """Return dV/dtilt of a motion at a tilt."""
     alpha = motion[0]
     s, o = rates(motion, tilt)
     return -sin(tilt) - (1 + alpha) * s * o + alpha / 2 * o * o * sin(tilt) / cos(tilt)
 
 
 def reduce(start):
-    """Motion (alpha, c1, c2, h) and scaled tilt rate of a start of seven numbers."""
+    """Return the motion (alpha, c1, c2, h) and scaled tilt rate of a start of seven numbers."""
     tilt, rate, precession, roll, alpha, radius, gravity = map(mpf, start)
     unit = sqrt(radius / gravity)
     s, o = unit * (roll + precession * sin(tilt)), unit * precession * cos(tilt)
@@ -119,7 +119,7 @@ def reduce(start):
 
 
 def bisected(function, low, high):
-    """Zero of a function of opposite signs at the ends: regula falsi (Illinois)."""
+    """Return the zero of a function with opposite signs at the ends, by regula falsi (Illinois)."""
     f_low, f_high = function(low), function(high)
     side = 0
     for _ in range(400):
@@ -139,7 +139,7 @@ def bisected(function, low, high):
 
 
 def grid():
-    """Tilts among which the zeros of V' are told apart: dense about upright, and towards flat."""
+    """Return tilts that separate the zeros of V': dense near upright and toward flat."""
     coarse = [atan(sinh(mpf(i) / 16)) for i in range(1, 106)]
     fine = [mpf(10) ** (mpf(i) / 5) for i in range(-35, -6)]
     positive = sorted(t for t in [*coarse, *fine, LAST] if t <= LAST)
@@ -150,7 +150,7 @@ GRID = grid()
 
 
 def critical(motion, tilt):
-    """Zeros of V' between -LAST and LAST as (tilt, is a maximum)."""
+    """Return the zeros of V' between -LAST and LAST as (tilt, is a maximum)."""
     points = sorted({*GRID, tilt})
     slopes = [slope(motion, t) for t in points]
     found = []
@@ -164,7 +164,7 @@ def critical(motion, tilt):
 
 
 def turn(motion, w, tilt, side, stationary):
-    """Turning point on one side, None if there is none before LAST."""
+    """Return the turning point on one side, or None if there is none before LAST."""
     h = motion[3]
     if w == 0 and side * slope(motion, tilt) > 0:
         return tilt
@@ -179,11 +179,11 @@ def turn(motion, w, tilt, side, stationary):
 
 
 def first_turn(motion, w, tilt, side, last, growth="1.35", longest="0.02"):
-    """Turning point on one side, None if there is none before `last`; for any start, and slower than `turn`.
+    """Return the turning point on one side, or None before `last`; for any start, but slower than `turn`.
 
-    The scan begins 1e-9 rad from the start, so that it misses neither a saddle beside a steady motion nor a start
-    beside its own turning point, and goes on in steps of at most `longest`. Between two scanned tilts a least kinetic
-    energy is found by its slope.
+    The scan starts 1e-9 rad from the start, so it finds saddles next to steady motions and starts next to their own
+    turning points, and continues in steps of at most `longest`. Between two scanned tilts a minimum of the kinetic
+    energy is found from its slope.
     """
     if w == 0 and side * slope(motion, tilt) > 0:
         return tilt
@@ -204,13 +204,13 @@ def first_turn(motion, w, tilt, side, last, growth="1.35", longest="0.02"):
 
 
 def extremes(start, last):
-    """Extreme tilts of a start, None on a side where +-`last` comes first."""
+    """Return the extreme tilts of a start, None on a side where +-`last` comes first."""
     motion, w = reduce(start)
     return tuple(first_turn(motion, w, mpf(start[0]), side, mpf(last)) for side in (-1, 1))
 
 
 def sensitivity(start, motion, root):
-    """Sum of |x dtilt/dx| over the parameters of the start."""
+    """Return the sum of |x dtilt/dx| over the parameters of the start."""
     steep, small, total = slope(motion, root), mpf(10) ** -14, mpf(0)
     for i in range(7):
         other = list(map(mpf, start))
@@ -221,7 +221,7 @@ def sensitivity(start, motion, root):
 
 
 def nutation_period(start, motion, low, high, summit):
-    """2 int dtilt/w in an angle that removes the square roots, nan if it does not converge."""
+    """Return 2 int dtilt/w over an angle that removes the square roots, nan if it does not converge."""
     middle, half, h = (low + high) / 2, (high - low) / 2, motion[3]
 
     def integrand(a):
@@ -240,7 +240,7 @@ def nutation_period(start, motion, low, high, summit):
 
 
 def graded(place, width):
-    """Angles about a place where an integrand varies over `width`: their distances grow by a factor of three."""
+    """Return angles around a place where an integrand varies over `width`: their distances triple."""
     cuts = [place]
     while width < 2:
         cuts += [place - width, place + width]
@@ -249,10 +249,10 @@ def graded(place, width):
 
 
 def period(start, last):
-    """Period [s] of a start that turns before `last` on both sides, and the relative error of the quadrature.
+    """Return the period [s] of a start that turns before `last` on both sides, and the relative quadrature error.
 
-    For any start, and slower than `nutation_period`: the pieces of the quadrature are graded towards the saddles, and
-    their places are those of y = asinh(tan(tilt)), in which nothing is steep next to flat.
+    It works for any start, but slower than `nutation_period`: the pieces of the quadrature are graded toward the
+    saddles and placed in y = asinh(tan(tilt)), in which nothing is steep near flat.
     """
     motion, w = reduce(start)
     low, high = (first_turn(motion, w, mpf(start[0]), side, mpf(last)) for side in (-1, 1))
@@ -270,7 +270,7 @@ def period(start, last):
         bend = abs(slope(motion, top + small) - slope(motion, top - small)) / (2 * small)
         width = max(sqrt(2 * abs(potential(motion, top) - motion[3]) / bend), abs(near - top)) / half
         place = re(asin((asinh(tan(near)) - middle) / half))
-        # next to a turning point the tilt goes like the square of the angle
+        # Near a turning point the tilt is quadratic in the angle.
         cuts.update(graded(place, width if low < top < high else sqrt(width)))
     value, error = quad(integrand, sorted(cuts), maxdegree=4, method="gauss-legendre", error=True)
     unit = sqrt(mpf(start[5]) / mpf(start[6]))
@@ -278,7 +278,7 @@ def period(start, last):
 
 
 def row(kind, start, with_period):
-    """The table's line of one start, None if it does not turn before LAST."""
+    """Return the table's line of a start, or None if it does not turn before LAST."""
     motion, w = reduce(start)
     tilt = mpf(start[0])
     found = critical(motion, tilt)
@@ -298,7 +298,7 @@ def row(kind, start, with_period):
 
 
 def anywhere(rng):
-    """All four state variables at random."""
+    """Return a start with random state variables."""
     rates_ = [rng.gauss(0, 3) for _ in range(3)]
     return [
         rng.uniform(-1.45, 1.45),
@@ -310,7 +310,7 @@ def anywhere(rng):
 
 
 def upright(rng):
-    """Near the critical rates, disturbed by as little as 1e-6."""
+    """Return a start near the critical rates, disturbed by as little as 1e-6."""
     alpha, kind = rng.choice(ALPHAS), rng.randrange(4)
     away = 1 + rng.choice((-1, 1)) * 10 ** rng.uniform(-5, -0.5)
     small = 10 ** rng.uniform(-6, -1.5)
@@ -321,7 +321,7 @@ def upright(rng):
 
 
 def circling(rng):
-    """Beside a steady motion."""
+    """Return a start near a steady motion."""
     alpha, tilt, p = rng.choice(ALPHAS), rng.uniform(0.02, 1.2), rng.uniform(0.3, 6.0)
     push = 4 * 9.81 * float(sin(tilt)) + (2 + alpha) * 0.5 * p * p * float(sin(2 * tilt))
     return [
@@ -336,7 +336,7 @@ def circling(rng):
 
 
 def flat(rng):
-    """Within 0.3 to 11 degrees of flat."""
+    """Return a start within 0.3 to 11 degrees of flat."""
     start = anywhere(rng)
     start[0] = rng.choice((-1, 1)) * (1.5707 - 10 ** rng.uniform(-2.3, -0.7))
     start[1] *= 0.3
@@ -344,7 +344,7 @@ def flat(rng):
 
 
 def separatrix(rng):
-    """Energy within 1e-2 to 1e-11 of the saddle."""
+    """Return a start whose energy is within 1e-2 to 1e-11 of the saddle."""
     alpha = rng.choice(ALPHAS)
     start = [rng.uniform(-0.5, 0.5), 1.0, rng.gauss(0, 0.6), rng.gauss(0, 0.6), alpha, 0.5, 9.81]
     motion, _ = reduce(start)

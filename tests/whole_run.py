@@ -1,6 +1,6 @@
-"""A run of tests as a whole: how many of how many ran, how much they write, and what stays behind.
+"""A whole test run: how many tests ran, how much they write, and what they leave.
 
-A plugin of pytest that `conftest` registers, in each process of tests and in the one that directs them.
+A pytest plugin that `conftest` registers in each test process and in the controlling one.
 """
 
 import os
@@ -10,23 +10,23 @@ import tempfile
 
 import pytest
 
-#: Bytes that one test may write; bytes that must be free before the first one begins.
+#: Bytes that one test may write; bytes that must be free before the first test.
 MOST_WRITTEN, LEAST_FREE = 200e6, 1e9
 
-#: Where programs that tests start keep temporary files, in the folder of all tests.
+#: Folder of temporary files for programs that tests start, in the folder of all tests.
 PROGRAMS = "of-programs"
 
 
 class WholeRun:
-    """What is known of a run: the names of all tests, of those that ran, and of those that failed."""
+    """The names of all tests of a run, of those that ran, and of those that failed."""
 
     def __init__(self, config):
-        # a worker of pytest-xdist has its input, and another process counts
+        # A worker of pytest-xdist has workerinput; the controlling process counts.
         self.directs = not hasattr(config, "workerinput")
         self.all, self.ran, self.failed = set(), set(), set()
 
     def pytest_sessionstart(self, session):
-        """Refuse a full disk, and let programs keep their temporary files where the tests do."""
+        """Refuse a full disk, and let programs put their temporary files where the tests do."""
         if not self.directs:
             return
         base = session.config._tmp_path_factory.getbasetemp()
@@ -42,17 +42,17 @@ class WholeRun:
         tempfile.tempdir = None
 
     def pytest_collection_finish(self, session):
-        """Note all tests of one process."""
+        """Record all tests of one process."""
         self.all.update(item.nodeid for item in session.items)
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_node_collection_finished(self, ids):
-        """Note all tests of several processes."""
+        """Record all tests of several processes."""
         self.all.update(ids)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self, item, call):
-        """Fail a test that writes more than a test may."""
+        """Fail a test that writes more than allowed."""
         report = yield
         folder = getattr(item, "funcargs", {}).get("tmp_path") if call.when == "call" else None
         written = size_on_disk(folder) if folder else 0
@@ -64,14 +64,14 @@ class WholeRun:
         return report
 
     def pytest_runtest_logreport(self, report):
-        """Note a test that ran; one that ended its process is reported as failed."""
+        """Record a test that ran; one that ended its process is reported as failed."""
         self.ran.add(report.nodeid)
         if report.failed:
             self.failed.add(report.nodeid)
 
     @pytest.hookimpl(trylast=True)
     def pytest_sessionfinish(self, session, exitstatus):
-        """Remove what tests that passed have left, and never call a run green that left tests out."""
+        """Remove the files of passed tests, and never report success if tests were missed."""
         if not self.directs:
             return
         if self.missing(session.config) and exitstatus == pytest.ExitCode.OK:
@@ -79,13 +79,13 @@ class WholeRun:
         remove_all_but(session.config._tmp_path_factory.getbasetemp(), self.failed)
 
     def missing(self, config):
-        """Return how many tests did not run though they were to."""
+        """Return the number of selected tests that did not run."""
         return 0 if config.option.collectonly else len(self.all - self.ran)
 
-    # the outermost: behind the list of what failed
+    # Outermost, so it prints after the list of failures.
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_terminal_summary(self, terminalreporter, config):
-        """Tell how many of how many tests ran, and how to repeat what was drawn."""
+        """Print how many tests ran, and how to repeat the random draws."""
         yield
         if self.directs and not config.option.collectonly:
             terminalreporter.write_line(f"{len(self.all & self.ran)} of {len(self.all)} tests ran")
@@ -94,7 +94,7 @@ class WholeRun:
 
 
 def size_on_disk(folder):
-    """Return the bytes that files below a folder take, which may change meanwhile."""
+    """Return the disk usage of files below a folder, which may change meanwhile."""
     total = 0
     for place, _, names in os.walk(folder):
         for name in names:
@@ -106,9 +106,9 @@ def size_on_disk(folder):
 
 
 def remove_all_but(base, failed):
-    """Remove a folder of temporary files except the folders of failed tests; pytest names these after the test."""
+    """Remove a folder of temporary files except the folders of failed tests, named by pytest after the tests."""
     if not base.exists():
-        # pytest has removed it
+        # Pytest has removed it.
         return
     names = {re.sub(r"\W", "_", test.rpartition("::")[2])[:30] for test in failed}
     for place in (*base.glob("popen-*"), base):
