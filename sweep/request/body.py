@@ -1,4 +1,4 @@
-"""The word ``body``: the thin disk needs none, and a request is of one body alone."""
+"""The word ``body``: the body of a request; without it the body is the thin disk."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
@@ -8,32 +8,32 @@ from sweep.model import registry
 from sweep.model.description import Model
 from sweep.request.words import given_in, names
 
-#: The body that is no body of revolution, but the disk.
+#: The value of ``body`` that means the thin disk, not another body of revolution.
 THIN = "disk"
 
-#: Models of other bodies -> those of the thin disk.
+#: Models of other bodies -> the matching models of the thin disk.
 _THIN_MODELS = {"bodies": registry.DEFAULT, "lossy_bodies": "lossy_disk"}
 
 
 def thin_model(model: Model) -> Model:
-    """Return the model of the thin disk that stands beside a model."""
+    """Return the thin-disk model that matches a model."""
     return registry.named(_THIN_MODELS.get(model.name, registry.DEFAULT))
 
 
 def without_thin_body(words: Mapping[str, Any]) -> dict[str, Any]:
-    """Return words without ``body=disk``, which asks for the model of a request that names none."""
+    """Return words without ``body=disk``, which is the same as naming no body."""
     return {name: raw for name, raw in words.items() if name != "body" or str(raw).strip() != THIN}
 
 
 def check_body_named(model: Model, words: Mapping[str, Any]) -> None:
-    """Refuse losses of a body that has none, and a length, a moment or a filling of a body that is not named.
+    """Refuse losses of a body without losses, and a length, moment or filling without a named body.
 
     Parameters
     ----------
     model : Model
-        That the words choose.
+        The model that the words choose.
     words : mapping of str to anything
-        Of a request, as given.
+        The words of a request, as given.
 
     Raises
     ------
@@ -52,25 +52,25 @@ def check_body_named(model: Model, words: Mapping[str, Any]) -> None:
     got = " ".join(f"{name}={shown(words[name])}" for name in given if name in words)
     said = " and ".join(given)
     raise RequestError(
-        f"{said} {are(len(given))} said of another body than the thin disk, and the request names none; got "
-        f"{got or f'a column {said}'}.",
+        f"{said} {are(len(given), 'applies', 'apply')} only to bodies other than the thin disk, and the request names "
+        f"no body; got {got or f'a column {said}'}.",
         hint=_body_to_add(given, model.options["body"].choices),
         where=given[0],
     )
 
 
 def _body_to_add(given: Sequence[str], known: Sequence[str]) -> str:
-    """Return what to do with lengths, moments and filling of a body that is none of the known ones by name."""
+    """Return the hint for lengths, moments and filling that are given without a body."""
     whole, first = _bodies_with(given, known), _bodies_with(given[:1], known)
     if whole:
         return f"Add {' or '.join(whole)}, or leave {' and '.join(given)} out."
     if first:
-        return f"No body has all of them: add {' or '.join(first)}, and leave out all but {given[0]}."
-    return f"No body with losses has it: leave {given[0]} out."
+        return f"No body takes all of these words: add {' or '.join(first)}, and leave out all except {given[0]}."
+    return f"No body with losses takes it: leave {given[0]} out."
 
 
 def _check_losses_known(model: Model, body: str) -> None:
-    """Refuse a body that only the model without losses has."""
+    """Refuse a body that only the model without losses knows."""
     from sweep.model.bodies.tables import CALLED
 
     having = model.options["body"].choices
@@ -78,15 +78,15 @@ def _check_losses_known(model: Model, body: str) -> None:
         return
     named = [f"body={each}" for each in having]
     raise RequestError(
-        f"A {CALLED[body]} rolls without losses: the thin disk, {', '.join(named[:-1])} and {named[-1]} have them; "
-        f"got body={body} with words of losses.",
-        hint=f"Leave the words of losses out, or say {' or '.join(named)}.",
+        f"A {CALLED[body]} has no losses: only the thin disk, {', '.join(named[:-1])} and {named[-1]} have them; "
+        f"got body={body} with losses.",
+        hint=f"Leave the losses out, or write {' or '.join(named)}.",
         where="body",
     )
 
 
 def _bodies_with(given: Collection[str], known: Sequence[str]) -> list[str]:
-    """Return the words for known bodies that have some lengths and filling; if there are, those that need no others."""
+    """Return the words for the known bodies that take all given words; only the complete ones if there are any."""
     from sweep.model.bodies.tables import LENGTHS, OPTIONAL
 
     every = {name for own in LENGTHS.values() for name in own}
@@ -97,7 +97,7 @@ def _bodies_with(given: Collection[str], known: Sequence[str]) -> list[str]:
         and every.intersection(given) <= {*own}
         and ("filling" not in given or body == "torus")
     }
-    # both moments are needed by an arc, whose shape says nothing of them, and by what is loaded on one side
+    # an arc needs both moments, because its shape does not give them; so does a body with its load on one side
     moments = {"axial_moment", "transverse_moment"}
     whole = [
         body
@@ -109,7 +109,7 @@ def _bodies_with(given: Collection[str], known: Sequence[str]) -> list[str]:
 
 
 def of_one_body(held: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return words and changes without ``body=disk``: where that is a change, without the words of another body too."""
+    """Return words and changes without ``body=disk``; if that is a change, drop the words of other bodies too."""
     thin, kept = without_thin_body(changes), without_thin_body(held)
     if len(thin) == len(changes):
         return kept, thin

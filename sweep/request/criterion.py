@@ -1,7 +1,7 @@
 """Criteria of instability: a condition on the variables of a cell, and its verdict.
 
-A condition is an expression, such as ``peak_tilt > 10deg or fall_time < 2s``, or one of those that are written shorter,
-such as ``departure:5deg`` (`sweep.request.criterion_kinds`).
+A condition is an expression, such as ``peak_tilt > 10deg or fall_time < 2s``, or a short form such as
+``departure:5deg`` (`sweep.request.criterion_kinds`).
 """
 
 import math
@@ -36,16 +36,16 @@ from sweep.request.expression import Comparison, Expression, Number, variables
 from sweep.request.expression_text import read_expression
 from sweep.request.values import read_number
 
-#: Variable -> how far its values may be off, in its unit.
+#: Variable -> largest error of its values, in its unit.
 Errors = Callable[[str], Array | float]
 
-#: Possible effect of rounding on an extreme [SI unit], which stated errors do not include.
+#: Largest effect of rounding on an extreme [SI unit]; stated errors do not include it.
 ROUNDING = 2e-14
 
-#: Signs that only comparisons contain, also in the typography of printed pages.
+#: Characters that only comparisons contain, also the typographic ones.
 _COMPARING = "<>=!\u2264\u2265\u2260"
 
-#: Characters of a line of a caption, and room for what stands before its first one.
+#: Width of a caption's lines, and the indent that its first line leaves for the text before it.
 _CAPTION, _BEFORE = 60, " " * 10
 
 
@@ -56,27 +56,27 @@ class Criterion:
     Parameters
     ----------
     kind : {"departure", "amplification", "aloft"}
-        What is limited: the distance from the steady tilt, that distance over the scale of the perturbation, or the
-        time before which the motion must not be lost.
+        The limited quantity: the distance from the steady tilt, this distance divided by the size of the perturbation,
+        or the time before which the motion must not be lost.
     limit : float
         The largest stable value: rad, between 0 and pi (departure), or a positive number (amplification); the time, s.
 
     Raises
     ------
     RequestError
-        If the kind is not known or the limit out of its range.
+        If the kind is unknown or the limit is out of its range.
 
     Notes
     -----
-    An expression is of the kind ``expression``, and its `limit` is the tree of it. A Python function that has judged
-    the cells of an atlas in memory is a ``function``, of which `limit` is the name.
+    An expression has the kind ``expression``, and its `limit` is the expression's tree. A Python function that has
+    judged the cells of an atlas in memory has the kind ``function``, and its `limit` is the function's name.
     """
 
     kind: str
     limit: Any
 
     def __post_init__(self) -> None:
-        """Read the limit, and refuse one that is not possible."""
+        """Read the limit, and refuse an impossible one."""
         if self.kind == "function" and not (isinstance(self.limit, str) and self.limit.isprintable()):
             raise RequestError(f"The name of a function is text; got {shown(self.limit)}.", where="criterion")
         if self.kind not in KINDS or (self.kind == "expression" and not isinstance(self.limit, Expression)):
@@ -87,7 +87,7 @@ class Criterion:
         object.__setattr__(self, "limit", read_number(self.limit, quantity))
         if not self.limit > 0.0:
             problem = f"{self.row.positive}; got {given}."
-        # two tilts inside +-90 deg are never further apart: such a limit is degrees taken for radians
+        # two tilts inside +-90 deg are never 180 deg apart: the user meant degrees, not radians
         elif quantity.units == "rad" and self.limit >= math.pi:
             problem = f"A {self.kind} must be below 180 deg; a bare number is in rad. Got {given}."
         else:
@@ -95,24 +95,24 @@ class Criterion:
         raise RequestError(problem, hint=f"Write {self.row.example}.", where="criterion")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return what pickle makes the criterion again from."""
+        """Return the class and arguments from which pickle rebuilds the criterion."""
         return Criterion, (self.kind, self.limit)
 
     @staticmethod
     def parse(text: str, model: Model | None = None) -> "Criterion":
-        """Return the criterion that a text spells; `str` gives the text back.
+        """Return the criterion that a text describes; `str` is the inverse.
 
         Parameters
         ----------
         text : str
             ``departure:ANGLE``, ``amplification:NUMBER``, ``aloft:TIME``, or an expression (docs/atlas.md).
         model : Model, optional
-            Whose variables and parameters an expression may name; the default one, the disk, if not given.
+            The model whose variables and parameters an expression may name; by default the disk.
 
         Raises
         ------
         RequestError
-            If it is the text of none.
+            If the text is not a criterion.
         """
         word, colon, limit = text.partition(":")
         try:
@@ -127,40 +127,40 @@ class Criterion:
 
     @staticmethod
     def named_function(text: str) -> bool:
-        """Return whether this is what an atlas in memory says of a function that has judged it."""
+        """Return whether a text is an atlas's description of the function that has judged it in memory."""
         return text.startswith("function ")
 
     @property
     def row(self) -> Kind:
-        """The row of its kind."""
+        """The entry of `KINDS` for this kind."""
         return KINDS[self.kind]
 
     @cached_property
     def condition(self) -> Expression | None:
-        """Where a cell is unstable; None of a function."""
+        """The condition that makes a cell unstable; None for a function."""
         if self.kind == "expression":
             return self.limit  # type: ignore[no-any-return]
         return None if self.row.condition is None else self.row.condition(self.limit)
 
     @property
     def limits_reach(self) -> bool:
-        """Whether it limits how far the coordinate goes.
+        """Whether the criterion limits how far the coordinate goes.
 
-        Then a lost motion is unstable, and what was unstable when time ran out stays so.
+        Then a lost motion is unstable, and a cell that was unstable when time ran out stays unstable.
         """
         return self.row.outcomes is BY_REACH
 
     @property
     def predictable(self) -> bool:
-        """Whether theory may predict its boundary."""
+        """Whether theory can predict the criterion's boundary."""
         return self.row.quantity is not None
 
     def kept(self) -> Any:
-        """Return what the canonical text of a spec holds of it: plain types."""
+        """Return the criterion in plain types, for the canonical text of a spec."""
         return str(self) if self.kind == "expression" else asdict(self)
 
     def __str__(self) -> str:
-        """Return the criterion as it is written in a request; `parse` gives exactly this criterion back."""
+        """Return the criterion as a request writes it; `parse` is the exact inverse."""
         if self.row.quantity is not None:
             return f"{self.kind}:{Number(self.limit, self.row.quantity.units)}"
         return str(self.limit) if self.kind == "expression" else f"{self.kind} {self.limit}"
@@ -168,12 +168,12 @@ class Criterion:
     # -- in words
 
     def limit_text(self, digits: int = 6) -> str:
-        """Return the limit in words: ``5 deg``, ``10 times the perturbation``; empty if there is none."""
+        """Return the limit in words: ``5 deg``, ``10 times the perturbation``; empty without a limit."""
         quantity = self.row.quantity
         return "" if quantity is None else self.row.limit.format(quantity.spell(self.limit, digits))
 
     def words(self, model: Model) -> dict[str, str]:
-        """Return what the sentences of a kind have places for, of a model."""
+        """Return the values of the placeholders in a kind's sentences, for a model."""
         lost, quantity = model.lost_name, self.row.quantity
         short = "" if quantity is None else quantity.spell(self.limit, 4).replace(" deg", "°")
         return {
@@ -197,19 +197,19 @@ class Criterion:
         return self.row.label.format(**self.words(model))
 
     def caption(self, model: Model) -> str:
-        """Return what makes a cell unstable, as short as a figure says it; on several lines if it is long."""
+        """Return what makes a cell unstable, in the short form for figures; wrapped if it is long."""
         words = model.criterion_words.get(str(self)) or self.row.caption.format(**self.words(model))
         text = re.sub(r"(?<=\d)deg\b", "°", words)
         return textwrap.fill(text, _CAPTION, initial_indent=_BEFORE).removeprefix(_BEFORE)
 
     def comment(self, model: Model) -> str:
-        """Return what the file says of the verdicts, if it is not what it says of them by a limit; ASCII."""
+        """Return the file's ASCII comment on the verdicts; empty where the usual comment on a limit is right."""
         return self.row.comment.format(**self.words(model))
 
-    # -- what it judges by
+    # -- the variables it needs
 
     def needs(self, model: Model) -> tuple[str, ...]:
-        """Return the variables of an atlas by which it judges."""
+        """Return the variables of an atlas that the condition depends on."""
         stands_for = {REACH: model.extremes, SCALE: (), LOST_TIME: (model.endings.lost_time,)}
         found = ["ending"]
         for name in self._named:
@@ -217,7 +217,7 @@ class Criterion:
         return tuple(dict.fromkeys(found))
 
     def reads(self, model: Model) -> tuple[str, ...]:
-        """Return the variables of an atlas that `decide` reads: those that it `needs`, and what states their errors."""
+        """Return the variables of an atlas that `decide` reads: those it `needs`, and those that state their errors."""
         quantities = _quantities(model)
         found = [*self.needs(model), *((*model.extremes, model.error_name) if model.extremes else ())]
         found += [stated for name in found if (stated := quantities[name].tolerance.stated) in quantities]
@@ -228,7 +228,7 @@ class Criterion:
         return () if self.condition is None else variables(self.condition)
 
     def check(self, spec: Request) -> None:
-        """Refuse a spec whose atlas does not have what the criterion judges by, or not for as long.
+        """Refuse a spec whose atlas lacks a variable that the criterion needs, or whose duration is too short.
 
         Raises
         ------
@@ -237,19 +237,20 @@ class Criterion:
         model, method = spec.model, spec.method
         if REACH in self._named and not model.coordinate:
             raise RequestError(
-                f"The model {model.name} has no coordinate with a steady value, which {self} limits.",
+                f"{self} limits how far a coordinate leaves its steady value, and the model {model.name} has no such "
+                "coordinate.",
                 hint=f"Write an expression over its variables, as in {model.default_criterion!r}.",
                 where="criterion",
             )
         if LOST_TIME in self._named and not model.endings.lost_time:
             raise RequestError(
-                f"The model {model.name} states of no motion when it is lost: {self} judges by that.",
+                f"{self} needs the time at which a motion is lost, and the model {model.name} does not compute it.",
                 hint="Use another criterion.",
                 where="criterion",
             )
         if LOST_TIME in self._named and spec.duration < self.limit:
             raise RequestError(
-                f"{self} asks for more time than the motions are followed; got duration={spec.duration:g}s.",
+                f"{self} needs a longer time than the motions are followed; got duration={spec.duration:g}s.",
                 hint=f"Give a duration of {self.limit:g}s or more.",
                 where="criterion",
             )
@@ -257,8 +258,7 @@ class Criterion:
         if without := [name for name in needed if name in unknown]:
             usual = model.methods_for(spec.words())[0]
             raise RequestError(
-                f"The criterion {self} judges by {' and '.join(without)}, of which method={method} knows no "
-                "value.",
+                f"The criterion {self} needs {' and '.join(without)}, which method={method} does not compute.",
                 hint="Use another criterion."
                 if usual == method
                 else f"Use another criterion, or method={usual}.",
@@ -267,7 +267,7 @@ class Criterion:
         if missing := [name for name in needed if name not in model.cell_variables(spec)]:
             words = [word for word, table in model.additions.items() if not table.keys().isdisjoint(missing)]
             raise RequestError(
-                f"The criterion {self} judges by {' and '.join(missing)}, which the model {model.name} does not "
+                f"The criterion {self} needs {' and '.join(missing)}, which the model {model.name} does not "
                 f"compute{' for this request' if words else ''}.",
                 hint=f"Add {' and '.join(words)} to the request of the atlas."
                 if words
@@ -276,7 +276,7 @@ class Criterion:
             )
 
     def check_new_cells(self) -> None:
-        """Refuse to judge cells that have not been computed yet; all but a function can.
+        """Refuse to judge new cells if the criterion is a function.
 
         Raises
         ------
@@ -284,16 +284,16 @@ class Criterion:
         """
         if self.condition is None:
             raise RequestError(
-                f"The {self} judged the cells of an atlas in memory, and can judge no other ones; it is in no file.",
+                f"The {self} judged the cells of an atlas in memory. It is not stored, so it cannot judge other cells.",
                 hint='Write the criterion as an expression, as in "peak_tilt > 10deg", or use reclassify with another '
-                "one.",
+                "criterion.",
                 where="criterion",
             )
 
     # -- verdicts
 
     def allowed(self, scale: Array) -> Array:
-        """Return the largest stable distance from the undisturbed value, for perturbations of a given size.
+        """Return the largest stable distance from the undisturbed value, for perturbations of given sizes.
 
         Parameters
         ----------
@@ -303,7 +303,7 @@ class Criterion:
         Returns
         -------
         array of float, shape (...)
-            In the same unit; NaN where the criterion says nothing.
+            In the same unit; NaN where the criterion sets no such limit.
         """
         if not self.limits_reach or not isinstance(self.condition, Comparison):
             return np.full(np.shape(scale), np.nan)
@@ -313,21 +313,22 @@ class Criterion:
     def outcome(
         self, endings: Endings, ending: npt.NDArray[Any], true: Truths, missing: Truths | bool = False
     ) -> npt.NDArray[np.int8]:
-        """Return the stability of cells by where the condition is true, and where a value for it is missing.
+        """Return the stability of cells from their endings and the truth of the condition.
 
         Parameters
         ----------
         endings : Endings
-            Those of the model.
+            The endings of the model.
         ending : array of int, shape (...)
             Codes of `endings`.
         true, missing : array of bool, shape (...)
+            Where the condition is true, and where a value that it needs is missing.
 
         Returns
         -------
         array of int8, shape (...)
         """
-        # a code that is none of the model's, as in a damaged file, has the last row
+        # the last row is for codes that the model does not have, as in a damaged file
         rows = np.full((max(each.code for each in endings) + 2, 3), UNDECIDED, np.int8)
         for each in endings:
             rows[each.code] = self.row.outcomes.get(each.role, (UNDECIDED,) * 3)
@@ -342,10 +343,9 @@ class Criterion:
         Parameters
         ----------
         endings : Endings
-            Those of the model.
+            The endings of the model.
         measured : mapping of str to array, shape (...)
-            The variables of the cells that the criterion `needs`, and their starts; ``ending`` holds codes of
-            `endings`.
+            The variables that the criterion `needs`, and the starts of the cells; ``ending`` holds codes of `endings`.
         reach : array of float, shape (...)
             How far the coordinate went from its undisturbed value; NaN where a cell has no extremes.
         scale : array of float, broadcastable
@@ -368,7 +368,7 @@ class Criterion:
     def decide(
         self, spec: Request, starts: Starts, measured: Columns, reach: Array, scale: Array, share: float = 1.0
     ) -> npt.NDArray[np.int8]:
-        """Return the stability of cells as far as it is known: undecided where stated errors leave it open.
+        """Return the stability of cells; undecided where the stated errors leave it open.
 
         Parameters
         ----------
@@ -379,7 +379,7 @@ class Criterion:
         reach, scale : array of float, shape (n,)
             As in `verdict`.
         share : float
-            By which errors are multiplied: `verify` asks what another rounding of them would decide.
+            Factor on the errors: `verify` tests whether another rounding of the errors changes the verdict.
 
         Returns
         -------
@@ -389,7 +389,7 @@ class Criterion:
         stability = self.verdict(model.endings, {**starts, **measured}, reach, scale)
         near: slice | npt.NDArray[np.intp] = slice(None)
         if self.limits_reach:
-            # most cells are further from the limit than the largest error of all
+            # fast path: most cells are further from the limit than the largest error of any cell
             stated = measured[model.error_name]
             most = np.fmax.reduce(stated, initial=0.0, where=np.isfinite(stated))
             largest = share * (PROMISED * most + ROUNDING)
@@ -402,7 +402,7 @@ class Criterion:
         error = np.zeros(cells["stability"].shape)
         if model.extremes:
             error = share * np.nan_to_num(PROMISED * model.error(cells) + ROUNDING)
-            # a motion that goes no further than its start is where that says
+            # if a motion goes no further than its start, the reach is the start's, which is exact
             error[reach[near] <= np.abs(begun[model.coordinate] - model.undisturbed(spec, begun))] = 0.0
         stability[near] = np.where(
             self.is_open(spec, begun, cells, error), np.int8(UNDECIDED), cells["stability"]
@@ -410,7 +410,7 @@ class Criterion:
         return stability
 
     def on_edge(self, spec: Request, starts: Starts, columns: Sequence[Columns], errors: Errors) -> Truths:
-        """Return which cells have the edge of the criterion within the span of their variables.
+        """Return which cells have the criterion's limit within the span of their variables.
 
         Parameters
         ----------
@@ -419,7 +419,7 @@ class Criterion:
         columns : sequence of mapping of str to array, shape (n,)
             One or more sets of the variables that the criterion `needs`, and of the extremes, of the same cells.
         errors : Errors
-            By how much each of them may be off.
+            The largest error of each variable.
 
         Returns
         -------
@@ -461,16 +461,16 @@ class Criterion:
             error = errors(model.extremes[1])
         else:
             several = [finite_numbers(each[name]) for each in columns]
-            # a rate that each cell computes is known to rounding
+            # a computed rate, such as the steady one, has only rounding errors
             error = 0.0 if name in model.parameters else errors(name)
             if name not in model.parameters and model.cell_variables(spec)[name].flags is not None:
-                # a flag is what it is, or nobody knows
+                # a flag is exact, except in cells that are too sensitive to their start: there it is unknown
                 unknown = [model.endings.have(SENSITIVE, each["ending"]) for each in columns]
                 error = np.where(np.any(unknown, axis=0), np.inf, 0.0)
         return np.minimum.reduce(several) - error, np.maximum.reduce(several) + error
 
     def is_open(self, spec: Request, starts: Starts, measured: Columns, error: Array) -> Truths:
-        """Return which cells may have another verdict because their extremes are off by `error`.
+        """Return which cells may have another verdict because of an error of their extremes.
 
         Parameters
         ----------
@@ -479,12 +479,13 @@ class Criterion:
         measured : mapping of str to array, shape (n,)
             All variables of the cells.
         error : array of float, shape (n,)
-            In the unit of the coordinate.
+            Largest error of the extremes, in the unit of the coordinate.
 
         Returns
         -------
         array of bool, shape (n,)
-            Where the errors of the variables leave the verdict open, or a loss may add what it follows from.
+            True where the errors of the variables leave the verdict open, or where the motion may be lost within
+            `error` and a loss can change the verdict.
         """
         model, stability = spec.model, measured["stability"]
         quantities, lost = model.cell_variables(spec), model.endings.have(LOST, measured["ending"])
@@ -505,21 +506,21 @@ class Criterion:
 
 
 def _perturbed(scale: Array) -> Array:
-    """Return the size of perturbations; NaN without one, for nothing is amplified there."""
+    """Return the size of perturbations; NaN for an undisturbed start, where nothing is amplified."""
     return np.where(np.asarray(scale) > 0.0, scale, np.nan)
 
 
 def finite_numbers(values: Any) -> Array:
-    """Return values as float64, and NaN where they are missing."""
+    """Return values as float64, with NaN for missing ones."""
     found = np.asarray(values, np.float64)
     return found if np.isfinite(found).all() else np.where(np.isfinite(found), found, np.nan)
 
 
 def _quantities(model: Model) -> dict[str, Quantity]:
-    """Return what an expression may name; what a request adds to the variables is refused later, with that request."""
+    """Return what an expression may name, with the variables that only some requests add (`check` refuses them)."""
     added = {name: each for table in model.additions.values() for name, each in table.items()}
     named: dict[str, Quantity] = {**model.variables, **added, **model.parameters}
-    # it follows from the criterion
+    # stability follows from the criterion itself
     named.pop("stability", None)
     return named
 
@@ -528,7 +529,7 @@ def _unknown(text: str) -> RequestError:
     written = [each for each in KINDS.values() if each.form]
     forms = [each.form for each in written]
     return RequestError(
-        f"{shown(text)} is no criterion. A criterion is {', '.join(forms[:-1])} or {forms[-1]}.",
+        f"{shown(text)} is not a criterion. A criterion is {', '.join(forms[:-1])} or {forms[-1]}.",
         hint=f"Write {' or '.join(each.example for each in written)}.",
         where="criterion",
     )

@@ -1,8 +1,8 @@
-"""The kinds of criteria: how each is written, its condition, its verdicts and its words, one row for each.
+"""The kinds of criteria, a row for each: its notation, condition, verdicts and words.
 
-Some conditions are written shorter than as an expression: ``departure:5deg`` is that the tilt leaves its steady value
-by more than 5 degrees, ``amplification:10`` that it leaves it by more than ten times the scale of the perturbation,
-``aloft:10s`` that the disk falls before 10 seconds are over.
+Some conditions have a short form. A cell is unstable under ``departure:5deg`` if the tilt leaves its steady value by
+more than 5 degrees, under ``amplification:10`` if it leaves it by more than ten times the size of the perturbation,
+and under ``aloft:10s`` if the disk falls within 10 seconds.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,31 +23,32 @@ from sweep.model.quantity import (
 )
 from sweep.request.expression import Comparison, Number, Variable
 
-#: Names in the conditions of `KINDS`, beside the variables of a cell: how far the coordinate went from its undisturbed
-#: value, the size of the perturbation, and the time at which the motion was lost. No expression can spell them.
+#: Names in the conditions of `KINDS` that are not variables of a cell: the coordinate's largest distance from its
+#: undisturbed value, the size of the perturbation, and the time at which the motion was lost. No expression can use
+#: them, because they contain blanks.
 REACH, SCALE, LOST_TIME = "the reach", "the scale", "the lost time"
 
-#: Role of an ending -> the verdict where the condition is true, where it is false, and where a value is missing. Cells
-#: with other roles are undecided.
+#: Role of an ending -> the verdicts if the condition is true, if it is false, and if a value is missing. Cells whose
+#: endings have other roles are undecided.
 Outcomes = Mapping[str, tuple[int, int, int]]
 
-#: A lost motion is unstable, and so is one beyond the limit, even if time ran out after it. Only a cell whose extremes
-#: are final and within the limit is stable.
+#: A lost motion is unstable. A motion beyond the limit is unstable too, even if time ran out later. Only a cell whose
+#: extremes are final and within the limit is stable.
 BY_REACH: Outcomes = {
     FINAL: (UNSTABLE, STABLE, UNDECIDED),
     OPEN: (UNSTABLE, UNDECIDED, UNDECIDED),
     LOST: (UNSTABLE, UNSTABLE, UNSTABLE),
 }
-#: A motion that ended otherwise than by a loss before the time is stable if it goes on for all time or for the
-#: duration, and undecided if how it went on is not known.
+#: A motion that was not lost before the limit is stable if it continues forever or for the duration, and undecided if
+#: its continuation is unknown.
 _BY_TIME: Outcomes = {
     FINAL: (STABLE, STABLE, STABLE),
     OPEN: (UNDECIDED, STABLE, STABLE),
     LOST: (UNSTABLE, STABLE, STABLE),
 }
-#: Unstable where the condition is true, also for what was measured until time ran out. Where it is false a cell is
-#: stable if its ending is final, a fall too, and undecided if time ran out or nothing was disturbed. Of one that is too
-#: sensitive to its start to say how it ends, what is known well enough decides (`Criterion.decide`).
+#: A cell is unstable where the condition is true, even if time ran out later. Where it is false, a cell is stable if
+#: its ending is final (a fall is), and undecided if time ran out or nothing was disturbed. If a cell is too sensitive
+#: to its start for its ending to be known, its accurate variables decide (`Criterion.decide`).
 _BY_EXPRESSION: Outcomes = {
     FINAL: (UNSTABLE, STABLE, STABLE),
     SENSITIVE: (UNSTABLE, STABLE, UNDECIDED),
@@ -66,19 +67,18 @@ class Kind:
     name : str
     outcomes : mapping of str to tuple of int
     form, example : str
-        How it is written, and an example; empty for a kind that no request can ask for.
+        Its notation, and an example; empty for a kind that no request can ask for.
     quantity : Quantity, optional
-        What the limit is read as, in ``KIND:LIMIT``.
+        The quantity of the limit, in ``KIND:LIMIT``.
     condition : callable, optional
-        Limit -> where a cell is unstable.
+        Limit -> the condition that makes a cell unstable.
     limit : str
-        The limit in words, with a place for the number.
+        The limit in words, with a placeholder for the number.
     positive : str
         Why the limit has to be above 0.
     unstable, label, caption, comment : str
-        What makes a cell unstable, in a sentence; the criterion as a figure names it, and what is unstable as short as
-        it says it; what the file says of the verdicts, if they do not follow from a limit; ASCII. With places for
-        what `Criterion.words` holds.
+        Templates, filled with `Criterion.words`: what makes a cell unstable, in a sentence; the criterion's label in a
+        figure; its short caption there; the file's ASCII comment on the verdicts, if they do not follow from a limit.
     """
 
     name: str
@@ -98,7 +98,7 @@ class Kind:
 def _limit_of_reach(
     quantity: Quantity, form: str, example: str, limit: str, largest: Callable[[float], Number | Variable]
 ) -> Kind:
-    """Return a kind that limits how far the coordinate goes, to `largest` of the limit."""
+    """Return a kind that limits how far the coordinate goes; `largest` turns the limit into this distance."""
     return Kind(
         name=quantity.name,
         form=f"{quantity.name}:{form}",
@@ -125,7 +125,7 @@ _ROWS = (
         quantity=_TIME,
         condition=lambda given: Comparison((Variable(LOST_TIME), Number(given, "s")), ("<",)),
         outcomes=_BY_TIME,
-        positive="The time of a criterion must be above 0, or every motion lasts as long",
+        positive="The time of a criterion must be above 0, or every motion is stable",
         unstable="{lost} in less than {limit}",
         label="{kind} {short}",
         caption="{kind} for less than {short}",
@@ -147,7 +147,7 @@ _ROWS = (
     Kind(
         name="function",
         outcomes=_BY_EXPRESSION,
-        unstable="the {text} says so, which judged this atlas in memory",
+        unstable="the {text}, which judged this atlas in memory, returns True",
         comment="unstable where the Python {text} says so",
     ),
 )

@@ -1,4 +1,4 @@
-"""Why a cell has its verdict, in words."""
+"""The reason for a cell's verdict, in words."""
 
 from collections.abc import Mapping
 
@@ -13,7 +13,7 @@ from sweep.request.expression import spelled, variables
 def reason_of(
     criterion: Criterion, spec: Request, cell: Mapping[str, float], reach: float, scale: float
 ) -> str:
-    """Return why a cell that was computed has its verdict.
+    """Return the reason for a computed cell's verdict.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ def reason_of(
     cell : mapping of str to float
         The start and the variables of the cell.
     reach, scale : float
-        How far it went from its undisturbed value, and the size of its perturbation, in the unit of the coordinate.
+        Its largest distance from the undisturbed value and the size of its perturbation, in the coordinate's unit.
     """
     if criterion.limits_reach:
         return _by_reach(criterion, spec, cell, reach, scale)
@@ -43,7 +43,7 @@ def _by_reach(
     if cell["stability"] == UNDECIDED and ending.role == FINAL:
         error = coordinate.spell(PROMISED * float(cell[model.error_name]), 3)
         return (
-            f"the {name} leaves its steady value by {far} +- {error}: that may be more or less than {limit}"
+            f"the {name} leaves its steady value by {far} +- {error}, which may be more or less than {limit}"
         )
     if cell["stability"] == UNSTABLE:
         return f"the {name} left its steady value by {far}, more than {limit}"
@@ -67,7 +67,7 @@ def _by_time(criterion: Criterion, spec: Request, cell: Mapping[str, float]) -> 
 
 
 def _by_tree(criterion: Criterion, spec: Request, cell: Mapping[str, float]) -> str:
-    """Return which comparisons are true, with the values."""
+    """Return for each comparison whether it is true, with the values."""
     model, quantities = spec.model, {**spec.model.parameters, **spec.model.cell_variables(spec)}
     ending, sentences = model.endings.of(cell["ending"]), []
     for comparison in criterion.limit.comparisons():
@@ -80,9 +80,9 @@ def _by_tree(criterion: Criterion, spec: Request, cell: Mapping[str, float]) -> 
         return found
     if ending.role == SENSITIVE:
         known = cell["stability"] == STABLE
-        return f"{found}; {'that is known, though' if known else 'but'} {model.open_in_words(spec, cell)}"
+        return f"{found}; {'this is known, although' if known else 'but'} {model.open_in_words(spec, cell)}"
     if ending.role in (FINAL, LOST) and cell["stability"] == UNDECIDED:
-        return f"{found}; but that is within twice the stated error of what it is compared with"
+        return f"{found}; but a value is within twice its stated error of the limit"
     if ending.role in (FINAL, LOST):
         return f"{found}; the ending, {ending.name}, is final"
     return f"{found}; but {model.open_in_words(spec, cell)}"

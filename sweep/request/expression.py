@@ -1,7 +1,7 @@
-"""The tree of a criterion of one's own: comparisons of variables and parameters, joined by ``and``, ``or``, ``not``.
+"""The tree of a criterion's expression: comparisons of variables and parameters, joined by ``and``, ``or``, ``not``.
 
 ``peak_tilt > 10deg or fall_time < 2s`` is two comparisons, `Joined` by ``or``. `sweep.request.expression_text` reads
-the text; ``str`` of a tree is the text again, in one spelling for each tree.
+the text; ``str`` of a tree writes it again, with a unique spelling for each tree.
 """
 
 import math
@@ -16,17 +16,17 @@ from sweep.model.quantity import Array, Quantity, Truths
 
 #: Variables and parameters of cells, float64, NaN where a value is missing.
 Values = Mapping[str, Array]
-#: Of an expression over cells that are known to lie between two sets of values: where it is true in any case, and where
-#: it may be true.
+#: The truth of an expression for cells whose values lie between two sets: where it is certainly true, and where it may
+#: be true.
 Truth = tuple[Truths, Truths]
 
-#: SI units as CF spells them -> as they are written here.
+#: SI units in CF's spelling -> the spelling in expressions.
 _SPELLED = {"1": "", "rad s-1": "rad/s", "m s-2": "m/s2"}
 
 
 @dataclass(frozen=True)
 class Number:
-    """A number [SI] of a quantity with these units, or the code of an enumerated one, by its name."""
+    """A number [SI] with its units, or a code of an enumerated quantity with its name."""
 
     value: float
     units: str = ""
@@ -48,14 +48,14 @@ class Number:
 
 @dataclass(frozen=True)
 class Variable:
-    """A variable or parameter of the cells, or its magnitude, times a pure number."""
+    """A variable or parameter of the cells, or its magnitude, multiplied by a pure number."""
 
     name: str
     factor: float = 1.0
     absolute: bool = False
 
     def __str__(self) -> str:
-        """Return it as it is written: ``tilt``, ``3*tilt``, ``3*abs(tilt)``."""
+        """Return the text of the term: ``tilt``, ``3*tilt``, ``3*abs(tilt)``."""
         name = f"abs({self.name})" if self.absolute else self.name
         return name if self.factor == 1.0 else f"{_shortest(self.factor)}*{name}"
 
@@ -66,7 +66,7 @@ class Variable:
             nearest = np.maximum(0.0, np.maximum(least, -greatest))
             least, greatest = nearest, np.maximum(np.abs(least), np.abs(greatest))
         if self.factor != 1.0:
-            # a product beyond all numbers compares as infinity
+            # a product that overflows compares as infinity
             with np.errstate(over="ignore"):
                 ends = self.factor * least, self.factor * greatest
             least, greatest = ends if self.factor > 0.0 else ends[::-1]
@@ -94,7 +94,7 @@ def _unequal(one: _Ends, other: _Ends) -> Truth:
     return present & ~may_be_same, present & ~same
 
 
-#: Each sign with its comparison. All are false of a value that is missing.
+#: Sign -> its comparison. All comparisons with a missing value are false.
 SIGNS: Mapping[str, Callable[[_Ends, _Ends], Truth]] = {
     "<=": _at_most,
     ">=": lambda one, other: _at_most(other, one),
@@ -107,13 +107,13 @@ SIGNS: Mapping[str, Callable[[_Ends, _Ends], Truth]] = {
 
 @dataclass(frozen=True)
 class Comparison:
-    """Terms with a sign between each two of them, as in ``1deg < tilt_max <= 5deg``: true if all of these hold."""
+    """A chain of terms with signs between them, as in ``1deg < tilt_max <= 5deg``; true if each pair compares true."""
 
     terms: tuple[Term, ...]
     signs: tuple[str, ...]
 
     def __str__(self) -> str:
-        """Return it as it is written."""
+        """Return the text of the expression."""
         rest = zip(self.signs, self.terms[1:], strict=True)
         return f"{self.terms[0]}" + "".join(f" {sign} {term}" for sign, term in rest)
 
@@ -131,12 +131,12 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Not:
-    """True where something else is false."""
+    """The negation of an expression."""
 
     part: "Expression"
 
     def __str__(self) -> str:
-        """Return it as it is written."""
+        """Return the text of the expression."""
         return f"not {_in_brackets(self.part, 'and', 'or')}"
 
     def truth(self, low: Values, high: Values) -> Truth:
@@ -151,14 +151,14 @@ class Not:
 
 @dataclass(frozen=True)
 class Joined:
-    """Parts of which all are true, joined by ``and``, or one is, by ``or``; made by `joined`."""
+    """Expressions joined by ``and`` or by ``or``; made by `joined`."""
 
     word: str
     parts: tuple["Expression", ...]
 
     def __str__(self) -> str:
-        """Return it as it is written."""
-        # and binds before or
+        """Return the text of the expression."""
+        # and binds tighter than or
         parts = (_in_brackets(part, "or") if self.word == "and" else str(part) for part in self.parts)
         return f" {self.word} ".join(parts)
 
@@ -178,7 +178,7 @@ Expression = Comparison | Not | Joined
 
 
 def joined(word: str, parts: Sequence[Expression]) -> Expression:
-    """Return expressions joined by a word: ``a and (b and c)`` is ``a and b and c``, and one alone is itself."""
+    """Return expressions joined by a word; ``a and (b and c)`` becomes ``a and b and c``, a single one stays itself."""
     flat: list[Expression] = []
     for part in parts:
         flat += part.parts if isinstance(part, Joined) and part.word == word else [part]
@@ -186,22 +186,22 @@ def joined(word: str, parts: Sequence[Expression]) -> Expression:
 
 
 def variables(tree: Expression) -> tuple[str, ...]:
-    """Return the names of the variables and parameters in an expression, each once, in their order."""
+    """Return the names of the variables and parameters in an expression, without repetitions, in their order."""
     terms = (term for comparison in tree.comparisons() for term in comparison.terms)
     return tuple(dict.fromkeys(term.name for term in terms if isinstance(term, Variable)))
 
 
 def spell_angle(angle: float) -> str:
-    """Return an angle [rad] with its unit, so that it reads back to the same double.
+    """Return an angle [rad] with its unit, in a form that reads back to the same double.
 
-    Degrees where they say exactly the same angle, because 5deg can be read and 0.08726646259971647rad cannot.
+    The unit is the degree where this is exact, because people can read 5deg but not 0.08726646259971647rad.
     """
     degrees = f"{round(math.degrees(angle), 9):.15g}"
     return f"{degrees}deg" if math.radians(float(degrees)) == angle else f"{_shortest(angle)}rad"
 
 
 def spelled(quantity: Quantity, value: float) -> str:
-    """Return the value of a variable as a sentence says it."""
+    """Return the value of a variable for a sentence."""
     if math.isnan(value):
         return "missing"
     return quantity.spell(value, 6) if quantity.flags is None else quantity.flag(value)

@@ -1,4 +1,4 @@
-"""From text to the tree of a criterion of one's own: tokens, and one function for each rule of the grammar.
+"""Parse the text of a criterion's expression into its tree, with one function for each rule of the grammar.
 
 ::
 
@@ -9,8 +9,8 @@
     sign       = "<" | "<=" | ">" | ">=" | "==" | "!="
     term       = number [ unit ] | [ number "*" ] ( NAME | "abs" "(" NAME ")" ) | FLAG
 
-NAME is a variable or a parameter of the cells, FLAG the name of a code of the variable on the other side. Nothing of a
-text is ever run.
+NAME is a variable or a parameter of the cells, FLAG the name of a code of the variable on the other side. The text is
+never executed.
 """
 
 import difflib
@@ -34,7 +34,7 @@ from sweep.request.expression import (
 from sweep.request.tokens import NUMBER, UNIT, Token, Tokens, refuse
 from sweep.request.values import read_number
 
-#: Characters of a text at most, and brackets and words ``not`` around a comparison.
+#: Largest number of characters of a text, and of brackets and words ``not`` around a comparison.
 MOST_CHARACTERS, MOST_NESTED = 1000, 20
 
 _KEYWORDS = ("and", "or", "not", "abs")
@@ -50,7 +50,7 @@ _TOKEN = re.compile(
     re.VERBOSE,
 )
 
-#: Signs of other languages, and of printed pages -> what is written here.
+#: Signs of other languages and of printed text -> a hint with the sign used here.
 _INSTEAD = {
     "=": "Write == for equality.",
     "&": "Write and.",
@@ -60,14 +60,14 @@ _INSTEAD = {
     "\u2265": "Write >=.",
     "\u2260": "Write !=.",
     "\u2212": "Write the minus sign as a hyphen, as in -1deg.",
-} | dict.fromkeys("+-/", "Beside comparisons there is only the product of a number and a name, as in 3*tilt.")
+} | dict.fromkeys("+-/", "The only arithmetic is the product of a number and a name, as in 3*tilt.")
 
 _NAME = "the name of a variable or a parameter"
-_EXAMPLE = "Write it as in peak_tilt > 10deg or fall_time < 2s."
+_EXAMPLE = "Write, for instance, peak_tilt > 10deg or fall_time < 2s."
 
 
 class _Raw(NamedTuple):
-    """A term whose quantity is not known yet: a number, or a name with its factor."""
+    """A term before its quantity is known: a number, or a name with its factor."""
 
     token: Token
     name: str = ""
@@ -76,7 +76,7 @@ class _Raw(NamedTuple):
 
     @property
     def bare(self) -> bool:
-        """Whether it is a name and nothing else."""
+        """Whether it is only a name, without factor or ``abs``."""
         return bool(self.name) and self.factor == 1.0 and not self.absolute
 
 
@@ -92,12 +92,12 @@ def read_expression(text: str, quantities: Mapping[str, Quantity]) -> Expression
     Raises
     ------
     RequestError
-        If it is not in the grammar of this module, names something else, compares unlike quantities, or is too long;
-        the message says at which character.
+        If the text does not follow the grammar of this module, names something that is not in `quantities`, compares
+        quantities with different units, or is too long. The message gives the position of the character.
     """
     _check_length(text)
     tree = _Parser(text, quantities).whole()
-    # what is kept of it, in files too, is read again
+    # files hold this spelling, and it must be readable again
     _check_length(str(tree))
     return tree
 
@@ -105,27 +105,27 @@ def read_expression(text: str, quantities: Mapping[str, Quantity]) -> Expression
 def _check_length(text: str) -> None:
     if len(text) > MOST_CHARACTERS:
         raise RequestError(
-            f"An expression has at most {MOST_CHARACTERS} characters with all its spaces and units; got {len(text)}.",
-            hint="Write a shorter one, or classify in Python with reclassify(atlas, function).",
+            f"An expression has at most {MOST_CHARACTERS} characters, including spaces and units; got {len(text)}.",
+            hint="Write a shorter expression, or classify in Python with reclassify(atlas, function).",
         )
 
 
 class _Parser(Tokens):
-    """The tokens of a criterion, and the place of the next one."""
+    """A parser of criteria."""
 
     def __init__(self, text: str, quantities: Mapping[str, Quantity]) -> None:
         super().__init__(text, _TOKEN, _INSTEAD, _EXAMPLE)
         self._quantities = quantities
 
     def whole(self) -> Expression:
-        """Read all of the text."""
+        """Read the whole text."""
         tree = self._joined("or", 0)
         if self.peek() is not None:
             self.unexpected("the end, or one of and, or, <, <=, >, >=, ==, !=")
         return tree
 
     def _joined(self, word: str, nested: int) -> Expression:
-        """Read parts with a word between them: those of ``or`` may be joined by ``and``."""
+        """Read expressions joined by a word; parts of an ``or`` may be joined by ``and``."""
         parts: list[Expression] = []
         while not parts or self.takes(word):
             parts.append(self._joined("and", nested) if word == "or" else self._each(nested))
@@ -133,9 +133,7 @@ class _Parser(Tokens):
 
     def _each(self, nested: int) -> Expression:
         if nested > MOST_NESTED:
-            refuse(
-                f"at most {MOST_NESTED} brackets and nots may lie around a comparison", self.at(), _EXAMPLE
-            )
+            refuse(f"a comparison is nested in at most {MOST_NESTED} brackets and nots", self.at(), _EXAMPLE)
         if self.takes("not"):
             return Not(self._each(nested + 1))
         if self.takes("("):
@@ -162,7 +160,7 @@ class _Parser(Tokens):
         return self._named(1.0, "a number or a name")
 
     def _named(self, factor: float, wanted: str = _NAME) -> _Raw:
-        """Read a name, or its magnitude."""
+        """Read a name, or ``abs`` of a name."""
         absolute = self.takes("abs")
         if absolute:
             self.expect("(")
@@ -176,7 +174,7 @@ class _Parser(Tokens):
         return _Raw(token, token.text, factor, absolute)
 
     def _resolved(self, raws: Sequence[_Raw], signs: Sequence[str]) -> tuple[Term, ...]:
-        """Return the terms of a comparison, by the quantities that they name."""
+        """Return the terms of a comparison, with numbers in the units of the named quantities."""
         known = [raw for raw in raws if raw.name in self._quantities]
         if flagged := [raw for raw in known if self._quantities[raw.name].flags is not None]:
             return self._flags(raws, signs, flagged[0])
@@ -190,8 +188,8 @@ class _Parser(Tokens):
             other = self._quantities[raw.name]
             if other.units != quantity.units:
                 refuse(
-                    f"only like quantities are compared: {quantity.name} is in {quantity.units} and {other.name} in "
-                    f"{other.units}",
+                    f"quantities with different units cannot be compared: {quantity.name} is in {quantity.units} and "
+                    f"{other.name} in {other.units}",
                     raw.token.at,
                     f"Compare {other.name} with numbers and quantities in {other.units}.",
                 )
@@ -207,9 +205,9 @@ class _Parser(Tokens):
         others = [raw for raw in raws if raw is not flagged]
         if len(raws) != 2 or signs[0] not in ("==", "!=") or not flagged.bare or not others[0].bare:
             refuse(
-                f"{flagged.name} is one of {', '.join(codes)}, and is compared with one of these names by == or !=",
+                f"{flagged.name} can only be compared by == or != with one of {', '.join(codes)}",
                 flagged.token.at,
-                f"Write {flagged.name} == and one of them.",
+                f"Write {flagged.name} == and one of these names.",
             )
         if others[0].name not in codes:
             _refuse_name(others[0], f"{flagged.name} == {others[0].name}", codes)
@@ -231,7 +229,7 @@ def _number(token: Token, quantity: Quantity) -> Number:
     except RequestError as error:
         problem = error.message.removesuffix(".")
         refuse(problem[:1].lower() + problem[1:], token.at, error.hint)
-    # no tilt is so far from another one: such a number is degrees taken for radians
+    # no tilt is this large: the user meant degrees, not radians
     if quantity.units == "rad" and not token.unit and abs(value) >= math.pi:
         refuse(
             f"a bare number is in rad, and {quantity.name} is below 180 deg; got {shown(token.text)}",
@@ -245,7 +243,7 @@ def _refuse_name(raw: _Raw, given: str, known: Iterable[str]) -> NoReturn:
     names = tuple(known)
     close = difflib.get_close_matches(raw.name.lower(), names, n=1)
     refuse(
-        f"{shown(given)} names nothing that there is; there are {', '.join(names)}",
+        f"{shown(given)} is not a known name; the names are {', '.join(names)}",
         raw.token.at,
         f"Did you mean {close[0]}?" if close else "Use one of these names.",
     )

@@ -66,7 +66,7 @@ def followed(words, message):
     """
     advice = re.split(r"(?<=[^.])\. (?=[A-Z])", message)[-1]
     if meant := re.fullmatch(r"Did you mean (\S+)\?", advice):
-        slips = re.findall(r"(?:^|[:.] |: At character \d+: )(\S+?)(?:: | is no | names nothing)", message)
+        slips = re.findall(r"(?:^|[:.] |: At character \d+: )(\S+?)(?:: | is no | is not )", message)
         changed = [[re.sub(rf"\b{re.escape(slip)}\b", meant[1], word) for word in words] for slip in slips]
         return next((each for each in reversed(changed) if each != words), None)
     if word := WORD.search(advice):
