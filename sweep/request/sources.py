@@ -1,7 +1,7 @@
-"""Sources of the values of cells: a range or a list along an axis, a distribution of random starts.
+"""Sources of cell values: ranges and lists for axes, and distributions for random starts.
 
-A random value is a function of the seed, the name of its parameter and the number of its start alone. So the same
-starts come out for any blocks, threads and machines of a run, and for any number of starts.
+A random value depends only on the seed, the name of its parameter and the number of its start. So a run gives the same
+starts for all block sizes, thread counts and machines, and for any number of starts.
 """
 
 import hashlib
@@ -19,38 +19,38 @@ from sweep.model.quantity import Array, Quantity
 
 UNIFORM, LOGUNIFORM, NORMAL = "uniform", "loguniform", "normal"
 
-#: Each distribution with the words that it is written in.
+#: Distribution -> its notation in a request.
 KINDS = {UNIFORM: "uniform:LOW:HIGH", LOGUNIFORM: "loguniform:LOW:HIGH", NORMAL: "normal:MEAN:DEVIATION"}
 
 _SPACINGS = ("linear", "log")
 
-#: Neighbours closer than this, relative to the larger end, could come out equal after rounding.
+#: Smallest distance of neighbors, relative to the larger end: closer ones could be equal after rounding.
 _CLOSEST = 1e-12
 
-#: Values that are all made where some of them are asked for: 8 MB.
+#: Up to this size (8 MB) all values are computed, even if only some of them are needed.
 _MANY = 2**20
 
-#: Beyond this no disk holds the values.
+#: Largest number of values of a range: no disk could hold more.
 _MOST_VALUES = 2**40
 
-#: Nearer to the largest float, steps, sums and logarithms overflow; nearer to zero, values are the same number.
+#: Bounds of values: above the first, steps, sums and logarithms may overflow; below the second, values may be equal.
 _LARGEST, _SMALLEST = 1e300, 1e-300
 
-#: Words of 64 bits that a step of Philox yields.
+#: Number of 64-bit words that a step of Philox yields.
 _WORDS = 4
 
-#: Numbers of starts further apart than this are drawn one by one: a jump takes as long as so many words.
+#: Larger gaps between start numbers are jumped over: a jump takes as long as drawing this many words.
 _APART = 128
 
-#: Random values made at a time, so that all passes over them stay in the cache of the processor.
+#: Chunk size for random values, so that all passes over a chunk stay in the processor's cache.
 _AT_ONCE = 2**13
 
-#: Whether a rule is broken, the rule, and what to do.
+#: A rule: whether it is broken, its text, and the hint.
 _Rule = tuple[bool, str, str]
 
 
 class SourceError(RequestError):
-    """Values that make no axis and no distribution: the rule that they break, and what was given."""
+    """An error in the values of an axis or a distribution, with the rule that they break."""
 
     def __init__(self, message: str, hint: str = "", where: str | None = None, rule: str = "") -> None:
         super().__init__(message, hint, where)
@@ -58,16 +58,16 @@ class SourceError(RequestError):
 
     @classmethod
     def of(cls, rule: str, given: object, hint: str) -> Self:
-        """Return the error that some values break a rule."""
+        """Return the error for values that break a rule."""
         return cls(f"{rule}; got {shown(given)}.", hint, rule=rule)
 
     def with_given(self, given: object) -> Self:
-        """Return the same error with what a request gave, in place of the values in SI."""
+        """Return the same error with the value as a request gave it, instead of the values in SI."""
         return self.of(self.rule, given, self.hint)
 
 
 def _check(rules: Iterable[_Rule], given: object) -> None:
-    """Refuse values that break a rule; the rules after the first broken one are not looked at."""
+    """Refuse values that break a rule; rules after the first broken one are not evaluated."""
     for broken, rule, hint in rules:
         if broken:
             raise SourceError.of(rule, given, hint)
@@ -84,13 +84,12 @@ class Range:
     count : int
         Number of values, at least 1.
     spacing : {"linear", "log"}
-        Evenly in the value, or in its logarithm.
+        Even spacing of the values or of their logarithms.
 
     Raises
     ------
     RequestError
-        If the range is reversed, empty, not finite, too fine to tell its values apart, or logarithmic and not
-        positive.
+        If the range is reversed, empty, not finite, too fine for distinct values, or logarithmic and not positive.
     """
 
     start: float
@@ -99,9 +98,9 @@ class Range:
     spacing: str = "linear"
 
     def __post_init__(self) -> None:
-        """Refuse what is not an increasing sequence of finite numbers."""
+        """Refuse ends and counts that do not give an increasing sequence of finite numbers."""
         whole = isinstance(self.count, int | np.integer) and not isinstance(self.count, bool)
-        hint = "Give how many values the range has, as in 0.5:6:400."
+        hint = "Give the number of values, as in 0.5:6:400."
         _check([(not whole, "The count of a range must be a whole number", hint)], self)
         start, stop = _floats((self.start, self.stop))
         for name, value in (("start", start), ("stop", stop), ("count", int(self.count))):
@@ -109,21 +108,21 @@ class Range:
         _check(self._rules(), self)
 
     def _rules(self) -> Iterator[_Rule]:
-        hint = "Give how many values the range has, as in 0.5:6:400."
+        hint = "Give the number of values, as in 0.5:6:400."
         largest, several = max(abs(self.start), abs(self.stop)), self.count > 1
         yield (
             not largest <= _LARGEST or math.isnan(self.stop),
             "The ends of a range must be finite and below 1e300",
-            "Give ends below that.",
+            "Give smaller ends.",
         )
         yield self.count < 1, "A range must have count >= 1", hint
         yield (
             several and largest < _SMALLEST,
-            "A range of several values must reach 1e-300",
-            "Widen it, or give one value.",
+            "The larger end of a range of several values must be at least 1e-300 in size",
+            "Widen the range, or give one value.",
         )
         yield self.count > _MOST_VALUES, f"A range has at most {_MOST_VALUES} values", "Give a smaller count."
-        yield self.start > self.stop, "A range must go up, start < stop", "Put the smaller end first."
+        yield self.start > self.stop, "A range must increase, start < stop", "Put the smaller end first."
         yield (
             not several and self.start != self.stop,
             "A range includes both ends, so with a count of 1 they must be equal",
@@ -134,16 +133,16 @@ class Range:
             "The spacing must be linear or log",
             "Write start:stop:count or start:stop:count:log.",
         )
-        # below the first normal number neighbours of one ratio may be the same number
+        # below the first normal number, neighbors with a constant ratio may be the same number
         yield (
             self.spacing == "log" and self.start < sys.float_info.min,
-            "A logarithmic range must start above 0, at 2.3e-308 at least",
-            "Start above that, or leave out :log.",
+            "A logarithmic range must start above 0, at least at 2.3e-308",
+            "Give a larger start, or leave out :log.",
         )
         yield (
             several and not self._finest() > _CLOSEST,
-            "The neighbouring values of a range must differ by more than 1e-12 of the larger end",
-            "Widen it or lower the count.",
+            "The neighboring values of a range must differ by more than 1e-12 of the larger end",
+            "Widen the range or lower the count.",
         )
 
     def _finest(self) -> float:
@@ -158,7 +157,7 @@ class Range:
         return self.count
 
     def __str__(self) -> str:
-        """Return the range as it is written in a request, in SI."""
+        """Return the range in the notation of a request, in SI."""
         return f"{self.start!r}:{self.stop!r}:{self.count}" + (":log" if self.spacing == "log" else "")
 
     def ends(self) -> Array:
@@ -168,11 +167,11 @@ class Range:
     required = ends
 
     def at(self, places: npt.ArrayLike) -> Array:
-        """Return the values at some places, shape of `places`: those of `array`, to the bit."""
+        """Return the values at some indices, shape of `places`; they are bitwise equal to the values of `array`."""
         chosen = np.asarray(places, np.intp)
         if self.count <= _MANY:
             return self.array()[chosen]
-        # the arithmetic of np.linspace and np.geomspace
+        # the same arithmetic as in np.linspace and np.geomspace
         first, last = np.log10(self.ends()) if self.spacing == "log" else self.ends()
         values = np.where(
             chosen == self.count - 1, last, chosen * ((last - first) / (self.count - 1)) + first
@@ -200,13 +199,13 @@ class Values:
     Raises
     ------
     RequestError
-        If there is none, or they are not finite or not strictly increasing.
+        If the list is empty, or its values are not finite or not strictly increasing.
     """
 
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        """Refuse what is not an increasing sequence of finite numbers."""
+        """Refuse values that are not an increasing sequence of finite numbers."""
         object.__setattr__(self, "values", _floats(self.values))
         rising = all(after > before for before, after in zip(self.values, self.values[1:], strict=False))
         rules = [
@@ -214,12 +213,12 @@ class Values:
             (
                 not all(map(math.isfinite, self.values)),
                 "The values of a list must be finite",
-                "Leave out nan and inf.",
+                "Remove nan and inf.",
             ),
             (
                 not rising,
                 "A list must be strictly increasing, because it becomes a coordinate",
-                "Sort it and leave out repetitions.",
+                "Sort it and remove repetitions.",
             ),
         ]
         _check(rules, self.values)
@@ -229,7 +228,7 @@ class Values:
         return len(self.values)
 
     def __str__(self) -> str:
-        """Return the list as it is written in a request, in SI."""
+        """Return the list in the notation of a request, in SI."""
         text = ",".join(map(repr, self.values))
         return text if len(self.values) > 1 else text + ","
 
@@ -240,7 +239,7 @@ class Values:
     required = ends
 
     def at(self, places: npt.ArrayLike) -> Array:
-        """Return the values at some places, shape of `places`."""
+        """Return the values at some indices, shape of `places`."""
         return self.array()[np.asarray(places, np.intp)]
 
     def array(self) -> Array:
@@ -250,11 +249,11 @@ class Values:
 
 def _floats(numbers: Iterable[float]) -> tuple[float, ...]:
     try:
-        # + 0.0 turns -0.0 into 0.0, so that equal axes also read the same.
+        # + 0.0 turns -0.0 into 0.0, so that equal axes also have the same text
         return tuple(float(number) + 0.0 for number in numbers)
     except (TypeError, ValueError, OverflowError) as problem:
         raise RequestError(
-            f"An axis holds numbers in SI; got {shown(numbers)}.", "Give numbers."
+            f"The values of an axis must be numbers in SI; got {shown(numbers)}.", "Give numbers."
         ) from problem
 
 
@@ -266,12 +265,12 @@ class Distribution:
     ----------
     kind : {"uniform", "loguniform", "normal"}
     first, second : float
-        The ends, first < second; of a normal distribution mean and standard deviation; in SI.
+        The ends, first < second; for a normal distribution the mean and the standard deviation; in SI.
 
     Raises
     ------
     RequestError
-        If there is no such distribution.
+        If the kind is unknown or the numbers are not possible.
     """
 
     kind: str
@@ -279,19 +278,19 @@ class Distribution:
     second: float
 
     def __post_init__(self) -> None:
-        """Refuse numbers that no distribution has."""
+        """Refuse an unknown kind and impossible numbers."""
         _check(self._rules(), self)
 
     def _rules(self) -> Iterator[_Rule]:
         yield (
             self.kind not in KINDS,
             f"A distribution is {', '.join(KINDS.values())}",
-            "Write one of these.",
+            "Write one of these forms.",
         )
         yield (
             not max(abs(self.first), abs(self.second)) <= _LARGEST,
             "The numbers of a distribution must be finite and below 1e300",
-            "Give numbers below that.",
+            "Give smaller numbers.",
         )
         yield (
             self.kind == NORMAL and not self.second > 0.0,
@@ -300,32 +299,32 @@ class Distribution:
         )
         yield (
             self.kind != NORMAL and not self.first < self.second,
-            f"A {self.kind} distribution goes up, low < high",
+            f"A {self.kind} distribution must increase, low < high",
             "Put the smaller end first, or give one number for all starts.",
         )
         yield (
             self.kind == LOGUNIFORM and self.first < _SMALLEST,
-            "A loguniform distribution must start above 0, at 1e-300 at least",
-            "Start above that.",
+            "A loguniform distribution must start above 0, at least at 1e-300",
+            "Give a larger low end.",
         )
 
     def __str__(self) -> str:
-        """Return the distribution as it is written in a request, in SI."""
+        """Return the distribution in the notation of a request, in SI."""
         return f"{self.kind}:{self.first!r}:{self.second!r}"
 
     def in_words(self, quantity: Quantity) -> str:
-        """Return the distribution as people read it."""
+        """Return the distribution in words, in the quantity's display unit."""
         first, second = (quantity.spell(each, 6) for each in (self.first, self.second))
         return f"normal, {first} +- {second}" if self.kind == NORMAL else f"{self.kind}, {first} to {second}"
 
     def ends(self) -> Array:
-        """Return a low and a high value, shape (2,): the ends, of a normal distribution mean -+ deviation."""
+        """Return the ends, or for a normal distribution mean -+ standard deviation, shape (2,)."""
         if self.kind == NORMAL:
             return np.array([self.first - self.second, self.first + self.second])
         return np.array([self.first, self.second])
 
     def required(self) -> Array:
-        """Return the values that the rule of the parameter must allow: the ends, or the mean of a normal one."""
+        """Return the values that the parameter's rule must allow: the ends, or the mean of a normal distribution."""
         return self.ends() if self.kind != NORMAL else np.array([self.first])
 
     def at(self, numbers: npt.NDArray[np.int64], stream: str) -> Array:
@@ -336,7 +335,7 @@ class Distribution:
         numbers : array of int, shape (n,)
             The numbers of the starts, from 0.
         stream : str
-            What tells independent sequences apart: the seed and the name of the parameter.
+            The key of an independent sequence: the seed and the name of the parameter.
 
         Returns
         -------
@@ -345,9 +344,9 @@ class Distribution:
 
         Notes
         -----
-        Start number i has the i-th 64-bit word of the counter-based generator Philox 4x64-10 (Salmon et al., SC11),
-        whose key is the first half of the SHA-256 of `stream`. Its upper 52 bits k say which of 2**52 equal intervals
-        of (0, 1) is meant; the value is the quantile of the distribution in the middle, (k + 1/2) / 2**52.
+        Start number i uses the i-th 64-bit word of the counter-based generator Philox 4x64-10 (Salmon et al., SC11),
+        whose key is the first half of the SHA-256 of `stream`. The upper 52 bits k of the word select one of 2**52
+        equal intervals of (0, 1); the value is the distribution's quantile at the middle, (k + 1/2) / 2**52.
         """
         words = philox(stream, numbers)
         values = np.empty(numbers.size)
@@ -365,14 +364,14 @@ class Distribution:
         if self.kind == UNIFORM:
             return self.first + (self.second - self.first) * share
         low, high = np.log(self.ends())
-        # rounding may lead beyond the ends
+        # rounding may give values beyond the ends
         return np.asarray(np.clip(np.exp(low + (high - low) * share), self.first, self.second))
 
 
 def philox(stream: str, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.uint64]:
-    """Return the words of the sequence of a stream at some places, shape of `numbers`.
+    """Return the random words of a stream with some numbers, shape of `numbers`.
 
-    Numbers that follow each other closely are drawn together.
+    Words with close numbers are drawn together.
     """
     if not numbers.size:
         return np.empty(0, np.uint64)

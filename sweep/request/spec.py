@@ -1,6 +1,6 @@
-"""The request for an atlas: which cells, how they are integrated, and what counts as unstable.
+"""The request for an atlas: its cells, their integration, and the criterion of stability.
 
-The same words in Python, in TOML and on the command line::
+Python, TOML and the command line use the same words::
 
     SweepSpec(roll_rate="0.5:6:400", tilt="0.01deg:20deg:300:log", alpha=1)
     SweepSpec.from_toml("hoop.toml")
@@ -48,53 +48,52 @@ from sweep.request.words import (
 
 
 class SweepSpec:
-    """A grid or a list of starts, how each is integrated, and the criterion of stability. It cannot be changed.
+    """A grid or a list of starts, the settings of the integration, and the criterion of stability; immutable.
 
     Parameters
     ----------
     tilt, tilt_rate, precession_rate, roll_rate, alpha, radius, gravity
-        A number, or a list or a range (an axis), in SI or as text with units. Axes are the dimensions of the atlas in
+        A number, or a list or a range (an axis), in SI or as text with units. Axes are the dimensions of the atlas, in
         the order given. `roll_rate` may be ``"steady"``: the rate that keeps the tilt constant, computed per cell.
         Instead `precession_rate` may be ``"steady-slow"`` or ``"steady-fast"``: the smaller or the larger of the two
-        rates that keep the tilt constant at a given `roll_rate`. Another model has parameters of its own.
-        With ``samples`` a distribution too: ``uniform:LOW:HIGH``, ``loguniform:LOW:HIGH``, ``normal:MEAN:DEVIATION``.
+        rates that keep the tilt constant at a given `roll_rate`. Other models have other parameters. With ``samples``
+        also a distribution: ``uniform:LOW:HIGH``, ``loguniform:LOW:HIGH``, ``normal:MEAN:DEVIATION``.
     samples, seed : int or str
-        How many random starts are drawn, and which ones: then the only dimension of the atlas is `start`.
+        The number of random starts, and their seed. The only dimension of the atlas is then `start`.
     starts : str, Path or mapping of str to array
-        Starts that are given one by one, in place of random ones: a CSV file, or columns called like the parameters,
-        in SI or with a unit as in ``tilt [deg]``; a pandas.DataFrame too. The others have one number each.
+        A table of starts, instead of random ones: a CSV file, a mapping or a pandas.DataFrame. Its columns have the
+        names of parameters, and are in SI or have a unit as in ``tilt [deg]``. All other parameters have one number.
     start : str or sequence of int, optional
-        The numbers of the starts that are meant, if not all of them.
+        The numbers of the selected starts; by default all of them.
     scaled_tilt_rate, scaled_precession_rate, scaled_roll_rate, speed
-        Instead of a rate: the rate in units of sqrt(gravity/radius), a pure number; instead of `roll_rate`: the speed
-        of the contact point along its path, roll_rate * radius, m/s. The spec holds the rate, in rad/s. Not where
-        gravity or radius varies.
+        Scaled rates, which replace a rate: the rate in units of sqrt(gravity/radius), a pure number. `speed` replaces
+        `roll_rate`: the speed of the contact point along its path, roll_rate * radius, m/s. The spec stores the rate,
+        in rad/s. Not allowed if gravity or radius varies.
     criterion : Criterion or str
-        What counts as unstable: ``departure:5deg``, ``amplification:10``, ``aloft:10s``, or an expression over the
-        variables of a cell such as ``peak_tilt > 10deg or fall_time < 2s`` (docs/atlas.md).
+        The condition for unstable cells: ``departure:5deg``, ``amplification:10``, ``aloft:10s``, or an expression
+        over the variables of a cell such as ``peak_tilt > 10deg or fall_time < 2s`` (docs/atlas.md).
     duration, step : float or str
-        Longest time simulated for a cell, and time step, s; a step of ``"auto"`` is the engine's own.
+        Longest simulated time of a cell, and time step, s; with ``"auto"`` the engine chooses the step.
     fall_tilt, tolerance : float or str
-        Tilt at which the disk counts as fallen, and largest estimated error of a cell before its step is
-        reduced, rad.
+        Tilt at which the disk counts as fallen, and largest estimated error of a cell before its step is reduced, rad.
     method, device, title : str
-        ``rk4`` or ``exact``, of a system ``taylor``; ``cpu`` or ``cuda``; what the atlas is about, in one line.
+        ``rk4`` or ``exact``, for a system ``taylor``; ``cpu`` or ``cuda``; a title of one line.
     contact : str
         ``yes`` also records the least normal force and the largest friction coefficient needed.
     path : str
-        ``yes`` also records where the contact point goes (docs/bodies.md).
+        ``yes`` also records the path of the contact point (docs/bodies.md).
     boundary : str
-        ``grid``: the boundary lies between neighbouring cells; ``refined`` or ``refined:WIDTH``: it is bisected
-        until its bracket is no wider than WIDTH in the SI unit of the axis, and stored as curves too.
+        ``grid``: the boundary lies between neighboring cells. ``refined`` or ``refined:WIDTH``: it is bisected until
+        its bracket is at most WIDTH wide, in the SI unit of the axis, and also stored as curves.
     body : str
-        What rolls, if not the thin disk: ``torus``, ``rounded``, ``rim``, ``arc``, ``ball`` or ``spheroid``, with
-        ``tube``, ``filling``, ``thickness``, ``fillet``, ``offset``, ``flattening``, ``axial_moment`` and
-        ``transverse_moment`` (docs/bodies.md).
+        The rolling body, by default the thin disk: ``torus``, ``rounded``, ``rim``, ``arc``, ``ball`` or
+        ``spheroid``, with ``tube``, ``filling``, ``thickness``, ``fillet``, ``offset``, ``flattening``,
+        ``axial_moment`` and ``transverse_moment`` (docs/bodies.md).
     model : str
-        The model that is integrated; if not given the one that a word chooses, the disk with losses by any
-        of its own (docs/losses.md), another body by any of its own, a body with losses by words of both, else the disk.
+        The model to integrate. By default the words choose it: a loss chooses the disk with losses (docs/losses.md),
+        a word of another body chooses bodies, both choose bodies with losses, and anything else the disk.
     axes : sequence of str, optional
-        The order of the axes, if it is not the order given.
+        The order of the axes; by default the order given.
 
     Attributes
     ----------
@@ -102,12 +101,12 @@ class SweepSpec:
     axes : tuple of str
     criterion : Criterion
     substitutes : mapping of str to str
-        The words given that stand for a parameter, such as `speed`, as they were given: reports use them.
+        The given words that replace a parameter, such as `speed`, with their original text, for reports.
 
     Raises
     ------
     RequestError
-        If a word is not known, a value is not possible, or values do not go together.
+        If a word is unknown, a value is impossible, or values contradict each other.
     """
 
     model: Model
@@ -122,7 +121,7 @@ class SweepSpec:
     substitutes: Mapping[str, str]
     _values: Mapping[str, Any]
 
-    # the names of words are the user's, and "self" may be one of them
+    # positional-only: a user may give a word with the name "self"
     def __init__(self, /, **words: Any) -> None:
         words = without_thin_body(with_table(with_system(words)))
         model = model_for(words.pop("model", None), given_in(words))
@@ -155,14 +154,14 @@ class SweepSpec:
     def __getattr__(self, name: str) -> Any:
         """Return the value of a parameter, a setting or an option."""
         if name.startswith("_") or name not in self._values:
-            raise AttributeError(f"a spec of the model {self.model.name} has no {name}")
+            raise AttributeError(f"a spec of the model {self.model.name} has no attribute {name}")
         return self._values[name]
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         """Refuse a change."""
         raise RequestError(
-            f"A spec cannot be changed: one spec stands for one atlas; got {name}={shown(value)}.",
-            hint=f"Make another one with spec.replace({name}=...).",
+            f"A spec cannot be changed, because it identifies an atlas; got {name}={shown(value)}.",
+            hint=f"Make another spec with spec.replace({name}=...).",
             where=name,
         )
 
@@ -175,11 +174,11 @@ class SweepSpec:
         return hash(self.canonical())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Return what pickle makes the spec again from: models have names, or are systems."""
+        """Return the function and arguments from which pickle rebuilds the spec."""
         return _unpickled, (self.canonical(), self._values["starts"])
 
     def __repr__(self) -> str:
-        """Return the words that make this spec; a table, which no word makes, stands in angle brackets."""
+        """Return the words that make this spec; a table is shown in angle brackets, because no text makes it."""
         model = {} if self.model.name == registry.DEFAULT else {"model": self.model.name}
         model = {"system": self.model.text} if self.model.text else model
         words = {name: value for name, value in self.words().items() if not isinstance(value, Column)}
@@ -204,7 +203,7 @@ class SweepSpec:
 
     @property
     def computed(self) -> tuple[str, ...]:
-        """Parameters that each cell computes for itself, because the request gives a word instead of a number."""
+        """Parameters that are computed for each cell, because the request gives a word instead of a number."""
         return tuple(
             name
             for name, row in self.model.parameters.items()
@@ -213,7 +212,7 @@ class SweepSpec:
 
     @property
     def constants(self) -> Mapping[str, float]:
-        """Parameters with a word that stands for a number which no request can write, and that number."""
+        """Parameters given by a word for a number that has no notation in a request, with this number."""
         words = ((name, row.constants, self._values[name]) for name, row in self.model.parameters.items())
         return {name: known[word] for name, known, word in words if isinstance(word, str) and word in known}
 
@@ -224,40 +223,40 @@ class SweepSpec:
 
     @property
     def is_list(self) -> bool:
-        """Whether the cells are a list of starts (docs/starts.md), not a grid."""
+        """Whether the cells are a list of starts (docs/starts.md) instead of a grid."""
         return self.axes == (START.name,)
 
     @property
     def listed(self) -> tuple[str, ...]:
-        """Parameters of which every start of a list has its own value."""
+        """Parameters that have a value for each start of a list."""
         kinds = Distribution | Column
         return tuple(name for name in self.model.parameters if isinstance(self._values[name], kinds))
 
     @property
     def quantities(self) -> Mapping[str, Input]:
-        """The parameters of the model, and the number of the start of a list: all that an axis can be."""
+        """The quantities that an axis can have: the parameters of the model, and for a list the start number."""
         return {**self.model.parameters, **({START.name: START} if self.is_list else {})}
 
     @property
     def headline(self) -> str:
-        """The title; where none was given, what is looked at."""
+        """The title, by default the model's description of the request."""
         return str(self.title) or self.model.headline(self)
 
     @property
     def boundary_width(self) -> float | None:
-        """Width [SI unit of the axis] to which the boundary is bisected; None where the grid's own will do."""
+        """Width [SI unit of the axis] to which the boundary is bisected; None for ``boundary=grid``."""
         return None if self.boundary == GRID else float(self.boundary.partition(":")[2])
 
     @classmethod
     def preset(cls, name: str, /, **changes: Any) -> Self:
-        """Return one of the specs that come with a model, such as rolling, toy, egg or kapitza, with changes.
+        """Return a preset of a model, such as rolling, toy, egg or kapitza, with changes.
 
-        Their rates are scaled: ``preset("rolling", radius="12mm")`` covers the boundary of that disk.
+        The rates of presets are scaled: ``preset("rolling", radius="12mm")`` covers the boundary of a 12 mm disk.
 
         Raises
         ------
         RequestError
-            If there is no such preset, or the result is not a request.
+            If there is no such preset, or the result is not a valid request.
         """
         return cls._of_file(find_spec_file(name), changes)
 
@@ -268,7 +267,7 @@ class SweepSpec:
         Raises
         ------
         RequestError
-            If the file cannot be read, is not TOML, or is not a request.
+            If the file cannot be read, is not TOML, or is not a valid request.
         """
         return cls._of_file(as_path(path, "my-sweep.toml"), {})
 
@@ -281,20 +280,20 @@ class SweepSpec:
         spec : str or Path
             Name of a preset, or a file.
         words : sequence of str
-            ``NAME=VALUE``, each name once. A name that the file has keeps its place there (and so among the axes);
-            new ones follow in the order given.
+            ``NAME=VALUE``, each name once. Names in the file keep their places there (and so the order of the axes);
+            new names follow in the order given.
 
         Raises
         ------
         RequestError
-            If the file or a word cannot be read, or the result is not a request.
+            If the file or a word cannot be read, or the result is not a valid request.
         """
         changes = pairs(words)
         return cls._of_file(find_spec_file(spec), changes, ())
 
     @classmethod
     def read(cls, spec: "SweepSpec | str | Path", /, **changes: Any) -> "SweepSpec":
-        """Return a spec with changes, as `replace` makes them in a spec, and `from_words` in a preset or a file.
+        """Return a spec with changes; see `replace` for a spec, and `from_words` for a preset or a file.
 
         Parameters
         ----------
@@ -306,7 +305,7 @@ class SweepSpec:
         Raises
         ------
         RequestError
-            If the file or a word cannot be read, or the result is not a request.
+            If the file or a word cannot be read, or the result is not a valid request.
         """
         if isinstance(spec, SweepSpec):
             return spec.replace(**changes) if changes else spec
@@ -322,13 +321,14 @@ class SweepSpec:
 
     @classmethod
     def _of_file(cls, path: Path, changes: Mapping[str, Any], others: Sequence[str] = ("axes",)) -> Self:
-        """Return the spec in a file with changes of its words, or of `others`."""
+        """Return the spec in a file with changes to its words, or to `others`."""
         held, changes = of_one_body(with_system(read_file(path), path.parent), with_table(changes))
         if any(isinstance(held.get(name), list) for name in SWEEP_TABLES):
             raise RequestError(
-                f"This file has tables [[{SWEEP_TABLES[0]}]]: it holds several sweeps, and one is asked for here.",
-                hint=f"Compute them with eulerdisk batch {shlex.quote(str(path))} -o DIR, or write one into a file of "
-                "its own.",
+                f"This file has tables [[{SWEEP_TABLES[0]}]]: it contains several sweeps, and only one is allowed "
+                "here.",
+                hint=f"Compute them with eulerdisk batch {shlex.quote(str(path))} -o DIR, or write one sweep into a "
+                "separate file.",
                 where=place(path),
             )
         try:
@@ -349,16 +349,15 @@ class SweepSpec:
             raise error.at(f"{place(path)}: {error.where}") from None
 
     def replace(self, /, **changes: Any) -> Self:
-        """Return this spec with other values; its axes keep their places, new ones follow in the order given.
+        """Return this spec with other values; its axes keep their places, new axes follow in the order given.
 
-        A word that chooses another model, such as one of losses, makes a spec of that model. With another `radius` or
-        `gravity` the rates stay as they are, in rad/s: a spec does not know whether they were
-        scaled when they were given.
+        A word that chooses another model, such as a loss, gives a spec of that model. If `radius` or `gravity` changes,
+        the rates stay the same in rad/s, because a spec does not store whether they were given as scaled rates.
 
         Raises
         ------
         RequestError
-            If the result is not a request.
+            If the result is not a valid request.
         """
         held, changes = of_one_body(self.words(), with_table(with_system(changes)))
         other = self.model if len(held) == len(self.words()) else thin_model(self.model)
@@ -372,9 +371,9 @@ class SweepSpec:
         return type(self)(**{"model": model, **changed(kept, changes, model)})
 
     def _words_for(self, model: Model) -> dict[str, Any]:
-        """Return every word with its value; for another model those that say what its defaults do not.
+        """Return every word with its value; for another model only those that its defaults do not imply.
 
-        The usual method is left out: another body or model may have another one.
+        The default method is omitted, because another body or model may have another default.
         """
         words = self.words()
         if self.method == self.model.methods_for(self._values)[0]:
@@ -391,24 +390,24 @@ class SweepSpec:
     def resolve(
         self, words: Mapping[str, Any], read: Callable[[object, Quantity], Value] = read_value
     ) -> dict[str, Any]:
-        """Return words in which scaled rates and speeds have become rates, for the disk of this spec.
+        """Return words with scaled rates and speeds converted to rates, for the disk of this spec.
 
         Parameters
         ----------
         words : mapping of str to anything
-            Words that name cells of the spec, or that change it. A radius or gravity among them counts instead.
+            Words that name cells of the spec, or that change it. A radius or gravity among them replaces the spec's.
         read : callable, optional
-            What reads a word: as a value of a spec if not given.
+            The reader of a word's value; by default the reader for specs.
 
         Raises
         ------
         RequestError
-            If a parameter is given in two ways, a value cannot be read, or a parameter varies that a word needs.
+            If a parameter is given twice, a value cannot be read, or a word needs a parameter that varies.
         """
         return resolved(words, self.model, {name: self._values[name] for name in self.model.parameters}, read)
 
     def words(self) -> dict[str, Any]:
-        """Return every word with its value; axes first, for their order is the order of the words."""
+        """Return every word with its value; axes come first, because the order of the words is their order."""
         order = dict.fromkeys(("title", *self.axes, *names(self.model)))
         return {name: self._values[name] for name in order if not implied(name, self._values)}
 
@@ -418,12 +417,12 @@ class SweepSpec:
         Raises
         ------
         RequestError
-            If the spec has a table of starts, whose values no such text holds.
+            If the spec has a table of starts, whose values cannot be in the text.
         """
         if self.starts:
             raise RequestError(
-                f"A TOML file has no room for the values of a table of starts; got {self.starts}.",
-                hint='Write the spec without it, and name the table in the file, as in starts = "pushes.csv".',
+                f"A TOML file cannot contain the values of a table of starts; got {self.starts}.",
+                hint='Write the spec without the table, and name its file, as in starts = "pushes.csv".',
                 where="starts",
             )
         quantities = {**self.model.parameters, **self.model.settings}
@@ -435,7 +434,7 @@ class SweepSpec:
         return "\n".join(lines) + "\n"
 
     def canonical(self) -> str:
-        """Return the spec as ASCII JSON with sorted keys, numbers in SI, the same text for equal specs."""
+        """Return the spec as ASCII JSON with sorted keys and numbers in SI; equal specs give the same text."""
         words = {name: _to_json(value) for name, value in self.words().items()}
         if self.model.name != registry.DEFAULT:
             words["model"] = self.model.name
@@ -456,13 +455,13 @@ class SweepSpec:
         Raises
         ------
         RequestError
-            If the text is not that of a spec.
+            If the text is not the canonical text of a spec.
         """
         try:
             held = {name: _from_json(value) for name, value in json.loads(text).items()}
-            # the text may come from a file of anybody's: it never opens another one
+            # the text may come from an untrusted file: it must not open other files
             if isinstance(held.get("starts"), str) and held["starts"]:
-                raise ValueError("its starts are no table")
+                raise ValueError("its starts are not a table")
             if names_file(held.get("model")):
                 raise ValueError("its model is a file")
             words = with_system(held)
@@ -474,14 +473,14 @@ class SweepSpec:
             return cls(**words)
         except (ValueError, TypeError, AttributeError, RecursionError) as problem:
             raise RequestError(
-                f"{shown(text)} is not what SweepSpec.canonical() wrote: {problem}.",
+                f"{shown(text)} was not written by SweepSpec.canonical(): {problem}.",
                 hint="Take the text unchanged from the atlas.",
             ) from problem
 
 
 def _unpickled(text: str, starts: StartTable | str) -> SweepSpec:
     spec = SweepSpec.from_canonical(text)
-    # the text has not the values of a table
+    # the text does not contain the values of a table
     return spec.replace(starts=starts) if starts else spec
 
 
@@ -494,12 +493,12 @@ def _toml_value(value: object) -> str:
     """Return the value of a word as TOML."""
     if isinstance(value, Values):
         return "[" + ", ".join(map(repr, value.values)) + "]"
-    # JSON's strings are TOML's, as long as nothing outside ASCII is escaped in pairs.
+    # JSON strings are TOML strings if no character is escaped as a surrogate pair
     return repr(value) if isinstance(value, float | int) else json.dumps(str(value), ensure_ascii=False)
 
 
 def _to_json(value: Any) -> Any:
-    """Return the value of a word as plain types, which `_from_json` reads."""
+    """Return the value of a word in plain types; `_from_json` is the inverse."""
     if isinstance(value, Criterion):
         return value.kept()
     if isinstance(value, Distribution):
@@ -512,7 +511,7 @@ def _to_json(value: Any) -> Any:
 
 
 def _from_json(value: Any) -> object:
-    """Return what `_to_json` made plain types of."""
+    """Return the value of a word from the plain types of `_to_json`."""
     if not isinstance(value, dict):
         return value
     if "sha256" in value:

@@ -1,4 +1,4 @@
-"""Spec files and presets: where they are, and the words in them."""
+"""Spec files and presets: finding and reading them."""
 
 import errno
 import os
@@ -12,14 +12,14 @@ from sweep.model import registry
 from sweep.model.description import Model
 from sweep.request.suggestions import suggestion
 
-#: Bytes of a spec file at most, a list of 50,000 values; and dots between two commas or ends of lines: of a key of
-#: 20,000 parts the parser makes gigabytes.
+#: Largest size of a spec file in bytes, enough for a list of 50,000 values, and largest number of dots between two
+#: commas or line ends: for a key of 20,000 parts the parser takes gigabytes.
 _MOST_BYTES, _MOST_DOTS = 2**20, 50
 
-#: Presets of systems: each a file of requests beside the file of its system.
+#: The folder with presets of systems: for each a spec file, and the file of its system next to it.
 _SYSTEMS = Path(sweep.model.system.__file__).with_name("presets")
 
-#: Tables of a spec file that hold a sweep each, for `eulerdisk batch`; and how they are misspelt.
+#: The name of the tables that hold one sweep each, for `eulerdisk batch`, and its usual misspelling.
 SWEEP_TABLES = ("sweep", "sweeps")
 
 
@@ -38,27 +38,27 @@ def system_presets() -> tuple[str, ...]:
 
 
 def system_preset_file(name: str) -> Path:
-    """Return the file with the system of a preset."""
+    """Return the path of the file with a preset's system."""
     return _SYSTEMS / f"{name}.py"
 
 
 def _every_preset() -> tuple[str, ...]:
-    """Return the names of all presets, those of the default model first and those of systems last."""
+    """Return the names of all presets, with the default model's first and the systems' last."""
     return (*(name for model in registry.every() for name in presets(model)), *system_presets())
 
 
 def find_spec_file(spec: str | Path) -> Path:
-    """Return the path of a preset or of a file; text without a folder or ``.toml`` is the name of a preset.
+    """Return the path of a preset or a file; text without a folder and without ``.toml`` is a preset's name.
 
     Raises
     ------
     RequestError
-        If it is the name of neither.
+        If there is no such preset.
     """
     path = as_path(spec, "rolling")
     if isinstance(spec, Path) or path.suffix == ".toml" or _is_system(path) or path.name != spec:
         return path
-    # the presets of the default model first: the other models need not be loaded then
+    # the default model's presets come first, which usually saves loading the other models
     if spec in presets(registry.named(registry.DEFAULT)):
         return registry.named(registry.DEFAULT).presets / f"{spec}.toml"
     for model in registry.every():
@@ -68,9 +68,7 @@ def find_spec_file(spec: str | Path) -> Path:
         return _SYSTEMS / f"{spec}.toml"
     known = _every_preset()
     example = f"rolling {spec}" if "=" in spec else "rolling"
-    from_atlas = f"Where a command goes on from an atlas, it is given with --from {shown(spec)}." * (
-        path.suffix == ".nc"
-    )
+    from_atlas = f"To continue from an atlas, write --from {shown(spec)}." * (path.suffix == ".nc")
     raise RequestError(
         f"There is no preset {shown(spec) or 'without a name'}. A spec is a preset, a .toml file, or a .py file with a "
         f"system; presets are {', '.join(known)}.",
@@ -82,12 +80,12 @@ def find_spec_file(spec: str | Path) -> Path:
 
 
 def _is_system(path: Path) -> bool:
-    """Return whether a path is of a file of systems, or of one system in it: ``mine.py:name``."""
+    """Return whether a path names a file of systems, or one system in it: ``mine.py:name``."""
     return path.suffix == ".py" or ".py:" in path.name
 
 
 def place(path: Path) -> str:
-    """Return what messages call a spec file: a preset by its name, any other by its path."""
+    """Return the name of a spec file in messages: a preset's name, otherwise the path."""
     return f"preset {path.stem}" if path.parent.name == "presets" else str(path)
 
 
@@ -118,29 +116,29 @@ def read_file(path: Path) -> dict[str, object]:
     # a TOML error with its line, text that is not UTF-8, or a number beyond any size
     except ValueError as problem:
         raise RequestError(
-            f"The spec file is not TOML: {problem}. A spec file holds lines NAME = VALUE, text in quotes, as in "
+            f"The spec file is not TOML: {problem}. A spec file contains lines NAME = VALUE with text in quotes, as in "
             'tilt = "0.1deg:5deg:200:log".',
             hint="Correct that line.",
             where=str(path),
         ) from problem
     except RecursionError as problem:
         raise RequestError(
-            "The spec file is no request: its arrays, tables or dotted names are nested too deep to be read. A spec "
-            "file holds lines NAME = VALUE.",
+            "The spec file cannot be read: its arrays, tables or dotted names are nested too deeply. A spec file "
+            "contains lines NAME = VALUE.",
             hint="Write lists as in alpha = [0.5, 1].",
             where=str(path),
         ) from problem
 
 
 def kept_mass(spec: str | Path, changes: Mapping[str, object]) -> str:
-    """Return that a file's mass stays that of its own disk where words change the radius; empty if it does not.
+    """Return a notice that the mass stays the same although words change the radius, or "" otherwise.
 
     Parameters
     ----------
     spec : str or Path
         A preset or a file.
     changes : mapping of str to anything
-        The words that change it.
+        The words that change the spec.
     """
     sizes = [name for name in ("radius", "diameter") if name in changes]
     if not sizes or "mass" in changes:
@@ -149,13 +147,13 @@ def kept_mass(spec: str | Path, changes: Mapping[str, object]) -> str:
     mass = read_file(path).get("mass")
     if mass is None:
         return ""
-    return f"{place(path)}: with {sizes[0]}={changes[sizes[0]]} the mass is still {mass}; give another one as mass="
+    return f"{place(path)}: with {sizes[0]}={changes[sizes[0]]} the mass is still {mass}; to change it, add mass="
 
 
 def read_regular(path: Path, most: int) -> bytes:
-    """Return the content of a regular file of so many bytes at most; an OSError says that it is none, or too large.
+    """Return the content of a regular file; raise OSError if it is not regular, or has more than `most` bytes.
 
-    A pipe would be waited for without end, and a device read without end.
+    Reading a pipe could block forever, and reading a device might never end.
     """
     found = os.stat(path)
     if stat.S_ISDIR(found.st_mode):
@@ -163,7 +161,7 @@ def read_regular(path: Path, most: int) -> bytes:
     if not stat.S_ISREG(found.st_mode):
         raise OSError(errno.EINVAL, "It is not a regular file")
     with open(path, "rb") as file:
-        # what /proc shows as empty may have content
+        # files in /proc have size 0 and still have content
         content = b"" if found.st_size > most else file.read(most + 1)
     if max(found.st_size, len(content)) > most:
         raise OSError(

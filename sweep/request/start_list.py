@@ -1,7 +1,7 @@
-"""A list of starts in place of a grid: one dimension that counts them, and in every cell values of its own.
+"""Lists of starts, instead of a grid: one dimension, and in every cell different values of the parameters.
 
-The dimension is called `start`, and its coordinate is the number of each start. A part of a list has the numbers of
-its starts, so that each start stays the same.
+The dimension is called `start`, and its coordinate is the number of the start. A part of a list keeps the numbers of
+its starts, and so their values.
 """
 
 import math
@@ -19,12 +19,12 @@ from sweep.request.start_table import Column, GivenTable, StartTable, read_table
 from sweep.request.units import plain_number
 from sweep.request.values import NoCountError, read_value
 
-#: The most starts of a list: their numbers are 32-bit integers in the file.
+#: Largest number of starts of a list: their numbers are 32-bit integers in the file.
 _MOST_STARTS = 2**31 - 1
 
 _MOST_SEED = 2**64 - 1
 
-#: Two numbers, and all between them.
+#: A range of start numbers, with both ends.
 _PART = re.compile(r"\s*(\d{1,10})\s*:\s*(\d{1,10})\s*", re.ASCII)
 
 
@@ -41,21 +41,21 @@ START = Input(
 )  # fmt: skip
 WORDS: Mapping[str, Word | Input] = {
     **table(
-        Word("samples", "how many random starts there are", ""),
-        Word("seed", "which random starts they are", "0"),
-        Word("starts", "a table of starts that are given one by one", ""),
+        Word("samples", "number of random starts", ""),
+        Word("seed", "seed of the random starts", "0"),
+        Word("starts", "table of given starts", ""),
     ),
     START.name: START,
 }
 
 
 def read_list_word(name: str, raw: object, model: Model) -> int | str | Range | Values | StartTable:
-    """Return the value of one of `WORDS`; empty text if nothing is given.
+    """Return the value of one of `WORDS`; empty text if it is not given.
 
     Raises
     ------
     RequestError
-        If it cannot be read.
+        If the value cannot be read.
     """
     if isinstance(raw, str) and not raw.strip():
         return ""
@@ -77,11 +77,11 @@ def read_list_word(name: str, raw: object, model: Model) -> int | str | Range | 
 
 
 def _whole(raw: object) -> int | None:
-    """Return the whole number that was given, as text also in the form 1e6; None if it is none."""
+    """Return a value as a whole number, for text also in the form 1e6; None if it is not a whole number."""
     if isinstance(raw, int | np.integer) and not isinstance(raw, bool):
         return int(raw)
     if isinstance(raw, str) and raw.strip().isascii() and raw.strip().isdigit():
-        # all digits, of which a float keeps 16
+        # read all digits: a float keeps only 16 of them
         return int(raw) if len(raw.strip()) <= 20 else None
     number = plain_number(raw) if isinstance(raw, str) else raw if isinstance(raw, float) else math.nan
     return int(number) if math.isfinite(number) and number == math.floor(number) else None
@@ -95,9 +95,9 @@ def _numbers(raw: object) -> Range | Values:
         found = read_value(raw, START)
     except NoCountError:
         _refuse_numbers(raw)
-    # one number is a list of one start
+    # a single number selects one start
     axis = Values((found,)) if isinstance(found, float) else found
-    # of a range the step too, without making all of its values
+    # for a range check its step instead of computing all of its values
     steps = (axis.stop - axis.start) % max(1, axis.count - 1) if isinstance(axis, Range) else 0.0
     ends_or_values = axis.ends() if isinstance(axis, Range) else axis.array()
     if steps or getattr(axis, "spacing", "") == "log" or not _counts(ends_or_values).all():
@@ -107,7 +107,7 @@ def _numbers(raw: object) -> Range | Values:
 
 def _refuse_numbers(raw: object) -> NoReturn:
     raise RequestError(
-        f"start holds the numbers of starts, whole numbers from 0; got {shown(raw)}.",
+        f"start takes the numbers of starts, which are whole numbers from 0; got {shown(raw)}.",
         hint="Write start=0:99, or leave it out for all starts.",
         where="start",
     )
@@ -116,29 +116,29 @@ def _refuse_numbers(raw: object) -> NoReturn:
 def with_list(
     model: Model, values: Mapping[str, Any], axes: tuple[str, ...], given: Mapping[str, Any]
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Return the values and axes of a request, which are those of a list of starts if it asks for one.
+    """Return the values and axes of a request, after adding the list of starts if it has one.
 
     Parameters
     ----------
     model : Model
     values : mapping of str to value
-        Of every word, read.
+        The value of every word.
     axes : tuple of str
         The words with a list or a range, in the order given.
     given : mapping of str to anything
-        The words that the request has, as given; the others have their defaults.
+        The words of the request, as given; all other words have their defaults.
 
     Returns
     -------
     values : dict
-        With the numbers of the starts as ``start``.
+        The values, with the numbers of the starts as ``start``.
     axes : tuple of str
-        Of a list of starts ``("start",)``.
+        For a list of starts ``("start",)``.
 
     Raises
     ------
     RequestError
-        If words of lists and of grids, or samples and no distribution, are given together.
+        If words of lists and of grids are given together, or samples without a distribution.
     """
     if not values["starts"] and not values["samples"]:
         _check_no_list(values, given)
@@ -146,7 +146,7 @@ def with_list(
     own = _of_table(model, values, axes, given) if values["starts"] else _drawn(model, values, axes, given)
     if values["boundary"] != "grid":
         raise RequestError(
-            "A list of starts has no rows in which a boundary is sought; got "
+            "A boundary can be refined only on a grid, not in a list of starts; got "
             f"boundary={values['boundary']} for a list.",
             hint="Leave boundary out, or give axes.",
             where="boundary",
@@ -162,13 +162,13 @@ def _drawn(
     if not any(isinstance(values[name], Distribution) for name in model.parameters):
         control = next(iter(model.controls(model.parameters)), next(iter(model.parameters)))
         raise RequestError(
-            f"samples counts random starts, and no parameter has a distribution; got samples={count}.",
-            hint=f"Give one, as in {control}=uniform:2:4, or leave samples out.",
+            f"samples is the number of random starts, but no parameter has a distribution; got samples={count}.",
+            hint=f"Give a distribution, as in {control}=uniform:2:4, or leave samples out.",
             where="samples",
         )
     if crossed := [name for name in axes if name != START.name]:
         raise RequestError(
-            f"samples and axes do not go together: every start has one value of each parameter; got samples={count} "
+            f"samples and axes cannot be combined: every start has one value of each parameter; got samples={count} "
             f"and {_said(crossed[0], given, values)}.",
             hint=f"Give {' and '.join(crossed)} one number or a distribution ({', '.join(KINDS.values())}), or leave "
             "samples out.",
@@ -178,7 +178,7 @@ def _drawn(
     if numbers.ends()[1] >= count:
         raise RequestError(
             f"The starts have the numbers 0 to {count - 1}; got {_said(START.name, given, values)}.",
-            hint="Choose numbers of that range, or leave start out for all.",
+            hint="Choose numbers in this range, or leave start out for all starts.",
             where="start",
         )
     return {START.name: numbers}
@@ -187,10 +187,10 @@ def _drawn(
 def _of_table(
     model: Model, values: Mapping[str, Any], axes: tuple[str, ...], given: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """Return a table, its columns and the numbers of its starts: columns take the place of defaults."""
+    """Return a table, its columns, which replace the defaults, and the numbers of its starts."""
     table: StartTable = values["starts"]
     if foreign := [name for name in table.names if name not in model.parameters]:
-        raise ValueError(f"{foreign[0]} is no parameter of the model {model.name}")
+        raise ValueError(f"{foreign[0]} is not a parameter of the model {model.name}")
     other = [
         name
         for name in (*model.parameters, "samples", "seed")
@@ -200,7 +200,7 @@ def _of_table(
     ]
     if other:
         raise RequestError(
-            f"Starts of a table go with one number for every other parameter; got {table} and "
+            f"With a table of starts every other parameter must have one number; got {table} and "
             f"{_said(other[0], given, values)}.",
             hint=f"Leave {other[0]} out."
             if other[0] in (*table.names, "samples", "seed")
@@ -214,23 +214,23 @@ def _of_table(
 
 
 def _check_no_list(values: Mapping[str, Any], given: Mapping[str, Any]) -> None:
-    """Refuse the words of a list where there is none."""
+    """Refuse the words of a list in a request without one."""
     for name, value in values.items():
         if isinstance(value, Column):
             raise RequestError(
-                f"{name} is a column of a table, and there is no table.",
-                hint="Give the table as starts, or a number.",
+                f"{name} is a column of a table, but the request has no table.",
+                hint=f"Give the table as starts, or give {name} a number.",
                 where=name,
             )
         if isinstance(value, Distribution):
             raise RequestError(
-                f"{_said(name, given, values)} is a distribution, and how many starts are drawn from it is not said.",
+                f"{_said(name, given, values)} is a distribution, which needs a number of starts.",
                 hint="Add samples=1e6, for instance.",
                 where=name,
             )
         if name in ("seed", START.name) and value:
             raise RequestError(
-                f"{name} belongs to random starts, which samples counts; got {_said(name, given, values)} without "
+                f"{name} applies only to random starts, which need samples; got {_said(name, given, values)} without "
                 "samples.",
                 hint=f"Leave {name} out, or add samples=1e6 and a distribution.",
                 where=name,
@@ -238,7 +238,7 @@ def _check_no_list(values: Mapping[str, Any], given: Mapping[str, Any]) -> None:
 
 
 def _said(name: str, given: Mapping[str, Any], values: Mapping[str, Any]) -> str:
-    """Return a word as a request gave it; what it did not give as text, as it is written in SI."""
+    """Return a word with its value: as given if it was given as text, otherwise in SI."""
     raw = given.get(name)
     return f"{name}={shown(raw if isinstance(raw, str) else str(values[name]))}"
 
@@ -249,12 +249,12 @@ def every_start(count: int) -> Range:
 
 
 def implied(name: str, values: Mapping[str, Any]) -> bool:
-    """Return whether a word need not be written: it belongs to lists and this is a grid, or it names all starts."""
+    """Return whether a word can be omitted: it is a word of lists and this is a grid, or it selects all starts."""
     if name not in WORDS:
         return False
     if name == "starts":
         return not values[name]
     if name != START.name:
         return not values["samples"]
-    # a table holds the numbers of its starts
+    # a table contains the numbers of its starts
     return bool(not values[name] or values["starts"] or values[name] == every_start(int(values["samples"])))
