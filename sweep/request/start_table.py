@@ -335,7 +335,7 @@ def read_table(raw: object) -> GivenTable | StartTable | None:
     if not isinstance(raw, type) and hasattr(raw, "keys") and hasattr(raw, "__getitem__"):
         return _read_columns(raw)
     raise RequestError(
-        f"starts is a CSV file, or a mapping of column names to arrays; got {shown(raw)}.",
+        f"starts is a CSV file, or columns in a mapping of names to arrays; got {shown(raw)}.",
         hint='Write starts="table.csv", or starts={"tilt": [0.01, 0.02]}.',
         where="starts",
     )

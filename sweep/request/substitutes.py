@@ -1,7 +1,7 @@
-"""Substitutes of parameters: rates in units of sqrt(gravity/radius), a speed, an angle from flat.
+"""Substitutes for parameters: rates in units of sqrt(gravity/radius), a speed, an angle from flat.
 
-A request that gives a substitute becomes one that gives the parameter, before anything else is read: specs,
-fingerprints and files know parameters only, in SI.
+Substitutes are converted to their parameters before anything else is read: specs, fingerprints and files contain only
+parameters, in SI.
 """
 
 import itertools
@@ -31,27 +31,27 @@ from sweep.request.values import (
 )
 from sweep.request.words import read_input
 
-#: Characters of a word that are kept as they were given.
+#: Largest length of a word whose given text is kept.
 _LONGEST = 100
 
 _NOTHING: Mapping[str, object] = MappingProxyType({})
 
-#: Values of a list that stands for a logarithmic range at most.
+#: Largest number of values of a list that replaces a logarithmic range.
 _MOST_LISTED = 10_000
 
 
 def parameter_of(name: str, model: Model) -> str:
-    """Return the parameter that a word gives: that of a substitute, for any other word its own name."""
+    """Return the parameter that a word gives: a substitute's parameter, or the word itself."""
     return model.substitutes[name].parameter if name in model.substitutes else name
 
 
 def _is_substitute(name: str, raw: object, model: Model) -> bool:
-    """Whether a word gives a substitute: one that is called like its parameter is told by a unit."""
+    """Return whether a word gives a substitute; if it has the same name as its parameter, the value has a unit."""
     return name in model.substitutes and (name not in model.parameters or has_unit(raw))
 
 
 def substitutes_in(words: Mapping[str, Any], model: Model) -> dict[str, str]:
-    """Return the words that stand for a parameter, as they were given; of many values only that there are some."""
+    """Return the substitutes among words, with their given text; long texts become ``...``."""
     found = {name: raw for name, raw in words.items() if _is_substitute(name, raw, model)}
     texts = {
         name: ",".join(map(str, raw)) if isinstance(raw, list | tuple) else str(raw)
@@ -63,15 +63,15 @@ def substitutes_in(words: Mapping[str, Any], model: Model) -> dict[str, str]:
 
 
 def changed(held: Mapping[str, Any], changes: Mapping[str, Any], model: Model) -> dict[str, Any]:
-    """Return words with changes; a word that is changed keeps its place, new ones follow in the order given.
+    """Return words with changes; changed words keep their places, new ones follow in the order given.
 
-    A change of a parameter replaces its substitutes, and the reverse; a table of starts replaces what it has columns
-    for, and the words of another list.
+    A parameter replaces its substitutes, and the reverse. A table of starts replaces the parameters of its columns and
+    the words of another list.
 
     Raises
     ------
     RequestError
-        If the changes give a parameter in two ways.
+        If the changes give a parameter twice.
     """
     check_once(changes, model)
     change_of = {parameter_of(name, model): name for name in changes}
@@ -93,10 +93,10 @@ def resolved(
     fixed: Mapping[str, object] = _NOTHING,
     read: Callable[[object, Quantity], Value] = read_value,
 ) -> dict[str, Any]:
-    """Return words in which every substitute has become its parameter, in SI and in its place.
+    """Return words with every substitute converted to its parameter, in SI and in the same place.
 
-    The ends of a range become the ends of a range with as many values, spaced alike. Where the parameter is not a
-    multiple of its substitute, a logarithmic range becomes a list.
+    The conversion of a range keeps the count and the spacing. If the parameter is not proportional to its substitute, a
+    logarithmic range becomes a list.
 
     Parameters
     ----------
@@ -104,21 +104,21 @@ def resolved(
         Words of a request with their values, as given.
     model : Model
     fixed : mapping of str to anything, optional
-        Values of parameters that `words` do not give, in SI, instead of the defaults of the model.
+        Values in SI of parameters that are not in `words`, instead of the defaults of the model.
     read : callable, optional
-        What reads a word; `sweep.request.values.read_number` where a list or a range is refused.
+        The reader of a word's value; `sweep.request.values.read_number` refuses lists and ranges.
 
     Raises
     ------
     RequestError
-        If a parameter is given in two ways, a value cannot be read, or a parameter varies that a substitute needs.
+        If a parameter is given twice, a value cannot be read, or a substitute needs a parameter that varies.
     """
     check_once(words, model)
     given = {name: model.substitutes[name] for name, raw in words.items() if _is_substitute(name, raw, model)}
     sources = {
         name: read_distribution(words[name], each) or read(words[name], each) for name, each in given.items()
     }
-    # a substitute may need what another one gives, as a scaled rate needs the radius of a diameter
+    # a substitute may need the parameter of another one: a scaled rate needs the radius that a diameter gives
     direct = {
         each.parameter: _parameter(each, sources[name], {}, words[name], model)
         for name, each in given.items()
@@ -145,8 +145,8 @@ def resolved(
             for name, each in concerned.items()
         ]
         raise RequestError(
-            f"{' and '.join(concerned)} {are(len(concerned), 'gives', 'give')} another {parameters} for each "
-            f"{varying[0]}, and here {varying[0]} varies.",
+            f"{' and '.join(concerned)} {are(len(concerned), 'gives', 'give')} a different {parameters} for each "
+            f"{varying[0]}, and {varying[0]} varies here.",
             hint=f"Give {are(len(concerned), 'it', 'them')} in {units}, for example {' '.join(instead)}.",
             where=varying[0],
         )
@@ -160,7 +160,7 @@ def resolved(
 
 
 def check_once(words: Mapping[str, Any], model: Model) -> None:
-    """Refuse words of which two give the same parameter.
+    """Refuse words if two of them give the same parameter.
 
     Raises
     ------
@@ -172,7 +172,7 @@ def check_once(words: Mapping[str, Any], model: Model) -> None:
         if parameter in seen:
             first = seen[parameter]
             raise RequestError(
-                f"{parameter} is given once: {first} and {name} both give it; got {first}={shown(words[first])} and "
+                f"{parameter} is given twice, by {first} and {name}; got {first}={shown(words[first])} and "
                 f"{name}={shown(value)}.",
                 hint="Leave one of them out.",
                 where=name,
@@ -181,19 +181,19 @@ def check_once(words: Mapping[str, Any], model: Model) -> None:
 
 
 def _check_no_column(given: Mapping[str, Substitute], words: Mapping[str, Any], table: StartTable) -> None:
-    """Refuse a substitute of a parameter for which a table of starts has a column."""
+    """Refuse a substitute if a table of starts has a column for its parameter."""
     for name, each in given.items():
         if each.parameter in table.names:
             raise RequestError(
-                f"{each.parameter} is given once: {name} and a column of the table both give it; got "
+                f"{each.parameter} is given twice, by {name} and by a column of the table; got "
                 f"{name}={shown(str(words[name]))} and {table}.",
-                hint=f"Leave {name} out, or take the column out of the table.",
+                hint=f"Leave {name} out, or remove the column from the table.",
                 where=name,
             )
 
 
 def _ends(quantity: Input, raw: object, read: Callable[[object, Quantity], Value]) -> tuple[float, float]:
-    """Return the smallest and the largest value of what was given for a parameter, of some distributions about."""
+    """Return the smallest and the largest value given for a parameter; for a normal distribution approximate ones."""
     held = raw if isinstance(raw, Column) else read_distribution(raw, quantity)
     source = held or read_input(quantity, raw, read)
     low, high = [float(source)] * 2 if isinstance(source, float | str) else source.ends().tolist()
@@ -206,7 +206,7 @@ def _for_all(
     needed: Mapping[str, tuple[float, float]],
     words: Mapping[str, Any],
 ) -> str:
-    """Return what gives the parameter for all disks: a range or a distribution over theirs, or a number amid them."""
+    """Return a value of the parameter for all disks: a range or a distribution, or a number between the extremes."""
     disks = (
         dict(zip(substitute.needs, each, strict=True))
         for each in itertools.product(*(needed[name] for name in substitute.needs))
@@ -224,7 +224,7 @@ def _for_all(
 def _parameter(
     substitute: Substitute, value: Source, disk: Mapping[str, float], raw: object, model: Model
 ) -> Source:
-    """Return the value of the parameter that a value of a substitute stands for; `raw` is what was given."""
+    """Return the parameter's value for a value of its substitute; `raw` is the value as given."""
     parameter = model.parameters[substitute.parameter]
     try:
         found = _converted(substitute, value, disk)
@@ -234,17 +234,17 @@ def _parameter(
         raise error.at(f"{substitute.name}={shown(raw)}") from None
     if (outside := not_allowed(found, parameter, raw)) is None:
         return found
-    # the parameter is in the unit of the substitute
+    # show the parameter in the unit of the substitute
     text, rule = outside
     raise RequestError(
-        f"That is a {parameter.name} of {text}, which is not possible: {rule}.",
+        f"This gives a {parameter.name} of {text}, which is not allowed: {rule}.",
         hint=f"Choose values with {rule}; a bare number is in {substitute.units}.",
         where=f"{substitute.name}={shown(raw)}",
     )
 
 
 def _one(substitute: Substitute, number: float, disk: Mapping[str, float]) -> float:
-    # a scale may be too small or too large for a float: what is not finite is refused as a value
+    # the scale may underflow or overflow: values that are not finite are refused later
     with np.errstate(all="ignore"):
         return float(np.divide(number, substitute.scale(disk))) + substitute.offset + 0.0
 
@@ -260,13 +260,14 @@ def _converted(substitute: Substitute, value: Source, disk: Mapping[str, float])
         if value.kind == UNIFORM or not substitute.offset:
             return Distribution(value.kind, *sorted((first, second)))
         raise RequestError(
-            f"{substitute.parameter} is no multiple of {substitute.name}: {value.kind} makes no distribution of it.",
-            hint=f"Write uniform, or give {substitute.parameter}.",
+            f"{substitute.parameter} is not proportional to {substitute.name}, so {substitute.name} cannot have a "
+            f"{value.kind} distribution.",
+            hint=f"Use a uniform distribution, or give {substitute.parameter}.",
         )
     if isinstance(value, Values) or (value.spacing == "log" and substitute.offset):
         if isinstance(value, Range) and len(value) > _MOST_LISTED:
             raise RequestError(
-                f"A logarithmic range of {substitute.name} becomes a list of {substitute.parameter}, of at most "
+                f"A logarithmic range of {substitute.name} becomes a list of {substitute.parameter}, which has at most "
                 f"{_MOST_LISTED} values; got {len(value)}.",
                 hint="Give a smaller count, or leave out :log.",
             )

@@ -1,4 +1,4 @@
-"""Refuse a word that is not known, and say which one was probably meant."""
+"""Refusals of unknown words, with suggestions for the intended word."""
 
 import difflib
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from sweep.model.description import Model
 def unknown_word(
     name: str, known: Sequence[str], model: Model, elsewhere: Mapping[str, str] | None = None
 ) -> NoReturn:
-    """Refuse a name that is not one of `known`, and say which was probably meant.
+    """Refuse a name that is not in `known`, and suggest the intended one.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def unknown_word(
     model : Model
         Its `synonyms` and `ambiguous` give the hints.
     elsewhere : mapping of str to str, optional
-        Names that have no place here -> where they have one, in words.
+        Names that belong elsewhere -> an explanation where.
 
     Raises
     ------
@@ -33,18 +33,18 @@ def unknown_word(
     if not hint and elsewhere and name in elsewhere:
         hint = f"Leave it out: {elsewhere[name]}."
     raise RequestError(
-        f"{shown(name)} is no word of this request; the words are {', '.join(known)}.",
+        f"{shown(name)} is not a word of this request; the words are {', '.join(known)}.",
         hint=hint or suggestion(name, (*known, *(elsewhere or ()))) or "Use one of these words.",
         where=shown(name),
     )
 
 
 def nearest_word(word: object, known: Sequence[str]) -> str | None:
-    """Return the known word that was probably meant, or None."""
+    """Return the known word that was probably intended, or None."""
     return next(iter(difflib.get_close_matches(str(word).lower(), known, n=1)), None)
 
 
 def suggestion(word: object, known: Sequence[str]) -> str:
-    """Return a question for the known word that was probably meant, or nothing."""
+    """Return ``Did you mean WORD?`` for the word that was probably intended; empty if none is close."""
     meant = nearest_word(word, known)
     return f"Did you mean {meant}?" if meant else ""

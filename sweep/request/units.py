@@ -1,4 +1,4 @@
-"""Numbers of a request with their units: a closed table of names, multiplied and divided: ``rad s-1``, ``m/(s*s)``."""
+"""Units of numbers in a request: names from a fixed table, multiplied and divided, as in ``rad s-1`` or ``m/(s*s)``."""
 
 import math
 import re
@@ -8,7 +8,7 @@ from functools import lru_cache
 from sweep.errors import RequestError, shown
 from sweep.model.quantity import Quantity
 
-#: Powers of m, g, s, rad and K: an angle is no pure number here.
+#: Powers of m, g, s, rad and K: an angle is not a pure number here.
 Dimension = tuple[int, ...]
 
 _LENGTH, _MASS, _TIME = (1, 0, 0, 0, 0), (0, 1, 0, 0, 0), (0, 0, 1, 0, 0)
@@ -16,10 +16,10 @@ _ANGLE, _TEMPERATURE, _NUMBER = (0, 0, 0, 1, 0), (0, 0, 0, 0, 1), (0, 0, 0, 0, 0
 _RATE, _SPEED, _ACCELERATION = (0, 0, -1, 1, 0), (1, 0, -1, 0, 0), (1, 0, -2, 0, 0)
 _FORCE, _PRESSURE, _ENERGY = (1, 1, -2, 0, 0), (-1, 1, -2, 0, 0), (2, 1, -2, 0, 0)
 
-#: The last digits are those in the canonical texts of specs.
+#: Keep the last digits: canonical texts of specs depend on them.
 _ARCMINUTE, _POUND = 0.00029088820866572163, 453.5923700000001
 
-#: The names of each unit -> its dimension, and its size in m, g, s and rad.
+#: The names of a unit -> its dimension, and its size in m, g, s and rad.
 _TABLE: dict[str, tuple[Dimension, float]] = {
     "m metre meter": (_LENGTH, 1.0),
     "micron": (_LENGTH, 1e-6),
@@ -71,7 +71,7 @@ _PREFIXES = {
     "deci": 1e-1, "deca": 10.0, "hecto": 100.0, "kilo": 1e3, "mega": 1e6, "giga": 1e9,
 }  # fmt: skip
 
-#: Digits and signs of powers as printed pages have them, and the same in ASCII.
+#: Translation of superscript digits and signs to ASCII.
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺", "0123456789-+")
 _TOKEN = re.compile(
     r" ?(?P<sign>[*/·⋅]|\.(?=[^\W\d])|\bper\b) ?|(?P<bracket>[()])"
@@ -83,7 +83,7 @@ _MOST_CHARACTERS = 80
 
 _A_NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.ASCII | re.DOTALL)
 
-#: units -> what a request may write, for messages.
+#: SI unit -> examples of the allowed units, for messages.
 _FITTING: Mapping[str, str] = {
     "1": "no unit, it is a pure number",
     "rad": "deg, rad, arcmin",
@@ -101,17 +101,17 @@ _FITTING: Mapping[str, str] = {
 
 @lru_cache
 def read_unit(text: str) -> tuple[Dimension, float] | None:
-    """Return the dimension of a unit and its size in m, g, s and rad; None if it is not of the table or beyond floats.
+    """Return the dimension of a unit and its size in m, g, s and rad; None if it is unknown or its size overflows.
 
     Parameters
     ----------
     text : str
-        Names of the table with a prefix or without, multiplied and divided, each with a whole power below 100.
+        Names in the table, with or without a prefix, multiplied and divided, each with a whole power below 100.
     """
     if len(text) > _MOST_CHARACTERS:
         return None
     powers, size = [0] * len(_NUMBER), 1.0
-    # the power of the next factor, and that of each bracket that is open
+    # the sign of the next factor's power, and the sign of each open bracket
     sign, brackets, wanted, named, at = 1, [1], True, False, 0
     while at < len(text):
         found = _TOKEN.match(text, at)
@@ -150,7 +150,7 @@ def read_unit(text: str) -> tuple[Dimension, float] | None:
 
 
 def _unit(name: str) -> tuple[Dimension, float] | None:
-    """Return the unit of a name, which may have a prefix and be a plural."""
+    """Return the unit of a name, which may have a prefix and a plural s."""
     for word in (name, name.removesuffix("s")):
         if word in _UNITS:
             return _UNITS[word]
@@ -161,13 +161,13 @@ def _unit(name: str) -> tuple[Dimension, float] | None:
 
 
 def number_and_unit(text: str) -> tuple[str, str] | None:
-    """Return the texts of the number and of the unit behind it, which may be empty; None if there is no number."""
+    """Return the texts of a number and of its unit, which may be empty; None if there is no number."""
     match = _A_NUMBER.fullmatch(text.strip())
     return (match[1], " ".join(match[2].split())) if match else None
 
 
 def plain_number(text: str) -> float:
-    """Return the number that a text spells in ASCII, without a unit; NaN if it spells none."""
+    """Return the number in a text in ASCII without a unit; NaN if the text is not such a number."""
     match = _A_NUMBER.fullmatch(text.strip())
     return float(match[1]) if match and not match[2] else math.nan
 
@@ -178,27 +178,27 @@ def factor_to_si(unit: str, quantity: Quantity) -> float:
     Parameters
     ----------
     unit : str
-        Names of this module, multiplied and divided, with whole powers below 100: ``m s-2`` as in CF,
-        ``m/s2``, ``m/s**2``, ``m/(s*s)``, ``m·s⁻²``, ``meter per second``; empty for none.
+        Names in the table of this module, multiplied and divided, with whole powers below 100: ``m s-2`` as in CF,
+        ``m/s2``, ``m/s**2``, ``m/(s*s)``, ``m·s⁻²``, ``meter per second``; may be empty.
     quantity : Quantity
-        Says which units fit.
+        Determines the allowed units.
 
     Raises
     ------
     RequestError
-        If the unit is not known, or measures something else.
+        If the unit is unknown, or does not fit the quantity.
 
     Notes
     -----
-    An angle is not a pure number here: ``alpha=3deg`` does not fit, nor does ``precession_rate=5Hz``, which leaves
-    open whether it counts radians or turns (say rad/s or turn/s).
+    An angle is not a pure number here: ``alpha=3deg`` does not fit. ``precession_rate=5Hz`` does not fit either,
+    because it could mean 5 rad/s or 5 turn/s.
     """
     if not unit:
         return 1.0
     found, si = read_unit(unit), read_unit("dimensionless" if quantity.units == "1" else quantity.units)
     if unit.startswith("."):
         raise RequestError(
-            f"Behind a number comes its unit, not {shown(unit)!r}.",
+            f"A number is followed by its unit, not by {shown(unit)!r}.",
             hint="A number has one decimal point, as in 0.25; a range is start:stop:count, as in 2:4:300.",
         )
     if found is None or si is None:

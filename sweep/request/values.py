@@ -1,8 +1,8 @@
-"""From text to values and back: ``0.5``, ``10deg``, ``0.5,1``, ``0.01deg:20deg:300:log``, ``normal:1deg:0.2deg``.
+"""Parsing and writing values: ``0.5``, ``10deg``, ``0.5,1``, ``0.01deg:20deg:300:log``, ``normal:1deg:0.2deg``.
 
-A value is a number, a list or a range (both ends included), each number with a unit of its own or bare in SI. A
-list or a range is an axis of the grid even if it holds one value; a number is not. A message says a value as it was
-given, beside what is allowed in the same unit.
+A value is a number, a list or a range (with both ends). Each number has its own unit or is in SI. A list or a range is
+an axis of the grid even if it has only one value; a number is not. Messages show values as given, and limits in the
+same unit.
 """
 
 import contextlib
@@ -29,17 +29,17 @@ _VALUE = (
     "a number, a list a,b,c or a range start:stop:count[:log], each number finite and with an optional unit"
 )
 NOT_FINITE = re.compile(r"[+-]?(inf|infinity|nan)", re.IGNORECASE)
-#: Signs that printed pages have for minus: the hyphens and dashes of Unicode, and its minus.
+#: Typographic minus signs: the hyphens and dashes of Unicode, and its minus.
 _MINUS = "\u2010\u2011\u2012\u2013\u2014\u2212"
 _COUNT = re.compile(r"[+-]?\d{1,18}", re.ASCII)
 
-#: A number of a rule, and the unit of an angle after it; what stands before the largest value that it allows.
+#: A number in a rule with its unit if it is an angle; the text of a rule before an upper limit.
 _IN_A_RULE = re.compile(r"(?<![\w.])([0-9][0-9.]*(?:e[+-]?[0-9]+)?)( deg| rad)?(?![\w.])")
 _BEFORE_THE_LARGEST = re.compile("<=? *$")
 
 
 class NoCountError(RequestError):
-    """Two numbers that would be a range with a count."""
+    """A range without a count."""
 
 
 def read_value(raw: object, quantity: Quantity) -> Value:
@@ -48,9 +48,9 @@ def read_value(raw: object, quantity: Quantity) -> Value:
     Parameters
     ----------
     raw : str, number, sequence, 1-d array, Range or Values
-        Text is read in the language of the module docstring; bare numbers are SI.
+        Text has the notation of the module docstring; bare numbers are in SI.
     quantity : Quantity
-        Says which units fit.
+        Determines the allowed units.
 
     Returns
     -------
@@ -59,7 +59,7 @@ def read_value(raw: object, quantity: Quantity) -> Value:
     Raises
     ------
     RequestError
-        If it is none of these, or a unit does not fit the quantity.
+        If it is anything else, or a unit does not fit the quantity.
     """
     with _at(raw, quantity):
         if isinstance(raw, Range | Values):
@@ -76,21 +76,21 @@ def read_value(raw: object, quantity: Quantity) -> Value:
 
 
 def read_number(raw: object, quantity: Quantity) -> float:
-    """Return the one number that was given for a quantity, in its SI units; a list or a range is refused.
+    """Return the single number that was given for a quantity, in its SI units; refuse lists and ranges.
 
     Raises
     ------
     RequestError
         If it is not a single number, or a unit does not fit the quantity.
     """
-    # with a count two numbers would be a range, which is refused too
+    # start:stop without a count gets the message below, like any other range
     with contextlib.suppress(NoCountError):
         value = read_value(raw, quantity)
         if isinstance(value, float):
             return value
     raise RequestError(
         f"{quantity.name} must be one number here; it cannot be an axis.",
-        hint="Give one number, and run once per value.",
+        hint="Give one number, and use a separate run for each value.",
         where=f"{quantity.name}={shown(raw)}",
     )
 
@@ -101,7 +101,7 @@ def read_distribution(raw: object, quantity: Quantity) -> Distribution | None:
     Raises
     ------
     RequestError
-        If text that begins like a distribution is none.
+        If a text begins like a distribution and is not one.
     """
     if not isinstance(raw, str):
         return raw if isinstance(raw, Distribution) else None
@@ -112,14 +112,14 @@ def read_distribution(raw: object, quantity: Quantity) -> Distribution | None:
         if kind in KINDS and len(numbers) == 2:
             return Distribution(kind, *_read_numbers(numbers, quantity))
         raise RequestError(
-            f"{shown(raw)} is no distribution. A distribution is {', '.join(KINDS.values())}.",
-            hint="Write one of these, as in normal:1deg:0.2deg.",
+            f"{shown(raw)} is not a distribution. A distribution is {', '.join(KINDS.values())}.",
+            hint="Write one of these forms, as in normal:1deg:0.2deg.",
         )
 
 
 @contextlib.contextmanager
 def _at(raw: object, quantity: Quantity) -> Iterator[None]:
-    """Say of an error where it stands, and what was given: the ends of a range are in SI when it is refused."""
+    """Add the word to errors, and show the value as given: a refused range has its ends in SI."""
     try:
         yield
     except SourceError as error:
@@ -137,7 +137,7 @@ def _read_range(text: str, quantity: Quantity) -> Range:
         _refuse(text)
     if len(parts) == 2 and all(map(number_and_unit, parts)):
         raise NoCountError(
-            f"A range is start:stop:count, with how many values it has; got {shown(text)}.",
+            f"A range is start:stop:count with a number of values; got {shown(text)}.",
             hint=f"Write {shown(text.strip())}:100, for instance.",
         )
     if len(parts) == 2:
@@ -163,10 +163,10 @@ def _read_array(raw: npt.NDArray[Any], quantity: Quantity) -> Value:
 
 def _read_numbers(raw: Sequence[object], quantity: Quantity) -> tuple[float, ...]:
     pairs = [_read_number(each, quantity) for each in raw]
-    # Zero is zero in every unit; any other bare number beside 20deg is more likely degrees than the radians it says.
+    # Zero is zero in every unit. Any other bare number next to 20deg probably means degrees, not radians.
     if any(unit for _, unit in pairs) and any(number and not unit for number, unit in pairs):
         raise RequestError(
-            "Some numbers have a unit and some do not. Each number takes its own unit; a bare one is SI.",
+            "Some numbers have a unit and some do not. Each number needs its own unit; a number without one is in SI.",
             hint="Write the unit after every number, as in 1deg:20deg:300.",
         )
     return tuple(number for number, _ in pairs)
@@ -180,7 +180,7 @@ def _read_number(raw: object, quantity: Quantity) -> tuple[float, str]:
             number, unit = float(found[0]) * factor_to_si(found[1], quantity) + 0.0, found[1]
         elif not NOT_FINITE.fullmatch(raw.strip()):
             _refuse(raw.strip())
-    # bool is an int to Python; as a tilt it is a mistake
+    # a bool is an int in Python, but as a value it is a mistake
     elif isinstance(raw, bool | np.bool_) or not isinstance(raw, Real):
         _refuse(raw)
     else:
@@ -192,35 +192,35 @@ def _read_number(raw: object, quantity: Quantity) -> tuple[float, str]:
 
 
 def _refuse(raw: object) -> NoReturn:
-    hint = "Write one of these, as in 0.01deg:20deg:300:log."
+    hint = "Write one of these forms, as in 0.01deg:20deg:300:log."
     if isinstance(raw, str) and any(sign in raw for sign in _MINUS):
         hint = "Write the minus sign as a hyphen, as in -1deg."
-    raise RequestError(f"{shown(raw)} is no value. A value is {_VALUE}.", hint=hint)
+    raise RequestError(f"{shown(raw)} is not a value. A value is {_VALUE}.", hint=hint)
 
 
-# -- what is allowed
+# -- allowed values
 
 
 def allowed[Given: (float, Value, Source)](value: Given, quantity: Input, raw: object) -> Given:
-    """Return a value that the rule of its quantity allows: of a normal distribution its mean has to be possible.
+    """Return a value if its quantity's rule allows it; for a normal distribution the rule must allow the mean.
 
     Raises
     ------
     RequestError
-        If the rule does not allow it; `raw` is what was given.
+        If the rule does not allow the value; the message shows `raw`, the value as given.
     """
     if (outside := not_allowed(value, quantity, raw)) is None:
         return value
     text, rule = outside
     raise RequestError(
-        f"{text} is not possible: {rule}.",
+        f"{text} is not allowed: {rule}.",
         hint=degrees_meant(quantity, quantity.name, raw, _required(value)) or f"Choose values with {rule}.",
         where=f"{quantity.name}={shown(raw)}",
     )
 
 
 def not_allowed(value: Source, quantity: Input, raw: object) -> tuple[str, str] | None:
-    """Return the first number that the rule of a quantity does not allow, and the rule, both as `raw` was given."""
+    """Return the first number that the quantity's rule does not allow, and the rule, both in the unit of `raw`."""
     required = _required(value)
     if quantity.allows(required).all():
         return None
@@ -233,9 +233,9 @@ def _required(value: Source) -> Array:
 
 
 def degrees_meant(quantity: Input, word: str, raw: object, ends: Array) -> str:
-    """Return the hint that a bare number is in radians, where it would be possible in degrees; otherwise nothing.
+    """Return the hint that a bare number is in radians if it would be allowed in degrees; otherwise empty text.
 
-    `word` and `raw` are what was given: a word that stands for an angle has other numbers than the angle.
+    `word` and `raw` are the given word and value. If the word is a substitute for the angle, there is no hint.
     """
     if word != quantity.name or not quantity.allows(np.radians(ends)).all():
         return ""
@@ -244,63 +244,63 @@ def degrees_meant(quantity: Input, word: str, raw: object, ends: Array) -> str:
     example = "1deg:5deg:200"
     if isinstance(raw, str | int | float) and str(raw).count(":") < 2:
         example = f"{quantity.name}={re.sub('[^,:]+', lambda each: f'{each[0].strip()}deg', str(raw))}"
-    return f"A bare number is in radians; for degrees write them, as in {example}."
+    return f"A bare number is in radians; for degrees write the unit, as in {example}."
 
 
-# -- a value as it was given
+# -- values as given
 
 
 class Wording(NamedTuple):
-    """A value as a request gave it: its text, with its unit, and the unit alone; that is empty for a bare number."""
+    """A value as a request gave it: the text with its unit, and only the unit; a bare number has an empty unit."""
 
     text: str
     unit: str
 
 
 def as_given(value: float, quantity: Quantity, raw: object) -> Wording:
-    """Return how a request gave one of its values.
+    """Return a value in the wording of a request.
 
     Parameters
     ----------
     value : float
-        In SI.
+        The value, in SI.
     quantity : Quantity
-        What it is a value of.
+        The quantity of the value.
     raw : object
-        What was given: text with numbers and units, or anything without text, which is in SI.
+        The value as given: text with numbers and units, or anything else in SI.
 
     Returns
     -------
     Wording
-        The number as it stands in the text. One that stands there nowhere, such as the tilt of an inclination, is in
-        the first unit of the text.
+        The number as it is written in the text. If the text does not contain it, as for the tilt of an inclination,
+        the value is converted to the first unit in the text.
     """
     found = [(text, unit) for text, unit in _numbers_in(raw) if _fits(unit, quantity)]
     for text, unit in found:
         if (unit or float(text)) and float(text) * factor_to_si(unit, quantity) == value:
             return Wording(f"{text} {unit or _si(quantity)}".rstrip(), unit)
     unit = next((unit for _, unit in found if unit), "")
-    # zero is zero in every unit: then that of its rule
+    # zero is zero in every unit: use the unit of the rule
     if found and not any(unit or float(text) for text, unit in found):
         unit = "deg" if " deg" in getattr(quantity, "rule", "") else ""
     return Wording(in_unit(value, quantity, unit), unit)
 
 
 def in_unit(value: float, quantity: Quantity, unit: str, digits: int = 10) -> str:
-    """Return a value [SI] in a unit that fits its quantity; in SI if that is empty."""
+    """Return a value [SI] as text in a unit that fits its quantity; in SI if the unit is empty."""
     return f"{value / factor_to_si(unit, quantity):.{digits}g} {unit or _si(quantity)}".rstrip()
 
 
 def limit_in(value: float, quantity: Quantity, unit: str, *, upper: bool) -> str:
-    """Return a limit [SI] in a unit as `in_unit` does, rounded to the side of what is allowed."""
-    # 14 digits: the last ones are those of the division
+    """Return a limit [SI] in a unit, like `in_unit`, rounded toward the allowed values."""
+    # 14 digits: further ones are rounding errors of the division
     exact = Decimal(f"{value / factor_to_si(unit, quantity):.14g}")
     rounded = Context(prec=10, rounding=ROUND_FLOOR if upper else ROUND_CEILING).plus(exact)
     return f"{float(rounded):.10g} {unit or _si(quantity)}".rstrip()
 
 
 def rule_in(quantity: Input, unit: str) -> str:
-    """Return the rule of a quantity with its limits in a unit that fits it; in SI if that is empty."""
+    """Return the rule of a quantity with its limits in a unit that fits it; in SI if the unit is empty."""
 
     def converted(found: re.Match[str]) -> str:
         number = math.radians(float(found[1])) if found[2] == " deg" else float(found[1])
@@ -313,17 +313,16 @@ def rule_in(quantity: Input, unit: str) -> str:
 def words_given(
     quantities: Sequence[Quantity], words: Mapping[str, Any], values: Mapping[str, float | str]
 ) -> str:
-    """Return words of a request as they were given, with ``NAME=VALUE`` for each.
+    """Return words of a request as given, in the form ``NAME=VALUE``.
 
     Parameters
     ----------
     quantities : sequence of Quantity
-        What the words give; all have one SI unit.
+        The quantities of the words; all have the same SI unit.
     words : mapping of str to anything
         The words of the request, as given.
     values : mapping of str to number or word
-        In SI. A word that was not given, or given as a number without text, has its value in the first unit given;
-        in SI if none was.
+        The values in SI. Words that were not given as text are shown in the first unit given, or in SI without one.
     """
     units = [as_given(math.nan, each, words[each.name]).unit for each in quantities if each.name in words]
     unit = next(filter(None, units), "")
@@ -338,10 +337,10 @@ def words_given(
 
 
 def at_word(error: RequestError, words: Mapping[str, Any], values: Mapping[str, Any]) -> RequestError:
-    """Return the error of a check that knows values in SI alone, with the words that a request gave with a unit."""
+    """Return the error of a check, which shows values in SI, with the values that had a unit shown as given."""
     message, where = error.message, error.where
     for name, raw in words.items():
-        # what stands for a parameter is in no check
+        # no check mentions substitutes
         if name in values and has_unit(raw):
             given = f"{name}={shown(raw)}"
             message = message.replace(f" {name}={values[name]}", f" {given}")
@@ -350,7 +349,7 @@ def at_word(error: RequestError, words: Mapping[str, Any], values: Mapping[str, 
 
 
 def as_written(value: object, quantity: Quantity) -> str:
-    """Return a value of a spec, which is in SI, as a person would have written it: angles in degrees."""
+    """Return a value of a spec as a person would write it: angles in degrees instead of SI."""
     unit = "deg" if quantity.units == "rad" else ""
 
     def one(number: float) -> str:
@@ -364,7 +363,7 @@ def as_written(value: object, quantity: Quantity) -> str:
 
 
 def both_written(specs: tuple[Request, Request], name: str) -> tuple[str, str]:
-    """Return a word of two specs as people write it; with all digits, in SI, where that is the same text of both."""
+    """Return a word of two specs as people write it; with all digits in SI if these texts would be equal."""
     values = [spec.model.name if name == "model" else getattr(spec, name) for spec in specs]
     quantities = [{**spec.quantities, **spec.model.settings}.get(name) for spec in specs]
     exact = [",".join(value) if isinstance(value, tuple) else str(value) for value in values]
@@ -377,12 +376,12 @@ def both_written(specs: tuple[Request, Request], name: str) -> tuple[str, str]:
 
 
 def has_unit(raw: object) -> bool:
-    """Return whether any number in what was given has a unit."""
+    """Return whether any number in a given value has a unit."""
     return any(unit for _, unit in _numbers_in(raw))
 
 
 def _numbers_in(raw: object) -> Iterator[tuple[str, str]]:
-    """Yield the text of every number in what was given, and that of its unit."""
+    """Yield the texts of each number in a given value and of its unit."""
     texts = map(str, raw) if isinstance(raw, list | tuple) else [str(raw)]
     for part in (part for text in texts for part in re.split("[:,]", text)):
         if found := number_and_unit(part):

@@ -1,4 +1,4 @@
-"""The words of a request: what each may say, which model they choose, and how some of them change others."""
+"""The words of a request: their values, the model that they choose, and how changes replace each other."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -25,28 +25,28 @@ from sweep.request.values import (
     words_given,
 )
 
-#: The word for `step` that leaves the step to the engine, which chooses it from each cell's own rates.
+#: The value of `step` with which the engine chooses the step from each cell's rates.
 AUTOMATIC = "auto"
 
-#: The words for `boundary`: as the grid has it, or bisected; and the width if none is given.
+#: The values of `boundary`: at the resolution of the grid, or bisected; and the default width of the bisection.
 GRID, REFINED, REFINED_WIDTH = "grid", "refined", 1e-9
 
-#: Cells of a grid at most: their verdicts, a byte each, are in memory while the boundary is sought.
+#: Largest number of cells of a grid: the search for the boundary keeps all verdicts, a byte each, in memory.
 _MOST_CELLS = 10**9
-#: Most steps of a cell: more take many seconds for each cell, and the kernels give such a cell up.
+#: Largest number of steps of a cell: more take many seconds for each cell, and the kernels give up such a cell.
 MOST_STEPS = 10**8
 
 
 def options(model: Model) -> Mapping[str, Word]:
-    """Return the settings of a request that are text, those of the model among them."""
+    """Return the text options of a request, including the model's options."""
     no_exact = "" if model.exact is not None else f"the model {model.name} has no exact reduction"
     return table(
-        Word("title", "what the atlas is about, in one line", ""),
+        Word("title", "title of the atlas, in one line", ""),
         Word("criterion", "what counts as unstable", model.default_criterion),
         Word("method", "how the motion is integrated", model.methods[0], model.methods, remark=no_exact),
         *model.options.values(),
-        Word("boundary", "how closely the boundary is sought", GRID),
-        Word("device", "what the cells are computed on", model.devices[0], model.devices),
+        Word("boundary", "accuracy of the boundary", GRID),
+        Word("device", "device that computes the cells", model.devices[0], model.devices),
     )
 
 
@@ -56,7 +56,7 @@ def names(model: Model) -> tuple[str, ...]:
 
 
 def known_words(model: Model) -> tuple[str, ...]:
-    """Return all words that a request for a model may give: `names`, and what stands for a parameter."""
+    """Return all words that a request for a model may give: `names` and the substitutes of parameters."""
     return tuple(dict.fromkeys((*names(model), *model.substitutes)))
 
 
@@ -66,11 +66,11 @@ def model_for(named: object, given: Iterable[str], otherwise: Model | None = Non
     Parameters
     ----------
     named : object
-        What the request says of its model: a name, or the model; None if it says nothing.
+        The model that the request names: its name, or the model itself; None if it names none.
     given : iterable of str
-        The words that it has: one of them may choose the model.
+        The words of the request: one of them may choose the model.
     otherwise : Model, optional
-        The model if none does; the default one if not given.
+        The model if no word chooses one; by default the default model.
 
     Raises
     ------
@@ -94,7 +94,7 @@ def split_words(
     Raises
     ------
     RequestError
-        If a word has no ``=``, its name is not one of `known`, or a name comes twice.
+        If a word has no ``=``, its name is not in `known`, or a name is given twice.
     """
     found = pairs(words)
     for name in found:
@@ -104,19 +104,19 @@ def split_words(
 
 
 def pairs(words: Iterable[str]) -> dict[str, str]:
-    """Return the names and values of ``NAME=VALUE`` words with any names.
+    """Return the names and values of ``NAME=VALUE`` words, with any names.
 
     Raises
     ------
     RequestError
-        If a word has no ``=``, or a name comes twice.
+        If a word has no ``=``, or a name is given twice.
     """
     found: dict[str, str] = {}
     is_list = isinstance(words, Iterable) and not isinstance(words, str)
     listed = [*words] if is_list else []
     if not is_list or not all(isinstance(word, str) for word in listed):
         raise RequestError(
-            f"Words are a list of texts NAME=VALUE; got {shown(words)}.",
+            f"Words must be a list of texts NAME=VALUE; got {shown(words)}.",
             hint='Write ["alpha=0.5,1"], for instance.',
         )
     for word in listed:
@@ -129,8 +129,8 @@ def pairs(words: Iterable[str]) -> dict[str, str]:
             )
         if name in found:
             raise RequestError(
-                f"Each name is given once; got {name}={shown(found[name])} and {name}={shown(value)}.",
-                hint="Leave one out.",
+                f"{name} is given twice; got {name}={shown(found[name])} and {name}={shown(value)}.",
+                hint="Leave one of them out.",
                 where=name,
             )
         found[name] = value
@@ -147,13 +147,13 @@ def read_word(
     name : str
         One of `names`.
     raw : object
-        What was given for it: text, a number, a sequence, an axis or a criterion.
+        The value as given: text, a number, a sequence, an axis or a criterion.
     model : Model
 
     Raises
     ------
     RequestError
-        If the value cannot be read or the rule of the quantity does not allow it.
+        If the value cannot be read, or the rule of the quantity does not allow it.
     """
     if name in WORDS:
         return read_list_word(name, raw, model)
@@ -167,7 +167,7 @@ def read_word(
     if name in model.settings:
         return read_input(model.settings[name], raw, read_number)
     if name == "criterion":
-        # a criterion was perhaps read for another model, whose variables have the same names
+        # an expression may have been read for another model with the same names: read it again
         if isinstance(raw, Criterion) and raw.kind != "expression":
             return raw
         text = str(raw) if isinstance(raw, Criterion) else _text(name, raw)
@@ -180,7 +180,7 @@ def read_word(
 
 
 def read_input(quantity: Input, raw: object, read: Callable[[object, Input], Value]) -> Value | str:
-    """Return the number, or with `read_value` also the axis, that was given for a quantity, or one of its words.
+    """Return the value given for a quantity: one of its words, a number, or with `read_value` an axis.
 
     Raises
     ------
@@ -194,7 +194,7 @@ def read_input(quantity: Input, raw: object, read: Callable[[object, Input], Val
         word = isinstance(raw, str) and raw.strip().replace("-", "").isalpha()
         if quantity.words and word and not NOT_FINITE.fullmatch(str(raw).strip()):
             raise RequestError(
-                f"{shown(raw)} is no value of {quantity.name}, which is a number, a range, or "
+                f"{shown(raw)} is not a value of {quantity.name}, which is a number, a range, or "
                 f"{' or '.join(quantity.words)}{quantity.meaning and f' ({quantity.meaning})'}.",
                 hint=_word_meant(str(raw).strip(), quantity),
                 where=error.where,
@@ -203,8 +203,8 @@ def read_input(quantity: Input, raw: object, read: Callable[[object, Input], Val
 
 
 def _word_meant(text: str, quantity: Input) -> str:
-    """Return what to write instead of a text that is none of the words of a quantity."""
-    # the nearest of several that begin alike would be a guess
+    """Return the hint for a text that is not one of a quantity's words."""
+    # if several words begin with the text, the nearest one would be a guess
     begun = [word for word in quantity.words if word.startswith(text)]
     if len(begun) > 1:
         return f"Write {' or '.join(f'{quantity.name}={word}' for word in begun)}."
@@ -214,7 +214,7 @@ def _word_meant(text: str, quantity: Input) -> str:
 def _text(name: str, raw: object) -> str:
     if isinstance(raw, str):
         return raw.strip()
-    raise RequestError(f"{name} is text.", hint="Put it in quotes.", where=f"{name}={shown(raw)}")
+    raise RequestError(f"{name} must be text.", hint="Put it in quotes.", where=f"{name}={shown(raw)}")
 
 
 def read_title(raw: object) -> str:
@@ -223,25 +223,25 @@ def read_title(raw: object) -> str:
     Raises
     ------
     RequestError
-        If it is something else.
+        If it is not one line of printable text.
     """
     text = _text("title", raw)
     if text.isprintable():
         return text
     raise RequestError(
         "A title is one line of printable text.",
-        hint="Leave out what does not print.",
+        hint="Remove unprintable characters.",
         where=f"title={shown(repr(text))}",
     )
 
 
 def one_of(word: Word, raw: object) -> str:
-    """Return the choice that was given for a word; False and True stand for ``no`` and ``yes``.
+    """Return the choice that was given for a word; False and True mean ``no`` and ``yes``.
 
     Raises
     ------
     RequestError
-        If it is none of its choices.
+        If it is not one of the word's choices.
     """
     if isinstance(raw, bool) and word.choices == ("no", "yes"):
         return word.choices[raw]
@@ -263,44 +263,44 @@ def _boundary(text: str) -> str:
     if word.strip() == REFINED and 0.0 < value < float("inf"):
         return f"{REFINED}:{value!r}"
     raise RequestError(
-        f"boundary is {GRID}, {REFINED} or {REFINED}:WIDTH with a width above 0 in the SI unit of the axis.",
+        f"boundary must be {GRID}, {REFINED} or {REFINED}:WIDTH, with a width above 0 in the SI unit of the axis.",
         hint=f"Write boundary={REFINED}:1e-6.",
         where=f"boundary={shown(text)}",
     )
 
 
 def read_axes(order: object, given: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the axes in the order that a request asks for; `given` is the order of its words."""
+    """Return the axes in the requested order; `given` is their order among the words."""
     names = order.split(",") if isinstance(order, str) else order
     if isinstance(names, Sequence) and sorted(map(str, names)) == sorted(given):
         return tuple(map(str, names))
     raise RequestError(
-        f"axes holds the names given as a list or a range, each once; got {shown(order)} with "
+        f"axes must contain each name that has a list or a range exactly once; got {shown(order)} with "
         f"{', '.join(given) or 'no axis'}.",
-        hint="Leave it out: the order given is the order of the axes.",
+        hint="Leave axes out: by default the axes have the order given.",
         where="axes",
     )
 
 
 def check_method(values: Mapping[str, Any], model: Model) -> None:
-    """Refuse a method that does not compute these cells."""
+    """Refuse a method that cannot compute these cells."""
     methods = model.methods_for(values)
     if values["method"] not in methods:
         body = f" of a {values['body']}" if "body" in values else ""
         raise RequestError(
-            f"The cells{body} are computed by method={' or '.join(methods)}; got method={values['method']}.",
+            f"The cells{body} need method={' or '.join(methods)}; got method={values['method']}.",
             hint="Leave method out.",
             where="method",
         )
 
 
 def check_steps(values: Mapping[str, Any], words: Mapping[str, Any]) -> None:
-    """Refuse a step so short that a cell would never end; `words` has what was given for the values."""
+    """Refuse a step that gives a cell too many steps; `words` has the values as given."""
     step, duration = values["step"], values["duration"]
     if isinstance(step, str) or duration / step <= MOST_STEPS:
         return
     raise RequestError(
-        f"These are too many steps: duration / step must be at most {MOST_STEPS}; got "
+        f"Too many steps: duration / step must be at most {MOST_STEPS}; got "
         f"{words_given((DURATION, STEP), words, values)}.",
         hint="Give a longer step, a shorter duration, or step=auto.",
         where="step",
@@ -308,7 +308,7 @@ def check_steps(values: Mapping[str, Any], words: Mapping[str, Any]) -> None:
 
 
 def check_size(counts: Sequence[int]) -> None:
-    """Refuse a grid of more cells than the search for its boundary takes."""
+    """Refuse a grid with too many cells for the search for its boundary."""
     if math.prod(counts) > _MOST_CELLS:
         raise RequestError(
             f"A grid has at most {_MOST_CELLS} cells; got {' x '.join(map(str, counts))} = {math.prod(counts)}.",
@@ -318,13 +318,13 @@ def check_size(counts: Sequence[int]) -> None:
 
 
 def given_in(words: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the words that a request has, and the columns of its table, which has been read: they choose its model."""
+    """Return the words of a request and the columns of its table, which must have been read; they choose its model."""
     table = words.get("starts")
     return (*words, *(table.names if isinstance(table, StartTable | GivenTable) else ()))
 
 
 def changes_in(words: Sequence[str], otherwise: Model | None = None) -> dict[str, str]:
-    """Return the names and values of ``NAME=VALUE`` words that change a spec of a model, or choose another one.
+    """Return the names and values of ``NAME=VALUE`` words that change a spec of a model, or choose another model.
 
     Raises
     ------
@@ -336,7 +336,7 @@ def changes_in(words: Sequence[str], otherwise: Model | None = None) -> dict[str
 
 
 def check_known(words: Iterable[str], model: Model, others: Sequence[str] = ()) -> None:
-    """Refuse a name that is no word of a request for a model, nor one of `others`.
+    """Refuse a name that is neither a word of a request for a model nor one of `others`.
 
     Raises
     ------
@@ -349,7 +349,7 @@ def check_known(words: Iterable[str], model: Model, others: Sequence[str] = ()) 
 
 
 def with_table(words: Mapping[str, Any], folder: Path | None = None) -> dict[str, Any]:
-    """Return words of which the table of starts, if one is given, has been read; its path begins at a folder."""
+    """Return words after reading the table of starts, if one is given; its path is relative to a folder."""
     raw = words.get("starts")
     if isinstance(raw, str) and raw.strip() and folder is not None:
         raw = folder / raw
@@ -359,13 +359,13 @@ def with_table(words: Mapping[str, Any], folder: Path | None = None) -> dict[str
 
 
 def _elsewhere() -> Mapping[str, str]:
-    """Words that stand elsewhere, and where, for suggestions."""
+    """Return words that belong elsewhere, with an explanation where, for suggestions."""
     words = {
-        name: f"it is a word of the model {model.name}, which it chooses where the request names no model"
+        name: f"it is a word of the model {model.name}, and chooses this model if the request names none"
         for model in registry.every()
         for name in model.chosen_by
     }
-    beside = "and of a disk with losses, beside a loss such as rolling_friction=10um"
-    words |= dict.fromkeys(("mass", "friction"), f"it is a word of eulerdisk simulate, {beside}")
+    with_loss = "and of a disk with losses, together with a loss such as rolling_friction=10um"
+    words |= dict.fromkeys(("mass", "friction"), f"it is a word of eulerdisk simulate, {with_loss}")
     words |= {"interval": "it is a word of eulerdisk simulate"}
     return words | {"model": f'a spec file names the model, as in model = "{registry.DEFAULT}"'}

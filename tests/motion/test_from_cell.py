@@ -141,7 +141,7 @@ def test_what_names_no_motion_is_refused(rolling):
         ({"roll_rate": 15}, ["roll_rate, tilt", "Add tilt="]),
         ({"roll_rate": 55, "tilt": "1deg"}, ["outside the atlas", "5 rad s-1 to 24 rad s-1"]),
         ({"speed": "1m/s", "tilt": "1deg"}, ["outside the atlas", "roll_rate"]),
-        ({"speed": "18cm/s", "roll_rate": 15, "tilt": "1deg"}, ["roll_rate is given once"]),
+        ({"speed": "18cm/s", "roll_rate": 15, "tilt": "1deg"}, ["roll_rate is given twice"]),
         ({"roll_rate": "15,24", "tilt": "1deg"}, ["one number"]),
         ({"rol_rate": 15, "tilt": "1deg"}, ["Did you mean roll_rate?"]),
         ({"roll_rate": 15, "tilt": "1deg", "criterion": "departure:2deg"}, ["word of eulerdisk run"]),

@@ -79,7 +79,7 @@ def test_a_refusal_says_what_is_allowed_what_was_given_and_what_to_do():
         (["rollrate=3"], ["rollrate", "friction, duration, interval", "Did you mean roll_rate?"]),
         (["criterion=departure:5deg"], ["criterion", "word of eulerdisk run"]),
         (["model=bead"], ["model", "eulerdisk simulate mine.py", "Leave it out"]),
-        (["roll_rate=3", "roll_rate=4"], ["once", "roll_rate=3", "roll_rate=4"]),
+        (["roll_rate=3", "roll_rate=4"], ["roll_rate=3", "roll_rate=4"]),
         (["roll_rate"], ["roll_rate", "NAME=VALUE"]),
         (["roll_rate=steady", "tilt=10deg"], ["roll_rate=steady", "other than 0", "precession_rate=0.5"]),
         (
@@ -87,7 +87,7 @@ def test_a_refusal_says_what_is_allowed_what_was_given_and_what_to_do():
             ["steady-slow is the slower one", "=steady-slow or precession_rate=steady-fast"],
         ),
         (["precession_rate=steady-slow", "roll_rate=steady"], ["both rates open"]),
-        (["speed=1", "roll_rate=3"], ["roll_rate is given once", "speed=1 and roll_rate=3"]),
+        (["speed=1", "roll_rate=3"], ["roll_rate is given twice", "speed=1 and roll_rate=3"]),
         (["speed=1,2"], ["speed must be one number", "axis"]),
         (["speed=1", "radius=1,2"], ["radius must be one number", "axis"]),
         (["spead=1"], ["Did you mean speed?"]),

@@ -97,7 +97,7 @@ def test_what_does_not_go_together():
         ([*RANDOM[:2], "samples=1e10"], "samples", ["1", "2147483647", "1e10"]),
         ([*RANDOM[:2], "samples=ten"], "samples", ["1", "2147483647", "ten"]),
         ([*RANDOM[:2], "samples=nan"], "samples", ["1", "2147483647", "nan"]),
-        ([*RANDOM, "boundary=refined"], "boundary", ["rows"]),
+        ([*RANDOM, "boundary=refined"], "boundary", ["grid"]),
         ([*RANDOM, "start=990:1000:11"], "start", ["0 to 999"]),
         ([*RANDOM, "start=0.5,1"], "start", ["whole numbers"]),
         ([*RANDOM, "start=0:10:4"], "start", ["whole numbers"]),

@@ -259,7 +259,7 @@ def test_what_does_not_go_with_a_table(table):
         (["seed=2"], "seed", ["seed=2"]),
         (["alpha=0.5,1"], "alpha", ["alpha=0.5,1"]),
         (["alpha=uniform:0.5:1"], "alpha", ["alpha=uniform:0.5:1"]),
-        (["boundary=refined"], "boundary", ["boundary=refined", "rows"]),
+        (["boundary=refined"], "boundary", ["boundary=refined", "grid"]),
         (["start=7"], "start", ["start 7", "1 start", "0"]),
     ]:
         path = table("tilt [deg],roll_rate\n1,3\n")

@@ -101,7 +101,7 @@ def test_what_is_not_a_value_is_refused():
     """The error names the input and its value, the broken rule, and the remedy."""
     for raw, quantity, facts in [
         ("6:0.5:400", ROLL, ["start < stop", "got 6:0.5:400"]),
-        ("1:1:2", ROLL, ["neighbouring values"]),
+        ("1:1:2", ROLL, ["1e-12"]),
         ("1:2:1", ROLL, ["both ends", "equal"]),
         ("0.5:6:0", ROLL, ["count >= 1"]),
         ("0.5:6:-3", ROLL, ["count >= 1", "-3"]),
@@ -112,7 +112,7 @@ def test_what_is_not_a_value_is_refused():
         ("0:6:400:log", ROLL, ["logarithmic", "above 0"]),
         ("-6:-1:400:log", ROLL, ["logarithmic", "above 0"]),
         ("-1:6:400:log", ROLL, ["logarithmic", "above 0"]),
-        ("1:1.000000000000001:400", ROLL, ["neighbouring values"]),
+        ("1:1.000000000000001:400", ROLL, ["1e-12"]),
         ("-1e308:1e308:3", ROLL, ["finite", "1e300"]),
         ("nan", ROLL, ["finite", "nan"]),
         ("-inf", ROLL, ["finite", "-inf"]),
@@ -139,8 +139,8 @@ def test_what_is_not_a_value_is_refused():
         ({"start": 1}, ROLL, NO_VALUE),
         (b"3", ROLL, NO_VALUE),
         ("3s", TILT, ["does not fit", "'s'", "deg, rad"]),
-        ("2..4", TILT, ["Behind a number comes its unit", "start:stop:count"]),
-        ("1.2.3deg", TILT, ["Behind a number comes its unit", "one decimal point"]),
+        ("2..4", TILT, ["start:stop:count"]),
+        ("1.2.3deg", TILT, ["one decimal point"]),
         ("3deg", ALPHA, ["does not fit", "no unit"]),
         ("5Hz", RATE, ["does not fit", "rad/s, deg/s, rpm"]),
         ("5/s", RATE, ["not known", "/s"]),
