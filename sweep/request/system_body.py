@@ -1,4 +1,4 @@
-"""The body of a user's right-hand side: from Python's tree to expressions, and nothing else is allowed in it."""
+"""The body of a user's right-hand side: conversion of Python's syntax tree to expressions; all else is refused."""
 
 import ast
 from collections.abc import Mapping
@@ -14,18 +14,18 @@ from sweep.request.system_units import PURE, SECOND, alike, product, told
 
 _SIGNS: Mapping[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 
-_ONE_EACH = "Give each number a name of its own, in a line of its own: x1 = expression."
-_PLAIN = "Write it with numbers, names, + - * / **, brackets and functions."
+_ONE_EACH = "Give each number its own name, on a separate line: x1 = expression."
+_PLAIN = "Use only numbers, names, + - * / **, brackets and functions."
 
-#: Syntax that an expression may not contain: its name, and a replacement.
+#: Syntax that an expression may not contain -> its name, and a hint.
 _NO_EXPRESSION: Mapping[type[ast.expr], tuple[str, str]] = {
     ast.Compare: ("a comparison", "Write it as an ending or a label, such as ends={'fell': 'x > 2'}."),
     ast.BoolOp: (
         "a condition with and, or",
         "Write it as an ending or a label, such as ends={'fell': 'x > 2 or y > 2'}.",
     ),
-    ast.Subscript: ("a subscript", "Give each number a name of its own: x1, x2."),
-    ast.Attribute: ("a dotted name", "Write sin(x), with from sweep.systems import sin."),
+    ast.Subscript: ("a subscript", "Give each number its own name: x1, x2."),
+    ast.Attribute: ("a dotted name", "Write sin(x), after from sweep.systems import sin."),
     ast.Lambda: ("a function", "Write the expression itself."),
     ast.Tuple: ("a group of values", _ONE_EACH),
     ast.List: ("a list", _ONE_EACH),
@@ -33,11 +33,11 @@ _NO_EXPRESSION: Mapping[type[ast.expr], tuple[str, str]] = {
     ast.Set: ("a set", _ONE_EACH),
     ast.ListComp: ("a loop", "Write the terms out: x1 + x2 + x3."),
     ast.GeneratorExp: ("a loop", "Write the terms out: x1 + x2 + x3."),
-    ast.NamedExpr: ("an assignment", "Write name = expression in a line of its own."),
-    ast.JoinedStr: ("a text", "Write a number; what has a unit is a parameter."),
+    ast.NamedExpr: ("an assignment", "Write name = expression on a separate line."),
+    ast.JoinedStr: ("a text", "Write a number; a number with a unit must be a parameter."),
 }
 
-#: Statements that a body may not contain.
+#: Statements that a body may not contain -> their name, and a hint.
 _NO_STATEMENT: Mapping[type[ast.stmt], tuple[str, str]] = {
     ast.For: ("a loop", "Write the terms out: x1 + x2 + x3."),
     ast.While: ("a loop", "Write the terms out: x1 + x2 + x3."),
@@ -47,14 +47,14 @@ _NO_STATEMENT: Mapping[type[ast.stmt], tuple[str, str]] = {
     ast.Import: ("an import", "Write it at the top of the file."),
     ast.ImportFrom: ("an import", "Write it at the top of the file."),
     ast.Expr: ("an expression without a name", "Write name = expression, or return."),
-    ast.Assert: ("the word assert", "Leave it out: endings say where a motion ends."),
-    ast.Raise: ("the word raise", "Leave it out: endings say where a motion ends."),
-    ast.Pass: ("the word pass", "Leave it out."),
+    ast.Assert: ("the word assert", "Remove it: endings define where a motion ends."),
+    ast.Raise: ("the word raise", "Remove it: endings define where a motion ends."),
+    ast.Pass: ("the word pass", "Remove it."),
 }
 
 
 class Arithmetic:
-    """Reads Python's trees of expressions.
+    """A reader of Python's syntax trees of expressions.
 
     Parameters
     ----------
@@ -64,16 +64,16 @@ class Arithmetic:
 
     def __init__(self, source: Source, tree: Tree) -> None:
         self._source, self._tree = source, tree
-        #: The names that were read.
+        #: The names read so far.
         self.used: set[str] = set()
 
     def part(self, node: ast.expr, deep: int = 0) -> Part:
-        """Return an expression.
+        """Return the expression of a syntax tree.
 
         Raises
         ------
         RequestError
-            If it has what lanes cannot compute, or does not fit; with its line.
+            If it contains syntax that is not allowed, or its units do not fit; with its line.
         """
         with self._source.at(node):
             if deep > 2 * MOST_DEEP:
@@ -83,7 +83,7 @@ class Arithmetic:
             return self._made(node, parts)
 
     def number(self, node: ast.expr) -> float:
-        """Return the value of an expression of numbers."""
+        """Return the value of an expression that contains only numbers."""
         if is_collection(node):
             self._source.refuse(
                 node.lineno, "this must be one number", "Write a number, such as 0.5 or pi/2."
@@ -99,8 +99,8 @@ class Arithmetic:
                 return self._tree.number(_as_float(value))
             case ast.Constant():
                 raise RequestError(
-                    f"{shown(repr(node.value))} is no number",
-                    hint="Write a number; what has a unit is a parameter.",
+                    f"{shown(repr(node.value))} is not a number",
+                    hint="Write a number; a number with a unit must be a parameter.",
                 )
             case ast.Name():
                 self.used.add(node.id)
@@ -121,12 +121,12 @@ class Arithmetic:
 
 
 def is_collection(node: ast.expr | None) -> bool:
-    """Return whether an expression is a list, a table or a group of values."""
+    """Return whether an expression is a list, a tuple, a dict or a set."""
     return isinstance(node, ast.List | ast.Tuple | ast.Dict | ast.Set)
 
 
 def _inside(node: ast.expr) -> list[ast.expr]:
-    """Return the parts of an operation; nothing of what is refused."""
+    """Return the operands of an allowed operation; an empty list for any other expression."""
     match node:
         case ast.UnaryOp(op=ast.USub() | ast.UAdd()):
             return [node.operand]
@@ -141,7 +141,7 @@ def _as_float(value: float) -> float:
     try:
         return float(value)
     except OverflowError:
-        raise RequestError("a number is beyond all floats", hint="Write a smaller one.") from None
+        raise RequestError("this number is too large for a float", hint="Write a smaller one.") from None
 
 
 def _refuse_expression(node: ast.expr) -> NoReturn:
@@ -151,30 +151,30 @@ def _refuse_expression(node: ast.expr) -> NoReturn:
         )
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
         what, instead = _NO_EXPRESSION[ast.Attribute]
-        raise RequestError(f"{what} has no place in an expression", hint=instead)
+        raise RequestError(f"{what} is not allowed in an expression", hint=instead)
     if isinstance(node, ast.Call):
-        raise RequestError("a function is called by its name with one argument", hint="Write sin(x).")
+        raise RequestError("a function must be called by its name with one argument", hint="Write sin(x).")
     if isinstance(node, ast.BinOp | ast.UnaryOp):
         name = type(node.op).__name__
         what = {"Mod": "the remainder %", "FloorDiv": "the sign //", "BitXor": "the sign ^"}.get(
             name, "this sign"
         )
         if name in ("Mod", "FloorDiv"):
-            refuse_kink(what, "Leave it out: angles may grow beyond a turn.")
+            refuse_kink(what, "Leave it out: angles may exceed a full turn.")
         hint = "Write ** for a power." if name == "BitXor" else _PLAIN
-        raise RequestError(f"{what} has no place in an expression", hint=hint)
+        raise RequestError(f"{what} is not allowed in an expression", hint=hint)
     what, instead = _NO_EXPRESSION.get(type(node), ("this", _PLAIN))
-    raise RequestError(f"{what} has no place in an expression", hint=instead)
+    raise RequestError(f"{what} is not allowed in an expression", hint=instead)
 
 
 class Body:
-    """Reads the lines of a right-hand side.
+    """A reader of the lines of a right-hand side.
 
     Parameters
     ----------
     source : Source
     tree : Tree
-        Its `names` are the arguments and the constants.
+        The tree that makes the expressions; its `names` are the arguments and the constants.
     states : tuple of Declared
     fixed : frozenset of str
         Names that no line may assign: arguments, functions, numbers.
@@ -185,7 +185,7 @@ class Body:
     ) -> None:
         self._source, self._tree, self._states, self._fixed = source, tree, states, fixed
         self._arithmetic = Arithmetic(source, tree)
-        # names that were assigned, each with its line
+        # assigned names -> their lines
         self._waiting: dict[str, ast.stmt] = {}
 
     def read(self, function: ast.FunctionDef, time_units: str) -> tuple[Node, ...]:
@@ -203,7 +203,8 @@ class Body:
             told = ", ".join(each.name for each in states)
             self._source.refuse(
                 line.lineno,
-                f"there are {counted(len(states), 'state')} ({told}), and {counted(len(nodes), 'value')} after return",
+                f"the system has {counted(len(states), 'state')} ({told}), but return has "
+                f"{counted(len(nodes), 'value')}",
                 "Return the rate of each state, in the order of the states.",
             )
         parts = self.parts(nodes)
@@ -216,13 +217,15 @@ class Body:
     def returned(
         self, function: ast.FunctionDef, names: str, instead: str
     ) -> tuple[ast.Return, list[ast.expr]]:
-        """Read the lines before ``return``, and return that line and the values behind it, which `parts` reads.
+        """Read the lines before ``return``, and return this line and its values, which `parts` reads.
 
         Parameters
         ----------
         function : ast.FunctionDef
-        names, instead : str
-            What has to stand there, as a line without it is answered.
+        names : str
+            The expected values, for hints.
+        instead : str
+            The hint for an empty ``return``.
 
         Raises
         ------
@@ -237,7 +240,7 @@ class Body:
             self._source.refuse(
                 last.lineno, "the function ends without return", f"End it with return {names}."
             )
-        # a constant of the same name is another one
+        # an assigned name hides a constant with the same name
         assigned = {found[0] for line in lines if (found := _assignment(line))}
         for name in assigned - self._fixed:
             self._tree.names.pop(name, None)
@@ -249,13 +252,13 @@ class Body:
         if is_collection(value) and not isinstance(value, ast.Tuple):
             self._source.refuse(
                 lines[-1].lineno,
-                "what is returned stands in a list or a table",
-                f"Write it without: return {names}.",
+                "the values after return must not be in a list, a set or a dict",
+                f"Write return {names}.",
             )
         return lines[-1], value.elts if isinstance(value, ast.Tuple) else [value]
 
     def parts(self, nodes: list[ast.expr]) -> list[Part]:
-        """Return the values behind ``return``, after which no name may be left that is not used."""
+        """Return the expressions after ``return``; refuse an assigned name that is not used."""
         found = [self._arithmetic.part(node) for node in nodes]
         for name, line in self._waiting.items():
             if name not in self._arithmetic.used:
@@ -270,7 +273,9 @@ class Body:
         if name in self._fixed:
             kind = "a function or a number" if name in (*FUNCTIONS, *NUMBERS) else "an argument"
             self._source.refuse(
-                line.lineno, f"the name {name} is {kind} and cannot be assigned", "Choose another name."
+                line.lineno,
+                f"the name {name} cannot be assigned, because it is {kind}",
+                "Choose another name.",
             )
         part = self._arithmetic.part(value)
         if name in self._waiting and name not in self._arithmetic.used:
@@ -281,7 +286,7 @@ class Body:
 
     def _refuse_unused(self, name: str, line: ast.stmt) -> NoReturn:
         self._source.refuse(
-            line.lineno, f"the name {shown(name)} is not used", "Leave this line out, or use the name."
+            line.lineno, f"the name {shown(name)} is not used", "Remove this line, or use the name."
         )
 
     def _refuse_line(self, line: ast.stmt) -> NoReturn:
@@ -292,13 +297,13 @@ class Body:
                     "Write a smooth step such as (1 + tanh(x/width))/2, or make it an ending.",
                 )
             if isinstance(line, ast.Return):
-                raise RequestError("only the last line is return", hint="Leave this one out.")
+                raise RequestError("only the last line may be return", hint="Remove this one.")
             what, instead = _NO_STATEMENT.get(
                 type(line), ("this", "A line is name = expression; the last one is return.")
             )
             if isinstance(line, ast.Assign):
                 what, instead = "an assignment of this form", "Write one name = expression in each line."
-            raise RequestError(f"{what} has no place in a right-hand side", hint=instead)
+            raise RequestError(f"{what} is not allowed in a right-hand side", hint=instead)
         raise AssertionError("it was refused")
 
     def _check_rate(self, state: Declared, node: ast.expr, part: Part, time_units: str) -> None:
@@ -308,9 +313,9 @@ class Body:
             return
         hint = "Check the formula and the units of the arguments."
         if time_units == "1" and alike(part.dimension, product(own, SECOND, -1.0)):
-            hint = 'The duration has no unit: write it as in duration="10 s".'
+            hint = 'Give the duration a unit, as in duration="10 s".'
         elif time_units != "1" and alike(part.dimension, own):
-            hint = 'Write the duration without a unit, as in duration="10", or give the arguments theirs.'
+            hint = 'Write the duration without a unit, as in duration="10", or give the arguments units.'
         self._source.refuse(
             node.lineno,
             f"the rate of {state.name} must be {told(wanted)}; {part} is {told(part.dimension)}",
@@ -319,7 +324,7 @@ class Body:
 
 
 def check_start(source: Source, tree: Tree, declared: tuple[Declared, ...], rates: tuple[Node, ...]) -> None:
-    """Refuse rates that are no finite numbers where a motion starts by default, with the line that makes them so."""
+    """Refuse rates that are not finite at the default start, naming the line of the first value that is not finite."""
     start = {each.name: each.default for each in declared} | {TIME: 0.0}
     made = list(tree.made)
     values = evaluated([node for node, _ in made], start)

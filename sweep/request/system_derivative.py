@@ -6,20 +6,19 @@ from sweep.request.system_units import PURE
 
 
 class Derivative:
-    """Derivatives by one name; what does not have the name is a constant.
+    """Derivatives with respect to one name; all other names are constants.
 
     Parameters
     ----------
     tree : Tree
-        Makes the parts of the derivatives, which may be those of the expression.
+        The tree that makes the derivatives; they share parts with the expression.
     name : str
-        A state that is an angle or a pure number: then the units of parts, which were checked when they were read,
-        play no role.
+        A state that is an angle or a pure number, so that differentiation keeps the units, which have been checked.
     """
 
     def __init__(self, tree: Tree, name: str) -> None:
         self._tree, self._name = tree, name
-        # an expression that stands in several places is one object
+        # by identity: an expression that occurs several times is one object
         self._parts: dict[int, Part] = {}
         self._known: dict[int, Part] = {}
 
@@ -38,7 +37,7 @@ class Derivative:
         return self._number(float(node == Symbol(self._name)))
 
     def part(self, node: Node) -> Part:
-        """Return an expression as the tree has it, a pure number."""
+        """Return an expression as a part of the tree, with the dimension of a pure number."""
         if isinstance(node, Constant | Symbol):
             return Part(node, PURE)
         if id(node) not in self._parts:
@@ -83,7 +82,7 @@ class Derivative:
             case "sqrt":
                 slope = tree.multiplied("/", self._number(0.5), whole)
             case _:
-                raise AssertionError(f"the language has no {operation}")
+                raise AssertionError(f"unknown operation {operation}")
         return self._times(slope, rates[0])
 
     def _times(self, one: Part, two: Part) -> Part:

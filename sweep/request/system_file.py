@@ -1,7 +1,7 @@
-"""From a user's ``.py`` file to a system: the file is parsed and never run.
+"""Reading a system from a user's ``.py`` file, which is parsed and never executed.
 
-A file holds imports, constants, and functions marked ``@system(...)``: positional arguments are states, keyword-only
-ones parameters, annotations are units, and the function returns the rate of each state.
+A file contains imports, constants, and functions marked ``@system(...)``. Positional arguments are states, keyword-only
+arguments are parameters, annotations are units, and the function returns the rate of each state.
 """
 
 import ast
@@ -28,24 +28,24 @@ from sweep.request.system_words import MARKS, Words, check_name, check_variable
 from sweep.request.units import number_and_unit
 from sweep.request.values import read_number
 
-#: Characters of a system's own text at most.
+#: Largest number of characters of a system's canonical text.
 MOST_OF_TEXT = 16_000
-#: States and parameters at most.
+#: Largest numbers of states and parameters.
 _MOST_STATES, _MOST_PARAMETERS = 32, 64
 
-#: Modules that a file may import: their functions and numbers are known by name, and nothing is loaded.
+#: Modules that a file may import: nothing is loaded, because their functions and numbers are known by name.
 _MODULES = ("sweep.systems", "math", "numpy", "__future__")
 
-#: Statements that a file may not have at its top level.
+#: Statements that are not allowed at the top level of a file -> their name, and a hint.
 _NO_PLACE: Mapping[type[ast.stmt], tuple[str, str]] = {
     ast.For: ("a loop", "Write each system out."),
     ast.While: ("a loop", "Write each system out."),
-    ast.If: ("a choice with if", "Leave it out: the file is read, never run."),
+    ast.If: ("a choice with if", "Remove it: the file is read, not executed."),
     ast.ClassDef: ("a class", "Write a function marked @system(...)."),
     ast.AsyncFunctionDef: ("the word async", "Write def."),
-    ast.Expr: ("an expression", "Leave it out: the file is read, never run."),
+    ast.Expr: ("an expression", "Remove it: the file is read, not executed."),
     ast.AugAssign: ("an assignment with an operator", "Write name = number."),
-    ast.AnnAssign: ("an annotation", "Write name = number; what has a unit is a parameter."),
+    ast.AnnAssign: ("an annotation", "Write name = number; a number with a unit must be a parameter."),
 }
 
 
@@ -57,14 +57,14 @@ def read_system(text: str, name: str = "", where: str = "") -> Definition:
     text : str
         Content of the file.
     name : str, optional
-        Which of its systems; may be left out where it has one.
+        The name of the system; optional if the file has only one.
     where : str, optional
-        What messages call the file.
+        The name of the file in messages.
 
     Raises
     ------
     RequestError
-        If it is no file of systems, or what it says cannot be computed; with the line and what to write instead.
+        If the text is not a file of systems, or its system cannot be computed; with the line and a hint.
     """
     source = Source(text, where)
     functions, constants = _contents(source)
@@ -76,14 +76,14 @@ def _chosen(functions: Mapping[str, ast.FunctionDef], name: str, where: str) -> 
     if not name and len(functions) > 1:
         raise RequestError(
             f"The file has {len(functions)} systems: {shown(', '.join(functions))}.",
-            hint=f"Name one of them behind a colon, as in mine.py:{next(iter(functions))}.",
+            hint=f"Name one of them after a colon, as in mine.py:{next(iter(functions))}.",
             where=where or None,
         )
     found = functions.get(name) if name else next(iter(functions.values()), None)
     if found is None:
-        there = f"there are {shown(', '.join(functions))}" if functions else "there is none"
+        known = f"it has {shown(', '.join(functions))}" if functions else "it has no systems at all"
         raise RequestError(
-            f"The file has no system {shown(name)}; {there}." if name else "The file has no system.",
+            f"The file has no system {shown(name)}; {known}." if name else "The file has no system.",
             hint=suggestion(name, tuple(functions))
             or 'A system is a function marked @system(duration="10 s").',
             where=where or None,
@@ -92,50 +92,51 @@ def _chosen(functions: Mapping[str, ast.FunctionDef], name: str, where: str) -> 
 
 
 def read_system_file(path: Path | str, name: str = "") -> Definition:
-    """Return a system of the file at a path; see `read_system`.
+    """Return a system from the file at a path; see `read_system`.
 
     Raises
     ------
     RequestError
-        Also if the file cannot be read.
+        As in `read_system`, and if the file cannot be read.
     """
     try:
         text = read_regular(Path(path), MOST_BYTES).decode("utf-8-sig")
     except OSError as problem:
         raise RequestError(
             f"The file cannot be read: {problem.strerror or type(problem).__name__}.",
-            hint="Check the path; a file of systems is a text of some lines.",
+            hint="Check the path; a file of systems is a short text file.",
             where=str(path),
         ) from problem
-    # text that is not UTF-8, and a path with a zero byte
+    # text that is not UTF-8, or a path with a zero byte
     except ValueError as problem:
         raise RequestError(
-            f"The file is no text in UTF-8: {problem}.", hint="Save it as UTF-8.", where=str(path)
+            f"The file is not text in UTF-8: {problem}.", hint="Save it as UTF-8.", where=str(path)
         ) from problem
     return read_system(text, name, str(path))
 
 
 def system_names(text: str) -> tuple[str, ...]:
-    """Return the names of the systems of a file, in their order.
+    """Return the names of the systems in a file, in their order.
 
     Raises
     ------
     RequestError
-        If it is no file of systems.
+        If the text is not a file of systems.
     """
     return tuple(_contents(Source(text))[0])
 
 
 def read_function(text: str, where: str, first: int, constants: Mapping[str, float]) -> Definition:
-    """Return the system of one marked function, whose text stands alone.
+    """Return the system of one marked function, from the text of this function only.
 
     Parameters
     ----------
     text, where : str
+        The text, and the name of its file in messages.
     first : int
-        The number of its first line.
+        The line number of the function in the file.
     constants : mapping of str to float
-        The numbers of its module.
+        The numbers defined in its module.
 
     Raises
     ------
@@ -159,9 +160,7 @@ def _contents(source: Source) -> tuple[dict[str, ast.FunctionDef], dict[str, flo
                     pass
                 case ast.Assign(targets=[ast.Name(id=name)]):
                     if name in (*FUNCTIONS, *NUMBERS, TIME, *MARKS):
-                        raise RequestError(
-                            f"the name {name} means something else", hint="Choose another name."
-                        )
+                        raise RequestError(f"the name {name} is reserved", hint="Choose another name.")
                     tree.names[name] = tree.number(Arithmetic(source, tree).number(line.value))
                 case ast.FunctionDef():
                     _check_decorator(line)
@@ -170,9 +169,12 @@ def _contents(source: Source) -> tuple[dict[str, ast.FunctionDef], dict[str, flo
                 case _:
                     what, instead = _NO_PLACE.get(
                         type(line),
-                        ("this", "A file holds imports, name = number, and functions marked @system(...)."),
+                        (
+                            "this",
+                            "A file contains imports, name = number, and functions marked @system(...).",
+                        ),
                     )
-                    raise RequestError(f"{what} has no place in a file of systems", hint=instead)
+                    raise RequestError(f"{what} is not allowed in a file of systems", hint=instead)
     return functions, {name: part.value or 0.0 for name, part in tree.names.items()}
 
 
@@ -181,11 +183,11 @@ def _check_import(line: ast.Import | ast.ImportFrom) -> None:
     for module in modules:
         if module not in _MODULES:
             raise RequestError(
-                f"the module {shown(module)} cannot be imported, because the file is read and never run",
-                hint="Write from sweep.systems import system, sin, cos; constants stand in the file itself.",
+                f"the module {shown(module)} cannot be imported, because the file is read, not executed",
+                hint="Write from sweep.systems import system, sin, cos, and define constants in the file itself.",
             )
     if isinstance(line, ast.ImportFrom) and any(each.asname for each in line.names):
-        raise RequestError("a function has its own name here", hint="Leave out as ...")
+        raise RequestError("an imported function cannot be renamed", hint="Remove as ...")
 
 
 def _check_decorator(function: ast.FunctionDef) -> None:
@@ -197,13 +199,13 @@ def _check_decorator(function: ast.FunctionDef) -> None:
         example = _example_duration(function, marks[0].id)
         raise RequestError("the duration is missing", hint=f'Write @{marks[0].id}(duration="{example}").')
     raise RequestError(
-        f"the function {shown(function.name)} is not marked as a system, with @system(...) and nothing else",
-        hint=f'Write @system(duration="{_example_duration(function, "system")}") above it, or leave it out.',
+        f"the function {shown(function.name)} must have one decorator, @system(...)",
+        hint=f'Write @system(duration="{_example_duration(function, "system")}") above it, or remove it.',
     )
 
 
 def _example_duration(function: ast.FunctionDef, mark: str) -> str:
-    """Return a duration that fits the units of the arguments of a function; those of a body have units."""
+    """Return an example of a duration with the units of a function's arguments; bodies always have units."""
     arguments = (*function.args.args, *function.args.kwonlyargs)
     return "10 s" if mark == "body" or any(each.annotation for each in arguments) else "10"
 
@@ -251,14 +253,14 @@ def _read(source: Source, function: ast.FunctionDef, constants: Mapping[str, flo
     if len(text) > MOST_OF_TEXT:
         source.refuse(
             function.lineno,
-            f"the system has at most {MOST_OF_TEXT} characters with all its numbers written out; got {len(text)}",
-            "Write a smaller one.",
+            f"a system has at most {MOST_OF_TEXT} characters with all its numbers written out; got {len(text)}",
+            "Write a smaller system.",
         )
     return dataclasses.replace(found, text=text)
 
 
 def _checked_body(source: Source, function: ast.FunctionDef, found: Definition) -> Definition:
-    """Return a body that can roll with its default values, without a tilt for a fall that it has not."""
+    """Return a body after checking that it can roll with its default values; drop the fall tilt if it is not used."""
     with source.at(function.body[-1], "the body"):
         check_body(found, {each.name: each.default for each in (*found.states, *found.parameters)})
     named = {each.arg for each in function.args.kwonlyargs}
@@ -274,13 +276,13 @@ def _title(source: Source, function: ast.FunctionDef) -> str:
         source.refuse(
             function.body[0].lineno,
             "a title is one line of at most 200 printable characters",
-            "Write a short one.",
+            "Write a shorter title.",
         )
     return title
 
 
 def _check_used(source: Source, function: ast.FunctionDef, found: Definition) -> None:
-    """Refuse a parameter that changes nothing: it is misspelled somewhere, or left over."""
+    """Refuse a parameter that has no effect: it is probably misspelled somewhere, or left over."""
     nodes = [
         *found.rates,
         *(node for end in found.ends for node in end.any_positive),
@@ -292,33 +294,31 @@ def _check_used(source: Source, function: ast.FunctionDef, found: Definition) ->
     used = {name for node in nodes for name in symbols(node)} | {*re.findall(r"\w+", found.stable)}
     for each in function.args.kwonlyargs:
         if each.arg not in used and each.arg != TIME:
-            source.refuse(
-                each.lineno, f"the parameter {each.arg} is used nowhere", "Leave it out, or use it."
-            )
+            source.refuse(each.lineno, f"the parameter {each.arg} is not used", "Remove it, or use it.")
 
 
 def _signature(
     source: Source, function: ast.FunctionDef, tree: Tree, time_units: str
 ) -> tuple[tuple[Declared, ...], tuple[Declared, ...], dict[str, Part]]:
-    """Return the states and the parameters, and what their names stand for."""
+    """Return the states, the parameters, and the expression of each name."""
     given = function.args
     with source.at(function):
         if given.vararg or given.kwarg:
             raise RequestError(
-                "every argument has a name of its own",
-                hint="Leave out *args and **kwargs: name every state and every parameter.",
+                "*args and **kwargs are not allowed",
+                hint="Name every state and every parameter.",
             )
         if given.posonlyargs:
-            raise RequestError("the mark / has no place here", hint="Leave it out.")
+            raise RequestError("the mark / is not allowed here", hint="Remove it.")
         if not given.args:
             raise RequestError(
-                "a system has at least one state", hint="Write def name(x=0.0, *, damping=0.1)."
+                "a system must have at least one state", hint="Write def name(x=0.0, *, damping=0.1)."
             )
         if len(given.args) > _MOST_STATES or len(given.kwonlyargs) > _MOST_PARAMETERS:
             raise RequestError(
                 f"a system has at most {_MOST_STATES} states and {_MOST_PARAMETERS} parameters; got "
                 f"{len(given.args)} and {len(given.kwonlyargs)}",
-                hint="Write a smaller one.",
+                hint="Write a smaller system.",
             )
     found: dict[str, tuple[Declared, Part]] = {}
     missing = [None] * (len(given.args) - len(given.defaults))
@@ -346,7 +346,7 @@ def _declared(
             f"the unit {shown(unit)!r} has too large a power", hint="Write a unit such as m/s2."
         )
     if default is None:
-        raise RequestError("it has no value", hint=f"Write its default, as in {argument.arg}=1.0.")
+        raise RequestError("it has no default", hint=f"Write one, as in {argument.arg}=1.0.")
     with source.at(default, f"the argument {argument.arg}"):
         quantity = Quantity(argument.arg, "", units, "", DECISION)
         if isinstance(default, ast.Constant) and isinstance(default.value, str):
@@ -354,16 +354,16 @@ def _declared(
             if pair is None or not {":", ","}.isdisjoint(default.value):
                 written_so = f'{argument.arg}: "{unit}" = 0.5' if unit else f"{argument.arg}=0.5"
                 raise RequestError(
-                    f"its value is one number; got {shown(default.value)}", hint=f"Write {written_so}."
+                    f"its default must be one number; got {shown(default.value)}", hint=f"Write {written_so}."
                 )
             check_scale(default.value)
             if pair is not None and not pair[1] and unit:
                 raise RequestError(
-                    "a number in quotes has a unit", hint=f'Write {argument.arg}="{pair[0]} {unit}".'
+                    "a number in quotes needs a unit", hint=f'Write {argument.arg}="{pair[0]} {unit}".'
                 )
             if pair is not None and pair[1] and not unit:
                 raise RequestError(
-                    "it has a unit in its default and none of its own",
+                    "its default has a unit, but it has no annotation with its unit",
                     hint=f'Write {argument.arg}: "{pair[1]}" = {pair[0]}.',
                 )
             value = read_number(default.value, quantity)
@@ -379,27 +379,27 @@ def _unit(argument: ast.arg) -> str:
     if isinstance(argument.annotation, ast.Constant) and isinstance(argument.annotation.value, str):
         return " ".join(argument.annotation.value.split())
     raise RequestError(
-        "an annotation is a unit in quotes", hint=f'Write {argument.arg}: "m", or leave it out.'
+        "an annotation must be a unit in quotes", hint=f'Write {argument.arg}: "m", or remove it.'
     )
 
 
 def _check_time(argument: ast.arg, default: ast.expr | None, behind: bool, time_units: str) -> None:
-    """Refuse the time where it is no keyword-only argument without a value."""
+    """Refuse the time unless it is a keyword-only argument without a default."""
     if not behind:
         raise RequestError(
-            "the time is no state, and t is its name",
+            "t is the time, which is not a state",
             hint="Write it as the last keyword-only argument: *, t.",
         )
     if default is not None:
-        raise RequestError("the time has no default: it begins at 0", hint="Write t alone.")
+        raise RequestError("the time must not have a default: it begins at 0", hint="Write only t.")
     wanted = SECOND if time_units == "s" else PURE
     given = read_dimension(_unit(argument))
     if argument.annotation is not None and not alike(given, wanted):
         raise RequestError(
-            f"the time is {told(wanted)}, as the duration is", hint='Write t alone, and duration="10 s".'
+            f"the time must be {told(wanted)}, like the duration", hint='Write only t, and duration="10 s".'
         )
 
 
 def is_number(value: object) -> bool:
-    """Return whether a value of Python is a finite number that a system may use as a constant."""
+    """Return whether a Python value is a finite number, which a system may use as a constant."""
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

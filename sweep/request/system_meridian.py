@@ -1,7 +1,7 @@
 """The rates of a body of revolution, from the height of its centre of mass over the plane.
 
-As a function of the tilt the height is the support function of the meridian: it and its two derivatives
-say where the body touches the plane, and how it is curved there. The equations are those of docs/bodies.md.
+The height as a function of the tilt is the support function of the meridian: the height and its two derivatives give
+the contact point and the curvature there. The equations are in docs/bodies.md.
 """
 
 import ast
@@ -22,19 +22,19 @@ from sweep.request.system_source import Source
 from sweep.request.system_tree import Part, Tree, check_nodes
 from sweep.request.system_units import PURE, alike, told
 
-#: The name of the ending of a body that has fallen on a flat side.
+#: Ending of a body that has fallen onto a flat side.
 FELL = "fell"
 
-#: How far the contact is from the axis at the pole of a round side, by rounding.
+#: Largest distance of the contact from the axis, at the pole of a round side, that is due to rounding.
 _ROUND = 1e-9
 
-#: Distance of a point of the axis from the centre of mass, by rounding.
+#: Largest distance of a solid's center of mass from the given one that is due to rounding.
 _CENTRED = 1e-9
 
-#: Measures of every body, with the names that other bodies use.
+#: Measures of every body, with the same names as for built-in bodies.
 MEASURES = {"peak_tilt": "max abs(tilt)", "tilt_min": "min tilt", "tilt_max": "max tilt"}
 
-#: Parts of the rates, by the height, its derivatives `slope` and `bend` by the tilt, and the moments.
+#: Parts of the rates, from the height, its derivatives `slope` and `bend` with respect to the tilt, and the moments.
 _EQUATIONS = """
 sine = sin(tilt)
 cosine = cos(tilt)
@@ -64,14 +64,14 @@ _RATES = {
     "contact_x": "radius*(curvature*tilt_rate*cos(heading) - below*roll_rate*sin(heading))",
     "contact_y": "radius*(curvature*tilt_rate*sin(heading) + below*roll_rate*cos(heading))",
 }
-#: The energy over m radius^2.
+#: The energy divided by m radius^2.
 _ENERGY = "(inertia*tilt_rate**2 + transverse*along**2 + axial*spin**2 + speed**2)/2 + strength*height"
 
 
 class Motion(NamedTuple):
-    """The parts of a body's system: its meridian, the rates of its states, and its energy over m radius^2.
+    """The parts of a body's system: its meridian, the rates of its states, and its energy divided by m radius^2.
 
-    `slope` is the derivative of the height by the tilt.
+    `slope` is the derivative of the height with respect to the tilt.
     """
 
     meridian: Meridian
@@ -94,7 +94,7 @@ def read_motion(
     ----------
     source : Source
     tree : Tree
-        Its `names` are arguments and constants.
+        The tree that makes the expressions; its `names` are the arguments and the constants.
     function : ast.FunctionDef
     states, parameters : tuple of Declared
     fixed : frozenset of str
@@ -116,9 +116,10 @@ def read_motion(
         alone = lines.parts(nodes)[0] if len(nodes) == 1 else None
         source.refuse(
             line.lineno,
-            "a body returns three values: the height of its centre of mass over the plane, by the tilt and over the "
-            f"radius, and its moments of inertia about the axis and across it; got {counted(len(nodes), 'value')}",
-            "Write return height, axial_moment, transverse_moment, the moments over mass times radius squared."
+            "a body returns three values: the height of its center of mass over the plane as a function of the tilt, "
+            "divided by the radius, and its axial and transverse moments of inertia; got "
+            f"{counted(len(nodes), 'value')}",
+            "Write return height, axial_moment, transverse_moment, with moments divided by mass times radius squared."
             + (_of_a_solid(tree, alone, parameters) if alone else ""),
         )
     parts = lines.parts(nodes)
@@ -129,7 +130,7 @@ def read_motion(
         slope = derivative.of(height.node)
         known = {"height": height, "slope": slope, "bend": derivative.of(slope.node)}
         known |= {"axial": axial, "transverse": transverse}
-        # the same tree, so that what occurs in several expressions is one object
+        # the same tree, so that expressions share their common parts
         equations = replace(tree, names=arguments | known)
         arithmetic = Arithmetic(source, equations)
         for name, value in _assigned(_EQUATIONS, line):
@@ -142,25 +143,25 @@ def read_motion(
 
 
 def _check_values(source: Source, nodes: list[ast.expr], parts: list[Part], moving: set[str]) -> None:
-    """Refuse values of a body that are no pure numbers, or change along a motion otherwise than with the tilt."""
+    """Refuse values of a body that have a unit, and a height or moment that depends on states other than the tilt."""
     for called, node, part in zip(("height", "axial moment", "transverse moment"), nodes, parts, strict=True):
         if not alike(part.dimension or PURE, PURE):
             source.refuse(
                 node.lineno,
-                f"the {called} of a body is a pure number; {part} is {told(part.dimension or PURE)}",
+                f"the {called} of a body must be a pure number; {part} is {told(part.dimension or PURE)}",
                 "Divide a length by radius, and a moment by mass times radius squared.",
             )
         allowed, of = ({TILT}, "the tilt and ") if called == "height" else (frozenset(), "")
         if strange := sorted({*symbols(part.node)} & moving - allowed):
             source.refuse(
                 node.lineno,
-                f"the {called} of a body depends on {of}parameters alone; got {strange[0]}",
-                "Leave it out: a body is rigid.",
+                f"the {called} of a body may depend only on {of}parameters; got {strange[0]}",
+                f"Remove {strange[0]}: a body is rigid.",
             )
 
 
 def _of_a_solid(tree: Tree, height: Part, parameters: tuple[Declared, ...]) -> str:
-    """Return what the moments of a homogeneous body are, in a sentence; nothing where the height is that of none."""
+    """Return a sentence with the moments of a homogeneous body; empty if no such body has this height."""
     values = {each.name: each.default for each in parameters}
     if not {*symbols(height.node)} <= {TILT, *values}:
         return ""
@@ -170,9 +171,11 @@ def _of_a_solid(tree: Tree, height: Part, parameters: tuple[Declared, ...]) -> s
     axial, transverse, centre = solid(height.node, slope.node, curvature.node, values)
     if not math.isfinite(transverse):
         return ""
-    # an ending may leave tilts out, as those of the flat side of a dome: these moments know nothing of it
-    found = f" Those of a homogeneous body with this height at all tilts are {axial:.6g} and {transverse:.6g}"
-    shift = f", if {centre:.6g}*sin(tilt) is added to the height, which makes it that of the centre of mass"
+    # endings may exclude tilts, as for the flat side of a dome: these moments ignore that
+    found = (
+        f" A homogeneous body with this height at all tilts has the moments {axial:.6g} and {transverse:.6g}"
+    )
+    shift = f", if you add {centre:.6g}*sin(tilt) to the height, to measure it from the center of mass"
     return f"{found}{shift if abs(centre) > _CENTRED else ''}."
 
 
@@ -188,7 +191,7 @@ def _expression(text: str, line: ast.Return) -> ast.expr:
 
 
 def _placed(expression: ast.expr, line: ast.Return) -> ast.expr:
-    """Return an expression in the line of a user's text that it follows from."""
+    """Return an expression, located at the line of the user's text from which it follows."""
     for each in ast.walk(expression):
         if isinstance(each, ast.expr):
             each.lineno = line.lineno
@@ -196,13 +199,13 @@ def _placed(expression: ast.expr, line: ast.Return) -> ast.expr:
 
 
 def falls(motion: Motion, ends: tuple[Event, ...], parameters: tuple[Declared, ...]) -> str:
-    """Return when a body with flat sides has fallen on one of them, as an ending says it; empty without them."""
+    """Return the condition of a fall onto a flat side, in the notation of an ending; empty without flat sides."""
     values = {each.name: each.default for each in parameters}
     over = ends_of_tilts(ends, parameters)
     sides = []
     for side, sign in (("tilt", 1.0), ("-tilt", -1.0)):
         at_pole = {**values, TILT: np.array([sign * 0.5 * math.pi])}
-        # there the contact is as far from the axis as the slope says
+        # at the pole the slope is the distance of the contact from the axis
         far, height = (
             each + np.zeros(1) for each in evaluated([motion.slope, motion.meridian.height], at_pole)
         )

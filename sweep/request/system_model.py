@@ -1,4 +1,4 @@
-"""The system that a request gives, as its model."""
+"""Models of the systems in requests."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,21 +13,21 @@ from sweep.request.suggestions import suggestion
 if TYPE_CHECKING:
     from sweep.model.system.definition import Definition
 
-#: Between a file of systems and the name of one of them.
+#: The end of a file's name and the separator before the name of a system in it.
 _OF = ".py:"
 
 
 def with_system(words: Mapping[str, Any], folder: Path | None = None) -> dict[str, Any]:
-    """Return the words of a request in which a system that they give has become its model.
+    """Return the words of a request with a given system converted to its model.
 
     Parameters
     ----------
     words : mapping of str to anything
-        ``system`` is the text of a system, as an atlas carries it. ``model`` may be a file of systems, ``mine.py``, or
-        one of several in it, ``mine.py:name``, or what the mark ``@system`` makes.
+        ``system`` is the text of a system, as stored in an atlas. ``model`` may be a file of systems, ``mine.py``, one
+        system of several in it, ``mine.py:name``, or a function marked ``@system``.
     folder : Path, optional
-        That of the file in which a person wrote the words: paths begin there, and both words may be a file of systems
-        or a preset of one. Without it ``system`` opens no file: what an atlas carries comes from anybody.
+        The folder of the spec file: paths are relative to it, and both words may be a file of systems or a preset.
+        Without it ``system`` opens no file, because an atlas may come from an untrusted source.
 
     Raises
     ------
@@ -40,15 +40,15 @@ def with_system(words: Mapping[str, Any], folder: Path | None = None) -> dict[st
         return found
     if text is not None and named not in (None, definition.name):
         raise RequestError(
-            f"The model is {shown(named)}, and the system of the request is {definition.name}.",
-            hint=f"Leave out one of both, or write model={definition.name}.",
+            f"The model is {shown(named)}, but the system of the request is {definition.name}.",
+            hint=f"Leave out one of them, or write model={definition.name}.",
             where="system",
         )
     return {**found, "model": _model(definition)}
 
 
 def _named_definition(named: object, folder: Path | None) -> "Definition | None":
-    """Return the system that a request names as its model; None if it names another model, or none."""
+    """Return the system that a request names as its model; None if it names another model or no model."""
     if hasattr(named, "definition") and not isinstance(named, Model):
         found: Definition = named.definition
         return found
@@ -59,9 +59,9 @@ def _named_definition(named: object, folder: Path | None) -> "Definition | None"
 
 
 def _definition(text: str, folder: Path | None) -> "Definition":
-    """Return the system of a request: from its text, or in a spec file from the file or the preset that it names."""
+    """Return the system of a request: from its text, or in a spec file also from a file or a preset."""
     name = text.strip()
-    # a text of a system has its mark on a line of its own
+    # the text of a system has at least two lines, because the decorator has its own
     if "\n" in name:
         from sweep.request.system_file import read_system
 
@@ -73,12 +73,13 @@ def _definition(text: str, folder: Path | None) -> "Definition":
         return _read_file(str(system_preset_file(name)))
     if folder is None:
         raise RequestError(
-            f"system is the text of a system; only a spec file names a file or a preset with it; got {shown(name)}.",
-            hint="Give the file or the preset itself as the spec.",
+            f"system must be the text of a system; in a spec file it may also be a file or a preset; got "
+            f"{shown(name)}.",
+            hint="Give the file or the preset as the spec.",
             where="system",
         )
     raise RequestError(
-        f"system is a file, a preset of a system, or the text of one; presets are {', '.join(known)}; got "
+        f"system must be a file, a preset of a system, or the text of a system; presets are {', '.join(known)}; got "
         f"{shown(name) or 'nothing'}.",
         hint=suggestion(name, known) or 'Write system = "mine.py", for instance.',
         where="system",
@@ -86,8 +87,8 @@ def _definition(text: str, folder: Path | None) -> "Definition":
 
 
 def _read_file(words: str, folder: Path | None = None) -> "Definition":
-    """Return the system in ``mine.py``, or the one of several that ``mine.py:name`` names."""
-    # most requests are of no system, and need not wait for its reader
+    """Return the system in ``mine.py``, or for ``mine.py:name`` the system with this name."""
+    # imported here, because most requests have no system and need not load its reader
     from sweep.request.system_file import read_system_file
 
     path, of, name = words.partition(_OF)
@@ -96,17 +97,17 @@ def _read_file(words: str, folder: Path | None = None) -> "Definition":
 
 
 def names_file(model: object) -> bool:
-    """Return whether what a request says of its model is a file of systems, or one of several in it."""
+    """Return whether a request's model is a file of systems, or a system in one."""
     return isinstance(model, str) and (model.endswith(".py") or _OF in model)
 
 
 def _model(definition: "Definition") -> Model:
-    """Return the model of a system; refuse one that is called like another model."""
+    """Return the model of a system; refuse a system with the name of another model."""
     from sweep.model.system.model import model_of
 
     if definition.name in registry.names():
         raise RequestError(
-            f"A system cannot be called {definition.name}: a model has that name.",
+            f"A system cannot be called {definition.name}: a model already has this name.",
             hint="Give its function another name.",
             where=definition.name,
         )

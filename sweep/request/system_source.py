@@ -1,4 +1,4 @@
-"""The text of a user's file: parsed, never run; what is refused is named with its line."""
+"""The text of a user's file, which is parsed and never executed; refusals name the line."""
 
 import ast
 import re
@@ -9,33 +9,33 @@ from typing import NoReturn
 
 from sweep.errors import RequestError, shown
 
-#: Bytes of a file, its lines, and the characters of a line at most. A definition has about a thousand bytes.
+#: Largest numbers of bytes and lines of a file, and of characters of a line. A definition has about a thousand bytes.
 MOST_BYTES, MOST_LINES, MOST_IN_LINE = 64_000, 1000, 4000
 
-#: First words of sentences.
+#: Words at the beginning of a message, which become lower-case after a colon.
 _LEADING = re.compile(r"(?:A|An|At|Every|Some|The|This)\b")
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 class LineError(RequestError):
-    """A line of a user's file is not possible."""
+    """An error in a line of a user's file."""
 
 
 class Source:
-    """A text, and what its lines are called in messages.
+    """A text, with the names of its lines in messages.
 
     Parameters
     ----------
     text : str
     where : str
-        What the file is called; empty if it has no name.
+        The name of the file; may be empty.
     first : int
-        The number of its first line.
+        The number of the first line.
 
     Raises
     ------
     RequestError
-        If it is too large.
+        If the text is too large.
     """
 
     def __init__(self, text: str, where: str = "", first: int = 1) -> None:
@@ -46,7 +46,7 @@ class Source:
                 min(len(self._lines), MOST_LINES),
                 f"a file of systems has at most {MOST_BYTES} characters and {MOST_LINES} lines; got {len(text)} and "
                 f"{len(self._lines)}",
-                "Keep only what defines the system.",
+                "Keep only the definition of the system.",
             )
         for number, line in enumerate(self._lines, 1):
             if len(line) > MOST_IN_LINE:
@@ -57,7 +57,7 @@ class Source:
                 )
 
     def refuse(self, line: int, problem: str, hint: str) -> NoReturn:
-        """Refuse what stands in a line, counted from 1."""
+        """Raise an error for a line, counted from 1."""
         said = self._lines[line - 1].strip() if 0 < line <= len(self._lines) else ""
         problem = problem.removesuffix(".")
         raise LineError(
@@ -70,7 +70,7 @@ class Source:
 
     @contextmanager
     def at(self, node: ast.AST, what: str = "") -> Iterator[None]:
-        """Say of what is refused inside in which line it stands, and before it `what` it is."""
+        """Add the line of a node to errors raised inside, and `what` in front of their messages."""
         try:
             yield
         except LineError:
@@ -89,22 +89,20 @@ class Source:
         Raises
         ------
         RequestError
-            If it is not Python, or nested too deep.
+            If the text is not Python, or is nested too deeply.
         """
         try:
             with warnings.catch_warnings():
-                # of a backslash in a string
+                # warnings about backslashes in strings
                 warnings.simplefilter("ignore")
                 return ast.parse(self._text)
         except SyntaxError as problem:
             self.refuse(problem.lineno or 1, f"this is not Python: {problem.msg}", "Correct this line.")
         except ValueError as problem:
             self.refuse(self._longest(), f"this is not Python: {problem}", "Correct this line.")
-        # by brackets, signs or operators in thousands
+        # thousands of nested brackets, signs or operators
         except (MemoryError, RecursionError):
-            self.refuse(
-                self._longest(), "this is nested too deep to be read", "Give parts of it names of their own."
-            )
+            self.refuse(self._longest(), "this is nested too deeply", "Assign parts of it to names.")
 
     def _longest(self) -> int:
         return max(range(len(self._lines)), key=lambda at: len(self._lines[at])) + 1

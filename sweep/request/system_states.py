@@ -1,4 +1,4 @@
-"""The arguments of a body of revolution: the states and parameters that every body has need not be written."""
+"""The arguments of a body of revolution; states and parameters that every body has may be omitted."""
 
 import ast
 from collections.abc import Iterable
@@ -11,24 +11,24 @@ from sweep.request.system_units import alike, read_dimension, told
 #: An argument and its default.
 _Argument = tuple[ast.arg, ast.expr | None]
 
-#: The states that every body has, those that it has if they are named, and the parameters of every body: their units,
-#: and their defaults, where they can be, those of other bodies.
+#: The states of every body, the states that a body has only if it names them, and the parameters of every body, with
+#: units and defaults. If possible, the defaults are the same as for built-in bodies.
 _ALWAYS = 'tilt: "rad" = "5 deg", tilt_rate: "rad/s" = 0.0, precession_rate: "rad/s" = 0.0, roll_rate: "rad/s" = 0.0'
 _IF_NAMED = 'heading: "rad" = 0.0, roll_angle: "rad" = 0.0, contact_x: "m" = 0.0, contact_y: "m" = 0.0'
 _PARAMETERS = f'radius: "m" = 0.5, gravity: "m/s2" = 9.81, {FALL_TILT}: "rad" = "85 deg"'
 
 
 def with_states(source: Source, function: ast.FunctionDef) -> ast.FunctionDef:
-    """Return the function of a body with the arguments that it leaves out.
+    """Return the function of a body after adding the arguments that it omits.
 
     Raises
     ------
     RequestError
-        If it names another state, or one of ours with another unit.
+        If it names any other state, or gives one of these arguments another unit.
     """
     given = function.args
     if given.posonlyargs:
-        # reading them refuses the mark / of any system
+        # the reader of the signature refuses the mark /
         return function
     missing = [None] * (len(given.args) - len(given.defaults))
     states = _named(zip(given.args, (*missing, *given.defaults), strict=True))
@@ -38,8 +38,8 @@ def with_states(source: Source, function: ast.FunctionDef) -> ast.FunctionDef:
         if name not in always | if_named:
             source.refuse(
                 argument.lineno,
-                f"the states of a body are {', '.join(always | if_named)}; got {name} in front of the star",
-                f"Write it behind the star: def {function.name}(tilt, *, {name}=0.3).",
+                f"the states of a body are {', '.join(always | if_named)}; got {name} before the star",
+                f"Write it after the star: def {function.name}(tilt, *, {name}=0.3).",
             )
     ours = always | {name: each for name, each in if_named.items() if name in states}
     front = [_merged(source, function, each, states.get(name)) for name, each in ours.items()]
@@ -66,7 +66,7 @@ def _read(text: str) -> dict[str, _Argument]:
 
 
 def _merged(source: Source, function: ast.FunctionDef, ours: _Argument, given: _Argument | None) -> _Argument:
-    """Return an argument of every body, with the unit and the default that a function gives it."""
+    """Return an argument of every body, with the unit and the default from a function if it gives them."""
     argument, default = ours
     assert isinstance(argument.annotation, ast.Constant)
     assert isinstance(default, ast.Constant)
@@ -76,6 +76,6 @@ def _merged(source: Source, function: ast.FunctionDef, ours: _Argument, given: _
         with source.at(place, f"the argument {argument.arg}"):
             wanted = read_dimension(str(argument.annotation.value))
             if not alike(read_dimension(unit.value), wanted):
-                raise RequestError(f"it is {told(wanted)}; got {unit.value}", hint="Leave its unit out.")
+                raise RequestError(f"it must be {told(wanted)}; got {unit.value}", hint="Leave its unit out.")
     merged = ast.copy_location(ast.arg(argument.arg, unit), place)
     return merged, own or ast.copy_location(ast.Constant(default.value), place)

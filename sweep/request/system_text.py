@@ -1,4 +1,4 @@
-"""The strings of a user's system: endings, labels, measures, what is conserved, and where theory puts the boundary.
+"""The strings of a user's system: endings, labels, measures, conserved quantities, and the boundary from theory.
 
 ::
 
@@ -11,7 +11,8 @@
     signed      = ( "+" | "-" ) signed | atom [ "**" signed ]
     atom        = number [ unit ] | NAME | FUNCTION "(" sum ")" | "(" sum ")"
 
-A bare number is in SI, in the units of what stands beside it, as in a criterion. Nothing of a text is ever run.
+A bare number is in SI, in the units of the quantity that it is added to or compared with, as in a criterion. The text
+is never executed.
 """
 
 import math
@@ -29,7 +30,7 @@ from sweep.request.system_units import ANGLE, PURE, of_result, read_dimension, w
 from sweep.request.tokens import NUMBER, UNIT, Tokens, refuse
 from sweep.request.values import read_number
 
-#: Characters of a string at most, as it is written and as the system's own text spells it.
+#: Largest number of characters of a string, both as given and in the system's canonical text.
 MOST_CHARACTERS = 2000
 
 KINDS = ("max", "min", "last")
@@ -55,13 +56,13 @@ _INSTEAD = {
     "\u03c0": "Write pi.",
     ",": "Write one expression.",
 }
-_EXAMPLE = "Write it as in abs(angle) > 90deg or x - y > 2."
+_EXAMPLE = "Write, for instance, abs(angle) > 90deg or x - y > 2."
 _WORDS = ("and", "or", "not", "abs")
 _Read = TypeVar("_Read")
 
 
 class _Side(NamedTuple):
-    """A side of a comparison, or the magnitude of it; `bare` is the text of a number without a unit."""
+    """A side of a comparison, which may be a magnitude; `bare` is the text of a number without a unit."""
 
     part: Part
     absolute: bool = False
@@ -69,7 +70,7 @@ class _Side(NamedTuple):
 
 
 class _Parser(Tokens):
-    """The tokens of a string, and the tree that its expressions are made in."""
+    """A parser of a string, with the tree that makes its expressions."""
 
     def __init__(self, text: str, tree: Tree) -> None:
         super().__init__(text, _TOKEN, _INSTEAD, _EXAMPLE)
@@ -78,32 +79,33 @@ class _Parser(Tokens):
     def whole(
         self, read: Callable[["_Parser"], _Read], wanted: str = "the end or one of + - * / **"
     ) -> _Read:
-        """Read all of the text."""
+        """Read the whole text."""
         found = read(self)
         if self.peek() is not None:
             self.unexpected(wanted)
         return found
 
     def comparisons(self, word: str, otherwise: str) -> tuple[Part, ...]:
-        """Return what is positive where comparisons hold, joined by ``or`` or by ``and``; the other word is refused."""
+        """Return the expressions that are positive where comparisons, joined by one word, are true.
+
+        The word is ``or`` or ``and``; the other word is refused with the hint `otherwise`.
+        """
         found = [*self._comparison(word)]
         while self.takes(word):
             found += self._comparison(word)
         token = self.peek()
         if token is not None and token.text in ("and", "or"):
-            refuse(f"{token.text} has no place here, only {word} has", token.at, otherwise)
+            refuse(f"{token.text} is not allowed here, only {word}", token.at, otherwise)
         return tuple(found)
 
     def _comparison(self, word: str) -> tuple[Part, ...]:
         if (token := self.peek()) is not None and token.text == "not":
-            refuse("not has no place here", token.at, "Turn the comparison round: x > 2 for not x < 2.")
+            refuse("not is not allowed here", token.at, "Reverse the comparison: x > 2 instead of not x < 2.")
         first, token = self.side(), self.peek()
         if token is None or token.kind != "sign":
             self.unexpected("a comparison, > or <")
         if token.text not in (">", "<"):
-            refuse(
-                f"a comparison is > or <; got {token.text}", token.at, "Write > or <: a line has no width."
-            )
+            refuse(f"a comparison must be > or <; got {token.text}", token.at, "Write > or <.")
         self.next += 1
         second = self.side()
         if (more := self.peek()) is not None and more.kind == "sign":
@@ -112,22 +114,22 @@ class _Parser(Tokens):
         return self._located(token.at, lambda: self._positive(greater, less, word))
 
     def _positive(self, greater: _Side, less: _Side, word: str) -> tuple[Part, ...]:
-        """Return what is positive where one side is greater than the other."""
+        """Return the expressions that are positive where one side is greater than the other."""
         tree = self._tree
         for one, other in ((greater, less), (less, greater)):
-            # more than a turn: degrees taken for radians
+            # more than a turn: the user probably meant degrees
             if one.bare and other.part.dimension == ANGLE and (one.part.value or 0.0) >= math.tau:
                 raise RequestError(
                     f"a bare number is in rad, and {one.bare} rad is more than a turn",
-                    hint=f"Write {one.bare}deg, or {one.bare}rad if that is meant.",
+                    hint=f"Write {one.bare}deg, or {one.bare}rad if you mean radians.",
                 )
         if greater.absolute and less.absolute:
-            raise RequestError("abs stands on one side", hint="Write x**2 > y**2.")
+            raise RequestError("abs is allowed only on one side", hint="Write x**2 > y**2.")
         if greater.absolute and word == "and":
-            # |x| > c is one comparison of two factors with the same sign
+            # |x| > c as one comparison: (x - c)*(x + c) > 0
             if less.part.value is None or less.part.value < 0.0:
                 raise RequestError(
-                    f"in a label abs({greater.part}) is compared with a number above 0; got {less.part}",
+                    f"in a label abs({greater.part}) can only be compared with a number above 0; got {less.part}",
                     hint="Write x**2 > y**2.",
                 )
             factors = (tree.summed(sign, greater.part, less.part) for sign in "-+")
@@ -135,8 +137,8 @@ class _Parser(Tokens):
         if less.absolute and word == "or":
             squares = f"({less.part})**2 < ({greater.part})**2"
             raise RequestError(
-                "abs(...) below a limit is two comparisons of which both must hold, and an ending is one of several",
-                hint=f"Write it with a square: {squares}.",
+                "abs(...) below a limit needs two comparisons joined by and, which an ending does not allow",
+                hint=f"Write squares instead: {squares}.",
             )
         if greater.absolute:
             return self._difference(greater.part, less.part), self._difference(
@@ -149,7 +151,7 @@ class _Parser(Tokens):
         return (self._difference(greater.part, less.part),)
 
     def _difference(self, greater: Part, less: Part) -> Part:
-        """Return what is positive where one expression is greater than another one."""
+        """Return an expression that is positive where one expression is greater than another one."""
         found = self._tree.summed("-", greater, less)
         if less.value == 0.0:
             return greater
@@ -190,7 +192,7 @@ class _Parser(Tokens):
         self._nested += 1
         if self._nested > MOST_DEEP:
             refuse(
-                f"at most {MOST_DEEP} brackets, signs and functions lie within each other",
+                f"at most {MOST_DEEP} brackets, signs and functions may be nested",
                 self.at(),
                 _EXAMPLE,
             )
@@ -227,9 +229,9 @@ class _Parser(Tokens):
             return self._located(token.at, lambda: self._tree.named(token.text))
         if token.text in self._tree.names or token.text in NUMBERS:
             refuse(
-                f"{shown(token.text)} is no function", token.at, f"Write {token.text}*(...) for a product."
+                f"{shown(token.text)} is not a function", token.at, f"Write {token.text}*(...) for a product."
             )
-        # an unknown function is refused before what stands in it
+        # an unclosed bracket is refused first, then errors in the argument, then an unknown function
         argument = self.sum() if self.peek() is not None else self._unclosed()
         self.expect(")")
         return self._located(token.at, lambda: self._tree.called(token.text, argument))
@@ -238,7 +240,7 @@ class _Parser(Tokens):
         self.unexpected("an expression")
 
     def _located(self, at: int, make: Callable[[], _Read]) -> _Read:
-        """Say of what is refused at which character it stands."""
+        """Return the result of `make`, and add the position of a character to its error."""
         try:
             return make()
         except RequestError as error:
@@ -246,9 +248,9 @@ class _Parser(Tokens):
 
     def _refuse_abs(self, at: int) -> NoReturn:
         refuse(
-            "abs stands alone on one side of a comparison, or behind max or min",
+            "abs must be a whole side of a comparison, or follow max",
             at,
-            "Write it as in abs(x) > 2 or max abs(x).",
+            "Write, for instance, abs(x) > 2 or max abs(x).",
         )
 
 
@@ -262,9 +264,7 @@ def _number(tree: Tree, number: str, unit: str) -> Part:
         if name is not None and name[0] in (*tree.names, *NUMBERS):
             raise RequestError(f"the unit {unit} is not known", hint=f"Write {number}*{unit}.") from None
         if len(re.split(r"[\s*/]", unit)) > 1:
-            raise RequestError(
-                error.message, hint=f"Write brackets: ({number} unit)/x; {error.hint}"
-            ) from None
+            raise RequestError(error.message, hint=f"Use brackets: ({number} unit)/x. {error.hint}") from None
         raise
     units = written(dimension)
     if units is None:
@@ -279,53 +279,54 @@ def _read[Read](text: str, tree: Tree, read: Callable[[_Parser], Read]) -> Read:
     if len(text) > MOST_CHARACTERS:
         raise RequestError(
             f"A string of a system has at most {MOST_CHARACTERS} characters; got {len(text)}.",
-            hint="Write a shorter one.",
+            hint="Write a shorter string.",
         )
     return _Parser(text, tree).whole(read)
 
 
 def _checked_length(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
-    # what is kept of it is read again
+    # files hold the canonical spelling, and it must be readable again
     if sum(len(spelled(node)) + len(" > 0 and ") for node in nodes) > MOST_CHARACTERS:
         raise RequestError(
-            "This string is too long with all its numbers written out.", hint="Write a shorter one."
+            "This string is too long with all its numbers written out.", hint="Write a shorter string."
         )
     return nodes
 
 
 def _moving(parts: tuple[Part, ...], states: tuple[str, ...]) -> tuple[Node, ...]:
-    """Return expressions of which each must change along a motion."""
+    """Return the nodes of expressions; refuse an expression that is constant along a motion."""
     for part in parts:
         if not set(symbols(part.node)) & {*states, TIME}:
             raise RequestError(
-                f"the value of {part} is the same all along a motion",
+                f"the value of {part} is constant along a motion",
                 hint=f"Name a state: {', '.join(states)}.",
             )
     return _checked_length(tuple(part.node for part in parts))
 
 
 def read_ending(text: str, tree: Tree, states: tuple[str, ...]) -> tuple[Node, ...]:
-    """Return the expressions of which one becomes positive when a motion ends.
+    """Return the expressions of an ending: a motion ends when one of them becomes positive.
 
     Parameters
     ----------
     text : str
     tree : Tree
-        Its `names` are what the text may name.
+        The tree that makes the expressions; its `names` are the names allowed in the text.
     states : tuple of str
+        The names of the states.
 
     Raises
     ------
     RequestError
-        If it is not in the grammar of this module, or compares unlike quantities.
+        If the text does not follow the grammar of this module, or compares quantities with different units.
     """
-    otherwise = "Write two endings: a motion ends with the first that happens."
+    otherwise = "Write two endings: the first one to happen ends the motion."
     return _moving(_read(text, tree, lambda parser: parser.comparisons("or", otherwise)), states)
 
 
 def read_label(text: str, tree: Tree, states: tuple[str, ...]) -> tuple[Node, ...]:
-    """Return the expressions that are all positive where a label fits; see `read_ending`."""
-    otherwise = "Write a label for each case: the first that fits counts."
+    """Return the expressions of a label, which are all positive where it applies; see `read_ending`."""
+    otherwise = "Write a label for each case: the first matching label applies."
     return _moving(_read(text, tree, lambda parser: parser.comparisons("and", otherwise)), states)
 
 
@@ -334,30 +335,32 @@ def read_measure(name: str, text: str, tree: Tree, states: tuple[str, ...]) -> M
     kind, _, rest = text.strip().partition(" ")
     if kind not in KINDS or not rest.strip():
         raise RequestError(
-            f"A measure begins with {', '.join(KINDS)} and has an expression behind it; got {shown(text)!r}.",
-            hint="Write it as in max abs(angle), min x, last x - y.",
+            f"A measure is one of {', '.join(KINDS)}, followed by an expression; got {shown(text)!r}.",
+            hint="Write, for instance, max abs(angle), min x or last x - y.",
         )
     part, absolute, _bare = _read(rest, tree, lambda parser: parser.side())
     if absolute and kind != "max":
-        raise RequestError("only max has abs behind it", hint="Write max abs(x), or the expression alone.")
+        raise RequestError(
+            "abs is allowed only after max", hint="Write max abs(x), or the expression without abs."
+        )
     nodes = _moving((part,), states)
     units = written(of_result(part.dimension or PURE))
     if units is None:
         raise RequestError(
-            "The unit of this measure has a broken or large power.", hint="Raise it to a whole power."
+            "The unit of this measure has a fractional or too large power.", hint="Raise it to a whole power."
         )
     expressions = (*nodes, tree.negated(part).node) if absolute else nodes
     return Measure(name, units, kind, expressions, spelled_measure(kind, expressions))
 
 
 def read_conserved(text: str, tree: Tree, states: tuple[str, ...]) -> Node:
-    """Return the expression of what is conserved; see `read_ending`."""
+    """Return the expression of a conserved quantity; see `read_ending`."""
     return _moving((_read(text, tree, lambda parser: parser.sum()),), states)[0]
 
 
 def read_theory(text: str, tree: Tree, wanted: Part) -> Node:
-    """Return where theory puts the boundary along a parameter, in the units of the parameter; see `read_ending`."""
+    """Return the expression for the boundary along a parameter, in the parameter's units; see `read_ending`."""
     part = _read(text, tree, lambda parser: parser.sum())
-    # refuses a part with another unit
+    # this refuses another unit
     tree.summed("-", wanted, part)
     return _checked_length((part.node,))[0]

@@ -1,6 +1,6 @@
-"""Expressions of a user's system, made part by part: numbers put together, dimensions checked, size limited.
+"""Expressions of a user's system, built part by part, with constants folded, dimensions checked and sizes limited.
 
-What is refused has no place here yet: who reads the text adds the line, or the character.
+Errors raised here have no position yet: the reader of the text adds the line or the character.
 """
 
 import math
@@ -15,14 +15,14 @@ from sweep.model.system.spelling import spelled
 from sweep.request.suggestions import suggestion
 from sweep.request.system_units import PURE, Dimension, alike, product, told, wider
 
-#: How deep an expression is nested at most, how many different parts a system has, and how many nodes its rates have
-#: together when each name is written out: compilers take seconds for more.
+#: Limits of the nesting depth of an expression, of the number of different operations in a system, and of the total
+#: number of nodes in its rates with all names expanded: compilers take seconds for more.
 MOST_DEEP, MOST_PARTS, MOST_NODES = 64, 300, 20_000
 
-#: Size of an exponent: the factors of a power's series are products of its order and this.
+#: Largest size of an exponent: the factors of a power's series are products of the order and the exponent.
 MOST_POWER = 1e6
 
-#: Numbers that need no import.
+#: Constants that need no import.
 NUMBERS: Mapping[str, float] = {"pi": math.pi}
 
 _SMOOTH = {
@@ -46,15 +46,15 @@ _KINKED = {"fabs": "abs", "minimum": "min", "maximum": "max", "absolute": "abs"}
 
 @dataclass(frozen=True)
 class Part:
-    """An expression while it is read.
+    """An expression during reading.
 
     Parameters
     ----------
     node : Node
     dimension : Dimension or None
-        None of a number that takes the unit of what stands beside it.
+        None for a number that takes the unit of the other operand.
     deep, nodes : int
-        How deep it is nested, and how many nodes it has when all is written out.
+        The nesting depth, and the number of nodes with all names expanded.
     """
 
     node: Node
@@ -64,26 +64,27 @@ class Part:
 
     @property
     def value(self) -> float | None:
-        """Its number if it is one."""
+        """The value of a constant; None for any other expression."""
         return self.node.value if isinstance(self.node, Constant) else None
 
     def __str__(self) -> str:
-        """Return it as a message says it."""
+        """Return the expression as text for messages."""
         return shown(spelled(self.node)) if self.nodes < MOST_PARTS else "a long expression"
 
 
 @dataclass
 class Tree:
-    """Makes the expressions of one system; a part that occurs twice is one object.
+    """A builder of the expressions of one system, in which equal parts are one object.
 
     Parameters
     ----------
     bare : bool
-        Whether a number without a unit is one in SI beside what has a unit, as in criteria; otherwise it is a pure one.
+        Whether a number without a unit takes the SI unit of the other operand, as in criteria; otherwise it is a pure
+        number.
     names : dict of str to Part
-        What may be named.
+        The expressions of the names that may be used.
     place : object
-        Where the text is that is read now, for `made`.
+        The current position in the text, which `made` reports.
     """
 
     bare: bool = False
@@ -93,45 +94,45 @@ class Tree:
 
     @property
     def made(self) -> Iterator[tuple[Operation, object]]:
-        """The operations, each after its arguments, and where they stood first."""
+        """The operations, each after its arguments, with the positions of their first occurrence."""
         yield from self._made.values()
 
     def number(self, value: float, dimension: Dimension | None = None) -> Part:
-        """Return a number; with a dimension it is in SI units."""
+        """Return a number as an expression; if it has a dimension, the value is in SI units."""
         if not math.isfinite(value):
             raise RequestError(f"every number must be finite; got {value:g}", hint="Write a finite number.")
-        # zero has any unit
+        # zero fits any unit
         fits_all = dimension is None and (self.bare or value == 0.0)
         return Part(Constant(value), None if fits_all else dimension or PURE)
 
     def named(self, name: str) -> Part:
-        """Return what a name stands for."""
+        """Return the expression of a name."""
         if name in self.names:
             return self.names[name]
         if name in NUMBERS:
             return self.number(NUMBERS[name])
         if name in FUNCTIONS:
             raise RequestError(f"the function {name} has no argument", hint=f"Write {name}(x).")
-        there = ", ".join(each for each in (*self.names, *NUMBERS))
+        known = ", ".join((*self.names, *NUMBERS))
         raise RequestError(
-            f"the name {shown(name)} means nothing here; there are {shown(there)}",
+            f"the name {shown(name)} is not known here; the names are {shown(known)}",
             hint="Write t as the last keyword-only argument: def name(x=0.0, *, t)."
             if name == "t"
             else suggestion(name, (*self.names, *NUMBERS))
-            or "Use one of these names, or make it a parameter behind *.",
+            or "Use one of these names, or make it a parameter after *.",
         )
 
     def called(self, name: str, *arguments: Part) -> Part:
-        """Return a function of expressions."""
+        """Return the call of a function."""
         kinked = _KINKED.get(name, name)
         if kinked in _SMOOTH:
             refuse_kink(f"the function {kinked}", f"{_SMOOTH[kinked][0].upper()}{_SMOOTH[kinked][1:]}.")
         if name not in FUNCTIONS:
             raise RequestError(
-                f"the function {shown(name)} is not known here; there are {', '.join(FUNCTIONS)}",
+                f"the function {shown(name)} is not known here; the functions are {', '.join(FUNCTIONS)}",
                 hint=f"Write {_INSTEAD[name]}."
                 if name in _INSTEAD
-                else "Write it with these, + - * / and **.",
+                else "Use these functions, + - * / and **.",
             )
         if len(arguments) != 1:
             raise RequestError(
@@ -145,24 +146,25 @@ class Tree:
             return self._operation(name, product(PURE, dimension, 0.5), part)
         if not alike(dimension, PURE):
             raise RequestError(
-                f"the argument of {name} is a pure number or an angle; {part} is {told(dimension)}",
+                f"the argument of {name} must be a pure number or an angle; {part} is {told(dimension)}",
                 hint="Divide it by a parameter with that unit.",
             )
         return self._operation(name, PURE, part)
 
     def negated(self, part: Part) -> Part:
-        """Return an expression with the other sign."""
+        """Return the negative of an expression."""
         return self._operation("neg", part.dimension, part)
 
     def summed(self, sign: str, one: Part, two: Part) -> Part:
-        """Return a sum or, with ``-``, a difference."""
+        """Return a sum, or a difference for the sign ``-``."""
         first, second = one.dimension, two.dimension
         if first is not None and second is not None and not alike(first, second):
             raise RequestError(
-                f"only like quantities are added or compared: {one} is {told(first)}, and {two} is {told(second)}",
-                hint="Give a number its unit by making it a parameter, or check the formula and its units.",
+                f"quantities with different units cannot be added or compared: {one} is {told(first)}, and {two} is "
+                f"{told(second)}",
+                hint="Check the formula and its units; a number with a unit must be a parameter.",
             )
-        # a number is an angle or not by what stands beside it
+        # the other operand decides whether a number is an angle
         if first is None or one.value is not None:
             return self._operation(sign, second or first, one, two)
         if second is None or two.value is not None:
@@ -170,7 +172,7 @@ class Tree:
         return self._operation(sign, wider(first, second), one, two)
 
     def multiplied(self, sign: str, one: Part, two: Part) -> Part:
-        """Return a product or, with ``/``, a quotient."""
+        """Return a product, or a quotient for the sign ``/``."""
         for part in (one, two):
             self._check_factor(part)
         if one.value is not None and two.value is not None:
@@ -179,11 +181,11 @@ class Tree:
         return self._operation(sign, product(first, second, 1.0 if sign == "*" else -1.0), one, two)
 
     def raised(self, base: Part, exponent: Part) -> Part:
-        """Return a power, whose exponent must be a number."""
+        """Return a power; the exponent must be a number."""
         power = exponent.value
         if power is None:
             raise RequestError(
-                f"an exponent is a number; got {exponent}",
+                f"an exponent must be a number; got {exponent}",
                 hint="Write exp(y*log(x)) for x to the power of y.",
             )
         if not abs(power) <= MOST_POWER:
@@ -193,7 +195,9 @@ class Tree:
             )
         self._check_factor(base)
         if not alike(exponent.dimension or PURE, PURE):
-            raise RequestError(f"an exponent is a pure number; got one {told(exponent.dimension or PURE)}")
+            raise RequestError(
+                f"an exponent must be a pure number; got one {told(exponent.dimension or PURE)}"
+            )
         if power != round(power):
             _check_root(base)
         if base.value is not None:
@@ -201,19 +205,19 @@ class Tree:
         dimension = base.dimension or PURE
         if any(dimension) and abs(power) > 99:
             raise RequestError(
-                f"the power of what has a unit is at most 99; got {power:g}",
-                hint="Divide it by its unit first.",
+                f"the power of a quantity with a unit is at most 99; got {power:g}",
+                hint="Divide the quantity by its unit first.",
             )
         return self._operation(
             "**", product(PURE, dimension, power) if any(dimension) else PURE, base, exponent
         )
 
     def _check_factor(self, part: Part) -> None:
-        """Refuse a number with a unit in a product: in the system's own text numbers have none."""
+        """Refuse a number with a unit in a product, because numbers in the canonical text have no units."""
         if part.value is not None and part.dimension is not None and not alike(part.dimension, PURE):
             raise RequestError(
-                f"a factor is a number without a unit; got one {told(part.dimension)}",
-                hint="Make it a parameter, which has a unit.",
+                f"a number as a factor must not have a unit; got one {told(part.dimension)}",
+                hint="Make it a parameter, which may have a unit.",
             )
 
     def _operation(self, name: str, dimension: Dimension | None, *parts: Part) -> Part:
@@ -237,7 +241,7 @@ class Tree:
 
     @staticmethod
     def _key(node: Node) -> object:
-        """Return what is equal for equal parts: operations are made once."""
+        """Return a key that is equal for equal nodes; equal operations are the same object."""
         return id(node) if isinstance(node, Operation) else node
 
 
@@ -261,19 +265,19 @@ def check_nodes(parts: Iterable[Part]) -> None:
 def refuse_size() -> NoReturn:
     """Refuse an expression that is too large."""
     raise RequestError(
-        f"this is too large: at most {MOST_DEEP} operations lie within each other, and a system has at most "
-        f"{MOST_PARTS} different ones and {MOST_NODES} with all names written out",
-        hint="Put brackets around groups of a long sum, or simplify it.",
+        f"this is too large: at most {MOST_DEEP} operations may be nested, and a system has at most {MOST_PARTS} "
+        f"different operations and {MOST_NODES} with all names expanded",
+        hint="Put brackets around groups of a long sum, or simplify the expression.",
     )
 
 
 def refuse_kink(what: str, hint: str) -> NoReturn:
-    """Refuse what makes a right-hand side that is not smooth."""
+    """Refuse an operation that makes a right-hand side not smooth."""
     raise RequestError(
-        f"{what} has a kink or a jump, which steps of high order cross with a wrong result", hint=hint
+        f"{what} has a kink or a jump, where steps of high order give wrong results", hint=hint
     )
 
 
 def symbol(name: str, dimension: Dimension) -> Part:
-    """Return a state, a parameter, or the time."""
+    """Return the expression of a state, a parameter or the time."""
     return Part(Symbol(name), dimension)

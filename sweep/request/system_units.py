@@ -1,7 +1,7 @@
-"""Units of a user's system: read from an annotation, spelled as in files, and compared between the parts of a sum.
+"""Units of a user's system: reading annotations, writing units for files, and comparing the dimensions in a sum.
 
-The dimension of a part is the powers of m, g, s, rad and K. Angles count as pure numbers where dimensions are compared:
-``speed*time`` and ``angle`` are alike, so are ``sin(angle)`` and ``angle``.
+A dimension is the powers of m, g, s, rad and K. Comparisons treat angles as pure numbers: ``sin(angle)`` and ``angle``
+are alike.
 """
 
 import re
@@ -9,7 +9,7 @@ import re
 from sweep.errors import RequestError, shown
 from sweep.request.units import read_unit
 
-#: Powers of m, g, s, rad and K, broken ones too: that of ``sqrt(length)`` is a half.
+#: Powers of m, g, s, rad and K, which may be fractions: ``sqrt(length)`` has the power 1/2 of m.
 Dimension = tuple[float, ...]
 
 PURE: Dimension = (0.0,) * 5
@@ -17,25 +17,25 @@ SECOND: Dimension = (0.0, 0.0, 1.0, 0.0, 0.0)
 ANGLE: Dimension = (0.0, 0.0, 0.0, 1.0, 0.0)
 _METRE, _GRAM, _SECOND, _RADIAN, _KELVIN = range(5)
 
-#: The names of a dimension's powers in the order in which they are written.
+#: The index and the unit of each power, in the order of writing.
 _WRITTEN = ((_GRAM, "kg"), (_METRE, "m"), (_RADIAN, "rad"), (_KELVIN, "K"), (_SECOND, "s"))
 
-#: Temperatures that do not begin at absolute zero.
+#: Temperature scales whose zero is not absolute zero.
 _SHIFTED = re.compile(r"deg[CF]")
 
-#: Halves to sixths, and roots of roots, are whole numbers of this part.
+#: Powers are rounded to multiples of 1/3600, which include halves to sixths and roots of roots.
 _PARTS = 3600
-#: Powers of a unit at most.
+#: Largest power of a unit.
 _MOST_POWER = 99
 
 
 def read_dimension(text: str) -> Dimension:
-    """Return the dimension of a unit: that of ``m/s2``, ``deg``, ``1/s``; ``1`` and nothing are pure numbers.
+    """Return the dimension of a unit such as ``m/s2``, ``deg`` or ``1/s``; ``1`` and empty text are pure numbers.
 
     Raises
     ------
     RequestError
-        If it is no unit.
+        If the unit is unknown.
     """
     found = read_unit(text.strip()) if text.strip() not in ("", "1") else ((0,) * len(PURE), 1.0)
     if found is None:
@@ -48,13 +48,15 @@ def read_dimension(text: str) -> Dimension:
 
 
 def check_scale(text: str) -> None:
-    """Refuse a unit whose zero lies elsewhere: 20 degC would be read as 20 K."""
+    """Refuse a temperature scale with another zero than K: 20 degC would be read as 20 K."""
     if _SHIFTED.search(text):
-        raise RequestError(f"the zero of {shown(text)!r} is not that of K", hint="Write temperatures in K.")
+        raise RequestError(
+            f"the zero of {shown(text)!r} is not the zero of K", hint="Write temperatures in K."
+        )
 
 
 def written(dimension: Dimension) -> str | None:
-    """Return the SI unit of a dimension as files spell it, ``kg m2 s-2``; None if a power is no small whole number."""
+    """Return the SI unit of a dimension as in files, ``kg m2 s-2``; None if a power is not a small integer."""
     if any(power != round(power) or abs(power) > _MOST_POWER for power in dimension):
         return None
     powers = ((name, int(dimension[at])) for at, name in _WRITTEN)
@@ -62,7 +64,7 @@ def written(dimension: Dimension) -> str | None:
 
 
 def told(dimension: Dimension) -> str:
-    """Return a dimension as a message says it."""
+    """Return a dimension in words for messages."""
     if not any(dimension):
         return "a pure number"
     powers = ((name, dimension[at]) for at, name in _WRITTEN)
@@ -75,27 +77,27 @@ def alike(one: Dimension, other: Dimension) -> bool:
 
 
 def product(one: Dimension, other: Dimension, power: float = 1.0) -> Dimension:
-    """Return the dimension of a part times a power of another one."""
+    """Return the dimension of a product of one part and a power of another."""
     return tuple(_fraction(a + power * b) for a, b in zip(one, other, strict=True))
 
 
 def _fraction(power: float) -> float:
-    """Return the fraction that a power is, up to rounding: that of a third of a third, three times, is one third."""
+    """Return a power after removing rounding errors: three times a third of a third is one third."""
     nearest = round(power * _PARTS) / _PARTS
     return nearest + 0.0 if abs(power - nearest) < 1e-9 else power
 
 
 def of_result(dimension: Dimension) -> Dimension:
-    """Return the dimension of a result: an angle, an angle per time to some power, or no angle in it.
+    """Return the dimension of a result; only an angle, possibly times a power of time, keeps its angle.
 
-    A length times an angle is a length, and the square of an angle is a pure number.
+    A length times an angle becomes a length, and the square of an angle a pure number.
     """
     others = [power for at, power in enumerate(dimension) if at not in (_SECOND, _RADIAN)]
     return _without_angle(dimension) if any(others) or dimension[_RADIAN] != 1.0 else dimension
 
 
 def wider(one: Dimension, other: Dimension) -> Dimension:
-    """Return the dimension of a sum of parts that are alike: an angle if one of them is an angle."""
+    """Return the dimension of a sum of two alike parts: an angle if one of the parts is an angle."""
     return max(one, other, key=lambda each: abs(each[_RADIAN]))
 
 

@@ -1,4 +1,4 @@
-"""The words of ``@system(...)``: how long a motion is followed, how it ends, what is measured, what is conserved."""
+"""The words of ``@system(...)``: duration, endings, measures, labels, conserved quantities, stability and theory."""
 
 import ast
 import keyword
@@ -23,19 +23,19 @@ from sweep.request.units import number_and_unit
 from sweep.request.values import read_number
 from sweep.request.words import options
 
-#: The words, in the order in which the system's own text has them.
+#: The words, in the order of the system's canonical text.
 WORDS = ("duration", "ends", "measures", "label", "conserved", "stable", "theory")
 
-#: Those of a body, of which the energy is conserved.
+#: The words of a body; its conserved quantity is always the energy.
 WORDS_OF_BODY = tuple(word for word in WORDS if word != "conserved")
 
-#: The marks, and their words.
+#: Decorator -> its words.
 MARKS: Mapping[str, tuple[str, ...]] = {"system": WORDS, "body": WORDS_OF_BODY}
 
-#: The word for a system whose motions are stable if they do not end.
+#: The value of ``stable`` for motions that are stable if they do not end.
 RUNS_ON = "runs on"
 
-#: Names that an atlas or a request has for something else, those of a spec in Python among them.
+#: Names that atlases and requests use for other things, including attributes of a spec in Python.
 _OTHERS = (
     "axes", "boundary", "boundary_width", "canonical", "cell", "computed", "conserved_change", "constants",
     "criterion", "device", "elapsed_time", "end_time", "ending", "error", "fingerprint", "fixed", "from",
@@ -44,20 +44,20 @@ _OTHERS = (
     "size", "stability", "stable", "status", "steps", "substitutes", "system", "threads", "time", "title", "to_toml",
     "undecided", "unproved", "verdict", "words",
 )  # fmt: skip
-#: Global attributes and dimensions of an atlas, beside those that the words of a request give
-#: (`tests/request/test_system_names.py` holds them against what is written).
+#: Global attributes and dimensions of an atlas, except those from the words of a request
+#: (`tests/request/test_system_names.py` compares them with a written atlas).
 _WRITTEN = (
     "Conventions", "citation", "criterion_meaning", "curve", "date_created", "history", "kernel_hash", "keywords",
     "license", "references", "software", "source", "start", "summary", "sweep_fingerprint", "sweep_spec", "versions",
 )  # fmt: skip
 
-#: Begins and ends of the names that an atlas makes of an axis, a state and a measure.
+#: Prefixes and suffixes of the names that an atlas derives from axes, states and measures.
 _BEGUN, _MADE = ("boundary_", "predicted_", "critical_", "curve_", "eulerdisk_"), ("_end", "_error", "_units")
 
-#: The name of one entry of a word.
+#: Word -> the name of one of its entries in messages.
 _CALLED = {"ends": "ending", "measures": "measure", "label": "label", "theory": "theory of"}
 
-#: Endings, labels and measures at most.
+#: Largest number of endings, of labels and of measures.
 _MOST = 30
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}")
 _Made = TypeVar("_Made")
@@ -65,7 +65,7 @@ _Made = TypeVar("_Made")
 
 @lru_cache
 def reserved() -> frozenset[str]:
-    """Return the names that no state, parameter or measure may have: words of a request, functions, numbers."""
+    """Return the names that states, parameters and measures must not have: words of a request, functions, numbers."""
     disk = registry.named(registry.DEFAULT)
     of_requests = {*options(disk), *LIST_WORDS} - {*disk.options}
     fixed = ("duration", "step", "tolerance", TIME, "abs")
@@ -79,9 +79,9 @@ def check_name(name: str, taken: Collection[str] = (), beside: Collection[str] =
     ----------
     name : str
     taken : collection of str
-        Names that stand before it.
+        Names that are already taken.
     beside : collection of str
-        Names that mean something else.
+        Names with another meaning.
 
     Raises
     ------
@@ -89,9 +89,9 @@ def check_name(name: str, taken: Collection[str] = (), beside: Collection[str] =
     """
     if not _NAME.fullmatch(name) or keyword.iskeyword(name):
         raise RequestError(
-            f"the name {shown(name)!r} is not possible: a name has at most 40 letters from a to z, digits and _, and "
+            f"the name {shown(name)!r} is not allowed: a name has at most 40 letters from a to z, digits and _, and "
             "begins with a letter",
-            hint="Write it so: theta for the Greek letter, very_long for two words.",
+            hint="Write, for instance, theta for the Greek letter, or very_long for two words.",
         )
     if name in beside:
         kind = (
@@ -99,7 +99,7 @@ def check_name(name: str, taken: Collection[str] = (), beside: Collection[str] =
         )
         raise RequestError(f"the name {name} is {kind}", hint=f"Choose another name, such as my_{name}.")
     if name in taken:
-        raise RequestError(f"the name {name} stands there twice", hint="Give each its own name.")
+        raise RequestError(f"the name {name} is used twice", hint="Give each its own name.")
 
 
 def check_variable(name: str, taken: Collection[str]) -> None:
@@ -112,12 +112,12 @@ def check_variable(name: str, taken: Collection[str]) -> None:
     check_name(name, taken, reserved())
     if name.endswith(_MADE):
         raise RequestError(
-            f"the name {name} ends like what an atlas says of a state or a measure ({', '.join(_MADE)})",
+            f"the name {name} has a suffix that is reserved for variables of an atlas ({', '.join(_MADE)})",
             hint="Choose another name.",
         )
     if name.startswith(_BEGUN):
         raise RequestError(
-            f"the name {name} begins like one that an atlas makes itself ({', '.join(_BEGUN)})",
+            f"the name {name} has a prefix that is reserved for variables of an atlas ({', '.join(_BEGUN)})",
             hint="Choose another name.",
         )
 
@@ -132,9 +132,9 @@ class Words:
         One of `MARKS`.
     call : ast.Call
     constants : mapping of str to float
-        What its texts may name beside the arguments of the function.
+        Numbers that its texts may name, in addition to the arguments of the function.
     example : str
-        A duration that fits the units of the arguments: ``10 s``, or ``10`` of pure numbers.
+        A duration that fits the units of the arguments: ``10 s``, or ``10`` for pure numbers.
 
     Raises
     ------
@@ -152,19 +152,21 @@ class Words:
         self._names: tuple[str, ...] = ()
         self._given: dict[str, ast.expr] = {}
         if call.args:
-            source.refuse(call.args[0].lineno, f"a word of {mark}(...) has a name", f"Write {self._example}.")
+            source.refuse(
+                call.args[0].lineno, f"the words of {mark}(...) must have names", f"Write {self._example}."
+            )
         for each in call.keywords:
             if each.arg not in MARKS[mark]:
                 source.refuse(
                     each.value.lineno,
-                    f"the word {shown(each.arg or '**')} is not known to {mark}(...); there are "
+                    f"the word {shown(each.arg or '**')} is unknown to {mark}(...); its words are "
                     f"{', '.join(MARKS[mark])}",
                     suggestion(each.arg, MARKS[mark]) or "Use one of these words.",
                 )
             self._given[each.arg] = each.value
 
     def duration(self) -> tuple[float, str]:
-        """Return how long a motion is followed, and the units of the time."""
+        """Return the duration of a motion, and the unit of the time."""
         node = self._given.get("duration")
         if node is None:
             self._source.refuse(
@@ -175,12 +177,12 @@ class Words:
                 pair = number_and_unit(node.value)
                 if pair is None:
                     raise RequestError(
-                        f"it is one time; got {shown(node.value)}", hint=f"Write {self._example}."
+                        f"it must be one time; got {shown(node.value)}", hint=f"Write {self._example}."
                     )
                 units = "s" if pair is not None and pair[1] else "1"
                 value = read_number(node.value, Quantity("duration", "", units, "", DECISION))
             elif is_collection(node):
-                raise RequestError("it is one time", hint=f"Write {self._example}.")
+                raise RequestError("it must be one time", hint=f"Write {self._example}.")
             else:
                 tree = Tree(names=dict(self._constants))
                 value, units = Arithmetic(self._source, tree).number(node), "1"
@@ -188,23 +190,23 @@ class Words:
                 raise RequestError(f"it must be above 0; got {value:g}", hint=f"Write {self._example}.")
             if self._mark == "body" and units != "s":
                 raise RequestError(
-                    f"it is a time with its unit; got {value:g}", hint=f"Write {self._example}."
+                    f"it must be a time with a unit; got {value:g}", hint=f"Write {self._example}."
                 )
         return value, units
 
     def prepare(self, arguments: Mapping[str, Part], states: tuple[Declared, ...], time: Part) -> None:
-        """Say what the texts may name."""
+        """Set the names that the texts may use."""
         self._names = tuple(each.name for each in states)
         self._tree.names |= self._constants | dict(arguments) | {TIME: time}
 
     def add(self, word: str, texts: Mapping[str, str]) -> None:
-        """Add entries to a word, each where it has none of that name."""
+        """Add entries to a word, except those whose names it already has."""
         node = self._given.get(word) or ast.copy_location(ast.Dict([], []), self._line)
         if not isinstance(node, ast.Dict):
-            # reading it refuses it
+            # `_table` refuses it
             return
-        there = {each.value for each in node.keys if isinstance(each, ast.Constant)}
-        row = {name: text for name, text in texts.items() if name not in there}
+        known = {each.value for each in node.keys if isinstance(each, ast.Constant)}
+        row = {name: text for name, text in texts.items() if name not in known}
         keys, values = (
             [ast.copy_location(ast.Constant(each), node) for each in given] for given in (row, row.values())
         )
@@ -224,53 +226,55 @@ class Words:
         return self._table("measures", measure)
 
     def labels(self, ends: tuple[Event, ...]) -> tuple[Label, ...]:
-        """Return the labels, of which none has the name of an ending."""
+        """Return the labels; refuse a label with the name of an ending."""
         taken = tuple(each.name for each in ends)
         rest: list[str] = []
 
         def label(name: str, text: str | None) -> Label:
             check_name(name, taken)
             if rest:
-                raise RequestError(f"nothing is left for it behind {rest[0]}", hint="Write True last.")
+                raise RequestError(
+                    f"it can never match: {rest[0]} (True) comes before it", hint="Write True last."
+                )
             if text is None:
                 rest.append(name)
                 return Label(name, ())
             return Label(name, read_label(text, self._tree, self._names))
 
-        return self._table("label", label, "Write True last, for all that nothing else fits.")
+        return self._table("label", label, "Write the condition in quotes, or True for the last label.")
 
     def conserved(self) -> tuple[Node, ...]:
-        """Return what is conserved."""
+        """Return the conserved quantities."""
         node = self._given.get("conserved")
         if node is None:
             return ()
         if isinstance(node, ast.Dict | ast.Set):
             self._source.refuse(
                 node.lineno,
-                "what is conserved is an expression, or a list of several, and has no names",
+                "conserved takes an expression or a list of expressions, without names",
                 'Write conserved="..." or conserved=["...", "..."].',
             )
         nodes = node.elts if isinstance(node, ast.List | ast.Tuple) else [node]
         found = []
         for each in nodes:
-            with self._source.at(each, "what is conserved"):
+            with self._source.at(each, "the conserved quantity"):
                 found.append(read_conserved(_text(each), self._tree, self._names))
         return tuple(found)
 
     def theory(self, parameters: tuple[Declared, ...]) -> tuple[tuple[str, Node], ...]:
-        """Return where theory puts the boundary along parameters and starts."""
+        """Return the expressions for the boundary along parameters and states, from theory."""
         allowed = (*self._names, *(each.name for each in parameters))
 
         def row(name: str, text: str) -> tuple[str, Node]:
             if name not in allowed:
                 raise RequestError(
-                    f"the name {shown(name)} is no parameter and no state; there are {', '.join(allowed)}",
+                    f"the name {shown(name)} is not a parameter or a state; the names are {', '.join(allowed)}",
                     hint=suggestion(name, allowed) or "Use one of these names.",
                 )
             node = read_theory(text, self._tree, self._tree.names[name])
             if beside := {name, TIME} & set(symbols(node)):
                 raise RequestError(
-                    f"the other parameters and the start give {name}; got {', '.join(sorted(beside))} in it",
+                    f"the expression may not contain {name} or {TIME}; got {', '.join(sorted(beside))}",
                     hint=f"Solve it for {name}.",
                 )
             return name, node
@@ -286,11 +290,11 @@ class Words:
         labels: tuple[Label, ...],
         time_units: str,
     ) -> str:
-        """Return when a cell is stable, in one spelling; a criterion names what cells have."""
+        """Return the condition of stability in canonical spelling; a criterion may name the variables of a cell."""
         node = self._given.get("stable")
         if node is None:
             return ""
-        with self._source.at(node, "what is stable"):
+        with self._source.at(node, "the condition stable"):
             text = _text(node, f'Write stable="{RUNS_ON}", or a criterion in quotes.').strip()
             if text == RUNS_ON:
                 return text
@@ -311,9 +315,7 @@ class Words:
             try:
                 return str(read_expression(text, table(*quantities)))
             except RequestError as error:
-                hint = (
-                    f"{error.hint} It is {RUNS_ON!r}, or a criterion such as peak < 10deg or ending != fell."
-                )
+                hint = f"{error.hint} It can be {RUNS_ON!r}, or a criterion such as peak < 10deg or ending != fell."
                 raise RequestError(error.message, hint=hint.strip()) from None
 
     def _table(
@@ -323,19 +325,19 @@ class Words:
         instead: str = "Write the expression in quotes.",
         example: str = "",
     ) -> tuple[_Made, ...]:
-        """Return what is made of each name and text of a word; the text is None for True."""
+        """Return the results of `make` for each name and text of a word; the text is None for True."""
         node = self._given.get(word)
         if node is None:
             return ()
         if not isinstance(node, ast.Dict):
             self._source.refuse(
                 node.lineno,
-                f"the word {word} takes names with a text each",
+                f"the word {word} takes names, each with a text",
                 _as_table(word, example or f"my_{_CALLED[word]}", node),
             )
         if len(node.keys) > _MOST:
             self._source.refuse(
-                node.lineno, f"the word {word} takes at most {_MOST} names", "Leave some out."
+                node.lineno, f"the word {word} takes at most {_MOST} names", "Remove some of them."
             )
         found: dict[str, _Made] = {}
         for key, value in zip(node.keys, node.values, strict=True):
@@ -353,14 +355,14 @@ def _text(node: ast.expr | None, instead: str = "Write it in quotes.") -> str:
         return node.value
     if is_collection(node):
         instead = "Write one text in quotes, without brackets around it."
-    raise RequestError("a text in quotes must stand here", hint=instead)
+    raise RequestError("expected a text in quotes", hint=instead)
 
 
 def _as_table(word: str, name: str, node: ast.expr) -> str:
-    """Return how a word with names is written, with the texts that were given without names."""
+    """Return the hint for a word that needs names, with the texts that were given without names."""
     nodes = node.elts if isinstance(node, ast.List | ast.Tuple | ast.Set) else [node]
     given = [each.value for each in nodes if isinstance(each, ast.Constant) and isinstance(each.value, str)]
-    # what is one word is a name rather than an expression
+    # a single word is a name rather than an expression
     texts = [text for text in given if re.search(r"[<>=\s]", text)]
     names = [name, *(f"{name}{number}" for number in range(2, len(texts) + 1))]
     rows = ", ".join(f'"{key}": "{text}"' for key, text in zip(names, texts or ["..."], strict=False))

@@ -1,6 +1,6 @@
-"""Pieces of a text in the language of criteria and of a system's strings, and the place of the next one.
+"""Tokens of a text in the language of criteria and of a system's strings, for the parsers.
 
-A pattern has the groups ``number``, ``unit``, ``sign``, ``word`` and ``mark``.
+The pattern of a token has the groups ``number``, ``unit``, ``sign``, ``word`` and ``mark``.
 """
 
 import re
@@ -12,14 +12,14 @@ from sweep.errors import RequestError, shown
 #: A number without a sign.
 NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 
-#: One factor of a unit with a small power, as `sweep.request.values` reads it; the words that follow a number are none.
+#: One factor of a unit with a small power, as in `sweep.request.units`; and, or and not are not units.
 _FACTOR = r"(?!(?:and|or|not)\b)(?:[^\W\d]\w*|[\u00b0%])(?:(?:\*\*|\^)[+-]?[0-9]{1,2}|[+-][0-9]{1,2})?"
-#: The unit behind a number.
+#: The unit after a number.
 UNIT = rf"{_FACTOR}(?:(?:\s?[*/]\s?|\s){_FACTOR}){{0,9}}"
 
 
 class Token(NamedTuple):
-    """A piece of the text: its `kind` is a group of the pattern, `at` the number of characters before it."""
+    """A token: its `kind` is a group of the pattern, `at` the number of characters before it."""
 
     kind: str
     text: str
@@ -29,17 +29,17 @@ class Token(NamedTuple):
 
 
 class Tokens:
-    """The tokens of a text, and the number of the next one.
+    """The tokens of a text, with the index of the next one.
 
     Parameters
     ----------
     text : str
     pattern : re.Pattern
-        Matches one token.
+        The pattern of one token.
     instead : mapping of str to str
-        Characters of other languages -> what is written here.
+        Characters of other languages -> a hint with the notation used here.
     example : str
-        What a refusal says for want of anything better.
+        The default hint of refusals.
     """
 
     def __init__(self, text: str, pattern: re.Pattern[str], instead: Mapping[str, str], example: str) -> None:
@@ -47,14 +47,14 @@ class Tokens:
         self._tokens, self.next = list(_tokens(text, pattern, instead, example)), 0
 
     def takes(self, text: str) -> bool:
-        """Go past the next token if it is this one, and return whether it is."""
+        """Skip the next token if it has this text, and return whether it has."""
         token = self.peek()
         here = token is not None and token.text == text
         self.next += here
         return here
 
     def expect(self, text: str) -> None:
-        """Go past the next token, which must be this one."""
+        """Skip the next token; refuse it if it has another text."""
         if not self.takes(text):
             self.unexpected(text)
 
@@ -68,10 +68,10 @@ class Tokens:
         return self._length if token is None else token.at
 
     def unexpected(self, wanted: str) -> NoReturn:
-        """Refuse the next token, where something else must stand."""
+        """Refuse the next token, because something else is expected."""
         token = self.peek()
-        there = "the end" if token is None else shown(token.text)
-        refuse(f"here must stand {wanted}; got {there}", self.at(), self._example)
+        text = "the end" if token is None else shown(token.text)
+        refuse(f"expected {wanted}; got {text}", self.at(), self._example)
 
 
 def _tokens(text: str, pattern: re.Pattern[str], instead: Mapping[str, str], example: str) -> Iterator[Token]:
@@ -82,7 +82,7 @@ def _tokens(text: str, pattern: re.Pattern[str], instead: Mapping[str, str], exa
             continue
         found = pattern.match(text, at)
         if found is None:
-            refuse(f"{shown(text[at])} is no part of an expression", at, instead.get(text[at], example))
+            refuse(f"{shown(text[at])} is not allowed in an expression", at, instead.get(text[at], example))
         number, unit = found["number"] or "", found["unit"] or ""
         kind = "number" if number else str(found.lastgroup)
         yield Token(kind, found[0], at, number, unit)
@@ -90,5 +90,5 @@ def _tokens(text: str, pattern: re.Pattern[str], instead: Mapping[str, str], exa
 
 
 def refuse(problem: str, at: int, hint: str) -> NoReturn:
-    """Refuse a text at a place: so many characters stand before it."""
+    """Refuse a text at a position, given by the number of characters before it."""
     raise RequestError(f"At character {at + 1}: {problem}.", hint=hint)

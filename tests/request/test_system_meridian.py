@@ -167,7 +167,7 @@ def test_a_body_in_python(rng):
     ("1.0, 0.4, 0.4", 'tilt: "m"', "", ["line 3", "argument tilt", "rad", "m"]),
     ("1.0, 0.4, 0.4", "tilt, /", "", ["line 3", "mark /"]),
     ("1.0, 0.4, 0.4", "tilt", ', conserved="tilt"', ["line 2", "word conserved", "body(...)", "duration", "theory"]),
-    ("1.0, 0.4, 0.4", 'tilt, *, fall_tilt="80 deg"', "", ["line 3", "parameter fall_tilt", "nowhere"]),
+    ("1.0, 0.4, 0.4", 'tilt, *, fall_tilt="80 deg"', "", ["line 3", "parameter fall_tilt", "not used"]),
     ("abs(tilt), 0.4, 0.4", "tilt", "", ["line 4", "function abs", "kink"]),
     ("1.0, 0.4, 0.4", 'tilt="90 deg"', "", ["line 4", "-90 deg < tilt < 90 deg", "tilt=90deg"]),
 ])  # fmt: skip
