@@ -78,8 +78,8 @@ def _check_losses_known(model: Model, body: str) -> None:
         return
     named = [f"body={each}" for each in having]
     raise RequestError(
-        f"A {CALLED[body]} has no losses: only the thin disk, {', '.join(named[:-1])} and {named[-1]} have them; "
-        f"got body={body} with losses.",
+        f"A {CALLED[body]} rolls without losses: only the thin disk, {', '.join(named[:-1])} and {named[-1]} have "
+        f"losses; got body={body} with losses.",
         hint=f"Leave the losses out, or write {' or '.join(named)}.",
         where="body",
     )

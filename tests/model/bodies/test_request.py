@@ -26,7 +26,7 @@ PROLATE = {"body": "spheroid", "flattening": -0.5}
 REFUSED = {
     "body=cube": "body is torus or rounded or rim or arc or ball or spheroid",
     "body=torus": "needs its tube",
-    "tube=0.2": "the request names none; got tube=0.2. Add body=torus",
+    "tube=0.2": "the request names no body; got tube=0.2. Add body=torus",
     "body=torus tube=1": "0 <= tube < 1",
     "body=torus tube=-0.1": "0 <= tube < 1",
     "body=torus tube=30mm radius=20mm": "0 <= tube < 1",
@@ -34,7 +34,7 @@ REFUSED = {
     "body=torus tube=0.2 thickness=0.2": "has no thickness; it has tube",
     "body=torus tube=0.2 alpha=1": "alpha is for the thin disk",
     "body=torus tube=0.2 speed=1": "Write roll_rate",
-    "body=torus tube=1cm radius=0.1,0.2": "here radius varies",
+    "body=torus tube=1cm radius=0.1,0.2": "radius varies here",
     "body=rounded": "needs its thickness",
     "body=rounded thickness=2.5": "at most two radii thick",
     "body=rounded thickness=0.2 filling=hollow": "Only a torus is solid or hollow",

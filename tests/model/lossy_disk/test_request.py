@@ -124,7 +124,7 @@ def test_what_is_refused():
         ({"rolling_friction": 0, "method": "exact"}, "method", ["rk4", "has no exact reduction"]),
         ({"rolling_friction": 0, "device": "cuda"}, "device", ["device is cpu"]),
         ({"rolling_friction": 0, "fall_tilt": "80deg"}, "fall_tilt", ["flat_tilt"]),
-        ({"rolling_friction": 0, "contact": "yes"}, "contact", ["no word"]),
+        ({"rolling_friction": 0, "contact": "yes"}, "contact", ["not a word"]),
         ({"flat_tilt": "89deg"}, "flat_tilt", ["fall_tilt"]),
         ({"rolling_friction": 0, "flat_tilt": "90deg"}, "flat_tilt=90deg", ["flat_tilt < 90 deg"]),
         ({"rolling_friction": 0, "friction": 0}, "friction=0", ["friction > 0"]),
