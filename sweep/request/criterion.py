@@ -80,7 +80,7 @@ class Criterion:
         if self.kind == "function" and not (isinstance(self.limit, str) and self.limit.isprintable()):
             raise RequestError(f"The name of a function is text; got {shown(self.limit)}.", where="criterion")
         if self.kind not in KINDS or (self.kind == "expression" and not isinstance(self.limit, Expression)):
-            raise _unknown(self.kind)
+            raise _unknown_criterion(self.kind)
         quantity, given = self.row.quantity, f"{self.kind}:{shown(self.limit)}"
         if quantity is None:
             return
@@ -123,7 +123,7 @@ class Criterion:
                 return Criterion("expression", read_expression(text, named))
         except RequestError as error:
             raise error.at(f"criterion={shown(text)}") from None
-        raise _unknown(text)
+        raise _unknown_criterion(text)
 
     @staticmethod
     def named_function(text: str) -> bool:
@@ -307,7 +307,7 @@ class Criterion:
         """
         if not self.limits_reach or not isinstance(self.condition, Comparison):
             return np.full(np.shape(scale), np.nan)
-        known = {SCALE: _perturbed(scale)}
+        known = {SCALE: _perturbation_size(scale)}
         return np.broadcast_to(self.condition.terms[1].between(known, known)[0], np.shape(scale)).copy()
 
     def outcome(
@@ -357,7 +357,7 @@ class Criterion:
         """
         self.check_new_cells()
         assert self.condition is not None
-        known: Mapping[str, Any] = {**measured, REACH: reach, SCALE: _perturbed(scale)}
+        known: Mapping[str, Any] = {**measured, REACH: reach, SCALE: _perturbation_size(scale)}
         if LOST_TIME in self._named:
             known = {**known, LOST_TIME: measured[endings.lost_time]}
         values = {name: finite_numbers(known[name]) for name in self._named}
@@ -443,7 +443,7 @@ class Criterion:
         """Return the least and the largest value that a variable of the condition may have."""
         model = spec.model
         if name == SCALE:
-            scale = _perturbed(model.perturbation(spec, starts))
+            scale = _perturbation_size(model.perturbation(spec, starts))
             return scale, scale
         if name in starts and name in model.parameters:
             start = finite_numbers(starts[name])
@@ -505,7 +505,7 @@ class Criterion:
         return np.asarray(found & (stability != UNDECIDED))
 
 
-def _perturbed(scale: Array) -> Array:
+def _perturbation_size(scale: Array) -> Array:
     """Return the size of perturbations; NaN for an undisturbed start, where nothing is amplified."""
     return np.where(np.asarray(scale) > 0.0, scale, np.nan)
 
@@ -525,7 +525,7 @@ def _quantities(model: Model) -> dict[str, Quantity]:
     return named
 
 
-def _unknown(text: str) -> RequestError:
+def _unknown_criterion(text: str) -> RequestError:
     written = [each for each in KINDS.values() if each.form]
     forms = [each.form for each in written]
     return RequestError(

@@ -25,11 +25,15 @@ def reason_of(
         Its largest distance from the undisturbed value and the size of its perturbation, in the coordinate's unit.
     """
     if criterion.limits_reach:
-        return _by_reach(criterion, spec, cell, reach, scale)
-    return _by_time(criterion, spec, cell) if criterion.predictable else _by_tree(criterion, spec, cell)
+        return _reason_by_reach(criterion, spec, cell, reach, scale)
+    return (
+        _reason_by_time(criterion, spec, cell)
+        if criterion.predictable
+        else _reason_by_expression(criterion, spec, cell)
+    )
 
 
-def _by_reach(
+def _reason_by_reach(
     criterion: Criterion, spec: Request, cell: Mapping[str, float], reach: float, scale: float
 ) -> str:
     model, ending = spec.model, spec.model.endings.of(cell["ending"])
@@ -54,7 +58,7 @@ def _by_reach(
     return f"the {name} has left its steady value by {far}, at most {limit}, but {model.open_in_words(spec, cell)}"
 
 
-def _by_time(criterion: Criterion, spec: Request, cell: Mapping[str, float]) -> str:
+def _reason_by_time(criterion: Criterion, spec: Request, cell: Mapping[str, float]) -> str:
     model, ending = spec.model, spec.model.endings.of(cell["ending"])
     time, limit = cell[model.endings.lost_time], f"the {criterion.limit_text()} of the criterion"
     if ending.role == LOST:
@@ -66,7 +70,7 @@ def _by_time(criterion: Criterion, spec: Request, cell: Mapping[str, float]) -> 
     return f"the motion was not lost in {limit}; {lasts}"
 
 
-def _by_tree(criterion: Criterion, spec: Request, cell: Mapping[str, float]) -> str:
+def _reason_by_expression(criterion: Criterion, spec: Request, cell: Mapping[str, float]) -> str:
     """Return for each comparison whether it is true, with the values."""
     model, quantities = spec.model, {**spec.model.parameters, **spec.model.cell_variables(spec)}
     ending, sentences = model.endings.of(cell["ending"]), []

@@ -119,47 +119,47 @@ class _Parser(Tokens):
 
     def whole(self) -> Expression:
         """Read the whole text."""
-        tree = self._joined("or", 0)
+        tree = self._read_joined("or", 0)
         if self.peek() is not None:
             self.unexpected("the end, or one of and, or, <, <=, >, >=, ==, !=")
         return tree
 
-    def _joined(self, word: str, nested: int) -> Expression:
+    def _read_joined(self, word: str, nested: int) -> Expression:
         """Read expressions joined by a word; parts of an ``or`` may be joined by ``and``."""
         parts: list[Expression] = []
         while not parts or self.takes(word):
-            parts.append(self._joined("and", nested) if word == "or" else self._each(nested))
+            parts.append(self._read_joined("and", nested) if word == "or" else self._read_operand(nested))
         return joined(word, parts)
 
-    def _each(self, nested: int) -> Expression:
+    def _read_operand(self, nested: int) -> Expression:
         if nested > MOST_NESTED:
             refuse(f"a comparison is nested in at most {MOST_NESTED} brackets and nots", self.at(), _EXAMPLE)
         if self.takes("not"):
-            return Not(self._each(nested + 1))
+            return Not(self._read_operand(nested + 1))
         if self.takes("("):
-            found = self._joined("or", nested + 1)
+            found = self._read_joined("or", nested + 1)
             self.expect(")")
             return found
-        return self._comparison()
+        return self._read_comparison()
 
-    def _comparison(self) -> Expression:
-        raws, signs = [self._term()], list[str]()
+    def _read_comparison(self) -> Expression:
+        raws, signs = [self._read_term()], list[str]()
         while (token := self.peek()) is not None and token.kind == "sign":
             self.next += 1
             signs.append(token.text)
-            raws.append(self._term())
+            raws.append(self._read_term())
         if not signs:
             self.unexpected("a comparison: one of <, <=, >, >=, ==, !=")
-        return Comparison(self._resolved(raws, signs), tuple(signs))
+        return Comparison(self._resolve_terms(raws, signs), tuple(signs))
 
-    def _term(self) -> _Raw:
+    def _read_term(self) -> _Raw:
         token = self.peek()
         if token is not None and token.kind == "number":
             self.next += 1
-            return self._named(_factor(token)) if self.takes("*") else _Raw(token)
-        return self._named(1.0, "a number or a name")
+            return self._read_name(_factor(token)) if self.takes("*") else _Raw(token)
+        return self._read_name(1.0, "a number or a name")
 
-    def _named(self, factor: float, wanted: str = _NAME) -> _Raw:
+    def _read_name(self, factor: float, wanted: str = _NAME) -> _Raw:
         """Read a name, or ``abs`` of a name."""
         absolute = self.takes("abs")
         if absolute:
@@ -173,11 +173,11 @@ class _Parser(Tokens):
             self.expect(")")
         return _Raw(token, token.text, factor, absolute)
 
-    def _resolved(self, raws: Sequence[_Raw], signs: Sequence[str]) -> tuple[Term, ...]:
+    def _resolve_terms(self, raws: Sequence[_Raw], signs: Sequence[str]) -> tuple[Term, ...]:
         """Return the terms of a comparison, with numbers in the units of the named quantities."""
         known = [raw for raw in raws if raw.name in self._quantities]
         if flagged := [raw for raw in known if self._quantities[raw.name].flags is not None]:
-            return self._flags(raws, signs, flagged[0])
+            return self._resolve_flags(raws, signs, flagged[0])
         for raw in raws:
             if raw.name and raw not in known:
                 _refuse_name(raw, raw.name, self._quantities)
@@ -194,11 +194,11 @@ class _Parser(Tokens):
                     f"Compare {other.name} with numbers and quantities in {other.units}.",
                 )
         return tuple(
-            Variable(raw.name, raw.factor, raw.absolute) if raw.name else _number(raw.token, quantity)
+            Variable(raw.name, raw.factor, raw.absolute) if raw.name else _read_number_in(raw.token, quantity)
             for raw in raws
         )
 
-    def _flags(self, raws: Sequence[_Raw], signs: Sequence[str], flagged: _Raw) -> tuple[Term, ...]:
+    def _resolve_flags(self, raws: Sequence[_Raw], signs: Sequence[str], flagged: _Raw) -> tuple[Term, ...]:
         """Return a variable and the name of one of its codes."""
         quantity = self._quantities[flagged.name]
         codes = {name: code for code, name in (quantity.flags or {}).items()}
@@ -222,7 +222,7 @@ def _factor(token: Token) -> float:
     return factor
 
 
-def _number(token: Token, quantity: Quantity) -> Number:
+def _read_number_in(token: Token, quantity: Quantity) -> Number:
     """Return a number in the SI units of a quantity."""
     try:
         value = read_number(f"{token.number} {token.unit}".strip(), quantity)

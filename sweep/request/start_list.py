@@ -64,9 +64,9 @@ def read_list_word(name: str, raw: object, model: Model) -> int | str | Range | 
         assert table is not None
         return table.of(model) if isinstance(table, GivenTable) else table
     if name == START.name:
-        return _numbers(raw)
+        return _read_start_numbers(raw)
     low, most = (1, _MOST_STARTS) if name == "samples" else (0, _MOST_SEED)
-    found = _whole(raw)
+    found = _read_whole_number(raw)
     if found is None or not low <= found <= most:
         raise RequestError(
             f"{name} is a whole number from {low} to {most}; got {shown(raw)}.",
@@ -76,7 +76,7 @@ def read_list_word(name: str, raw: object, model: Model) -> int | str | Range | 
     return found
 
 
-def _whole(raw: object) -> int | None:
+def _read_whole_number(raw: object) -> int | None:
     """Return a value as a whole number, for text also in the form 1e6; None if it is not a whole number."""
     if isinstance(raw, int | np.integer) and not isinstance(raw, bool):
         return int(raw)
@@ -87,7 +87,7 @@ def _whole(raw: object) -> int | None:
     return int(number) if math.isfinite(number) and number == math.floor(number) else None
 
 
-def _numbers(raw: object) -> Range | Values:
+def _read_start_numbers(raw: object) -> Range | Values:
     if isinstance(raw, str) and (part := _PART.fullmatch(raw)):
         first, last = int(part[1]), int(part[2])
         return Range(float(first), float(last), last - first + 1) if first < last else _refuse_numbers(raw)
@@ -143,7 +143,11 @@ def with_list(
     if not values["starts"] and not values["samples"]:
         _check_no_list(values, given)
         return dict(values), axes
-    own = _of_table(model, values, axes, given) if values["starts"] else _drawn(model, values, axes, given)
+    own = (
+        _use_table(model, values, axes, given)
+        if values["starts"]
+        else _draw_starts(model, values, axes, given)
+    )
     if values["boundary"] != "grid":
         raise RequestError(
             "A boundary can be refined only on a grid, not in a list of starts; got "
@@ -154,7 +158,7 @@ def with_list(
     return {**values, **own}, (START.name,)
 
 
-def _drawn(
+def _draw_starts(
     model: Model, values: Mapping[str, Any], axes: tuple[str, ...], given: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return the numbers of random starts."""
@@ -169,7 +173,7 @@ def _drawn(
     if crossed := [name for name in axes if name != START.name]:
         raise RequestError(
             f"samples and axes cannot be combined: every start has one value of each parameter; got samples={count} "
-            f"and {_said(crossed[0], given, values)}.",
+            f"and {_word_as_given(crossed[0], given, values)}.",
             hint=f"Give {' and '.join(crossed)} one number or a distribution ({', '.join(KINDS.values())}), or leave "
             "samples out.",
             where=crossed[0],
@@ -177,14 +181,14 @@ def _drawn(
     numbers = values["start"] or every_start(count)
     if numbers.ends()[1] >= count:
         raise RequestError(
-            f"The starts have the numbers 0 to {count - 1}; got {_said(START.name, given, values)}.",
+            f"The starts have the numbers 0 to {count - 1}; got {_word_as_given(START.name, given, values)}.",
             hint="Choose numbers in this range, or leave start out for all starts.",
             where="start",
         )
     return {START.name: numbers}
 
 
-def _of_table(
+def _use_table(
     model: Model, values: Mapping[str, Any], axes: tuple[str, ...], given: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return a table, its columns, which replace the defaults, and the numbers of its starts."""
@@ -201,7 +205,7 @@ def _of_table(
     if other:
         raise RequestError(
             f"With a table of starts every other parameter must have one number; got {table} and "
-            f"{_said(other[0], given, values)}.",
+            f"{_word_as_given(other[0], given, values)}.",
             hint=f"Leave {other[0]} out."
             if other[0] in (*table.names, "samples", "seed")
             else f"Give {other[0]} one number, or a column of the table.",
@@ -224,20 +228,20 @@ def _check_no_list(values: Mapping[str, Any], given: Mapping[str, Any]) -> None:
             )
         if isinstance(value, Distribution):
             raise RequestError(
-                f"{_said(name, given, values)} is a distribution, which needs a number of starts.",
+                f"{_word_as_given(name, given, values)} is a distribution, which needs a number of starts.",
                 hint="Add samples=1e6, for instance.",
                 where=name,
             )
         if name in ("seed", START.name) and value:
             raise RequestError(
-                f"{name} applies only to random starts, which need samples; got {_said(name, given, values)} without "
-                "samples.",
+                f"{name} applies only to random starts, which need samples; got "
+                f"{_word_as_given(name, given, values)} without samples.",
                 hint=f"Leave {name} out, or add samples=1e6 and a distribution.",
                 where=name,
             )
 
 
-def _said(name: str, given: Mapping[str, Any], values: Mapping[str, Any]) -> str:
+def _word_as_given(name: str, given: Mapping[str, Any], values: Mapping[str, Any]) -> str:
     """Return a word with its value: as given if it was given as text, otherwise in SI."""
     raw = given.get(name)
     return f"{name}={shown(raw if isinstance(raw, str) else str(values[name]))}"

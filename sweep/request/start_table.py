@@ -232,7 +232,7 @@ class GivenTable:
         RequestError
             If a column is not a parameter, or a value is not finite or not allowed.
         """
-        heads = [self._head(text, model) for text in self.heads]
+        heads = [self._read_head(text, model) for text in self.heads]
         names = [head.quantity.name for head in heads]
         if double := [name for name in names if names.count(name) > 1]:
             raise RequestError(
@@ -270,7 +270,7 @@ class GivenTable:
             held[quantity.name] = values
         return StartTable.of({name: held[name] for name in model.parameters if name in held})
 
-    def _head(self, text: str, model: Model) -> "_Head":
+    def _read_head(self, text: str, model: Model) -> "_Head":
         found = _HEAD.fullmatch(text)
         name = found[1] if found else text.strip()
         if found is None or name not in model.parameters:

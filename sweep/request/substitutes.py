@@ -120,7 +120,7 @@ def resolved(
     }
     # a substitute may need the parameter of another one: a scaled rate needs the radius that a diameter gives
     direct = {
-        each.parameter: _parameter(each, sources[name], {}, words[name], model)
+        each.parameter: _convert_substitute(each, sources[name], {}, words[name], model)
         for name, each in given.items()
         if not each.needs
     }
@@ -141,7 +141,7 @@ def resolved(
             dict.fromkeys(model.parameters[each.parameter].units for each in concerned.values())
         )
         instead = [
-            f"{each.parameter}={_for_all(each, sources[name], needed, words)}"
+            f"{each.parameter}={_value_for_all_disks(each, sources[name], needed, words)}"
             for name, each in concerned.items()
         ]
         raise RequestError(
@@ -152,7 +152,7 @@ def resolved(
         )
     disk = {name: low for name, (low, _) in needed.items()}
     return {
-        parameter_of(name, model): _parameter(given[name], sources[name], disk, raw, model)
+        parameter_of(name, model): _convert_substitute(given[name], sources[name], disk, raw, model)
         if name in given
         else raw
         for name, raw in words.items()
@@ -200,7 +200,7 @@ def _ends(quantity: Input, raw: object, read: Callable[[object, Quantity], Value
     return low, high
 
 
-def _for_all(
+def _value_for_all_disks(
     substitute: Substitute,
     value: Source,
     needed: Mapping[str, tuple[float, float]],
@@ -212,7 +212,7 @@ def _for_all(
         for each in itertools.product(*(needed[name] for name in substitute.needs))
     )
     ends = [value] if isinstance(value, float) else value.ends().tolist()
-    numbers = [_one(substitute, end, disk) for disk in disks for end in ends]
+    numbers = [_convert_number(substitute, end, disk) for disk in disks for end in ends]
     low, high = min(numbers), max(numbers)
     if isinstance(value, Range) and not (words.get("samples") or isinstance(words.get("starts"), StartTable)):
         return f"{low:.4g}:{high:.4g}:{value.count}" + (":log" if value.spacing == "log" else "")
@@ -221,13 +221,13 @@ def _for_all(
     return f"{math.copysign(math.sqrt(abs(low * high)), low):.4g}"
 
 
-def _parameter(
+def _convert_substitute(
     substitute: Substitute, value: Source, disk: Mapping[str, float], raw: object, model: Model
 ) -> Source:
     """Return the parameter's value for a value of its substitute; `raw` is the value as given."""
     parameter = model.parameters[substitute.parameter]
     try:
-        found = _converted(substitute, value, disk)
+        found = _convert_value(substitute, value, disk)
         if not substitute.offset:
             return allowed(found, parameter, raw)
     except RequestError as error:
@@ -243,14 +243,14 @@ def _parameter(
     )
 
 
-def _one(substitute: Substitute, number: float, disk: Mapping[str, float]) -> float:
+def _convert_number(substitute: Substitute, number: float, disk: Mapping[str, float]) -> float:
     # the scale may underflow or overflow: values that are not finite are refused later
     with np.errstate(all="ignore"):
         return float(np.divide(number, substitute.scale(disk))) + substitute.offset + 0.0
 
 
-def _converted(substitute: Substitute, value: Source, disk: Mapping[str, float]) -> Source:
-    one = partial(_one, substitute, disk=disk)
+def _convert_value(substitute: Substitute, value: Source, disk: Mapping[str, float]) -> Source:
+    one = partial(_convert_number, substitute, disk=disk)
     if isinstance(value, float):
         return one(value)
     if isinstance(value, Distribution):

@@ -78,9 +78,9 @@ class Arithmetic:
         with self._source.at(node):
             if deep > 2 * MOST_DEEP:
                 refuse_size()
-            parts = [self.part(each, deep + 1) for each in _inside(node)]
+            parts = [self.part(each, deep + 1) for each in _operands(node)]
             self._tree.place = node.lineno
-            return self._made(node, parts)
+            return self._build_part(node, parts)
 
     def number(self, node: ast.expr) -> float:
         """Return the value of an expression that contains only numbers."""
@@ -93,7 +93,7 @@ class Arithmetic:
             self._source.refuse(node.lineno, "this must be a number", "Write a number, such as 0.5 or pi/2.")
         return value
 
-    def _made(self, node: ast.expr, parts: list[Part]) -> Part:
+    def _build_part(self, node: ast.expr, parts: list[Part]) -> Part:
         match node:
             case ast.Constant(value=(int() | float()) as value) if not isinstance(value, bool):
                 return self._tree.number(_as_float(value))
@@ -125,7 +125,7 @@ def is_collection(node: ast.expr | None) -> bool:
     return isinstance(node, ast.List | ast.Tuple | ast.Dict | ast.Set)
 
 
-def _inside(node: ast.expr) -> list[ast.expr]:
+def _operands(node: ast.expr) -> list[ast.expr]:
     """Return the operands of an allowed operation; an empty list for any other expression."""
     match node:
         case ast.UnaryOp(op=ast.USub() | ast.UAdd()):

@@ -32,7 +32,7 @@ class Derivative:
         """
         if not isinstance(node, Constant | Symbol):
             if id(node) not in self._known:
-                self._known[id(node)] = self._derived(node.name, *node.arguments, whole=self.part(node))
+                self._known[id(node)] = self._differentiate(node.name, *node.arguments, whole=self.part(node))
             return self._known[id(node)]
         return self._number(float(node == Symbol(self._name)))
 
@@ -49,24 +49,24 @@ class Derivative:
     def _number(self, value: float) -> Part:
         return Part(Constant(value), PURE)
 
-    def _derived(self, operation: str, *arguments: Node, whole: Part) -> Part:
+    def _differentiate(self, operation: str, *arguments: Node, whole: Part) -> Part:
         tree, one = self._tree, self._number(1.0)
         rates = [self.of(each) for each in arguments]
         inner, *others = (self.part(each) for each in arguments)
         match operation:
             case "+" | "-":
-                return self._summed(operation, *rates)
+                return self._add(operation, *rates)
             case "neg":
                 return tree.negated(rates[0])
             case "*":
-                return self._summed("+", self._times(rates[0], others[0]), self._times(inner, rates[1]))
+                return self._add("+", self._multiply(rates[0], others[0]), self._multiply(inner, rates[1]))
             case "/":
-                above = self._summed("-", rates[0], self._times(whole, rates[1]))
+                above = self._add("-", rates[0], self._multiply(whole, rates[1]))
                 return above if above.value == 0.0 else tree.multiplied("/", above, others[0])
             case "**":
                 power = others[0].value or 0.0
                 less = one if power == 1.0 else tree.raised(inner, self._number(power - 1.0))
-                slope = self._times(others[0], less)
+                slope = self._multiply(others[0], less)
             case "sin":
                 slope = tree.called("cos", inner)
             case "cos":
@@ -83,16 +83,16 @@ class Derivative:
                 slope = tree.multiplied("/", self._number(0.5), whole)
             case _:
                 raise AssertionError(f"unknown operation {operation}")
-        return self._times(slope, rates[0])
+        return self._multiply(slope, rates[0])
 
-    def _times(self, one: Part, two: Part) -> Part:
+    def _multiply(self, one: Part, two: Part) -> Part:
         if 0.0 in (one.value, two.value):
             return self._number(0.0)
         if 1.0 in (one.value, two.value):
             return two if one.value == 1.0 else one
         return self._tree.multiplied("*", one, two)
 
-    def _summed(self, sign: str, one: Part, two: Part) -> Part:
+    def _add(self, sign: str, one: Part, two: Part) -> Part:
         if two.value == 0.0:
             return one
         if one.value == 0.0:

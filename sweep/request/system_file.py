@@ -67,11 +67,11 @@ def read_system(text: str, name: str = "", where: str = "") -> Definition:
         If the text is not a file of systems, or its system cannot be computed; with the line and a hint.
     """
     source = Source(text, where)
-    functions, constants = _contents(source)
-    return _read(source, _chosen(functions, name, where), constants)
+    functions, constants = _read_contents(source)
+    return _read(source, _choose_function(functions, name, where), constants)
 
 
-def _chosen(functions: Mapping[str, ast.FunctionDef], name: str, where: str) -> ast.FunctionDef:
+def _choose_function(functions: Mapping[str, ast.FunctionDef], name: str, where: str) -> ast.FunctionDef:
     """Return the system with a name, or the only one."""
     if not name and len(functions) > 1:
         raise RequestError(
@@ -123,7 +123,7 @@ def system_names(text: str) -> tuple[str, ...]:
     RequestError
         If the text is not a file of systems.
     """
-    return tuple(_contents(Source(text))[0])
+    return tuple(_read_contents(Source(text))[0])
 
 
 def read_function(text: str, where: str, first: int, constants: Mapping[str, float]) -> Definition:
@@ -143,11 +143,11 @@ def read_function(text: str, where: str, first: int, constants: Mapping[str, flo
     RequestError
     """
     source = Source(text, where, first)
-    functions, _ = _contents(source)
-    return _read(source, _chosen(functions, "", where), constants)
+    functions, _ = _read_contents(source)
+    return _read(source, _choose_function(functions, "", where), constants)
 
 
-def _contents(source: Source) -> tuple[dict[str, ast.FunctionDef], dict[str, float]]:
+def _read_contents(source: Source) -> tuple[dict[str, ast.FunctionDef], dict[str, float]]:
     """Return the systems and the constants of a file."""
     functions: dict[str, ast.FunctionDef] = {}
     tree = Tree()
@@ -221,7 +221,7 @@ def _read(source: Source, function: ast.FunctionDef, constants: Mapping[str, flo
     tree = Tree()
     tree.names = {name: tree.number(value) for name, value in constants.items()}
     whole = function if mark == "system" else with_states(source, function)
-    states, parameters, arguments = _signature(source, whole, tree, time_units)
+    states, parameters, arguments = _read_signature(source, whole, tree, time_units)
     time = symbol(TIME, SECOND if time_units == "s" else PURE)
     words.prepare(arguments, states, time)
     tree.names |= arguments
@@ -241,13 +241,13 @@ def _read(source: Source, function: ast.FunctionDef, constants: Mapping[str, flo
     ends, measures = words.ends(), words.measures()
     labels = words.labels(ends)
     found = Definition(
-        function.name, _title(source, function), states, parameters, time_units, duration, rates, ends, measures,
+        function.name, _read_title(source, function), states, parameters, time_units, duration, rates, ends, measures,
         labels, (motion.energy,) if motion else words.conserved(),
         words.stable(states, parameters, measures, ends, labels, time_units), words.theory(parameters),
         motion.meridian if motion else None,
     )  # fmt: skip
     if motion:
-        found = _checked_body(source, function, found)
+        found = _check_body_rolls(source, function, found)
     _check_used(source, function, found)
     text = system_text(found)
     if len(text) > MOST_OF_TEXT:
@@ -259,7 +259,7 @@ def _read(source: Source, function: ast.FunctionDef, constants: Mapping[str, flo
     return dataclasses.replace(found, text=text)
 
 
-def _checked_body(source: Source, function: ast.FunctionDef, found: Definition) -> Definition:
+def _check_body_rolls(source: Source, function: ast.FunctionDef, found: Definition) -> Definition:
     """Return a body after checking that it can roll with its default values; drop the fall tilt if it is not used."""
     with source.at(function.body[-1], "the body"):
         check_body(found, {each.name: each.default for each in (*found.states, *found.parameters)})
@@ -269,7 +269,7 @@ def _checked_body(source: Source, function: ast.FunctionDef, found: Definition) 
     return dataclasses.replace(found, parameters=kept)
 
 
-def _title(source: Source, function: ast.FunctionDef) -> str:
+def _read_title(source: Source, function: ast.FunctionDef) -> str:
     text = ast.get_docstring(function) or ""
     title = text.strip().split("\n")[0].strip()
     if not title.isprintable() or len(title) > 200:
@@ -297,7 +297,7 @@ def _check_used(source: Source, function: ast.FunctionDef, found: Definition) ->
             source.refuse(each.lineno, f"the parameter {each.arg} is not used", "Remove it, or use it.")
 
 
-def _signature(
+def _read_signature(
     source: Source, function: ast.FunctionDef, tree: Tree, time_units: str
 ) -> tuple[tuple[Declared, ...], tuple[Declared, ...], dict[str, Part]]:
     """Return the states, the parameters, and the expression of each name."""
@@ -329,16 +329,16 @@ def _signature(
                 _check_time(argument, default, argument in given.kwonlyargs, time_units)
                 continue
             check_variable(argument.arg, found)
-            found[argument.arg] = _declared(source, argument, default, tree)
+            found[argument.arg] = _read_argument(source, argument, default, tree)
     declared = tuple(each for each, _ in found.values())
     count = len(given.args)
     return declared[:count], declared[count:], {name: part for name, (_, part) in found.items()}
 
 
-def _declared(
+def _read_argument(
     source: Source, argument: ast.arg, default: ast.expr | None, tree: Tree
 ) -> tuple[Declared, Part]:
-    unit = _unit(argument)
+    unit = _read_unit(argument)
     dimension = read_dimension(unit)
     units = written(dimension)
     if units is None:
@@ -373,7 +373,7 @@ def _declared(
     return Declared(argument.arg, units, value), symbol(argument.arg, dimension)
 
 
-def _unit(argument: ast.arg) -> str:
+def _read_unit(argument: ast.arg) -> str:
     if argument.annotation is None:
         return ""
     if isinstance(argument.annotation, ast.Constant) and isinstance(argument.annotation.value, str):
@@ -393,7 +393,7 @@ def _check_time(argument: ast.arg, default: ast.expr | None, behind: bool, time_
     if default is not None:
         raise RequestError("the time must not have a default: it begins at 0", hint="Write only t.")
     wanted = SECOND if time_units == "s" else PURE
-    given = read_dimension(_unit(argument))
+    given = read_dimension(_read_unit(argument))
     if argument.annotation is not None and not alike(given, wanted):
         raise RequestError(
             f"the time must be {told(wanted)}, like the duration", hint='Write only t, and duration="10 s".'

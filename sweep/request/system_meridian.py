@@ -120,7 +120,7 @@ def read_motion(
             "divided by the radius, and its axial and transverse moments of inertia; got "
             f"{counted(len(nodes), 'value')}",
             "Write return height, axial_moment, transverse_moment, with moments divided by mass times radius squared."
-            + (_of_a_solid(tree, alone, parameters) if alone else ""),
+            + (_describe_solid(tree, alone, parameters) if alone else ""),
         )
     parts = lines.parts(nodes)
     _check_values(source, nodes, parts, {*(each.name for each in states), TIME})
@@ -133,10 +133,10 @@ def read_motion(
         # the same tree, so that expressions share their common parts
         equations = replace(tree, names=arguments | known)
         arithmetic = Arithmetic(source, equations)
-        for name, value in _assigned(_EQUATIONS, line):
+        for name, value in _read_assignments(_EQUATIONS, line):
             equations.names[name] = arithmetic.part(value)
-        rates = [arithmetic.part(_expression(_RATES[each.name], line)) for each in states]
-        energy = arithmetic.part(_expression(_ENERGY, line))
+        rates = [arithmetic.part(_read_formula(_RATES[each.name], line)) for each in states]
+        energy = arithmetic.part(_read_formula(_ENERGY, line))
         check_nodes([*rates, energy])
     meridian = Meridian(height.node, equations.names["curvature"].node, axial.node, transverse.node)
     return Motion(meridian, slope.node, tuple(each.node for each in rates), energy.node)
@@ -160,7 +160,7 @@ def _check_values(source: Source, nodes: list[ast.expr], parts: list[Part], movi
             )
 
 
-def _of_a_solid(tree: Tree, height: Part, parameters: tuple[Declared, ...]) -> str:
+def _describe_solid(tree: Tree, height: Part, parameters: tuple[Declared, ...]) -> str:
     """Return a sentence with the moments of a homogeneous body; empty if no such body has this height."""
     values = {each.name: each.default for each in parameters}
     if not {*symbols(height.node)} <= {TILT, *values}:
@@ -179,18 +179,18 @@ def _of_a_solid(tree: Tree, height: Part, parameters: tuple[Declared, ...]) -> s
     return f"{found}{shift if abs(centre) > _CENTRED else ''}."
 
 
-def _assigned(text: str, line: ast.Return) -> Iterator[tuple[str, ast.expr]]:
+def _read_assignments(text: str, line: ast.Return) -> Iterator[tuple[str, ast.expr]]:
     for each in ast.parse(text).body:
         assert isinstance(each, ast.Assign)
         assert isinstance(each.targets[0], ast.Name)
-        yield each.targets[0].id, _placed(each.value, line)
+        yield each.targets[0].id, _set_line(each.value, line)
 
 
-def _expression(text: str, line: ast.Return) -> ast.expr:
-    return _placed(ast.parse(text, mode="eval").body, line)
+def _read_formula(text: str, line: ast.Return) -> ast.expr:
+    return _set_line(ast.parse(text, mode="eval").body, line)
 
 
-def _placed(expression: ast.expr, line: ast.Return) -> ast.expr:
+def _set_line(expression: ast.expr, line: ast.Return) -> ast.expr:
     """Return an expression, located at the line of the user's text from which it follows."""
     for each in ast.walk(expression):
         if isinstance(each, ast.expr):

@@ -31,9 +31,9 @@ def with_states(source: Source, function: ast.FunctionDef) -> ast.FunctionDef:
         # the reader of the signature refuses the mark /
         return function
     missing = [None] * (len(given.args) - len(given.defaults))
-    states = _named(zip(given.args, (*missing, *given.defaults), strict=True))
-    parameters = _named(zip(given.kwonlyargs, given.kw_defaults, strict=True))
-    always, if_named, own = _read(_ALWAYS), _read(_IF_NAMED), _read(_PARAMETERS)
+    states = _by_name(zip(given.args, (*missing, *given.defaults), strict=True))
+    parameters = _by_name(zip(given.kwonlyargs, given.kw_defaults, strict=True))
+    always, if_named, own = _read_arguments(_ALWAYS), _read_arguments(_IF_NAMED), _read_arguments(_PARAMETERS)
     for name, (argument, _) in states.items():
         if name not in always | if_named:
             source.refuse(
@@ -42,9 +42,9 @@ def with_states(source: Source, function: ast.FunctionDef) -> ast.FunctionDef:
                 f"Write it after the star: def {function.name}(tilt, *, {name}=0.3).",
             )
     ours = always | {name: each for name, each in if_named.items() if name in states}
-    front = [_merged(source, function, each, states.get(name)) for name, each in ours.items()]
+    front = [_merge_argument(source, function, each, states.get(name)) for name, each in ours.items()]
     behind = [each for name, each in parameters.items() if name not in own]
-    behind += [_merged(source, function, each, parameters.get(name)) for name, each in own.items()]
+    behind += [_merge_argument(source, function, each, parameters.get(name)) for name, each in own.items()]
     arguments = ast.arguments(
         posonlyargs=given.posonlyargs, vararg=given.vararg, kwarg=given.kwarg,
         args=[each for each, _ in front], defaults=[each for _, each in front if each is not None],
@@ -54,18 +54,20 @@ def with_states(source: Source, function: ast.FunctionDef) -> ast.FunctionDef:
     return ast.copy_location(whole, function)
 
 
-def _named(arguments: Iterable[_Argument]) -> dict[str, _Argument]:
+def _by_name(arguments: Iterable[_Argument]) -> dict[str, _Argument]:
     return {argument.arg: (argument, default) for argument, default in arguments}
 
 
-def _read(text: str) -> dict[str, _Argument]:
+def _read_arguments(text: str) -> dict[str, _Argument]:
     """Return the arguments in a text, by their names."""
     function = ast.parse(f"def body({text}): ...").body[0]
     assert isinstance(function, ast.FunctionDef)
-    return _named(zip(function.args.args, function.args.defaults, strict=True))
+    return _by_name(zip(function.args.args, function.args.defaults, strict=True))
 
 
-def _merged(source: Source, function: ast.FunctionDef, ours: _Argument, given: _Argument | None) -> _Argument:
+def _merge_argument(
+    source: Source, function: ast.FunctionDef, ours: _Argument, given: _Argument | None
+) -> _Argument:
     """Return an argument of every body, with the unit and the default from a function if it gives them."""
     argument, default = ours
     assert isinstance(argument.annotation, ast.Constant)

@@ -111,7 +111,7 @@ class _Parser(Tokens):
         if (more := self.peek()) is not None and more.kind == "sign":
             refuse("a comparison has two sides", more.at, "Write 1 < x and x < 2 in a label, or two endings.")
         greater, less = (first, second) if token.text == ">" else (second, first)
-        return self._located(token.at, lambda: self._positive(greater, less, word))
+        return self._locate_errors(token.at, lambda: self._positive(greater, less, word))
 
     def _positive(self, greater: _Side, less: _Side, word: str) -> tuple[Part, ...]:
         """Return the expressions that are positive where one side is greater than the other."""
@@ -185,7 +185,7 @@ class _Parser(Tokens):
         while (token := self.peek()) is not None and token.kind == "mark" and token.text in signs:
             self.next += 1
             one, two, sign = found, read(), token.text
-            found = self._located(token.at, lambda one=one, two=two, sign=sign: join(sign, one, two))  # type: ignore[misc]
+            found = self._locate_errors(token.at, lambda one=one, two=two, sign=sign: join(sign, one, two))  # type: ignore[misc]
         return found
 
     def _signed(self) -> Part:
@@ -205,7 +205,7 @@ class _Parser(Tokens):
             at = self.at()
             if self.takes("**"):
                 base, exponent = found, self._signed()
-                found = self._located(at, lambda: self._tree.raised(base, exponent))
+                found = self._locate_errors(at, lambda: self._tree.raised(base, exponent))
         self._nested -= 1
         return found
 
@@ -219,27 +219,27 @@ class _Parser(Tokens):
             self.expect(")")
             return found
         if token.kind == "number":
-            return self._located(token.at, lambda: _number(self._tree, token.number, token.unit))
+            return self._locate_errors(token.at, lambda: _number(self._tree, token.number, token.unit))
         if token.text == "abs":
             self._refuse_abs(token.at)
         if token.text in _WORDS:
             self.next -= 1
             self.unexpected("a number, a name or a bracket")
         if not self.takes("("):
-            return self._located(token.at, lambda: self._tree.named(token.text))
+            return self._locate_errors(token.at, lambda: self._tree.named(token.text))
         if token.text in self._tree.names or token.text in NUMBERS:
             refuse(
                 f"{shown(token.text)} is not a function", token.at, f"Write {token.text}*(...) for a product."
             )
         # an unclosed bracket is refused first, then errors in the argument, then an unknown function
-        argument = self.sum() if self.peek() is not None else self._unclosed()
+        argument = self.sum() if self.peek() is not None else self._refuse_unclosed()
         self.expect(")")
-        return self._located(token.at, lambda: self._tree.called(token.text, argument))
+        return self._locate_errors(token.at, lambda: self._tree.called(token.text, argument))
 
-    def _unclosed(self) -> NoReturn:
+    def _refuse_unclosed(self) -> NoReturn:
         self.unexpected("an expression")
 
-    def _located(self, at: int, make: Callable[[], _Read]) -> _Read:
+    def _locate_errors(self, at: int, make: Callable[[], _Read]) -> _Read:
         """Return the result of `make`, and add the position of a character to its error."""
         try:
             return make()
@@ -284,7 +284,7 @@ def _read[Read](text: str, tree: Tree, read: Callable[[_Parser], Read]) -> Read:
     return _Parser(text, tree).whole(read)
 
 
-def _checked_length(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
+def _check_length(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
     # files hold the canonical spelling, and it must be readable again
     if sum(len(spelled(node)) + len(" > 0 and ") for node in nodes) > MOST_CHARACTERS:
         raise RequestError(
@@ -293,7 +293,7 @@ def _checked_length(nodes: tuple[Node, ...]) -> tuple[Node, ...]:
     return nodes
 
 
-def _moving(parts: tuple[Part, ...], states: tuple[str, ...]) -> tuple[Node, ...]:
+def _check_moving(parts: tuple[Part, ...], states: tuple[str, ...]) -> tuple[Node, ...]:
     """Return the nodes of expressions; refuse an expression that is constant along a motion."""
     for part in parts:
         if not set(symbols(part.node)) & {*states, TIME}:
@@ -301,7 +301,7 @@ def _moving(parts: tuple[Part, ...], states: tuple[str, ...]) -> tuple[Node, ...
                 f"the value of {part} is constant along a motion",
                 hint=f"Name a state: {', '.join(states)}.",
             )
-    return _checked_length(tuple(part.node for part in parts))
+    return _check_length(tuple(part.node for part in parts))
 
 
 def read_ending(text: str, tree: Tree, states: tuple[str, ...]) -> tuple[Node, ...]:
@@ -321,13 +321,13 @@ def read_ending(text: str, tree: Tree, states: tuple[str, ...]) -> tuple[Node, .
         If the text does not follow the grammar of this module, or compares quantities with different units.
     """
     otherwise = "Write two endings: the first one to happen ends the motion."
-    return _moving(_read(text, tree, lambda parser: parser.comparisons("or", otherwise)), states)
+    return _check_moving(_read(text, tree, lambda parser: parser.comparisons("or", otherwise)), states)
 
 
 def read_label(text: str, tree: Tree, states: tuple[str, ...]) -> tuple[Node, ...]:
     """Return the expressions of a label, which are all positive where it applies; see `read_ending`."""
     otherwise = "Write a label for each case: the first matching label applies."
-    return _moving(_read(text, tree, lambda parser: parser.comparisons("and", otherwise)), states)
+    return _check_moving(_read(text, tree, lambda parser: parser.comparisons("and", otherwise)), states)
 
 
 def read_measure(name: str, text: str, tree: Tree, states: tuple[str, ...]) -> Measure:
@@ -343,7 +343,7 @@ def read_measure(name: str, text: str, tree: Tree, states: tuple[str, ...]) -> M
         raise RequestError(
             "abs is allowed only after max", hint="Write max abs(x), or the expression without abs."
         )
-    nodes = _moving((part,), states)
+    nodes = _check_moving((part,), states)
     units = written(of_result(part.dimension or PURE))
     if units is None:
         raise RequestError(
@@ -355,7 +355,7 @@ def read_measure(name: str, text: str, tree: Tree, states: tuple[str, ...]) -> M
 
 def read_conserved(text: str, tree: Tree, states: tuple[str, ...]) -> Node:
     """Return the expression of a conserved quantity; see `read_ending`."""
-    return _moving((_read(text, tree, lambda parser: parser.sum()),), states)[0]
+    return _check_moving((_read(text, tree, lambda parser: parser.sum()),), states)[0]
 
 
 def read_theory(text: str, tree: Tree, wanted: Part) -> Node:
@@ -363,4 +363,4 @@ def read_theory(text: str, tree: Tree, wanted: Part) -> Node:
     part = _read(text, tree, lambda parser: parser.sum())
     # this refuses another unit
     tree.summed("-", wanted, part)
-    return _checked_length((part.node,))[0]
+    return _check_length((part.node,))[0]

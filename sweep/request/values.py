@@ -61,7 +61,7 @@ def read_value(raw: object, quantity: Quantity) -> Value:
     RequestError
         If it is anything else, or a unit does not fit the quantity.
     """
-    with _at(raw, quantity):
+    with _locate_errors(raw, quantity):
         if isinstance(raw, Range | Values):
             return raw
         if isinstance(raw, np.ndarray):
@@ -108,7 +108,7 @@ def read_distribution(raw: object, quantity: Quantity) -> Distribution | None:
     kind, *numbers = (part.strip() for part in raw.split(":"))
     if not numbers or not kind.replace("-", "").isalpha() or NOT_FINITE.fullmatch(kind):
         return None
-    with _at(raw, quantity):
+    with _locate_errors(raw, quantity):
         if kind in KINDS and len(numbers) == 2:
             return Distribution(kind, *_read_numbers(numbers, quantity))
         raise RequestError(
@@ -118,7 +118,7 @@ def read_distribution(raw: object, quantity: Quantity) -> Distribution | None:
 
 
 @contextlib.contextmanager
-def _at(raw: object, quantity: Quantity) -> Iterator[None]:
+def _locate_errors(raw: object, quantity: Quantity) -> Iterator[None]:
     """Add the word to errors, and show the value as given: a refused range has its ends in SI."""
     try:
         yield
@@ -214,21 +214,22 @@ def allowed[Given: (float, Value, Source)](value: Given, quantity: Input, raw: o
     text, rule = outside
     raise RequestError(
         f"{text} is not allowed: {rule}.",
-        hint=degrees_meant(quantity, quantity.name, raw, _required(value)) or f"Choose values with {rule}.",
+        hint=degrees_meant(quantity, quantity.name, raw, _required_values(value))
+        or f"Choose values with {rule}.",
         where=f"{quantity.name}={shown(raw)}",
     )
 
 
 def not_allowed(value: Source, quantity: Input, raw: object) -> tuple[str, str] | None:
     """Return the first number that the quantity's rule does not allow, and the rule, both in the unit of `raw`."""
-    required = _required(value)
+    required = _required_values(value)
     if quantity.allows(required).all():
         return None
     outside = as_given(float(required[~quantity.allows(required)][0]), quantity, raw)
     return outside.text, rule_in(quantity, outside.unit)
 
 
-def _required(value: Source) -> Array:
+def _required_values(value: Source) -> Array:
     return np.array([value]) if isinstance(value, float) else value.required()
 
 
@@ -278,7 +279,7 @@ def as_given(value: float, quantity: Quantity, raw: object) -> Wording:
     found = [(text, unit) for text, unit in _numbers_in(raw) if _fits(unit, quantity)]
     for text, unit in found:
         if (unit or float(text)) and float(text) * factor_to_si(unit, quantity) == value:
-            return Wording(f"{text} {unit or _si(quantity)}".rstrip(), unit)
+            return Wording(f"{text} {unit or _si_unit(quantity)}".rstrip(), unit)
     unit = next((unit for _, unit in found if unit), "")
     # zero is zero in every unit: use the unit of the rule
     if found and not any(unit or float(text) for text, unit in found):
@@ -288,7 +289,7 @@ def as_given(value: float, quantity: Quantity, raw: object) -> Wording:
 
 def in_unit(value: float, quantity: Quantity, unit: str, digits: int = 10) -> str:
     """Return a value [SI] as text in a unit that fits its quantity; in SI if the unit is empty."""
-    return f"{value / factor_to_si(unit, quantity):.{digits}g} {unit or _si(quantity)}".rstrip()
+    return f"{value / factor_to_si(unit, quantity):.{digits}g} {unit or _si_unit(quantity)}".rstrip()
 
 
 def limit_in(value: float, quantity: Quantity, unit: str, *, upper: bool) -> str:
@@ -296,7 +297,7 @@ def limit_in(value: float, quantity: Quantity, unit: str, *, upper: bool) -> str
     # 14 digits: further ones are rounding errors of the division
     exact = Decimal(f"{value / factor_to_si(unit, quantity):.14g}")
     rounded = Context(prec=10, rounding=ROUND_FLOOR if upper else ROUND_CEILING).plus(exact)
-    return f"{float(rounded):.10g} {unit or _si(quantity)}".rstrip()
+    return f"{float(rounded):.10g} {unit or _si_unit(quantity)}".rstrip()
 
 
 def rule_in(quantity: Input, unit: str) -> str:
@@ -394,5 +395,5 @@ def _fits(unit: str, quantity: Quantity) -> bool:
     return False
 
 
-def _si(quantity: Quantity) -> str:
+def _si_unit(quantity: Quantity) -> str:
     return "" if quantity.units == "1" else quantity.units

@@ -170,12 +170,12 @@ def read_word(
         # an expression may have been read for another model with the same names: read it again
         if isinstance(raw, Criterion) and raw.kind != "expression":
             return raw
-        text = str(raw) if isinstance(raw, Criterion) else _text(name, raw)
+        text = str(raw) if isinstance(raw, Criterion) else _read_text(name, raw)
         return Criterion.parse(text, model)
     if name == "title":
         return read_title(raw)
     if name == "boundary":
-        return _boundary(_text(name, raw))
+        return _read_boundary(_read_text(name, raw))
     return one_of(options(model)[name], raw)
 
 
@@ -211,7 +211,7 @@ def _word_meant(text: str, quantity: Input) -> str:
     return suggestion(text, quantity.words) or f"Write {quantity.name}={quantity.words[0]}, or a value."
 
 
-def _text(name: str, raw: object) -> str:
+def _read_text(name: str, raw: object) -> str:
     if isinstance(raw, str):
         return raw.strip()
     raise RequestError(f"{name} must be text.", hint="Put it in quotes.", where=f"{name}={shown(raw)}")
@@ -225,7 +225,7 @@ def read_title(raw: object) -> str:
     RequestError
         If it is not one line of printable text.
     """
-    text = _text("title", raw)
+    text = _read_text("title", raw)
     if text.isprintable():
         return text
     raise RequestError(
@@ -245,7 +245,7 @@ def one_of(word: Word, raw: object) -> str:
     """
     if isinstance(raw, bool) and word.choices == ("no", "yes"):
         return word.choices[raw]
-    text = _text(word.name, raw)
+    text = _read_text(word.name, raw)
     if text in word.choices:
         return text
     raise RequestError(
@@ -255,7 +255,7 @@ def one_of(word: Word, raw: object) -> str:
     )
 
 
-def _boundary(text: str) -> str:
+def _read_boundary(text: str) -> str:
     word, _, width = text.partition(":")
     if text == GRID:
         return text
@@ -345,7 +345,7 @@ def check_known(words: Iterable[str], model: Model, others: Sequence[str] = ()) 
     known = known_words(model)
     for name in words:
         if name not in known and name not in others:
-            unknown_word(name, known, model, _elsewhere())
+            unknown_word(name, known, model, _words_elsewhere())
 
 
 def with_table(words: Mapping[str, Any], folder: Path | None = None) -> dict[str, Any]:
@@ -358,7 +358,7 @@ def with_table(words: Mapping[str, Any], folder: Path | None = None) -> dict[str
     return others if table is None else {**others, "starts": table}
 
 
-def _elsewhere() -> Mapping[str, str]:
+def _words_elsewhere() -> Mapping[str, str]:
     """Return words that belong elsewhere, with an explanation where, for suggestions."""
     words = {
         name: f"it is a word of the model {model.name}, and chooses this model if the request names none"
