@@ -62,9 +62,7 @@ def test_losses_of_a_ball_leave_nothing_on_the_disk(command, tmp_path):
     ):
         status, _, told = command(line)
         assert status == 2, line
-        assert_facts(
-            told, "A ball rolls without losses", "body=torus", "body=arc", "Leave the losses out"
-        )
+        assert_facts(told, "A ball rolls without losses", "body=torus", "body=arc", "Leave the losses out")
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
