@@ -1,4 +1,4 @@
-"""Boundaries bisected: they bracket the exact change of verdict, to the width asked for, all at once."""
+"""Bisected boundaries: each bracket holds the exact change of verdict and is as narrow as requested."""
 
 import math
 
@@ -16,7 +16,7 @@ ROLL = list(PARAMETERS).index("roll_rate")
 
 
 def judged_by(rule, calls=None):
-    """Stand in for the integration: the verdict follows from the roll rate alone."""
+    """Replace the integration by a verdict that depends only on the roll rate."""
 
     def judged(spec, given):
         if calls is not None:
@@ -35,7 +35,7 @@ def segments(near, far, near_verdict=UNSTABLE, far_verdict=STABLE):
 
 
 def test_every_bracket_holds_its_change(monkeypatch):
-    """A thousand brackets, upward and downward, end within 1e-9 of sqrt(2), and one call serves them all."""
+    """A thousand brackets, rising and falling, close to within 1e-9 around sqrt(2) in a single call."""
     calls = []
     monkeypatch.setattr(
         boundary, "judged", judged_by(lambda x: np.where(x < math.sqrt(2), UNSTABLE, STABLE), calls)
@@ -52,7 +52,7 @@ def test_every_bracket_holds_its_change(monkeypatch):
 
 
 def test_undecided_starts_stay_inside(monkeypatch):
-    """An undecided stretch from 1 to 1.1 stays inside the bracket, which is hardly wider."""
+    """An undecided stretch from 1 to 1.1 stays inside the bracket, which is only slightly wider."""
 
     def rule(x):
         return np.where(x < 1.0, UNSTABLE, np.where(x > 1.1, STABLE, UNDECIDED))
@@ -66,7 +66,7 @@ def test_undecided_starts_stay_inside(monkeypatch):
 
 
 def test_no_width_is_too_small(monkeypatch):
-    """Where no number lies between the ends, the bisection stops: the ends are neighbours."""
+    """A bisection to width 0 stops at neighboring floating-point numbers."""
     monkeypatch.setattr(boundary, "judged", judged_by(lambda x: np.where(x < math.pi, UNSTABLE, STABLE)))
     found = bisected(sweep.SweepSpec(), segments(1.0, 5.0), 1e-300)
     assert found.far[0] == math.pi
@@ -74,7 +74,7 @@ def test_no_width_is_too_small(monkeypatch):
 
 
 def rows(criterion):
-    """A coarse atlas of rolling, its boundary refined."""
+    """Return a coarse atlas of rolling disks with a refined boundary."""
     return sweep.run(
         sweep.SweepSpec.preset("rolling").replace(
             roll_rate="2:4:9", tilt="0.001deg:0.5deg:12:log", criterion=criterion, boundary="refined:1e-9"
@@ -84,11 +84,11 @@ def rows(criterion):
 
 @pytest.mark.compiled
 def test_the_exact_peak_passes_the_limit_inside_the_bracket():
-    """At both ends of every bracket the peak tilt by independent quadrature lies on its side of the limit of 5 deg."""
+    """At the two ends of every bracket, the peak tilt by independent quadrature is on either side of 5 deg."""
     atlas = rows("departure:5deg")
     middle, half = atlas["boundary_roll_rate"].values, atlas["boundary_roll_rate_halfwidth"].values
     assert np.isfinite(middle).all()
-    # what the extremes of the atlas are estimated to be off by is part of it
+    # the bracket includes the estimated error of the extremes
     assert (half <= 1e-9).all()
     tilt = np.tile(atlas["tilt"].values, 2)
     rate = np.concatenate((middle - half, middle + half))
@@ -100,7 +100,7 @@ def test_the_exact_peak_passes_the_limit_inside_the_bracket():
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_bracket_is_no_narrower_than_what_is_known():
-    """However coarse the integration and however small the width, the exact boundary lies inside the bracket."""
+    """The exact boundary lies inside the bracket, even for a coarse integration and a tiny width."""
     for words in [
         {"roll_rate": "1:4:9", "tilt": "0.1deg:1.8deg:12"},
         {"precession_rate": "2:6:9", "tilt": "0.01deg:0.3deg:12:log"},
@@ -111,7 +111,7 @@ def test_a_bracket_is_no_narrower_than_what_is_known():
             "tilt_rate": 1e-4,
             "criterion": "amplification:10",
         },
-        # only a fall is unstable here
+        # only a fall counts as unstable here
         {
             "roll_rate": "1:4:9",
             "tilt": "20deg:30deg:12",
@@ -133,14 +133,14 @@ def test_a_bracket_is_no_narrower_than_what_is_known():
                 off, half = np.abs(found[name] - exact[name]), found[f"{name}_halfwidth"]
                 both = half + exact[f"{name}_halfwidth"]
                 assert bool(((off <= both) | found[name].isnull()).all()), float((off / both).max())
-                # and not wider than the tolerance of the tilts is worth: they change by 0.05 rad and more for 1 rad/s,
-                # and twice the stated error counts on each side
+                # and no wider than the tolerance of the tilts justifies: the tilts change by at least 0.05
+                # rad per rad/s, and twice the stated error counts on each side
                 assert float(half.max()) <= 2.0 * 2.0 * tolerance / 0.05 + 1e-9
 
 
 @pytest.mark.compiled
 def test_refining_a_finished_atlas_is_the_same_as_asking_for_it():
-    """`refine` on an atlas with a coarse boundary gives the variables of `boundary = "refined"`, bit for bit."""
+    """`refine` gives an atlas with a grid boundary the variables of `boundary = "refined"`, bit for bit."""
     whole = rows("departure:2deg")
     coarse = sweep.run(sweep.SweepSpec.from_canonical(whole.attrs["sweep_spec"]).replace(boundary="grid"))
     assert not [name for name in coarse.variables if name.startswith("curve_")]

@@ -1,4 +1,4 @@
-"""The variables of a boundary: their values by hand, and some rows at a time."""
+"""The variables of a boundary, checked against values by hand and computed in batches of rows."""
 
 import numpy as np
 import pytest
@@ -11,22 +11,22 @@ from sweep.engine.grid import whole
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 from sweep.request.spec import SweepSpec
 
-#: Verdicts written as they look along an axis: stable, unstable, undecided.
+# : Verdict codes by letter: stable, unstable, undecided.
 _CODES = {"s": STABLE, "u": UNSTABLE, "?": UNDECIDED}
 
 
 def verdicts(*rows):
-    """Stability of one row of text per row of cells."""
+    """Return the stability of rows of cells, each written as text."""
     return np.array([[_CODES[letter] for letter in row] for row in rows], np.int8)
 
 
 def variables(spec, stability):
-    """The variables of the boundary by their names."""
+    """Return the boundary variables by name."""
     return {declared.name: values for declared, values in boundaries(spec, stability)}
 
 
 def test_the_measured_boundary_and_its_halfwidth():
-    """The boundary is the middle of its bracket, the half-width reaches both ends, none is NaN."""
+    """The boundary is the middle of its bracket, the half-width reaches both ends, and neither is NaN."""
     spec = SweepSpec(roll_rate="2,2.5,3,4", tilt="0.01,0.02,0.03")
     found = variables(spec, verdicts("uuss", "u??s", "uuuu").T)
     measured, halfwidth = found["boundary_roll_rate"], found["boundary_roll_rate_halfwidth"]
@@ -38,7 +38,7 @@ def test_the_measured_boundary_and_its_halfwidth():
 
 
 def test_both_edges_of_a_band_through_zero():
-    """Along rates of both signs the unstable band has two edges, mirror images in theory."""
+    """With rates of both signs, the unstable band has two edges; in theory they are mirror images."""
     spec = SweepSpec(tilt="0.01,0.02", roll_rate="-4,-3,-1,0,1,3,4")
     found = variables(spec, verdicts("ssuuuss", "suuuuus"))
     assert list(found["boundary_roll_rate"]) == [2.0, 3.5]
@@ -48,7 +48,7 @@ def test_both_edges_of_a_band_through_zero():
 
 
 def test_an_edge_that_theory_alone_has_is_there():
-    """Where no cell shows the lower edge that theory has, it is missing in every row, beside its lines."""
+    """If only theory has a lower edge, its measured values are NaN in every row and its lines are finite."""
     spec = SweepSpec(tilt="0.01,0.02", roll_rate="-4,-3,-1,0,1,3,4")
     found = variables(spec, verdicts("uuuuuss", "uuuuuus"))
     assert np.isnan(found["boundary_lower_roll_rate"]).all()
@@ -57,12 +57,12 @@ def test_an_edge_that_theory_alone_has_is_there():
 
 
 def test_a_grid_without_a_rate_axis_has_no_boundary():
-    """Over tilts alone no boundary along a rate is looked for."""
+    """A grid over tilts only has no boundary."""
     spec = SweepSpec(tilt="0.01,0.02", roll_rate=3.0)
     assert boundaries(spec, np.array([STABLE, UNSTABLE])) == []
 
 
-#: Rows of a plane and of a cube, with a boundary along one rate or both.
+# : Rows of a plane and of a cube, with a boundary along one or two rates.
 SPECS = {
     "band": SweepSpec(roll_rate="-4:4:9", tilt="-2deg:2deg:5", boundary="refined:1e-3"),
     "first axis": SweepSpec(tilt="0.1deg:2deg:7", precession_rate="1:4:8"),
@@ -75,7 +75,7 @@ SPECS = {
 @pytest.mark.parametrize("at_once", [2, 7])
 @pytest.mark.parametrize("name", SPECS)
 def test_rows_at_a_time_change_no_bit(name, at_once, monkeypatch):
-    """Brackets, lines of theory and codes are the same however many rows are worked on at a time."""
+    """Brackets, lines of theory and codes do not depend on the number of rows per batch."""
     spec = SPECS[name]
     stability = np.random.default_rng(3).choice([0, 1, 2], spec.shape, p=[0.1, 0.5, 0.4]).astype(np.int8)
     expected = variables(spec, stability)
@@ -88,7 +88,7 @@ def test_rows_at_a_time_change_no_bit(name, at_once, monkeypatch):
 
 @pytest.mark.compiled
 def test_it_says_how_far_it_is():
-    """While brackets are bisected the share that is done goes up from 0 to 1, many times."""
+    """Progress rises from 0 to 1 in many steps while the brackets are bisected."""
     spec = SweepSpec.preset("circling").replace(
         tilt="2deg:25deg:6", precession_rate="0.2:5:7", boundary="refined:1e-6"
     )

@@ -1,4 +1,4 @@
-"""What another program left out of an atlas is made again from its spec and its verdicts, to the bit, and told."""
+"""Variables that another program dropped from an atlas are restored bit for bit from its spec and verdicts."""
 
 import netCDF4
 import pytest
@@ -18,12 +18,12 @@ def atlas():
 
 
 def test_an_atlas_that_lacks_nothing_is_returned_itself(atlas):
-    """Nothing is computed or copied for it."""
+    """A complete atlas is returned itself, not as a copy."""
     assert as_atlas(atlas) is atlas
 
 
 def test_what_was_left_out_is_found_again(atlas):
-    """To the bit, with the attributes that it had; `history` says that it was."""
+    """Dropped variables come back bit for bit, with their attributes; `history` has a line about it."""
     for names in [
         ["boundary_roll_rate"],
         ["boundary_roll_rate_status"],
@@ -41,7 +41,7 @@ def test_what_was_left_out_is_found_again(atlas):
 
 
 def test_a_file_without_its_boundary_has_one(atlas, tmp_path, command):
-    """``ncks -v`` keeps the cells alone: the commands find the boundary again from the verdicts."""
+    """``ncks -v`` keeps only the cells: the commands find the boundary again from the verdicts."""
     whole, part = tmp_path / "whole.nc", tmp_path / "part.nc"
     sweep.save(atlas, whole)
     atlas[["ending", "stability", "tilt_min", "tilt_max"]].to_netcdf(part, engine="netcdf4")
@@ -56,7 +56,7 @@ def test_a_file_without_its_boundary_has_one(atlas, tmp_path, command):
 
 
 def test_a_missing_value_of_its_own_is_packing(atlas, tmp_path, command):
-    """Equal to the fill value it changes nothing; another one would make numbers of an atlas missing."""
+    """A missing_value equal to the fill value changes nothing; any other would mask valid numbers and is refused."""
     path = tmp_path / "atlas.nc"
     sweep.save(atlas, path)
     with netCDF4.Dataset(path, "a") as file:

@@ -1,6 +1,6 @@
-"""The boundary as curves: every grid edge between unlike cells is a point, and points are joined as they should be.
+"""Boundary curves: every grid edge between unlike cells gives a point, and the points are joined correctly.
 
-An atlas that holds its boundary as curves, too, is drawn, compared and exported like one that does not.
+An atlas with curves is drawn, compared and exported like one without.
 """
 
 import subprocess
@@ -30,7 +30,7 @@ from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 
 
 class Drawn:
-    """Curves with all their points, bisected to a width."""
+    """Boundary curves with all their points, bisected to a width."""
 
     def __init__(self, lines, width):
         self.counts, self.closed = lines.counts, lines.closed
@@ -38,11 +38,11 @@ class Drawn:
         self.halfwidths = self.points.halfwidths
 
     def places(self, axis):
-        """Where the points lie along an axis."""
+        """Return the coordinates of the points along an axis."""
         return self.points.along(axis)[0]
 
     def widths(self, axis):
-        """Their half-widths along an axis."""
+        """Return the half-widths of the points along an axis."""
         return self.points.along(axis)[1]
 
 
@@ -53,7 +53,7 @@ def curves_of(spec, stability, width):
 
 @pytest.fixture
 def drawn(monkeypatch):
-    """Return a function: the curves of a rule on a grid of (tilt, roll rate), with the rule in place of the motion."""
+    """Return a function that draws the curves of a rule, not of a motion, on a grid of (tilt, roll rate)."""
 
     def draw(rule, count=41, width=1e-9, **more):
         spec = sweep.SweepSpec(tilt=f"-1:1:{count}", roll_rate=f"-1:1:{count + 1}", **more)
@@ -69,11 +69,11 @@ def drawn(monkeypatch):
 
 
 def test_a_disk_has_one_closed_curve(drawn):
-    """An unstable disk of radius 0.7 has one closed curve, every point on the circle within its half-width."""
+    """An unstable disk of radius 0.7 has one closed curve; every point is on the circle within its half-width."""
     _, found = drawn(lambda x, y: x**2 + y**2 < 0.49)
     assert found.closed.tolist() == [True]
     x, y = found.places("tilt"), found.places("roll_rate")
-    # a half-width along an axis is worth at most its own length across the circle
+    # across the circle, a half-width along an axis counts at most with its full length
     assert np.hypot(x, y) == pytest.approx(0.7, abs=1e-9)
     angle = np.unwrap(np.arctan2(y, x))
     assert abs(angle[-1] - angle[0]) == pytest.approx(2.0 * np.pi, abs=0.2)
@@ -99,11 +99,11 @@ def test_islands_and_a_curve_that_leaves_the_grid(drawn):
 
 @pytest.mark.parametrize(("sign", "closed"), [(1, 2), (-1, 1)])
 def test_the_middle_of_a_square_decides_what_belongs_together(drawn, sign, closed):
-    """Of a square with alternating corners the start at its middle tells an hourglass from two islands."""
+    """In a square with alternating corners, the start at its middle distinguishes an hourglass from two islands."""
     reach = 0.05
 
     def rule(x, y):
-        # unstable quadrants that meet near the middle (0.025, 0): joined there or not
+        # unstable quadrants near the middle (0.025, 0), joined there or separate
         apart = (x - 0.025) * (y - 0.0) > (-1e-4 if sign < 0 else 1e-4)
         return apart & (np.hypot(x - 0.025, y) < 8 * reach)
 
@@ -113,7 +113,7 @@ def test_the_middle_of_a_square_decides_what_belongs_together(drawn, sign, close
 
 
 def test_undecided_cells_end_a_curve():
-    """No point lies beside an undecided cell, and the curve is open there."""
+    """No point is next to an undecided cell, and the curve is open there."""
     spec = sweep.SweepSpec(tilt="0.01:0.04:4", roll_rate="2:3:3", boundary="refined:1e-3")
     stability = np.array([[2, 2, 1], [2, 2, 1], [2, 0, 1], [2, 2, 1]], np.int8)
     assert stability[2, 1] == UNDECIDED
@@ -123,7 +123,7 @@ def test_undecided_cells_end_a_curve():
 
 
 def test_a_third_axis_makes_a_plane_each(drawn):
-    """The curves of a grid of three axes lie in planes of the last two, each at a value of the first."""
+    """In a grid of three axes, every value of the first axis has its own plane of curves."""
     spec = sweep.SweepSpec(alpha="0.5,1", tilt="-1:1:5", roll_rate="2:3:3")
     stability = np.full(spec.shape, STABLE, np.int8)
     stability[:, 2, 1] = UNSTABLE
@@ -135,7 +135,7 @@ def test_a_third_axis_makes_a_plane_each(drawn):
 
 @pytest.mark.compiled
 def test_curves_in_a_file(tmp_path):
-    """An atlas with a refined boundary is written the same way from memory and block by block, as a ragged array."""
+    """A refined boundary is written as a ragged array, identically from memory and block by block."""
     spec = sweep.SweepSpec.preset("circling").replace(
         tilt="2deg:25deg:12", precession_rate="0.2:5:31", boundary="refined"
     )
@@ -146,8 +146,8 @@ def test_curves_in_a_file(tmp_path):
         assert one.curve_point_count.attrs["sample_dimension"] == "curve_point"
         assert int(one.curve_point_count.sum()) == one.sizes["curve_point"]
         assert one.curve_tilt.attrs["units"] == "rad"
-        # the dome closes above 18.62 deg (theory.md), a little later for ten times the kick: its curve leaves the grid
-        # only at the smallest tilt and rate
+        # the dome closes above 18.62 deg (theory.md), a little later for ten times the kick: its curve leaves
+        # the grid only at the smallest tilt and rate
         (count,), closed = one.curve_point_count.values, bool(one.curve_closed[0])
         assert not closed
         assert count == one.sizes["curve_point"]
@@ -179,7 +179,7 @@ AXES = ("gravity", "alpha", "tilt", "roll_rate")
 
 @st.composite
 def grids(draw):
-    """A grid of two to four axes: noise, or one of few undecided cells and many squares with alternating corners."""
+    """Draw a grid of two to four axes: noise, or few undecided cells and many squares with alternating corners."""
     shape = draw(array_shapes(min_dims=2, max_dims=4, max_side=6))
     codes = draw(
         st.sampled_from(((UNDECIDED, STABLE, UNSTABLE), (STABLE, UNSTABLE), (STABLE, STABLE, UNSTABLE)))
@@ -187,12 +187,12 @@ def grids(draw):
     return draw(arrays(np.int8, shape, elements=st.sampled_from(codes)))
 
 
-#: A loop around one cell, which begins beside a saddle: it is followed away from that.
+# : A loop around one cell that starts next to a saddle and leads away from it.
 BESIDE_SADDLE = np.array([[1, 2, 1, 1], [1, 1, 2, 1], [1, 1, 1, 1]], np.int8)
 
 
 def judged(spec, starts):
-    """A verdict at any start, without integration: stable and unstable lie close together."""
+    """Judge any start without integration; stable and unstable starts lie close together."""
     waves = np.sin(97.0 * starts["tilt"] + 31.0 * starts["roll_rate"] + starts["alpha"] + starts["gravity"])
     return np.where(waves > 0.0, UNSTABLE, STABLE).astype(np.int8)
 
@@ -201,10 +201,7 @@ def judged(spec, starts):
 @example(BESIDE_SADDLE, 40)
 @example(3 - BESIDE_SADDLE, 40)
 def test_curves_of_any_grid(grid, at_once):
-    """Curves have the points, in the order, that the sides of all squares of the whole grid give.
-
-    However few points are measured at a time.
-    """
+    """On any grid, the curves have the points of the reference, in its order, however many are measured at a time."""
     values = [
         np.linspace(0.1 * number + 0.1, 0.1 * number + 0.9, count) for number, count in enumerate(grid.shape)
     ]
@@ -225,7 +222,7 @@ def test_curves_of_any_grid(grid, at_once):
         mock.patch.object(curve_module, "AT_ONCE", at_once),
     ):
         found = Curves(spec, grid)
-        # wider than any bracket: the middles stay those of the grid
+        # wider than any bracket, so the points stay at the middles of the grid edges
         points = found.measured(10.0)
     expected, closed = referee.chains(grid, like_corner)
     assert found.counts.tolist() == [len(chain) for chain in expected]
@@ -243,7 +240,7 @@ def test_curves_of_any_grid(grid, at_once):
 
 SPECS = {
     "map": sweep.SweepSpec(roll_rate="2:4:9", tilt="0.1deg:3deg:6"),
-    # a single row: its only curve has a single point
+    # a single row: its only curve has one point
     "row": sweep.SweepSpec(roll_rate="2:4:9", tilt="0.1deg,"),
     "several curves": sweep.SweepSpec(roll_rate="-4:4:17", tilt="-3deg:3deg:8"),
     "no rate": sweep.SweepSpec(roll_rate=3, tilt="0.1deg:3deg:6", tilt_rate="0.001:1:7"),
@@ -252,7 +249,7 @@ SPECS = {
 
 @pytest.fixture(params=SPECS, name="both")
 def _both(request):
-    """Return an atlas with the boundary of its grid, and the same one with its boundary refined."""
+    """Return an atlas with a grid boundary and the same atlas with a refined boundary."""
     coarse = sweep.run(SPECS[request.param])
     refined = sweep.refine(coarse, 1e-6)
     assert {CURVES, POINTS} <= set(refined.dims)
@@ -262,7 +259,7 @@ def _both(request):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_an_atlas_with_curves_is_drawn(both, tmp_path):
-    """Both are figures of the same panels and words; a map also of regimes, with the same bytes."""
+    """Both atlases give the same panels and texts; the regime maps have the same bytes."""
     coarse, _ = both
     drawn = [plots.figure([atlas]) for atlas in both]
     texts = [
@@ -279,7 +276,7 @@ def test_an_atlas_with_curves_is_drawn(both, tmp_path):
 @pytest.mark.compiled
 @pytest.mark.parametrize("kind", ["csv", "parquet"])
 def test_tables_have_its_cells(both, tmp_path, kind):
-    """A table has a row for each cell and the columns of the atlas without curves."""
+    """A table has a row for each cell and the columns of an atlas without curves."""
     coarse, refined = both
     for name, atlas in (("a", coarse), ("b", refined)):
         export(atlas, tmp_path / f"{name}.{kind}", kind)
@@ -292,7 +289,7 @@ def test_tables_have_its_cells(both, tmp_path, kind):
 
 @pytest.mark.compiled
 def test_it_is_compared_with_every_point_of_its_curves(both):
-    """It is the same as itself; a point that moves beyond the tolerance, or that is missing, is a difference."""
+    """The atlas equals its copy; a point that is missing or moved beyond the tolerance is a difference."""
     _, refined = both
     comparison = compare(refined, refined.copy(deep=True))
     assert comparison.same
@@ -310,7 +307,7 @@ def test_it_is_compared_with_every_point_of_its_curves(both):
 
 @pytest.mark.compiled
 def test_curves_of_a_part_are_not_judged():
-    """Of two grids that overlap the cells are compared, and it is told why the curves are not."""
+    """If two grids overlap in part, their cells are compared, and a note says why their curves are not."""
     spec = SPECS["map"].replace(boundary="refined:1e-6")
     comparison = compare(sweep.run(spec), sweep.run(spec.replace(roll_rate="2:3:5")), common=True)
     assert comparison.same
@@ -319,7 +316,7 @@ def test_curves_of_a_part_are_not_judged():
 
 @pytest.mark.compiled
 def test_curves_may_move_with_a_cell_that_flips_on_the_edge():
-    """Where a cell stands within its error of the limit any verdict is right, and so are the curves of each."""
+    """A cell within its error of the limit may have either verdict, and the curves may move with it."""
     spec = SPECS["map"].replace(boundary="refined:1e-6")
     atlas = sweep.run(spec)
     limit = float(atlas["tilt_max"][4, 2])

@@ -18,7 +18,7 @@ ROLLING = SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.1deg:1.
 CIRCLING = SweepSpec.preset("circling").replace(tilt="5deg:15deg:3", precession_rate="0.1:5:12")
 EDGE_NAMES = ("boundary_{}", "boundary_{}_halfwidth", "predicted_{}", "critical_{}", "boundary_{}_status")
 
-#: An axis of two values for each parameter.
+# : Two values for each parameter as an axis.
 PAIRS = {
     "tilt": "1deg,2deg",
     "tilt_rate": "0,0.1",
@@ -43,7 +43,7 @@ def circling():
 
 
 def test_a_run_takes_the_name_of_a_preset_or_a_file_with_changes(tmp_path, rolling):
-    """The same atlas comes from a spec, a preset, a TOML file, and from each with changes."""
+    """A spec, a preset and a TOML file, each with or without changes, give the same atlas."""
     path = tmp_path / "sweep.toml"
     path.write_text(ROLLING.to_toml(), encoding="utf-8")
     changes = {"roll_rate": "2:4:9", "tilt": "0.1deg:1.5deg:5:log"}
@@ -55,7 +55,7 @@ def test_a_run_takes_the_name_of_a_preset_or_a_file_with_changes(tmp_path, rolli
     ):
         xr.testing.assert_equal(found, rolling)
         assert found.attrs["sweep_fingerprint"] == rolling.attrs["sweep_fingerprint"]
-    # departure at 5 deg moves the critical rate of the coin, sqrt(g/3R), by 0.3 %
+    # a departure limit of 5 deg moves the coin's critical rate, sqrt(g/3R), by 0.3 %
     coin = sweep.run("rolling", radius="12mm", tilt="0.01deg")
     assert float(coin.boundary_roll_rate) == pytest.approx(math.sqrt(9.81 / (3 * 0.012)), rel=0.005)
 
@@ -76,7 +76,7 @@ def test_a_run_takes_the_name_of_a_preset_or_a_file_with_changes(tmp_path, rolli
     ],
 )
 def test_a_run_of_nothing_that_is_a_spec_is_refused(tmp_path, spec, changes, facts):
-    """In memory and to a file, in the words of the command line; nothing is written."""
+    """Runs of an invalid spec are refused, in memory and to a file, with a hint; nothing is written."""
     for run in (sweep.run, lambda spec, **changes: sweep.run_to_file(spec, tmp_path / "a.nc", **changes)):
         with refused(*facts) as caught:
             run(spec, **changes)
@@ -85,7 +85,7 @@ def test_a_run_of_nothing_that_is_a_spec_is_refused(tmp_path, spec, changes, fac
 
 
 def test_every_variable_of_the_table_is_there(rolling, circling):
-    """An atlas has each measure over all axes, the edges of a rate over the others, the parameters as coordinates."""
+    """Measures have all axes, edges of a rate have the other axes, and parameters are coordinates."""
     assert dict(rolling.sizes) == {"roll_rate": 9, "tilt": 5}
     assert set(rolling.data_vars) == {*VARIABLES, *(name.format("roll_rate") for name in EDGE_NAMES)}
     assert set(rolling.coords) == set(PARAMETERS)
@@ -100,7 +100,7 @@ def test_every_variable_of_the_table_is_there(rolling, circling):
 
 
 def test_variables_are_described_by_the_table(rolling):
-    """Type, units, long name and flags of each variable are those of the table; each measure points to its ending."""
+    """Each variable has the type, units, long name and flags of the table; each measure points to its ending."""
     for name, quantity in VARIABLES.items():
         variable = rolling[name]
         assert variable.dtype == quantity.dtype
@@ -127,7 +127,7 @@ def test_variables_are_described_by_the_table(rolling):
 
 
 def test_attributes_are_plain_text_and_numbers():
-    """Every name and attribute is ASCII and of a type that the classic model knows, whatever the title says."""
+    """Every name and attribute is ASCII and of a type of the classic model, whatever the title."""
     dataset = sweep.run(SweepSpec(title="Münze ☃", tilt=[0.1]))
     assert dataset.attrs["title"] == "M\\xfcnze \\u2603"
     for name, variable in {**dataset.variables, "": dataset}.items():
@@ -139,7 +139,7 @@ def test_attributes_are_plain_text_and_numbers():
 
 
 def test_provenance(monkeypatch):
-    """The attributes say how it was made, and hold all that is needed to make it again."""
+    """The attributes state how the atlas was made and contain everything to make it again."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
     found = sweep.run(ROLLING).attrs
     assert found["Conventions"] == "CF-1.11, ACDD-1.3"
@@ -157,7 +157,7 @@ def test_provenance(monkeypatch):
 
 
 def test_cells_stand_where_their_coordinates_say(rolling):
-    """A cell selected by its labels is the one that a request for just these values gives."""
+    """A cell selected by its coordinates equals a run with exactly these values."""
     for rate, tilt in ((0, 0), (8, 0), (3, 4)):
         cell = rolling.isel(roll_rate=rate, tilt=tilt)
         alone = sweep.run(ROLLING.replace(roll_rate=float(cell.roll_rate), tilt=float(cell.tilt)))
@@ -166,7 +166,7 @@ def test_cells_stand_where_their_coordinates_say(rolling):
 
 
 def test_any_parameter_can_be_an_axis():
-    """Each of the seven parameters makes a grid, with its values as coordinate; no cell is invalid."""
+    """Each of the seven parameters can be an axis, with its values as coordinate and no invalid cell."""
     for name in PARAMETERS:
         dataset = sweep.run(SweepSpec(**{"tilt": "1deg", "roll_rate": 3, name: PAIRS[name]}))
         assert dict(dataset.sizes) == {name: 2}
@@ -176,7 +176,7 @@ def test_any_parameter_can_be_an_axis():
 
 
 def test_any_number_of_axes():
-    """From one cell to all seven parameters, the dimensions are the axes in the order given."""
+    """With one to seven axes or a single cell, the dimensions are the axes in the given order."""
     for count in range(8):
         names = [*reversed(PARAMETERS)][:count]
         dataset = sweep.run(
@@ -192,7 +192,7 @@ def test_any_number_of_axes():
 
 
 def test_the_boundary_is_that_of_the_verdicts(rolling):
-    """Between boundary -+ half-width lie the last unstable and the first stable rate of each row."""
+    """boundary ± half-width are the last unstable and the first stable rate of each row."""
     rates = rolling.roll_rate.values
     for row in range(5):
         verdicts = rolling.stability.values[:, row]
@@ -202,7 +202,7 @@ def test_the_boundary_is_that_of_the_verdicts(rolling):
 
 
 def test_the_critical_rates_are_the_analytic_ones(rolling):
-    """The line of a rolling disk is g/3R, g/4R for a hoop; of a spinning one 4g/5R and 2g/3R."""
+    """The squared critical roll rate is g/3R, or g/4R for a hoop; for a spinning disk it is 4g/5R, or 2g/3R."""
     np.testing.assert_allclose(rolling.critical_roll_rate, math.sqrt(9.81 / 1.5), rtol=1e-14)
     for words, factors in (
         ({"roll_rate": "1:4:4"}, [1 / 3, 1 / 4]),
@@ -216,7 +216,7 @@ def test_the_critical_rates_are_the_analytic_ones(rolling):
 def test_a_steady_roll_rate_is_stored_per_cell(circling):
     """The computed roll rate satisfies the condition of steady circling in every cell."""
     tilt, turn = circling.tilt, circling.precession_rate
-    # physics of the uniform disk: 4 g sin + (2 + alpha) R turn^2 sin(2 tilt) + 4 (1 + alpha) R roll turn cos = 0
+    # uniform disk: 4 g sin + (2 + alpha) R turn^2 sin(2 tilt) + 4 (1 + alpha) R roll turn cos = 0
     residue = (
         4 * 9.81 * np.sin(tilt)
         + 2.5 * 0.5 * turn**2 * np.sin(2 * tilt)
@@ -227,7 +227,7 @@ def test_a_steady_roll_rate_is_stored_per_cell(circling):
 
 
 def test_the_encoding_is_the_profile_of_the_file(rolling):
-    """Measured floats are filled, coordinates and flags are not; chunks follow from the grid; all is zlib."""
+    """Only measured floats have a fill value; chunks follow from the grid, and everything uses zlib."""
     for name, variable in rolling.variables.items():
         measured = variable.dtype.kind == "f" and name not in PARAMETERS
         assert variable.encoding["_FillValue"] == (FILL if measured else None), name
@@ -239,14 +239,14 @@ def test_the_encoding_is_the_profile_of_the_file(rolling):
 
 
 def test_ways_to_run_change_nothing(monkeypatch):
-    """Threads and block size leave the whole dataset as it is."""
+    """The number of threads and the block size do not change the dataset."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
     whole = sweep.run(ROLLING)
     xr.testing.assert_identical(whole, sweep.run(ROLLING, threads=1, block_cells=7))
 
 
 def test_a_part_of_an_atlas_is_not_an_atlas(rolling):
-    """The spec of a selection would speak of other cells: it is refused."""
+    """`spec_of` refuses a part of an atlas, because the stored spec describes the whole."""
     assert spec_of(rolling) == ROLLING
     for part, facts in (
         (rolling.isel(tilt=slice(2)), ["not the whole atlas", "'tilt': 5", "'tilt': 2"]),
@@ -262,7 +262,7 @@ def test_a_part_of_an_atlas_is_not_an_atlas(rolling):
 
 
 def test_an_unknown_row_status_is_an_error_of_the_file():
-    """A code that there is not is refused by name, as that of an ending is."""
+    """An unknown status code is refused by name, like an unknown ending."""
     atlas = sweep.run(sweep.SweepSpec(roll_rate="2:3:4", tilt="1deg:2deg:3")).copy(deep=True)
     atlas["boundary_roll_rate_status"][1] = 114
     with refused("boundary_roll_rate_status", "114", "0, 1"):

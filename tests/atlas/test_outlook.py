@@ -1,4 +1,4 @@
-"""The warning that a range misses the predicted boundary, and the range that it gives to paste."""
+"""The warning that a range misses the predicted boundary, and the range it suggests."""
 
 import re
 
@@ -9,18 +9,18 @@ import sweep
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.outlook import one_sided
 
-#: physics: g / 3R of a uniform disk.
+# : Critical rate of a uniform disk: the square root of g / 3R.
 COIN = float(np.sqrt(9.81 / (3 * 0.012)))
 
 
 def request(text):
-    """Return the spec that words ask for."""
+    """Return the spec of these words."""
     name, *words = text.split()
     return sweep.SweepSpec.from_words(name, words)
 
 
 def test_the_range_to_paste_holds_the_prediction_of_every_row():
-    """The side is told, and the range that is given has the count of the user and holds every edge of theory."""
+    """The warning names the side; the suggested range has the user's count and contains all predicted edges."""
     for words, side in [
         ("rolling radius=12mm roll_rate=2:4:801", "unstable"),
         ("rolling roll_rate=20:30:9", "stable"),
@@ -50,7 +50,7 @@ def test_the_range_to_paste_holds_the_prediction_of_every_row():
 
 
 def test_the_coin():
-    """The classic mistake: the range of a large disk for a coin, whose critical rate is sqrt(g/3R)."""
+    """A classic mistake: a large disk's range for a coin, whose critical rate is sqrt(g/3R)."""
     (warning,) = one_sided(request("rolling radius=12mm roll_rate=2:4:801"))
     start, stop, count = re.search(r"roll_rate=([\d.]+):([\d.]+):(\d+)$", warning).groups()
     assert float(start) < COIN < float(stop)
@@ -59,19 +59,19 @@ def test_the_coin():
 
 
 def test_no_warning_where_nothing_is_missed():
-    """A range that meets the boundary in a row, and what theory does not know, give no warning."""
+    """There is no warning if one row crosses the boundary or if theory has no prediction."""
     for words in [
         "rolling",
         "spinning",
         "circling",
-        # a part of the rows crosses the boundary
+        # some of the rows cross the boundary
         "rolling roll_rate=2.6:2.7:9",
         "rolling roll_rate=-3:3:9",
-        # theory has no prediction: a tilt beyond the limit, a disk that rolls and spins, two controls, one value
+        # no prediction: a tilt beyond the limit, a rolling and spinning disk, two controls, one value
         "rolling roll_rate=2:4:9 tilt=10deg,20deg",
         "rolling roll_rate=0.1:0.2:9 precession_rate=1",
         "rolling roll_rate=0.1:0.2:9 precession_rate=0:1:3",
-        # at 10 deg slow circling is stable too: of rates of both signs theory gives the outer edges alone
+        # at 10 deg slow circling is stable too: with rates of both signs, theory gives only the outer edges
         "circling tilt=10deg,20deg precession_rate=-1:1:5",
         "rolling roll_rate=0.1,",
         "rolling roll_rate=3",
@@ -80,7 +80,7 @@ def test_no_warning_where_nothing_is_missed():
 
 
 def test_an_atlas_holds_its_prediction():
-    """Of a finished atlas the stored prediction says the same, whatever the number of rows."""
+    """The prediction stored in a finished atlas gives the same warning for any number of rows."""
     spec = request("rolling radius=12mm roll_rate=2:4:5 tilt=0.1deg,1deg")
     atlas = sweep.run(spec)
     assert one_sided(spec, atlas) == one_sided(spec)
@@ -88,7 +88,7 @@ def test_an_atlas_holds_its_prediction():
 
 
 def test_rows_are_spread_over_a_large_grid(monkeypatch):
-    """Of many rows some are looked at, the first and the last among them."""
+    """In a large grid, only some rows are checked, including the first and the last."""
     monkeypatch.setattr("sweep.atlas.outlook._MOST_ROWS", 9)
     spec = request("rolling radius=12mm roll_rate=2:4:9 tilt=0.01deg:1deg:50:log alpha=0.3:1:40")
     (warning,) = one_sided(spec)

@@ -1,4 +1,4 @@
-"""Atlases by a criterion of one's own: boundaries where it changes, no line of prediction, functions in memory."""
+"""Atlases by your own criterion: boundaries where it changes, no predicted line, functions in memory."""
 
 import math
 
@@ -33,12 +33,12 @@ OWN = {
 
 @pytest.fixture(autouse=True)
 def fixed_time(monkeypatch):
-    """Atlases of one spec bear one date."""
+    """Give all atlases of one spec the same date."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
 
 
 def test_reclassified_is_as_if_run_with_it():
-    """All is to the bit as in a new run, there and back, attributes too; only the history tells."""
+    """Reclassifying gives the bits and attributes of a new run, in both directions; only the history differs."""
     for spec in OWN.values():
         fresh, before = sweep.run(spec), sweep.run(spec.replace(criterion="departure:5deg"))
         assert len(np.unique(fresh.stability)) > (spec.size > 1)
@@ -49,7 +49,7 @@ def test_reclassified_is_as_if_run_with_it():
 
 
 def test_without_falls_it_can_say_what_departure_says():
-    """Upright, the departure is the peak tilt: written so, and with falls, verdicts and boundary are the same."""
+    """For upright disks, departure is peak tilt: an expression with peak tilt and falls gives the same boundary."""
     limited = sweep.run(
         ROLLING.replace(roll_rate="0.5:4:40", criterion="departure:5deg", boundary="refined:1e-7")
     )
@@ -61,7 +61,7 @@ def test_without_falls_it_can_say_what_departure_says():
 
 
 def test_no_line_of_prediction_is_stored():
-    """Theory predicts no boundary for it: its line is missing and the file says why; the analytic line stays."""
+    """Theory predicts no boundary for it: the line is missing, the file says why, and the analytic line stays."""
     limited, own = sweep.run(ROLLING), sweep.run(OWN["peak"])
     assert limited.predicted_roll_rate.notnull().all()
     assert own.predicted_roll_rate.isnull().all()
@@ -73,7 +73,7 @@ def test_no_line_of_prediction_is_stored():
 
 
 def test_what_a_model_predicts_is_left_out(monkeypatch):
-    """Also a line that a model gives in spite of the criterion."""
+    """A model's own predicted line is dropped, too."""
     ones = {"upper": (np.ones(6), np.ones(6))}
     monkeypatch.setattr(Disk, "lines", lambda self, spec, axis, starts: ones)
     for spec, known in ((ROLLING, True), (OWN["peak"], False)):
@@ -83,7 +83,7 @@ def test_what_a_model_predicts_is_left_out(monkeypatch):
 
 
 def test_the_file_states_it(tmp_path):
-    """The attribute of the atlas, that of the verdicts, and the spec of the file: run again from it, the same bits."""
+    """The criterion is in the attributes of atlas and verdicts and in the spec; a run from the file is identical."""
     own = sweep.run(OWN["falls"])
     assert own.attrs["criterion"] == "fall_time < 0.25s"
     assert "unstable if fall_time < 0.25s;" in own.attrs["criterion_meaning"]
@@ -100,7 +100,7 @@ def test_the_file_states_it(tmp_path):
 
 @pytest.mark.compiled
 def test_the_fall_takes_a_quarter_of_a_second_inside_the_bracket():
-    """Of the two ends of a bracket DOP853 falls sooner from one, and later from the other."""
+    """DOP853 falls before 0.25 s at one end of every bracket and later at the other."""
     atlas = sweep.refine(sweep.run(OWN["falls"]), 1e-6)
     middle, half = atlas.boundary_roll_rate.values, atlas.boundary_roll_rate_halfwidth.values
     known = np.flatnonzero(np.isfinite(middle))
@@ -111,13 +111,13 @@ def test_the_fall_takes_a_quarter_of_a_second_inside_the_bracket():
             for rate in (middle[row] - half[row], middle[row] + half[row])
         )
         assert fast < 0.25 < slow
-        # a fall time is known to 1e-6 of it, and the bracket is no wider than that makes it
+        # a fall time is known to a relative 1e-6, and the bracket is no wider than that
         assert 4e-7 < slow - fast < 1e-6
 
 
 @pytest.mark.compiled
 def test_the_exact_period_crosses_inside_the_bracket():
-    """Twice the time of DOP853 to its turning point is above 3 s at one end of a bracket, and below at the other."""
+    """Twice DOP853's time to the turning point is above 3 s at one end of a bracket and below it at the other."""
     atlas = sweep.run(OWN["period"])
     rows = np.flatnonzero(np.isfinite(atlas.boundary_roll_rate.values))
     assert rows.size >= 4
@@ -126,13 +126,13 @@ def test_the_exact_period_crosses_inside_the_bracket():
         periods = []
         for rate in (middle - half, middle + half):
             start = referee.starts(tilt=atlas.tilt.values[row], roll_rate=rate)[:, 0]
-            # released at rest: the first turn after the start is half a period away
+            # released at rest: the next turning point is half a period away
             periods.append(2.0 * float(referee.motion(start, 5.0).turn_times[0]))
         assert periods[0] > 3.0 > periods[1]
 
 
 def test_what_the_exact_reduction_is_asked_for():
-    """Bisected by the reduction, a boundary of periods needs the periods: it is that of RK4, to the tolerance."""
+    """The exact reduction computes the periods of a period boundary and agrees with RK4 within the tolerance."""
     spec = OWN["period"]
     names = ["boundary_roll_rate", "boundary_roll_rate_halfwidth"]
     (ours, half), (exact, width) = (
@@ -146,7 +146,7 @@ def test_what_the_exact_reduction_is_asked_for():
 
 @pytest.mark.compiled
 def test_a_bracket_is_no_narrower_than_what_is_known():
-    """However small the width, the boundary of the exact reduction lies inside the bracket of a coarse integration."""
+    """The boundary of the exact reduction lies inside the bracket of a coarse integration, however small the width."""
     for criterion in ["peak_tilt > 20*tilt", "amplification > 20", "nutation_period > 3s"]:
         spec = ROLLING.replace(criterion=criterion, tolerance=1e-6)
         found = sweep.refine(sweep.run(spec), 1e-12)
@@ -160,7 +160,7 @@ def test_a_bracket_is_no_narrower_than_what_is_known():
 
 
 def test_an_atlas_without_a_variable_is_refused():
-    """Another criterion on an atlas that lacks its variable is refused by name."""
+    """Reclassifying an atlas without the criterion's variable is refused; the message names the variable."""
     atlas = sweep.run(ROLLING)
     with refused("lacks nutation_period"):
         sweep.reclassify(atlas.drop_vars("nutation_period"), "nutation_period > 1s")
@@ -172,7 +172,7 @@ def test_an_atlas_without_a_variable_is_refused():
 
 
 def peaks(atlas):
-    """Return where the peak tilt is above 5 degrees."""
+    """Return True where the peak tilt is above 5 degrees."""
     return atlas.peak_tilt > math.radians(5)
 
 
@@ -187,7 +187,7 @@ def peaks(atlas):
     ids=["variable", "array", "transposed", "without names"],
 )
 def test_a_function_judges_in_memory(function):
-    """What a function returns are the verdicts, and the boundary is that of the grid: as by the same expression."""
+    """A function's results are the verdicts, with a grid boundary, as for the equivalent expression."""
     spec = ROLLING.replace(roll_rate="0.5:4:40", duration=1.0)
     atlas = sweep.run(spec)
     found, same = sweep.reclassify(atlas, function), sweep.reclassify(atlas, "peak_tilt > 5deg")
@@ -200,7 +200,7 @@ def test_a_function_judges_in_memory(function):
 
 
 def test_of_a_refined_atlas_a_function_judges_the_cells():
-    """Between cells nobody can ask it: the boundary is that of the grid, and there are no curves."""
+    """A function cannot judge between cells: a refined atlas gets a grid boundary and no curves."""
     found = sweep.run(ROLLING.replace(boundary="refined")).eulerdisk.reclassify(peaks)
     assert not [name for name in found.data_vars if name.startswith("curve_")]
     half = found.boundary_roll_rate_halfwidth
@@ -211,7 +211,7 @@ def test_of_a_refined_atlas_a_function_judges_the_cells():
 
 
 def test_what_a_function_judged_is_not_saved(tmp_path):
-    """It is refused in a sentence, nothing is written, and another criterion makes it an atlas again."""
+    """An atlas judged by a function cannot be saved; reclassifying it by an expression makes that possible."""
     found = sweep.reclassify(sweep.run(ROLLING), peaks)
     with refused("function peaks", "file"):
         sweep.save(found, tmp_path / "a.nc")
@@ -221,7 +221,7 @@ def test_what_a_function_judged_is_not_saved(tmp_path):
     with refused("function peaks", "memory"):
         sweep.verify(found)
     sweep.save(sweep.reclassify(found, "peak_tilt > 5deg"), tmp_path / "a.nc")
-    # written by other means it is no atlas
+    # a file written by other means is not accepted as an atlas
     found.to_netcdf(tmp_path / "b.nc", format="NETCDF4_CLASSIC", engine="netcdf4")
     with refused("function peaks", "memory"):
         open_atlas(tmp_path / "b.nc")
@@ -245,7 +245,7 @@ def test_what_a_function_judged_is_not_saved(tmp_path):
     ],
 )
 def test_a_function_returns_a_bool_for_each_cell(function, facts):
-    """Anything else is refused, with the shape that is needed."""
+    """A function that does not return a bool for each cell is refused, with the required shape."""
     with refused(*facts) as caught:
         sweep.reclassify(sweep.run(ROLLING), function)
     assert "(30, 6)" in str(caught.value)

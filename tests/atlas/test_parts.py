@@ -1,4 +1,4 @@
-"""Words that pick a part of an atlas."""
+"""Words that select a part of an atlas."""
 
 import numpy as np
 import pytest
@@ -12,12 +12,12 @@ from sweep.request.spec import SweepSpec
 
 @pytest.fixture(scope="module")
 def atlas():
-    """A small atlas with three axes, one of them logarithmic."""
+    """Return a small atlas with three axes, one of them logarithmic."""
     return sweep.run(SweepSpec(alpha="0.5,0.7,1", roll_rate="1:4:16", tilt="0.1deg:10deg:5:log"))
 
 
 def test_words_pick_values(atlas):
-    """A number takes the axis away; a list and two ends keep it; another value than asked for is told."""
+    """A number drops the axis, a list or a range keeps it; a note states a value that differs from the request."""
     for words, places, noted in [
         ({"alpha": "0.5"}, {"alpha": 0}, []),
         ({"alpha": "0.7,1"}, {"alpha": [1, 2]}, []),
@@ -30,7 +30,7 @@ def test_words_pick_values(atlas):
         ),
         ({"roll_rate": "0.91"}, {"roll_rate": 0}, ["roll_rate 1 rad s-1"]),
         ({"tilt": "1deg:4deg", "alpha": "1"}, {"tilt": [2, 3], "alpha": 2}, []),
-        # nearer to 1 deg in its logarithm, though 3.16 deg is nearer than 0.1 deg is to 0.316 deg
+        # nearer to 1 deg in the logarithm, although 3.16 deg is nearer in the value
         ({"tilt": "1.7deg"}, {"tilt": 2}, ["tilt 1 deg"]),
         ({"tilt": "0.1deg,0.11deg"}, {"tilt": [0]}, ["0.11"]),
         # tilts of 1 to 5 deg
@@ -51,7 +51,7 @@ def test_words_pick_values(atlas):
 
 
 def test_bad_words_are_refused(atlas):
-    """In sentences that name the axis."""
+    """Bad words are refused with a message that names the axis."""
     for words, facts in [
         ({"alpha": "2"}, ["alpha=2", "0.5", "1"]),
         ({"tilt": "0.5"}, ["tilt=0.5", "radians", "tilt=0.5deg"]),
@@ -84,7 +84,7 @@ def test_bad_words_are_refused(atlas):
 
 
 def test_a_start_has_no_nearest_one():
-    """It is one of the numbers of the list, wherever it is named; between two numbers, all between are meant."""
+    """A start is selected by its exact number; a range selects all numbers in between."""
     whole = sweep.run(SweepSpec(tilt="uniform:1deg:2deg", roll_rate=3, samples=12))
     part = whole.isel(start=[2, 5, 7]).eulerdisk.atlas
     for atlas, words, facts in (
@@ -102,7 +102,7 @@ def test_a_start_has_no_nearest_one():
 
 
 def test_an_axis_reaches_half_a_step_beyond_its_ends():
-    """In the value, or along a logarithmic axis in its logarithm; no further."""
+    """An axis extends half a step beyond its ends, in the logarithm if it is logarithmic."""
     even, log = Range(1.0, 4.0, 4), Range(1.0, 100.0, 3, "log")
     for axis, inside, outside in ((even, (0.51, 4.49), (0.49, 4.51)), (log, (0.32, 316.0), (0.31, 317.0))):
         assert all(is_inside(axis, value) for value in inside)
@@ -110,7 +110,7 @@ def test_an_axis_reaches_half_a_step_beyond_its_ends():
 
 
 def test_a_value_that_rounding_changed_is_no_other_one():
-    """The rounding is that of the larger end of the axis: one end may be 0."""
+    """Values that differ by rounding are equal; the rounding is relative to the larger end, as one end may be 0."""
     axis = Range(0.0, 0.3, 4)
     assert not is_other(axis, 3, 0.1 + 0.2)
     assert not is_other(axis, 0, 1e-17)

@@ -1,4 +1,4 @@
-"""The quantities of a boundary bear the name and the units of the parameter that it was found along."""
+"""Boundary quantities have the name and the units of their parameter."""
 
 from sweep.atlas.cf_metadata import EDGES, edge_names, edge_quantities, point_quantities, status_name
 from sweep.model.disk.model import DISK
@@ -6,7 +6,7 @@ from sweep.model.disk.tables import PARAMETERS
 
 
 def test_edge_quantities_follow_their_axis():
-    """The quantities of an edge are named after their axis, the lower edge apart, and have its units; one is a flag."""
+    """Edge quantities are named after the axis, the lower edge with `lower_`; all but the flag have its units."""
     for edge, side in [("upper", ""), ("lower", "lower_")]:
         quantities = edge_quantities(DISK, "precession_rate", edge)
         assert list(quantities) == [
@@ -22,7 +22,7 @@ def test_edge_quantities_follow_their_axis():
 
 
 def test_the_edges_have_names_of_their_own():
-    """No name stands for two edges, and a measured edge says on which side the motion is stable."""
+    """No name is used for two edges, and a measured edge states its stable side."""
     names = [name for edge in EDGES for name in edge_names("roll_rate", edge)]
     assert len(names) == len(set(names))
     for edge, side in (("upper", "above"), ("lower", "below")):
@@ -31,7 +31,7 @@ def test_the_edges_have_names_of_their_own():
 
 
 def test_a_point_of_a_curve_has_a_place_along_every_axis():
-    """Place and half-width along each axis of the atlas, in the axis's units."""
+    """Points have a place and a half-width along each axis of the atlas, in the units of the axis."""
     quantities = point_quantities(PARAMETERS, ("tilt", "roll_rate"))
     assert {name: quantity.units for name, quantity in quantities.items()} == {
         "curve_tilt": "rad",

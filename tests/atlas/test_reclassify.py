@@ -28,12 +28,12 @@ CRITERIA = ["departure:2deg", "departure:30deg", "amplification:3", "amplificati
 
 @pytest.fixture(autouse=True)
 def fixed_time(monkeypatch):
-    """Atlases of one spec bear one date."""
+    """Give all atlases of one spec the same date."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
 
 
 def test_it_is_as_if_run_with_that_criterion():
-    """Verdicts, boundaries and attributes are to the bit those of a new run; only the history tells."""
+    """Verdicts, boundaries and attributes are bit for bit those of a new run; only the history differs."""
     for spec in SPECS.values():
         for criterion in CRITERIA:
             changed = sweep.reclassify(sweep.run(spec), criterion)
@@ -48,14 +48,14 @@ def test_it_is_as_if_run_with_that_criterion():
 
 
 def test_the_criteria_differ_in_their_verdicts():
-    """The criteria of this test part the cells differently, so that equality says something."""
+    """These criteria give different verdicts, so that equality after reclassifying means something."""
     atlas = sweep.run(SPECS["rolling"])
     verdicts = {sweep.reclassify(atlas, each).stability.values.tobytes() for each in CRITERIA}
     assert len({*verdicts, atlas.stability.values.tobytes()}) == len(CRITERIA) + 1
 
 
 def test_measures_are_kept_and_the_atlas_is_not_changed():
-    """The measures are the same, and the atlas that is given keeps its own verdicts."""
+    """The measures are the same, and the input atlas keeps its own verdicts."""
     atlas = sweep.run(SPECS["rolling"])
     before = atlas.copy(deep=True)
     changed = sweep.reclassify(atlas, "departure:1deg")
@@ -66,14 +66,14 @@ def test_measures_are_kept_and_the_atlas_is_not_changed():
 
 
 def test_nothing_is_integrated(monkeypatch):
-    """Another criterion needs no kernel: finished measures are enough."""
+    """Reclassifying needs no kernel: finished measures are enough."""
     atlas = sweep.run(SPECS["rolling"])
     monkeypatch.setattr("sweep.engine.compute.measure", None)
     sweep.reclassify(atlas, sweep.Criterion.parse("departure:2deg"))
 
 
 def test_a_file_can_be_reclassified_and_saved(tmp_path):
-    """An atlas from a file, with another criterion and saved, reads back as it was saved."""
+    """An atlas that is read, reclassified and saved reads back as it was saved."""
     run_to_file(SPECS["circling"], tmp_path / "a.nc")
     with open_atlas(tmp_path / "a.nc") as atlas:
         changed = sweep.reclassify(atlas, "departure:1deg").load()
@@ -83,7 +83,7 @@ def test_a_file_can_be_reclassified_and_saved(tmp_path):
 
 
 def test_no_criterion_is_refused():
-    """Text that is no criterion is refused as in a request."""
+    """Text that is not a criterion is refused as in a request."""
     for criterion in ["departure", "departure:0deg", "amplitude:3", ""]:
         with pytest.raises(RequestError) as caught:
             sweep.reclassify(sweep.run(SPECS["cell"]), criterion)
@@ -91,13 +91,13 @@ def test_no_criterion_is_refused():
 
 
 def test_public_names_are_not_modules():
-    """No public name of the package is one of its modules: importing the module would take the name's place."""
+    """No public name of the package is also a module, because importing the module would replace it."""
     for name in sweep.__all__:
         assert importlib.util.find_spec(f"sweep.{name}") is None, name
 
 
 def test_a_criterion_that_judges_by_other_variables(monkeypatch):
-    """A criterion that needs a time and no extremes gives a finished atlas its verdicts, too."""
+    """A criterion that uses a time and no extremes can reclassify a finished atlas, too."""
     atlas = sweep.run(SPECS["falling"].replace(tilt_rate=1.0, precession_rate="0:2:5"))
     middle = float(atlas.fall_time.median())
 
@@ -112,7 +112,7 @@ def test_a_criterion_that_judges_by_other_variables(monkeypatch):
 
 
 def test_refining_on_a_device_that_is_not_here_is_refused(monkeypatch):
-    """An atlas that another machine has made on its device can be read, and is not refined without one."""
+    """An atlas made on a device that this machine lacks can be read, but not refined."""
     monkeypatch.setattr("sweep.engine.compute._missing_cuda", lambda: "there is none")
     atlas = sweep.run(SPECS["rolling"])
     made = SPECS["rolling"].replace(device="cuda")

@@ -1,4 +1,4 @@
-"""The edges of rows, and why a row has a boundary or none, compared with formulas and readings of rows as text."""
+"""The edges of rows and the reason for a missing boundary, compared with formulas and with rows as text."""
 
 import itertools
 import re
@@ -17,27 +17,27 @@ from sweep.atlas.row_edges import FOUND, ROW_STATUS, RowEdges, in_words, legal
 from sweep.atlas.selection import as_atlas
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 
-#: Verdicts written as they look along an axis: stable, unstable, undecided.
+# : Verdict codes by letter: stable, unstable, undecided.
 _CODES = {"s": STABLE, "u": UNSTABLE, "?": UNDECIDED}
 
 EDGES = ("upper", "lower")
 
-#: A start at 10 deg is beyond the 5 deg that the criterion allows.
+# : A start at 10 deg is beyond the criterion's limit of 5 deg.
 ROLLING = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.1deg,1deg,10deg")
 
 
 def as_rows(texts):
-    """Return verdicts from one text for each row."""
+    """Return the verdicts of rows, each written as text."""
     return np.array([[_CODES[letter] for letter in text] for text in texts], np.int8)
 
 
 def status(rows, edge="upper"):
-    """Return the names of the status of rows along the last axis."""
+    """Return the status names of the rows along the last axis."""
     return [ROW_STATUS[code] for code in RowEdges.of(rows, rows.ndim - 1).status(edge).reshape(-1).tolist()]
 
 
 def test_brackets_by_hand():
-    """The bracket runs from the outermost unstable cell to the next stable one; undecided cells widen it."""
+    """The bracket extends from the outermost unstable cell to the next stable one; undecided cells widen it."""
     cases = [
         ("uuuss", (2, 3), (-1, -1)),
         ("ssuuu", (-1, -1), (2, 1)),
@@ -67,7 +67,7 @@ grids = array_shapes(min_dims=1, max_dims=4, max_side=6).flatmap(
 
 @given(grids, st.integers(1, 50))
 def test_any_grid(grid, at_once):
-    """Along every axis, however many cells are looked at together, brackets and status are the referee's."""
+    """Along every axis, for any batch size, brackets and status equal the referee's."""
     kept, row_edges._AT_ONCE = row_edges._AT_ONCE, at_once
     try:
         for axis in range(grid.ndim):
@@ -84,7 +84,7 @@ def test_any_grid(grid, at_once):
 
 
 def by_text(text):
-    """Return the name of the status of the upper edge, from the row as text."""
+    """Return the status name of the upper edge of a row that is written as text."""
     decided = re.sub(r"(.)\1+", r"\1", text.replace("?", ""))
     changes = decided.count("us")
     if changes:
@@ -95,7 +95,7 @@ def by_text(text):
 
 
 def test_every_row_of_a_few_cells():
-    """All rows of up to seven verdicts have the status that their text has, for the lower edge read backward."""
+    """All rows of up to seven verdicts have the status of their text; the lower edge has that of the reversed text."""
     for length in range(1, 8):
         texts = ["".join(letters) for letters in itertools.product("su?", repeat=length)]
         rows = as_rows(texts)
@@ -104,7 +104,7 @@ def test_every_row_of_a_few_cells():
 
 
 def test_what_is_no_verdict_is_undecided():
-    """A damaged code, and NaN where a reader has masked a cell, count as undecided."""
+    """Damaged codes and NaN, which readers use for masked cells, count as undecided."""
     rows = as_rows(["u?ss", "??ss", "s?us"])
     assert status(rows) == ["found", "undecided", "found"]
     for strange in (7, -1, np.nan):
@@ -112,7 +112,7 @@ def test_what_is_no_verdict_is_undecided():
 
 
 def test_an_atlas_says_why_a_row_has_no_boundary():
-    """Found at small tilts, unstable throughout at 10 deg; the flag stands beside the boundary and is linked to it."""
+    """The boundary is found at small tilts; at 10 deg the linked status flag says unstable throughout."""
     for way in ("grid", "refined:1e-6"):
         atlas = sweep.run(ROLLING.replace(boundary=way))
         flag = atlas["boundary_roll_rate_status"]
@@ -132,7 +132,7 @@ def test_an_atlas_says_why_a_row_has_no_boundary():
 
 
 def test_it_is_found_again_from_the_verdicts():
-    """An atlas that lacks the variable has the same codes again; before that it is missed by name."""
+    """A missing status variable is restored with the same codes; without that it is reported by name."""
     atlas = sweep.run(ROLLING.replace(alpha="0.5,1"))
     part = atlas.drop_vars("boundary_roll_rate_status")
     assert np.array_equal(
@@ -143,7 +143,7 @@ def test_it_is_found_again_from_the_verdicts():
 
 
 def test_the_reasons_in_words():
-    """A single reason needs no count, several have one each; a boundary that was found needs no words."""
+    """A single reason has no count, several reasons have one each, and a found boundary needs no words."""
     cases = [
         ([3, 3], []),
         ([2], [["unstable throughout"]]),
@@ -161,7 +161,7 @@ def test_the_reasons_in_words():
 
 
 def test_the_reasons_of_a_named_edge():
-    """Where an atlas has two edges, each is called by its name."""
+    """If an atlas has two edges, each is named."""
     (line,) = in_words(np.array([3, 5], np.int8), "roll_rate", "upper")
     assert_in_order(line, "upper edge", "lower edge only")
     assert_facts(line, "1 of 2", "roll_rate")

@@ -1,4 +1,4 @@
-"""A selection from an atlas is the atlas of its own spec: to the bit what a run of that spec gives."""
+"""A selection from an atlas has its own spec and equals a run of that spec bit for bit."""
 
 import numpy as np
 import pytest
@@ -25,20 +25,20 @@ SPECS = {
 
 @pytest.fixture(autouse=True)
 def fixed_time(monkeypatch):
-    """Atlases of one spec bear one date."""
+    """Give all atlases of one spec the same date."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
 
 
 @pytest.fixture(scope="module")
 def atlases():
-    """One atlas of each spec."""
+    """Return one atlas of each spec."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SOURCE_DATE_EPOCH", "0")
         return {name: sweep.run(spec) for name, spec in SPECS.items()}
 
 
 def _places(count):
-    """Return one place, a slice with a stride, or some places in their order."""
+    """Draw one index, a slice with a stride, or several increasing indices."""
     one = st.integers(0, count - 1)
     part = st.tuples(one, one, st.integers(1, 3)).map(
         lambda each: slice(min(each[:2]), max(each[:2]) + 1, each[2])
@@ -48,7 +48,7 @@ def _places(count):
 
 @st.composite
 def _selections(draw):
-    """Return the name of an atlas and places along some of its axes."""
+    """Draw the name of an atlas and indices along some of its axes."""
     name = draw(st.sampled_from([*SPECS]))
     axes = {axis: _places(len(getattr(SPECS[name], axis))) for axis in SPECS[name].axes}
     return name, {axis: draw(places) for axis, places in axes.items() if draw(st.booleans())}
@@ -58,7 +58,7 @@ def _selections(draw):
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(_selections())
 def test_it_is_as_if_run(atlases, selection):
-    """Cells, boundary, coordinates, attributes and encodings are those of a run of the selection's own spec."""
+    """Cells, boundary, coordinates, attributes and encodings equal those of a run of the selection's own spec."""
     name, places = selection
     part = atlases[name].isel(places)
     found = part.eulerdisk.atlas
@@ -86,7 +86,7 @@ def test_it_is_as_if_run(atlases, selection):
     ],
 )
 def test_a_saved_selection_is_an_atlas_for_every_check(atlases, tmp_path, way, name, places):
-    """However it was saved: it verifies, and compares as identical with a run of its own spec."""
+    """Saved either way, a selection passes verification and is identical to a run of its own spec."""
     part, path = atlases[name].isel(places), tmp_path / "part.nc"
     if way == "sweep.save":
         save(part, path)
@@ -102,7 +102,7 @@ def test_a_saved_selection_is_an_atlas_for_every_check(atlases, tmp_path, way, n
 
 
 def test_in_memory_it_is_verified_compared_and_judged_anew(atlases):
-    """Functions take the selection itself."""
+    """`compare`, `verify` and `reclassify` accept a selection in memory."""
     part = atlases["three axes"].isel(alpha=2, tilt=slice(1, 4))
     fresh = sweep.run(part.eulerdisk.spec)
     assert compare(part, fresh).identical
@@ -112,7 +112,7 @@ def test_in_memory_it_is_verified_compared_and_judged_anew(atlases):
 
 
 def test_the_boundary_is_that_of_the_cells_that_are_left(atlases):
-    """A row that was cut below its boundary has none any more, though the whole atlas has."""
+    """A row cut off below its boundary has no boundary, although the whole atlas has one."""
     whole = atlases["three axes"]
     assert np.isfinite(whole.isel(alpha=2, tilt=slice(4)).eulerdisk.boundary()["measured"]).all()
     assert not np.isfinite(
@@ -121,13 +121,13 @@ def test_the_boundary_is_that_of_the_cells_that_are_left(atlases):
 
 
 def test_the_history_says_what_was_taken(atlases):
-    """It can be told from the file that it is a part, and of what."""
+    """The file's history states that it is a part, and which part."""
     part = atlases["three axes"].isel(alpha=0).eulerdisk.atlas
     assert part.attrs["history"].endswith("1970-01-01T00:00:00Z selected alpha=0.5")
 
 
 def test_a_title_of_the_users_is_kept():
-    """One that the spec made follows the selection."""
+    """The user's title is kept; an automatic title follows the selection."""
     atlas = sweep.run(SweepSpec(title="Mine", roll_rate="1:3:4", precession_rate="0,1"))
     assert atlas.isel(precession_rate=0).eulerdisk.atlas.title == "Mine"
     plain = sweep.run(SweepSpec(roll_rate="1:3:4", precession_rate="0,1"))
@@ -138,7 +138,7 @@ def test_a_title_of_the_users_is_kept():
 
 
 def test_variables_of_the_users_are_kept(atlases):
-    """What somebody has added to the cells stays beside them."""
+    """Variables that users added to the cells are kept."""
     atlas = atlases["three axes"].assign(mine=atlases["three axes"]["peak_tilt"] * 2.0)
     part = atlas.isel(alpha=0).eulerdisk.atlas
     np.testing.assert_array_equal(part["mine"], 2.0 * part["peak_tilt"])
@@ -178,7 +178,7 @@ REFUSED = {
 
 @pytest.mark.parametrize(("make", "facts"), REFUSED.values(), ids=REFUSED)
 def test_what_is_no_selection_is_refused(atlases, tmp_path, make, facts):
-    """By the accessor and before anything is saved."""
+    """Invalid selections are refused by the accessor and before anything is saved."""
     part = make(atlases["three axes"])
     for ask in (
         lambda: part.eulerdisk.spec,
@@ -191,7 +191,7 @@ def test_what_is_no_selection_is_refused(atlases, tmp_path, make, facts):
 
 
 def test_the_accessor_interpolates_measures_and_takes_flags_from_the_nearest_cell(atlases):
-    """Linear in a measure that is linear; a verdict is one of the cells around it."""
+    """Interpolation is exact for a linear measure; flags come from the nearest cell."""
     atlas = atlases["three axes"].copy(deep=True)
     atlas["peak_tilt"] = (2.0 * atlas["roll_rate"] - 3.0 * atlas["tilt"] + atlas["alpha"]).transpose(
         "alpha", "roll_rate", "tilt"
@@ -208,7 +208,7 @@ def test_the_accessor_interpolates_measures_and_takes_flags_from_the_nearest_cel
 
 
 def test_interp_takes_the_words_of_a_cell(atlases):
-    """A scaled rate, a speed: the rate for the disk of the atlas (sqrt(9.81/0.5) and 1/0.5 here)."""
+    """`interp` accepts a scaled rate or a speed and converts it for the atlas's disk (sqrt(9.81/0.5) and 1/0.5)."""
     atlas = atlases["three axes"]
     for word, value, rate in (
         ("speed", "100cm/s", 2.0),
@@ -222,7 +222,7 @@ def test_interp_takes_the_words_of_a_cell(atlases):
 
 
 def test_a_data_array_gives_points(atlases):
-    """As in xarray: along its own dimension, not a grid."""
+    """DataArrays give points along their own dimension, not a grid, as in xarray."""
     atlas = atlases["three axes"].isel(alpha=0).eulerdisk.atlas
     rates, tilts = [1.53, 2.47, 2.0], np.radians([1.2, 1.9, 1.5])
     points = {"roll_rate": xr.DataArray(rates, dims="point"), "tilt": xr.DataArray(tilts, dims="point")}
@@ -241,7 +241,7 @@ def test_a_data_array_gives_points(atlases):
 
 
 def test_places_that_are_none_are_refused(atlases):
-    """Outside of the axes, and along what is none."""
+    """Values outside an axis and unknown axes are refused."""
     for raw, facts in [
         ({"roll_rate": 0.9}, ["roll_rate", "1 rad s-1", "4 rad s-1"]),
         ({"radius": 0.5}, ["radius"]),
@@ -257,7 +257,7 @@ def test_places_that_are_none_are_refused(atlases):
 
 
 def test_a_list_with_other_starts_is_no_selection():
-    """Neither turned, nor with parameters that its spec does not draw."""
+    """A reversed list of starts, or one with other parameters than its spec draws, is refused."""
     atlas = sweep.run("rolling", roll_rate="uniform:2:4", tilt="normal:1deg:0.2deg", samples=6)
     assert atlas.isel(start=[1, 3]).eulerdisk.spec.size == 2
     for part in (

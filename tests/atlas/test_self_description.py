@@ -1,4 +1,4 @@
-"""A file explains itself: what a reader has to know of an atlas stands in its attributes."""
+"""An atlas file explains itself: its attributes contain what a reader needs to know."""
 
 import re
 import tomllib
@@ -18,12 +18,12 @@ CHECKOUT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def atlas():
-    """An atlas with a row without a boundary."""
+    """Return an atlas in which one row has no boundary."""
     return sweep.run(SweepSpec(roll_rate="1:4:9", tilt="1deg,20deg", alpha=0.7, duration="20s", step="1ms"))
 
 
 def test_the_criterion_is_stated_in_words(atlas):
-    """Beside its code word; another criterion changes both."""
+    """The criterion is stated in words next to its code word; reclassifying changes both."""
     assert atlas.criterion == "departure:5deg"
     assert_facts(atlas.criterion_meaning, "unstable", "tilt", "5 deg")
     again = sweep.reclassify(atlas, "amplification:3")
@@ -31,7 +31,7 @@ def test_the_criterion_is_stated_in_words(atlas):
 
 
 def test_a_missing_boundary_is_explained(atlas):
-    """Every variable of an edge says what it means that a value is missing; the row status is named."""
+    """Every variable of an edge explains its missing values; the boundary names the row status."""
     names = edge_names("roll_rate")
     assert np.isnan(atlas[names[0]].values).any()
     for name in names:
@@ -40,7 +40,7 @@ def test_a_missing_boundary_is_explained(atlas):
 
 
 def test_settings_and_fixed_parameters_have_units(atlas):
-    """As global attributes, which selecting variables keeps; the numbers are those of the coordinates."""
+    """Settings and fixed parameters are global attributes, which survive selecting variables, with units."""
     assert (atlas.duration, atlas.duration_units) == (20.0, "s")
     assert (atlas.step, atlas.step_units) == (0.001, "s")
     assert (atlas.fall_tilt_units, atlas.tolerance_units) == ("rad", "rad")
@@ -54,15 +54,15 @@ def test_settings_and_fixed_parameters_have_units(atlas):
 
 
 def test_the_software_and_its_licence_are_those_of_the_package(atlas):
-    """Version, where to get it, licence and citation agree with the files of the repository."""
+    """Version, home, license and citation agree with the files of the repository."""
     project = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["project"]
     assert f"{project['name']} {sweep.__version__}" in atlas.software
-    # nothing is promised of a place where the program is not
+    # without a public home, no address may be promised
     homes = [*project.get("urls", {}).values()]
     assert HOME in homes if HOME else not homes
     assert HOME in atlas.software
     assert "pip install" not in atlas.software
-    # the other licence of the distribution is that of a library of the explorer's page
+    # the other license of the distribution belongs to a library of the explorer's page
     assert project["license"].removesuffix(" AND MIT") in atlas.license
     cited = (CHECKOUT / "CITATION.cff").read_text()
     title = re.search(r'title: "eulerdisk: (.*)"', cited)[1]
@@ -71,9 +71,10 @@ def test_the_software_and_its_licence_are_those_of_the_package(atlas):
 
 
 def test_the_signs_are_those_that_the_comments_say():
-    """Positive tilt leans to the right of where a positive roll rate goes, positive precession turns left.
+    """Positive tilt leans to the right of the way of a positive roll rate; positive precession turns left.
 
-    From the path of the contact point and of the centre of mass: where the disk goes, and on which side its centre is.
+    The paths of the contact point and of the center of mass show where the disk goes and to which side it
+    leans.
     """
     for roll_rate in [5.0, -5.0]:
         tilt, turn, radius = 0.2, 0.3, 0.5
@@ -94,7 +95,7 @@ def test_the_signs_are_those_that_the_comments_say():
 
 
 def test_comments_say_what_a_missing_value_means():
-    """The endings that a comment names are those of the cells without a value, and of no others."""
+    """A comment names exactly the endings of the cells without a value."""
     for spec in [
         sweep.SweepSpec(roll_rate="0:3:7", tilt="0deg:40deg:5", duration="3s"),
         sweep.SweepSpec(precession_rate="steady-slow", roll_rate="0.1:3:5", tilt="5deg:55deg:5"),

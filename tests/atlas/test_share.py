@@ -1,4 +1,4 @@
-"""The share of unstable starts, its interval compared with SciPy and with many samples."""
+"""The share of unstable starts; its interval is compared with SciPy and with many samples."""
 
 import numpy as np
 import pytest
@@ -16,14 +16,14 @@ SPEC = sweep.SweepSpec.from_words(
 
 
 def test_wilson():
-    """SciPy gives the same interval."""
+    """Wilson intervals equal SciPy's."""
     for count, total in [(0, 1), (1, 1), (0, 50), (50, 50), (3, 7), (1, 10**6), (563302, 10**6)]:
         expected = binomtest(count, total).proportion_ci(method="wilson")
         assert wilson(count, total) == pytest.approx((expected.low, expected.high), rel=1e-12, abs=1e-15)
 
 
 def test_of_no_draws_nothing_is_known():
-    """The interval is everything."""
+    """Without decided starts the interval is 0 to 1, and no percentage is printed."""
     assert wilson(0, 0) == (0.0, 1.0)
     told = in_words(Share(0, 0, 2, 1, 0))
     assert_facts(told, "no start", "2 undecided", "1 failed")
@@ -31,7 +31,7 @@ def test_of_no_draws_nothing_is_known():
 
 
 def test_the_interval_holds_the_truth():
-    """Of 500 samples of 100 starts, about 95 % hold the share of all."""
+    """The intervals of about 95 % of 500 samples of 100 starts contain the share of all starts."""
     atlas = sweep.run(SPEC.replace(tilt="1deg", samples=50_000, method="exact"))
     truth = unstable_share(atlas).value
     parts = [unstable_share(atlas.isel(start=slice(at, at + 100))) for at in range(0, 50_000, 100)]
@@ -41,7 +41,7 @@ def test_the_interval_holds_the_truth():
 
 
 def test_what_has_no_verdict_is_counted_apart():
-    """Undecided, failed and missing cells are none of the two, and none of each other."""
+    """Undecided, failed and missing cells are counted separately and are neither stable nor unstable."""
     atlas = sweep.run(SPEC).load()
     verdict, ending = atlas["stability"].values, atlas["ending"].values
     verdict[:], ending[:] = STABLE, ENDINGS.code("bounded")
@@ -56,7 +56,7 @@ def test_what_has_no_verdict_is_counted_apart():
 
 
 def test_the_digits_are_those_that_are_known():
-    """Of a million starts hundredths of a per cent, of none that is unstable too."""
+    """A million starts give hundredths of a percent; if none is unstable, the upper end has more digits."""
     assert_in_order(
         in_words(Share(563302, 436698, 0, 0, 0)), "56.33 %", "1000000 starts", "95 %", "56.23", "56.43 %"
     )
@@ -66,7 +66,7 @@ def test_the_digits_are_those_that_are_known():
 
 
 def test_accessor():
-    """dataset.eulerdisk has the share, of selections too, and shows it."""
+    """dataset.eulerdisk has the share, also for selections, and its repr shows it."""
     atlas = sweep.run(SPEC)
     share = atlas.eulerdisk.unstable_share
     assert share.unstable == int((atlas.stability == UNSTABLE).sum())
@@ -76,13 +76,13 @@ def test_accessor():
 
 
 def test_a_grid_has_no_share():
-    """It says where its axes end, and nothing of the motion."""
+    """A grid has no unstable share, because its axes end where the user chose."""
     with refused("grid"):
         unstable_share(sweep.run(sweep.SweepSpec(roll_rate="2:4:5", tilt="1deg")))
 
 
 def test_the_share_follows_from_the_prediction():
-    """Rolling at one tilt: the share below the predicted boundary is where the uniform rates end below it."""
+    """At one tilt, the share is the part of the uniform rates below the predicted boundary."""
     spec = SPEC.replace(tilt="1deg", samples=20_000, method="exact")
     grid = sweep.run(sweep.SweepSpec(roll_rate="2:4:3", tilt="1deg", criterion=spec.criterion))
     expected = (float(grid.predicted_roll_rate) - 2.0) / 2.0

@@ -1,4 +1,4 @@
-"""An atlas is built as its spec says: every part that is missing, renamed or of another kind is named on opening."""
+"""Opening an atlas checks its structure: every missing, renamed or altered part is named."""
 
 import netCDF4
 import numpy as np
@@ -18,7 +18,7 @@ SPEC = sweep.SweepSpec.preset("rolling").replace(
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """Return the file of an atlas with all kinds of variables."""
+    """Return the path of an atlas with all kinds of variables."""
     path = tmp_path_factory.mktemp("structure") / "whole.nc"
     sweep.run_to_file(SPEC, path)
     return path
@@ -26,7 +26,7 @@ def whole(tmp_path_factory):
 
 @pytest.fixture
 def edited(whole, tmp_path):
-    """Return a function that changes a copy of the file and returns what is said when it is opened."""
+    """Return a function that edits a copy of the file and returns the message from opening it."""
 
     def change(edit):
         path = tmp_path / "edited.nc"
@@ -41,11 +41,11 @@ def edited(whole, tmp_path):
 
 
 def test_every_unit_and_flag_is_looked_at(whole):
-    """Whichever variable loses or changes its units or flags is named: this goes over all that the file has."""
+    """Every variable that loses or changes its units or flags is named."""
     with open_atlas(whole) as atlas:
         for name, found in atlas.variables.items():
             if name in SPEC.model.parameters:
-                # the numbers of coordinates are looked at instead
+                # coordinates are checked by their numbers instead
                 continue
             for attribute in {"units", "flag_values", "flag_meanings"}.intersection(found.attrs):
                 kept = found.attrs.pop(attribute)
@@ -58,7 +58,7 @@ def test_every_unit_and_flag_is_looked_at(whole):
 
 
 def test_every_part_of_a_group_is_missed(whole):
-    """A variable of an edge or of the curves that is gone is missed by name, because the others are there."""
+    """A missing variable of an edge or of the curves is reported by name, because the others of its group exist."""
     with open_atlas(whole) as atlas:
         starts = ("boundary_", "predicted_", "critical_", "curve_")
         grouped = [str(name) for name in atlas.data_vars if str(name).startswith(starts)]
@@ -72,7 +72,7 @@ def test_every_part_of_a_group_is_missed(whole):
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, 1.0, -1.0])
 def test_coordinates_are_finite_and_increasing(edited, value):
-    """Coordinates that are no coordinates are refused before anything is looked up in them."""
+    """Coordinates that are not finite or not increasing are refused before any lookup."""
 
     def edit(file):
         file["roll_rate"][1:3] = value
@@ -82,7 +82,7 @@ def test_coordinates_are_finite_and_increasing(edited, value):
 
 
 def test_a_coordinate_has_each_value_once(edited):
-    """Files that were put together with a row in common are refused."""
+    """Files that were concatenated with a common row are refused."""
 
     def edit(file):
         file["roll_rate"][2] = file["roll_rate"][1]
@@ -91,7 +91,7 @@ def test_a_coordinate_has_each_value_once(edited):
 
 
 def test_three_problems_are_named_and_the_others_counted(edited):
-    """Of five variables with other units a message names three, and says that there are two more."""
+    """If five variables have wrong units, the message names three and adds "2 more"."""
     wrong = ("peak_tilt", "tilt_min", "tilt_max", "nutation_period", "amplification")
 
     def edit(file):
@@ -104,7 +104,7 @@ def test_three_problems_are_named_and_the_others_counted(edited):
 
 
 def test_an_axis_that_runs_backwards(edited):
-    """It is refused as what it is, with the way to turn it."""
+    """A reversed axis is refused with the call that sorts it."""
 
     def edit(file):
         file["roll_rate"][:] = file["roll_rate"][::-1]
@@ -113,7 +113,7 @@ def test_an_axis_that_runs_backwards(edited):
 
 
 def test_dimensions_and_types(edited):
-    """A variable of other dimensions or another type is named."""
+    """A variable with other dimensions or another type is named."""
 
     def retyped(file, kind, dims):
         file.renameVariable("peak_tilt", "old_peak")
@@ -138,9 +138,9 @@ def test_dimensions_and_types(edited):
     ],
 )
 def test_what_no_atlas_has_is_left_out(whole, tmp_path, kind, dims, why):
-    """A variable that another program has added, of another type or on other dimensions, is left out with a warning."""
+    """A variable that another program added, with another type or other dimensions, is skipped with a warning."""
     path = tmp_path / "added.nc"
-    # of the other model of netCDF: the classic one has no strings
+    # NETCDF4, because the classic model has no strings
     with netCDF4.Dataset(whole) as file, netCDF4.Dataset(path, "w") as copy:
         copy.setncatts({name: file.getncattr(name) for name in file.ncattrs()})
         for name, dimension in file.dimensions.items():
@@ -163,7 +163,7 @@ def test_what_no_atlas_has_is_left_out(whole, tmp_path, kind, dims, why):
 
 
 def test_the_points_of_curves_add_up(edited):
-    """The counts of the curves are those of their points."""
+    """The point counts of the curves must add up to the number of points."""
 
     def edit(file):
         file["curve_point_count"][0] += 1
@@ -172,7 +172,7 @@ def test_the_points_of_curves_add_up(edited):
 
 
 def test_counts_that_wrap_do_not_add_up(whole):
-    """Integers of 64 bits that come back to the number of points, once they have passed the largest, are refused."""
+    """64-bit counts are refused if they add up only by overflow."""
     with open_atlas(whole) as atlas:
         points, largest = atlas.sizes["curve_point"], np.iinfo(np.int64).max
         counts = np.array([largest, largest, points + 2])
@@ -189,7 +189,7 @@ def test_counts_that_wrap_do_not_add_up(whole):
 
 
 def test_a_selection_is_read(tmp_path):
-    """A part of an atlas, with an axis shortened, reordered or taken at one value, is read and drawn."""
+    """A part of an atlas with a shortened, reordered or dropped axis can be read."""
     atlas = sweep.run(SPEC.replace(alpha=[0.5, 1.0]))
     for number, part in enumerate(
         (

@@ -1,4 +1,4 @@
-"""The sweeps of a batch, as they stand in files."""
+"""Reading the sweeps of a batch from files."""
 
 import pytest
 from messages import assert_facts, refused
@@ -21,12 +21,12 @@ roll_rate = "2:4:4"
 
 @pytest.fixture(autouse=True)
 def here(tmp_path, monkeypatch):
-    """Files are named relative to the folder of the test."""
+    """Run in the folder of the test, so that files have relative names."""
     monkeypatch.chdir(tmp_path)
 
 
 def test_one_for_each_file_and_one_for_each_table(spec_file):
-    """Presets, plain files and tables; words above the tables hold for all, a table's own before them."""
+    """Each preset, file and table is a sweep; words above the tables apply to all, and a table's own come first."""
     spec_file(SEVERAL, "several.toml")
     spec_file('roll_rate = 3\ntilt = "1deg"\n', "one.toml")
     found = read_sweeps(["rolling", "one.toml", "several.toml"])
@@ -46,7 +46,7 @@ def test_one_for_each_file_and_one_for_each_table(spec_file):
 
 
 def test_a_table_may_give_a_rate_in_another_way(spec_file):
-    """Its own word for a rate replaces that of the file; two in one table are a problem of that table."""
+    """A table's own word for a rate replaces the file's; two in one table are that table's problem."""
     spec_file(
         'scaled_roll_rate = "0.5:1:4"\ntilt = "1deg,2deg"\n'
         '[[sweep]]\nname = "coin"\nradius = "12mm"\n'
@@ -62,7 +62,7 @@ def test_a_table_may_give_a_rate_in_another_way(spec_file):
 
 
 def test_a_spec_that_is_wrong_is_kept_as_a_problem(spec_file):
-    """It says where it stands and what is wrong: the other sweeps can be computed."""
+    """An invalid spec is kept as a problem with its position and reason, so that other sweeps can run."""
     for text, facts in [
         ("rol_rate = 3\n", ["a.toml: rol_rate", "roll_rate?"]),
         ("[[sweep]]\nname = 'b'\nrol_rate = 3\n", ["a.toml, [[sweep]] 1: rol_rate", "roll_rate?"]),
@@ -80,7 +80,7 @@ def test_a_spec_that_is_wrong_is_kept_as_a_problem(spec_file):
 
 
 def test_names_that_cannot_be_those_of_files_are_problems(spec_file):
-    """Of their sweeps alone, which have no name then: the others can be computed."""
+    """A name that cannot be a file name is a problem only of its sweep; the others can run."""
     for text, facts in [
         ("[[sweep]]\nroll_rate = 3\n", ["[[sweep]] 1", "100", "none"]),
         ("[[sweep]]\nname = 3\n", ["[[sweep]] 1", "100", "none"]),
@@ -101,7 +101,7 @@ def test_names_that_cannot_be_those_of_files_are_problems(spec_file):
 
 
 def test_a_preset_beside_a_folder_of_its_name(tmp_path):
-    """A folder named as a preset hides it not; another folder is told, as are words and tables of another name."""
+    """A folder named like a preset does not hide it; another folder is a problem, and spec words are refused."""
     (tmp_path / "rolling").mkdir()
     (tmp_path / "others").mkdir()
     preset, folder = read_sweeps(["rolling", "others/"])
@@ -112,7 +112,7 @@ def test_a_preset_beside_a_folder_of_its_name(tmp_path):
 
 
 def test_a_file_of_several_sweeps_is_for_batch(spec_file):
-    """Read as one spec it is refused; [[sweeps]], which is misspelt, is refused in both."""
+    """A file with several sweeps is refused as a single spec; the misspelt [[sweeps]] is refused in both."""
     for name in ("sweep", "sweeps"):
         path = spec_file(f"[[{name}]]\nname = 'b'\nroll_rate = 3\n", "a b.toml")
         with refused(f"eulerdisk batch '{path}' -o DIR"):
@@ -130,7 +130,7 @@ def test_a_file_of_several_sweeps_is_for_batch(spec_file):
     ],
 )
 def test_a_table_of_starts_lies_beside_its_file(spec_file, tmp_path, text):
-    """A file of that name in the current folder is another one; columns take the place of words above the tables."""
+    """A table of starts is found next to its file, not in the current folder; it replaces words above the tables."""
     folder = tmp_path / "sweeps"
     folder.mkdir()
     (tmp_path / "pushes.csv").write_text("roll_rate,tilt [deg]\n9,9\n9,9\n")
@@ -142,7 +142,7 @@ def test_a_table_of_starts_lies_beside_its_file(spec_file, tmp_path, text):
 
 
 def test_many_sweeps_of_one_system(spec_file, tmp_path):
-    """A file names its system once, by a path beside it; a table may name another one."""
+    """A file names its system once, by a path relative to it; a table may name another system."""
     tables = "".join(f'[[sweep]]\nname = "s{i}"\nrate = "{i}:{i + 1}:3"\n' for i in range(12))
     spec_file(f'system = "decay.py"\n{tables}[[sweep]]\nname = "shaken"\nsystem = "kapitza"\n', "many.toml")
     (tmp_path / "decay.py").write_text(
