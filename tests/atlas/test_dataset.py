@@ -192,7 +192,7 @@ def test_any_number_of_axes():
 
 
 def test_the_boundary_is_that_of_the_verdicts(rolling):
-    """boundary ± half-width are the last unstable and the first stable rate of each row."""
+    """The boundary minus and plus its half-width gives the last unstable and the first stable rate of each row."""
     rates = rolling.roll_rate.values
     for row in range(5):
         verdicts = rolling.stability.values[:, row]

@@ -1,4 +1,4 @@
-"""What checks read and write block by block is what they find of a whole atlas."""
+"""Checks give the same result block by block as for a whole atlas in memory."""
 
 import numpy as np
 import pytest
@@ -21,12 +21,12 @@ SPEC = SweepSpec.preset("circling").replace(
 
 @pytest.fixture(scope="module")
 def atlas():
-    """Return an atlas with two edges and curves, not to be changed."""
+    """Return an atlas with two edges and curves; tests must not change it."""
     return sweep.run(SPEC)
 
 
 def test_an_audit_is_written_and_its_findings_are_those_of_the_blocks(atlas, tmp_path):
-    """The findings of one block after the other are those of the whole audit, and its file holds what it holds."""
+    """Findings by blocks equal those of the whole audit, and the saved audit has the same content."""
     save(atlas, tmp_path / "a.nc")
     with open_atlas(tmp_path / "a.nc", indexed=False) as opened:
         expected, same = verify(opened), findings_of(opened)
@@ -53,7 +53,7 @@ def _opened(path):
 def test_common_cells_are_read_in_blocks_where_they_are_evenly_spaced(
     atlas, tmp_path, monkeypatch, values, in_blocks
 ):
-    """A grid of half the steps shares each other value: blocks of both are read; of an uneven one all is read."""
+    """A grid with half the steps is read in blocks of both files; an unevenly spaced one is read as a whole."""
     axis = values if in_blocks else ",".join(repr(float(v)) for v in atlas["tilt"].values[[0, 3, 4, 9]])
     other = sweep.run(SPEC.replace(tilt=axis))
     save(atlas, tmp_path / "a.nc")

@@ -1,4 +1,4 @@
-"""The regression check finds what was changed, where it was changed, and nothing else."""
+"""The regression check finds all changes, their places, and nothing else."""
 
 import re
 from dataclasses import replace
@@ -19,12 +19,12 @@ from sweep.model.quantity import FILL, STABLE, UNDECIDED, UNSTABLE, Word, table
 
 @pytest.fixture(scope="module")
 def reference():
-    """Return an atlas with falls, so that some measures are missing in some cells."""
+    """Return an atlas with falls, which lacks some measures in some cells."""
     return sweep.run(SPEC)
 
 
 def test_an_atlas_is_the_same_as_itself():
-    """Two runs of one spec are identical, every variable is compared, coordinates first, and every value of it."""
+    """Two runs of one spec are identical; every value of every variable is compared, coordinates first."""
     for spec in [
         SPEC,
         CIRCLING,
@@ -48,7 +48,7 @@ def test_an_atlas_is_the_same_as_itself():
 
 
 def test_missing_has_to_be_missing(reference):
-    """A value where the reference has none differs, and none where the reference has one; both cells are told."""
+    """A value that only one of the two atlases has is a difference; the report names both cells."""
     gap = tuple(np.argwhere(np.isnan(reference["fall_time"].values))[0])
     known = tuple(np.argwhere(np.isfinite(reference["fall_time"].values))[0])
     for place, value, told in (
@@ -63,7 +63,7 @@ def test_missing_has_to_be_missing(reference):
 
 
 def test_a_decision_that_changes_in_the_midst_differs(reference):
-    """A verdict or an ending flipped where nothing is near an edge is a disagreement."""
+    """A verdict or an ending that flips far from any edge is a difference."""
     for name in ("stability", "ending"):
         place = next(
             tuple(cell)
@@ -74,11 +74,11 @@ def test_a_decision_that_changes_in_the_midst_differs(reference):
 
 
 def test_a_verdict_may_flip_on_the_edge_alone(reference):
-    """A cell whose departure is the criterion's limit may have any verdict; its neighbour may not change sides."""
+    """A cell whose departure is the criterion's limit may have any verdict; its neighbor may not."""
     place = tuple(np.argwhere(reference["stability"].values == STABLE)[0])
     reach = float(reference["peak_tilt"].values[place])
     edge = sweep.reclassify(reference, f"departure:{reach!r}rad")
-    # within its error of the limit, which leaves it open
+    # the limit is within the cell's error, so the verdict is undecided
     assert edge["stability"].values[place] == UNDECIDED
     for verdict in (STABLE, UNSTABLE):
         new = changed(edge, "stability", place, verdict)
@@ -86,15 +86,15 @@ def test_a_verdict_may_flip_on_the_edge_alone(reference):
         assert comparison.same
         assert finding(comparison, "stability").on_edge == 1
         assert_facts(in_words(comparison), "1 borderline cell")
-    # an ending that no neighbour has excuses no verdict
+    # an ending that no neighbor has excuses no verdict
     assert found(compare(changed(new, "ending", place, 77), edge)) == {"ending": 1, "stability": 1}
-    # the same flip where the limit is 1e-4 rad further is no matter of the last bit
+    # with the limit 1e-4 rad further away, the flip is not a matter of rounding
     inside = sweep.reclassify(reference, f"departure:{reach + 1e-4!r}rad")
     assert found(compare(changed(inside, "stability", place, UNSTABLE), inside)) == {"stability": 1}
 
 
 def test_the_boundary_may_move_with_a_cell_on_the_edge(reference):
-    """Where a cell on the edge flips, the boundary of its row moves by a cell and is excused; other rows are not."""
+    """If a cell on the edge flips, its row's boundary may move by a cell; other rows' boundaries may not."""
     rows = np.flatnonzero(np.isfinite(reference["boundary_roll_rate"].values))
     row = int(rows[0])
     first = int(np.argmax(reference["stability"].values[:, row] == STABLE))
@@ -105,14 +105,14 @@ def test_the_boundary_may_move_with_a_cell_on_the_edge(reference):
     comparison = compare(moved, edge)
     assert comparison.same
     assert finding(comparison, "boundary_roll_rate").on_edge == 1
-    # theory's lines know of no cell: they are excused nowhere
+    # lines of theory do not depend on cells and are never excused
     assert found(compare(changed(moved, "predicted_roll_rate", row, 9.0), edge)) == {"predicted_roll_rate": 1}
     other = int(rows[-1])
     assert found(compare(changed(new, "boundary_roll_rate", other, 9.0), edge)) == {"boundary_roll_rate": 1}
 
 
 def test_an_ending_may_flip_beside_its_like(reference):
-    """A cell beside a fall may fall in the new atlas, with all that follows; one amid the bounded may not."""
+    """A bounded cell next to a fall may fall, with all consequences; one amid bounded cells may not."""
     codes = {name: code for code, name in VARIABLES["ending"].flags.items()}
     fell = reference["ending"].values == codes["fell"]
     beside = np.zeros_like(fell)
@@ -134,7 +134,7 @@ def test_an_ending_may_flip_beside_its_like(reference):
 
 
 def test_other_units_or_codes_mean_another_thing(reference):
-    """Numbers in other units, or flags with other meanings, are not the same numbers."""
+    """Other units, or flags with other meanings, are a difference."""
     for name, key, value in (("tilt_max", "units", "degree"), ("stability", "flag_meanings", "a b c")):
         copy = reference.copy(deep=True)
         copy[name].attrs[key] = value
@@ -145,9 +145,9 @@ def test_other_units_or_codes_mean_another_thing(reference):
 
 
 def test_what_the_reference_has_of_its_cells_the_new_atlas_must_have(reference):
-    """A measure that was lost is a difference; one that the reference never had is named, and is none.
+    """A measure that only the reference has is a difference; one that only the new atlas has is only noted.
 
-    A run with contact=yes passes against a reference without it.
+    So a run with contact=yes passes against a reference without it.
     """
     comparison = compare(reference.drop_vars("nutation_period"), reference)
     assert found(comparison) == {"nutation_period": SPEC.size}
@@ -167,9 +167,9 @@ def test_what_the_reference_has_of_its_cells_the_new_atlas_must_have(reference):
 
 
 def test_a_boundary_that_one_does_not_have(reference):
-    """An edge where the other atlas has none is a difference: it is no output that one may lack.
+    """An edge that only one of the two atlases has is a difference, because edges are not optional.
 
-    One that every atlas has is sought again from the verdicts, where it was left out.
+    A missing boundary that every atlas has is computed again from the verdicts.
     """
     more = reference.assign(boundary_lower_roll_rate=reference["boundary_roll_rate"])
     for new, trusted in ((reference, more), (more, reference)):
@@ -178,7 +178,7 @@ def test_a_boundary_that_one_does_not_have(reference):
 
 
 def test_provenance_is_listed_and_not_judged(reference):
-    """Who made it, when and in which words, differs without harm, and is told apart from content."""
+    """Differences in author, date and wording are listed as provenance and are not judged."""
     copy = reference.copy(deep=True)
     copy.attrs.update(history="another day", kernel_hash="0", title="Mine")
     copy["tilt_max"].attrs["long_name"] = "greatest tilt"
@@ -189,7 +189,7 @@ def test_provenance_is_listed_and_not_judged(reference):
 
 
 def test_another_model_or_criterion_is_refused(reference):
-    """Atlases of other disks, starts or criteria are not compared, common part or not; what differs is named."""
+    """Atlases of other disks, starts or criteria are refused, also with `common`; the message names the difference."""
     for changes, fields in [
         ({"alpha": 1.0}, {"alpha": ("1", "0.5")}),
         ({"fall_tilt": 1.4835298642}, {"fall_tilt": ("1.4835298642", "1.4835298641951")}),
@@ -215,7 +215,7 @@ def test_another_model_or_criterion_is_refused(reference):
 
 
 def test_another_option_of_the_model_is_refused(monkeypatch):
-    """An option of the model changes the cells, unless its table says that it only adds variables to them."""
+    """Atlases with another model option are refused, unless the option only adds variables."""
     words, grip = SPEC.words(), Word("grip", "what the plane is made of", "rough", ("rough", "icy"))
     for decides in (True, False):
         options = table(*tables.OPTIONS.values(), replace(grip, decides=decides))
@@ -231,7 +231,7 @@ def test_another_option_of_the_model_is_refused(monkeypatch):
 
 
 def test_another_grid_is_refused_unless_the_common_part_will_do(reference):
-    """Cells that both have are compared when asked; what depends on a whole axis is then left out, and that is said."""
+    """With `common`, shared cells are compared; a note lists what is skipped because it needs whole axes."""
     finer = sweep.run(SPEC.replace(roll_rate="0:3:25", alpha="0.5,1"))
     with refused("roll_rate (0:3:25 and 0:3:13)", "alpha (0.5,1 and 0.5)", "--common"):
         compare(finer, reference)
@@ -252,7 +252,7 @@ def test_another_grid_is_refused_unless_the_common_part_will_do(reference):
 
 
 def test_the_order_of_axes_is_part_of_the_grid(reference):
-    """The transposed atlas is the same in common, and not the same grid."""
+    """A transposed atlas has another grid, but its common cells are the same."""
     turned = sweep.run(SPEC.replace(axes=("tilt", "roll_rate")))
     with refused("axes", "tilt,roll_rate", "roll_rate,tilt", "--common"):
         compare(turned, reference)
@@ -262,12 +262,12 @@ def test_the_order_of_axes_is_part_of_the_grid(reference):
 
 
 def test_another_step_is_compared_by_its_results(reference):
-    """The step may differ: then what it cost is left out, and the measures are judged."""
+    """With another step, the costs are not compared, but the measures are."""
     comparison = compare(sweep.run(SPEC.replace(tolerance=1e-9)), reference)
     assert comparison.same
     assert {"steps", "energy_drift"}.isdisjoint(each.name for each in comparison.findings)
     assert any(not missing(each, ["steps", "tolerance"]) for each in comparison.notes)
-    # a coarse atlas is as near as it states, and no nearer
+    # a coarse atlas is as accurate as it states, and not better
     coarse = compare(sweep.run(SPEC.replace(tolerance=0.01, step=0.1)), reference)
     assert coarse.same
     assert 1e-4 < finding(coarse, "tilt_max").largest < finding(coarse, "tilt_max").allowed
@@ -275,7 +275,7 @@ def test_another_step_is_compared_by_its_results(reference):
 
 
 def test_other_kernels_are_compared_by_their_results(reference):
-    """Other kernels have other errors and take other steps: these are left out, and everything else is judged."""
+    """With other kernels, steps and errors are not compared, but everything else is."""
     new = changed(reference, "steps", (2, 2), 10**6).assign_attrs(kernel_hash="0")
     comparison = compare(new, reference)
     assert comparison.same
@@ -284,7 +284,7 @@ def test_other_kernels_are_compared_by_their_results(reference):
 
 
 def test_events_are_counted_exactly():
-    """Rounding moves a switch of dry friction, and adds none; other kernels may count others."""
+    """The same kernels must count the same switches of dry friction; other kernels may count differently."""
     lossy = sweep.run(
         sweep.SweepSpec(contour_friction="0.3mm", tilt="20deg:80deg:5", roll_rate="1,2", duration="5s")
     )
@@ -295,7 +295,7 @@ def test_events_are_counted_exactly():
 
 
 def test_a_tolerance_of_the_caller_takes_the_place_of_what_is_stated(reference):
-    """A variable may be given another tolerance, in SI or with a unit, wider or narrower; others keep theirs."""
+    """The caller's tolerance for a variable, in SI or with a unit, wider or narrower, replaces the stated one."""
     place = (2, 2)
     value = float(reference["tilt_max"][place])
     new = changed(changed(reference, "tilt_max", place, value + 1e-6), "peak_tilt", place, value + 1e-9)
@@ -306,14 +306,14 @@ def test_a_tolerance_of_the_caller_takes_the_place_of_what_is_stated(reference):
         assert_facts(finding(comparison, "tilt_max").reason, "given")
     narrow = compare(new, reference, tolerances={"tilt_max": "1arcmin", "peak_tilt": 1e-10})
     assert found(narrow) == {"peak_tilt": 1}
-    # what other kernels leave open is judged if it is asked for
+    # a requested variable is compared even for other kernels
     other = changed(reference, "steps", place, 10**6).assign_attrs(kernel_hash="0")
     assert compare(other, reference).same
     assert found(compare(other, reference, tolerances={"steps": 5})) == {"steps": 1}
 
 
 def test_a_tolerance_that_cannot_be_is_refused(reference):
-    """Unknown names, decisions, coordinates, other units and what is no size are refused, with the reason."""
+    """Unknown names, flags, coordinates, wrong units and invalid sizes are refused with the reason."""
     for tolerances, message in [
         ({"tilt_mx": 1.0}, ["tilt_mx", "tilt_max?"]),
         ({"stability": 1.0}, ["stability=1.0", "tilt_min"]),
@@ -328,7 +328,7 @@ def test_a_tolerance_that_cannot_be_is_refused(reference):
 
 
 def test_exact_means_bits(reference):
-    """With exact one bit is a difference, in any variable; without it the same is within tolerance."""
+    """With `exact`, one different bit of any variable is a difference; otherwise it is within the tolerance."""
     for name in ("nutation_period", "tilt_error", "steps", "predicted_roll_rate", "tilt"):
         values = reference[name].values.copy()
         place = tuple(np.argwhere(np.isfinite(values) & (values != 0))[0])
@@ -340,7 +340,7 @@ def test_exact_means_bits(reference):
         assert (comparison.outcome, found(comparison)) == ("different", {name: 1})
     same = compare(reference.assign_attrs(history="another day"), reference, exact=True)
     assert (same.outcome, list(same.provenance)) == ("identical", ["history"])
-    # the sign of a zero is a bit, and missing is missing
+    # the sign of a zero counts as a bit; NaN equals NaN
     zero = changed(reference, "tilt_min", (2, 2), 0.0)
     assert found(compare(changed(zero, "tilt_min", (2, 2), -0.0), zero, exact=True)) == {"tilt_min": 1}
     assert compare(changed(zero, "tilt_min", (2, 2), -0.0), zero).outcome == "within tolerance"
@@ -351,18 +351,18 @@ def test_exact_means_bits(reference):
 
 
 def test_a_file_of_another_program_keeps_its_fixed_parameters(reference):
-    """Fixed parameters are coordinates even if the attribute that says so was dropped."""
+    """Fixed parameters are coordinates even if the attribute that lists them was dropped."""
     assert compare(reference.reset_coords(["alpha", "radius"]), reference).identical
 
 
 @pytest.fixture(scope="module")
 def refined():
-    """Return the atlas of `reference` with its boundary bisected, and stored as curves."""
+    """Return `reference` with a bisected boundary and curves."""
     return sweep.run(REFINED)
 
 
 def test_a_moved_curve_differs(refined):
-    """A point of a curve beyond its tolerance differs, and the report names the point."""
+    """A point of a curve that moved beyond its tolerance is a difference, and the report names it."""
     comparison = compare(changed(refined, "curve_tilt", 2, float(refined.curve_tilt[2]) + 1e-3), refined)
     assert found(comparison) == {"curve_tilt": 1}
     assert finding(comparison, "curve_tilt").worst.where == {"curve_point": 2.0}
@@ -370,7 +370,7 @@ def test_a_moved_curve_differs(refined):
 
 
 def test_a_curve_of_other_length_differs(refined):
-    """Curves with a point less are not the same, and the lengths are told."""
+    """Curves of different lengths differ, and the report states the lengths."""
     comparison = compare(refined.isel(curve_point=slice(1, None)), refined)
     assert set(found(comparison)) == {
         "curve_roll_rate", "curve_roll_rate_halfwidth", "curve_tilt", "curve_tilt_halfwidth",
@@ -380,7 +380,7 @@ def test_a_curve_of_other_length_differs(refined):
 
 
 def test_curves_move_with_a_cell_that_flips_on_an_edge(refined):
-    """Where a cell may be stable or not, so may the curves around it lie here or there."""
+    """If a cell may be stable or unstable, the curves around it may move."""
     stable = refined["stability"].values == STABLE
     place = tuple(np.argwhere(stable)[np.argmax(refined["tilt_max"].values[stable])])
     edge = sweep.reclassify(refined, f"departure:{float(refined['tilt_max'].values[place])!r}rad")
@@ -391,7 +391,7 @@ def test_curves_move_with_a_cell_that_flips_on_an_edge(refined):
 
 
 def test_brackets_of_any_width_have_to_overlap(reference, refined):
-    """A boundary between cells and a bisected one are compared by their brackets; half-widths and curves are not."""
+    """Of a boundary between cells and a bisected one only the brackets are compared, not half-widths and curves."""
     for new, old in ((reference, refined), (refined, reference)):
         comparison = compare(new, old)
         assert comparison.same
@@ -411,7 +411,7 @@ def test_brackets_of_any_width_have_to_overlap(reference, refined):
 
 
 def test_another_steady_rate_is_another_motion():
-    """The slower and the faster of the two steady precessions are not compared, nor a computed rate and a given one."""
+    """The slow and the fast steady precession are not compared, and neither are a computed and a given rate."""
     slow = sweep.run(STEADY)
     for other in (STEADY.replace(precession_rate="steady-fast"), CIRCLING):
         with refused("precession_rate"):
@@ -429,7 +429,7 @@ def test_another_steady_rate_is_another_motion():
     ],
 )
 def test_an_attribute_that_was_changed_is_refused(reference, name, value):
-    """What says how the cells were computed has to be what the spec says, on either side; the file is named."""
+    """Attributes that contradict the spec are refused in either atlas, with the name of the file."""
     wrong = reference.assign_attrs({name: value})
     for pair in ((wrong, reference), (reference, wrong)):
         with refused(name, str(value), str(reference.attrs[name])):

@@ -1,6 +1,6 @@
-"""Every variable of every kind of atlas has a rule in the regression check, and known regressions are found.
+"""Every variable of every kind of atlas has a comparison rule, and known regressions are found.
 
-A variable that is new in an atlas and has no rule, or one that lets more pass than it says, fails here.
+A new variable without a rule, or with a rule that is more lenient than it states, fails these tests.
 """
 
 import itertools
@@ -31,23 +31,23 @@ KINDS = {
     "kicked": SPEC.replace(tilt=0, tilt_rate="0.01:3:4:log", duration=1.0),
 }
 
-#: What other variables may differ by follows from these, so that they are changed apart.
+# : The tolerances of other variables follow from these, so they are moved separately.
 STATED = ("tilt_error", "_halfwidth")
 
 
 @pytest.fixture(scope="module")
 def atlases():
-    """Return an atlas of every kind."""
+    """Return one atlas of every kind."""
     return {name: sweep.run(spec) for name, spec in KINDS.items()}
 
 
 def rules_of(atlas):
-    """Return the rules of an atlas compared with itself, by the names of the variables."""
+    """Return the comparison rules of an atlas by variable."""
     return {each.name: each for each in variables(align(atlas, atlas, common=False))}
 
 
 def limits(pair, quantity):
-    """Return how far each value of a variable may differ."""
+    """Return the tolerance of each value of a variable."""
     shape = pair.reference[quantity.name].shape
     if quantity.name not in CellPair(pair).names:
         return np.broadcast_to(allowed(quantity, pair), shape)
@@ -56,10 +56,10 @@ def limits(pair, quantity):
 
 
 def moved(atlas, share, names):
-    """Return a copy with the first, the middle and the last value of each variable moved by a share of what is allowed.
+    """Return a copy with the first, middle and last value of each variable moved by a share of its tolerance.
 
-    Whole numbers are moved by what is allowed, and by one more if the share is above 1; a variable without a value gets
-    one.
+    If the share is above 1, integers are moved by one more than the tolerance, and a variable without values
+    gets some.
     """
     copy, pair, rules = atlas.copy(deep=True), align(atlas, atlas, common=False), rules_of(atlas)
     for name in names:
@@ -71,14 +71,14 @@ def moved(atlas, share, names):
             if values.dtype.kind == "i":
                 values[place] += round(most[place]) + (share > 1.0)
             else:
-                # the bits of the sum round to the nearest number
+                # one spacing more, because the sum is rounded
                 values[place] += share * most[place] + (share > 1.0) * abs(np.spacing(values[place]))
     return copy
 
 
 @pytest.mark.slow_lane
 def test_a_change_beyond_what_is_allowed_is_found_in_every_variable(atlases, pick):
-    """Values just within what is allowed are the same; slightly beyond, every variable of the atlas differs."""
+    """Changes just within the tolerance pass, and slightly larger ones are found in every variable."""
     for kind in pick(KINDS, 5):
         atlas, rules = atlases[kind], rules_of(atlases[kind])
         assert set(rules) == set(atlas.variables)
@@ -95,18 +95,18 @@ def test_a_change_beyond_what_is_allowed_is_found_in_every_variable(atlases, pic
 
 @pytest.mark.slow_lane
 def test_every_decision_and_every_missing_variable_is_found(atlases):
-    """A flag with another value in all places, and a variable that was lost, is a difference in every atlas."""
+    """In every atlas, a changed flag and a missing variable are differences."""
     for kind in KINDS:
         atlas, rules = atlases[kind], rules_of(atlases[kind])
         flags = [name for name in map(str, atlas.data_vars) if rules[name].quantity.flags is not None]
         spoilt = atlas.copy(deep=True)
         for name in flags:
-            # a code that no cell has: beside no like, and at no limit
+            # a code that neither a neighbor nor a cell at a limit has
             spoilt[name].values[...] = 77
         assert found(compare(spoilt, atlas)).keys() >= set(flags)
         needed = {"ending", "stability", "tilt_min", "tilt_max"}
         lost = set(map(str, atlas.data_vars)) - needed
-        # the boundary follows from the verdicts, and is sought again where it was lost
+        # a missing boundary is computed again from the verdicts
         again = {name for name in lost if name.startswith(BOUNDARY)}
         assert found(compare(atlas.drop_vars(lost), atlas)).keys() == lost - again
         with refused("lacks tilt_min"):
@@ -114,7 +114,7 @@ def test_every_decision_and_every_missing_variable_is_found(atlases):
 
 
 def test_extremes_may_differ_by_what_both_atlases_state(atlases):
-    """By twice the tolerance, or by twice the stated error of both where that is more; and not by 10 % more."""
+    """Extremes may differ by twice the tolerance or twice both stated errors, whichever is larger."""
     atlas, tolerance = atlases["rolling with contact"], SPEC.tolerance
     known = np.isfinite(atlas["tilt_max"].values)
     limit = 2.0 * np.minimum(np.fmax(2.0 * atlas["tilt_error"].values, tolerance), 2.0 * tolerance)
@@ -124,9 +124,9 @@ def test_extremes_may_differ_by_what_both_atlases_state(atlases):
 
 
 def test_half_widths_that_were_not_reached_may_differ_by_a_width_and_others_by_none(atlases):
-    """A bracket as narrow as asked for is known to rounding, one that stopped before to a quarter of the width.
+    """A bracket of the requested width has an exact half-width; a wider one may differ by a quarter of the width.
 
-    Other kernels have other errors, and leave a verdict open elsewhere.
+    Other kernels may leave other verdicts open, because their errors differ.
     """
     name, width = "boundary_roll_rate_halfwidth", 1e-6
     atlas = atlases["refined"]
@@ -145,7 +145,7 @@ def test_half_widths_that_were_not_reached_may_differ_by_a_width_and_others_by_n
         assert found(compare(atlas.assign({half: 2.0 * atlas[half]}), atlas)) == {half: known} != {half: 0}
 
 
-#: What a version did wrong, or a file went through, and passed an earlier regression check.
+# : Errors of earlier versions and damaged files that passed an earlier regression check.
 REGRESSIONS = {
     "boundary_roll_rate": lambda values: values * 1.0012,
     "critical_roll_rate": lambda values: values * 1.001,
@@ -158,7 +158,7 @@ REGRESSIONS = {
 
 
 def test_known_regressions_are_found(atlases):
-    """Boundaries, lines of theory, tilts and periods that are off by more than their files state, in every value."""
+    """Boundaries, lines of theory, tilts and periods with errors beyond the stated ones are found in every value."""
     for kind, name in itertools.product(("rolling with contact", "refined", "cube", "exact"), REGRESSIONS):
         atlas = atlases[kind]
         copy = atlas.copy(deep=True)
@@ -171,7 +171,7 @@ def test_known_regressions_are_found(atlases):
             assert found(compare(copy, atlas)) == {name: int(changed.sum())}
 
 
-#: What becomes of a coordinate, and what the refusal names: a value that it has, its units, its type.
+# : Damages of a coordinate, and the part that the refusal names: a value, the units or the type.
 DAMAGES = (
     (lambda axis: axis * np.nan, lambda axis: "nan"),
     (lambda axis: axis * 0 + 0.3, lambda axis: "0.3"),
@@ -185,7 +185,7 @@ DAMAGES = (
 
 
 def test_broken_and_lost_coordinates_are_refused(atlases):
-    """Cells beside coordinates that are not those of the spec cannot be told apart, in either of the two."""
+    """An atlas with damaged or missing coordinates is refused on either side, as its cells cannot be identified."""
     atlas = atlases["rolling with contact"]
     broken = [
         (name, atlas.assign_coords({name: damage(atlas[name])}), what(damage(atlas[name])))
@@ -202,13 +202,13 @@ def test_broken_and_lost_coordinates_are_refused(atlases):
 
 
 def test_a_lost_fixed_parameter_is_that_of_the_spec(atlases):
-    """As in files that CDO has written again: the same number for all cells, which the spec states."""
+    """A missing fixed parameter, as in files rewritten by CDO, is taken from the spec."""
     atlas = atlases["rolling with contact"]
     assert compare(atlas.drop_vars("alpha"), atlas).identical
 
 
 def test_a_variable_that_is_not_known_is_named(atlases):
-    """A variable of another program in either atlas, or with other values in both, is named: it is not passed over."""
+    """A variable of another program, in one atlas or with different values in both, is named."""
     atlas = atlases["refined"]
     other = atlas.assign(mine=("tilt", np.arange(6.0)))
     for pair, told in (
@@ -226,7 +226,7 @@ def test_a_variable_that_is_not_known_is_named(atlases):
 
 @pytest.mark.slow_lane
 def test_a_value_that_is_no_number_differs_in_either_file(atlases, pick):
-    """An infinite or missing value, in the new atlas or the reference, is a difference; JSON of it has no infinity."""
+    """An infinite or missing value in either atlas is a difference; the JSON report contains no infinity."""
     values = (np.inf, -np.inf, np.nan)
     for kind, value in pick(itertools.product(("rolling with contact", "refined", "exact"), values), 2):
         atlas = atlases[kind]
@@ -244,7 +244,7 @@ def test_a_value_that_is_no_number_differs_in_either_file(atlases, pick):
 
 
 def test_a_stated_error_excuses_no_more_than_the_tolerance(atlases):
-    """A file that states errors beyond its tolerance is damaged: its tilts have to agree as before."""
+    """Stated errors beyond the file's own tolerance do not widen the comparison."""
     atlas, broken = atlases["cube"], atlases["cube"].copy(deep=True)
     broken["tilt_error"].values[...] = 1.0
     broken["tilt_max"].values[...] += 1e-3
@@ -253,7 +253,7 @@ def test_a_stated_error_excuses_no_more_than_the_tolerance(atlases):
 
 
 def test_times_and_errors_are_not_negative():
-    """With a coarse tolerance and small swings much is allowed of a time; that it is negative is not."""
+    """A negative time is a difference, even if a coarse tolerance would allow it."""
     spec = sweep.SweepSpec.preset("circling").replace(
         tilt="1deg:15deg:5", precession_rate="0.1:5:7", tolerance=1e-3
     )
@@ -262,14 +262,14 @@ def test_times_and_errors_are_not_negative():
         broken = atlas.copy(deep=True)
         broken[name] = -broken[name] - (name == "energy_drift") * 1e-12
         assert name in found(compare(broken, atlas)), name
-    # less than what is allowed of an error, which says only how large it is
+    # within the tolerance of an error, which is only an order of magnitude
     for name in ("tilt_error", "energy_drift"):
         new, reference = (changed(atlas, name, (2, 2), value) for value in (-1e-12, 1e-12))
         assert found(compare(new, reference)) == {name: 1}, name
 
 
 def test_the_exact_reduction_takes_no_steps(atlases):
-    """Steps in an atlas of the exact reduction differ from none."""
+    """Steps in an atlas of the exact reduction are a difference."""
     broken = atlases["exact"].copy(deep=True)
     broken["steps"].values[...] = 1
     assert "steps" in found(compare(broken, atlases["exact"]))

@@ -1,4 +1,4 @@
-"""How a comparison is told: in words, in JSON, in JUnit's XML, and by the exit status."""
+"""A comparison as text, JSON, JUnit XML and exit status."""
 
 import json
 import re
@@ -15,7 +15,7 @@ from sweep.checks.comparison_report import in_words, to_junit
 
 
 def told_of(name, text):
-    """Return the lines of a report that tell of a variable, one of its worst cell and one of the reason included."""
+    """Return the report lines about a variable, including its worst cell and the reason."""
     return re.search(rf"^\w+ +{name} .*\n(?: .*\n)*", text, re.MULTILINE)[0]
 
 
@@ -26,7 +26,7 @@ def reference():
 
 
 def test_the_report_and_the_junit_file_tell_the_same(reference):
-    """The words name the worst cell in degrees; JUnit has one case per variable, failed where the variable differs."""
+    """The text names the worst cell in degrees; JUnit has one case per variable, failed if it differs."""
     comparison = compare(changed(reference, "tilt_max", (2, 3), 1.0), reference)
     text = in_words(comparison)
     assert_in_order(text.splitlines()[0], "DIFFERENT", "tilt_max", "1 of 78")
@@ -45,7 +45,7 @@ def test_the_report_and_the_junit_file_tell_the_same(reference):
 
 
 def test_the_outcome_is_identical_or_within_tolerance(reference):
-    """Identical is said of equal bits alone; else the largest difference and what is allowed, for each variable."""
+    """The outcome is "identical" only for equal bits; otherwise each variable has its difference and tolerance."""
     words = in_words(compare(reference, reference))
     assert_in_order(words.splitlines()[0], "identical", "78 cells", "24 variables")
     assert words.count("\nidentical ") == 24
@@ -63,7 +63,7 @@ def test_the_outcome_is_identical_or_within_tolerance(reference):
 
 @pytest.mark.slow_lane
 def test_the_command(command, tmp_path, reference):
-    """Exit 0 the same, 1 different, 2 not comparable; JSON on standard output and XML in a file for machines."""
+    """`compare` exits with 0 if the same, 1 if different and 2 if not comparable, and writes JSON and XML."""
     sweep.save(reference, "a.nc")
     sweep.save(changed(reference, "tilt_max", (2, 3), np.nan), "b.nc")
     sweep.save(sweep.reclassify(reference, "departure:2deg"), "c.nc")
@@ -102,7 +102,7 @@ def test_the_command(command, tmp_path, reference):
 
 
 def test_odd_characters_reach_neither_terminal_nor_xml(reference):
-    """Names and attributes with control characters are escaped: the XML is well-formed, the terminal is left alone."""
+    """Control characters in names and attributes are escaped in the XML and on the terminal."""
     odd = reference.assign_attrs(title='bell \x07 escape \x1b[31m and ]]> <&">')
     odd["tilt_max"] = odd["tilt_max"].assign_attrs(units="rad\x00\ufffe\udc80")
     comparison = compare(odd, reference)
@@ -116,7 +116,7 @@ def test_odd_characters_reach_neither_terminal_nor_xml(reference):
 
 
 def test_flags_are_named(reference):
-    """Codes have neither a difference nor a size: verdicts and endings that differ are told in words."""
+    """Differing verdicts and endings are reported by name, without a size."""
     stable = changed(reference, "stability", (12, 0), 2)
     assert reference["stability"].values[12, 0] == 1
     comparison = compare(changed(stable, "ending", (12, 1), 3), reference)
@@ -134,7 +134,7 @@ def test_flags_are_named(reference):
 
 
 def test_the_reason_is_that_of_the_question(reference):
-    """Exactly: every bit; a number that was given has no logarithm; a part is said to be one."""
+    """The report gives the reason for its tolerances: exact bits, a given number, or a common part."""
     value = float(reference["tilt_max"][2, 3])
     exactly = compare(changed(reference, "tilt_max", (2, 3), value + 5e-9), reference, exact=True)
     (every_bit,) = {each.reason for each in exactly.findings}

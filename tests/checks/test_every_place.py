@@ -1,4 +1,4 @@
-"""A value that is wrong in one cell is named by `verify` and `compare`, in any variable and block."""
+"""`verify` and `compare` name a single wrong cell, in any variable and block."""
 
 import functools
 import itertools
@@ -25,22 +25,22 @@ pytestmark = pytest.mark.compiled
 SPEC = SweepSpec.preset("rolling").replace(roll_rate="1:4:12", tilt="0.1deg:60deg:20", contact="yes")
 NAMES = [each.name for each in cell_declarations(SPEC)]
 
-#: The first and the last cell, the two on either side of the end of a block, of what is judged at once, one in between.
+# : The first and last cell, both sides of the ends of a block and of a judged batch, and one in between.
 PLACES = (0, 15, 16, 59, 60, 131, 239)
 
-#: The same, so many at a time that `verify` names all of them.
+# : The same places, in groups small enough for `verify` to name all of them.
 TOGETHER = ((0, 15, 16), (59, 60, 131), (239,))
 
 
 @lru_cache
 def atlas():
-    """Return an atlas with falls, not to be changed."""
+    """Return an atlas with falls; tests must not change it."""
     return sweep.run(SPEC)
 
 
 @pytest.fixture
 def small_blocks(monkeypatch):
-    """Read 60 cells at a time, judge 16 at a time."""
+    """Read 60 cells at a time and judge 16 at a time."""
     for name, function in (("chunk_shape", chunk_shape), ("chunks", chunks)):
         monkeypatch.setattr(cell_reader, name, functools.partial(function, cells=35))
     monkeypatch.setattr(cell_reader, "BLOCK_CELLS", 70)
@@ -49,7 +49,7 @@ def small_blocks(monkeypatch):
 
 
 def wrong_value(name, value):
-    """Return another value than a right one."""
+    """Return a wrong value in place of a right one."""
     if name == "ending":
         return ENDINGS.code("unresolved")
     if name == "stability":
@@ -60,21 +60,21 @@ def wrong_value(name, value):
 
 
 def with_wrong_value(dataset, name, place, value):
-    """Return a copy with one other value, or with one at each of some places."""
+    """Return a copy with a wrong value at one or more places."""
     copy = dataset.copy(deep=True)
     copy[name].values.reshape(-1)[np.asarray(place)] = value
     return copy
 
 
 def where(dataset, place):
-    """Return the coordinates of a cell, given by its flat index."""
+    """Return the coordinates of the cell with this flat index."""
     index = np.unravel_index(place, SPEC.shape)
     return {name: float(dataset[name][i]) for name, i in zip(SPEC.axes, index, strict=True)}
 
 
 @pytest.mark.slow_lane
 def test_verify_names_the_cell(small_blocks):
-    """A wrong value in some cells: its variable has so many wrong values, there, and each cell its flag."""
+    """`verify` counts the wrong values of a variable, names their cells and flags each cell."""
     assert sorted(place for places in TOGETHER for place in places) == list(PLACES)
     for name, places in itertools.product(NAMES, TOGETHER):
         right = atlas()[name].values.reshape(-1)
@@ -86,13 +86,13 @@ def test_verify_names_the_cell(small_blocks):
             [cell_in_words(SPEC, place) for place in places],
         ), name
         if name != "ending":
-            # a cell that claims to be unresolved has no flag but that
+            # a cell that claims to be unresolved gets only that flag
             assert found_there.disagreeing == len(places), name
             assert [at for _, at in found_there.named] == [where(atlas(), place) for place in places], name
 
 
 def test_compare_names_the_cell(small_blocks):
-    """All variables wrong in one cell: each has one wrong value, there; and so to the bit."""
+    """If one cell is wrong in all variables, `compare` finds one wrong value in each, also with `exact`."""
     for place in PLACES:
         corrupt, nearly = atlas(), atlas()
         for name in NAMES:
@@ -108,20 +108,20 @@ def test_compare_names_the_cell(small_blocks):
 
 
 def test_blocks_change_nothing(small_blocks, monkeypatch):
-    """What verify and compare say of right and of wrong atlases does not depend on how they are read."""
+    """The results of `verify` and `compare` do not depend on the block sizes."""
     wrong = with_wrong_value(with_wrong_value(atlas(), "tilt_max", 61, 0.3), "steps", 200, 7)
     other = sweep.run(SPEC.replace(tolerance=1e-6))
     in_blocks = [findings(verify(each)) for each in (atlas(), wrong, other)]
     compared = [compare(each, atlas()) for each in (atlas(), wrong, other)]
     monkeypatch.undo()
-    # as text, in which what is no number is equal to itself
+    # as text, where NaN equals NaN
     assert repr(in_blocks) == repr([findings(verify(each)) for each in (atlas(), wrong, other)])
     assert repr(compared) == repr([compare(each, atlas()) for each in (atlas(), wrong, other)])
     assert [each.outcome for each in compared] == ["identical", "different", "within tolerance"]
 
 
 def test_a_promise_of_a_share_is_broken_in_any_block(small_blocks, monkeypatch):
-    """Stated errors that are too small, in cells that are not integrated again: the first ones are named."""
+    """Stated errors that are too small are found in cells that are not integrated again; the first are named."""
     monkeypatch.setattr(cell_audit, "_MOST_STEPS", float(atlas()["steps"].sum()) / 6.5)
     corrupt = atlas().copy(deep=True)
     wrong = [place for place in range(85, 130) if place % 7]
@@ -132,7 +132,7 @@ def test_a_promise_of_a_share_is_broken_in_any_block(small_blocks, monkeypatch):
 
 
 def test_neighbours_in_other_blocks(small_blocks):
-    """A cell that ends as a neighbour does, in any block, is on an edge; one at the far side is not."""
+    """A cell that ends like a neighbor is on an edge, also across blocks; row ends are not neighbors."""
     endings = atlas()["ending"].values.reshape(-1)
     index = np.stack(np.unravel_index(np.arange(endings.size), SPEC.shape))
     for step, axis in ((1, 1), (-1, 1), (20, 0), (-20, 0)):
@@ -145,7 +145,7 @@ def test_neighbours_in_other_blocks(small_blocks):
         for place in places:
             comparison = compare(with_wrong_value(atlas(), "ending", place, endings[place + step]), atlas())
             assert (found(comparison), finding(comparison, "ending").on_edge) == ({}, 1)
-    # the ends of neighbouring rows are no neighbours
+    # the ends of adjacent rows are not neighbors
     for place, other, neighbours in ((20, 19, [0, 21, 40]), (19, 20, [18, 39])):
         comparison = compare(with_wrong_value(atlas(), "ending", place, endings[other]), atlas())
         assert found(comparison) == ({} if endings[other] in endings[neighbours] else {"ending": 1})

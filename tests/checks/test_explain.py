@@ -1,4 +1,4 @@
-"""A cell explained: it is repeated to the bit, the exact values are exact, and the words say the verdict."""
+"""`explain` repeats a cell bit for bit, compares it with exact values and states its verdict in words."""
 
 import json
 import math
@@ -28,13 +28,13 @@ CIRCLING = sweep.SweepSpec.preset("circling").replace(precession_rate="0.05:5:12
 
 
 def start(**changed):
-    """Return one start as the modules of a cell take it, a disk of the report unless told otherwise."""
+    """Return one start in the form the modules of a cell expect, by default of a disk of the report."""
     disk = {"tilt": 0.0, "tilt_rate": 0.0, "precession_rate": 0.0, "roll_rate": 0.0}
     return disk | {"alpha": 0.5, "radius": 0.5, "gravity": 9.81} | changed
 
 
 def test_the_exact_values_are_those_of_the_literature():
-    """The report gives the turning points of known starts, and how far off the cell is."""
+    """The report gives the turning points of published starts and the error of the cell."""
     for given, degrees in [
         ({"tilt_rate": 0.01, "roll_rate": 2.0}, (-41.6082, 41.6082)),
         ({"tilt_rate": 0.1, "precession_rate": 3.5}, (-28.6591, 28.6591)),
@@ -50,7 +50,7 @@ def test_the_exact_values_are_those_of_the_literature():
 
 
 def test_every_cell_is_repeated_to_the_bit(tmp_path):
-    """From the file alone the cell is run again: each of its values has the same bits, and the report says so."""
+    """A cell is run again from the file only: all its values have the same bits, and the report says so."""
     for spec, given in [
         (ROLLING, {"roll_rate": 2.4, "tilt": "1deg"}),
         (ROLLING, {"roll_rate": 1, "tilt": "40deg"}),
@@ -69,7 +69,7 @@ def test_every_cell_is_repeated_to_the_bit(tmp_path):
 
 
 def test_lines_of_theory_have_their_numbers():
-    """The critical rate is that of no perturbation, the rate for a start at 1 deg and a limit of 5 deg is higher."""
+    """The critical rate is for no perturbation; the predicted one, for 1 deg and a limit of 5 deg, is higher."""
     atlas = sweep.run("rolling", roll_rate="2:3:5", tilt="1deg,2deg")
     text = explain(atlas, {"roll_rate": 2.5, "tilt": "1deg"}).text
     numbers = {}
@@ -83,7 +83,7 @@ def test_lines_of_theory_have_their_numbers():
 
 
 def test_the_words_say_why():
-    """Each kind of ending and verdict has its reason, and the figure of a cell that moves is drawn."""
+    """Each kind of ending and verdict has its reason, and moving cells get a figure."""
     for spec, given, verdict, because in [
         (ROLLING, {"roll_rate": 2.0, "tilt": "1.45deg"}, "unstable", ["tilt", "44.7295 deg", "5 deg"]),
         (ROLLING, {"roll_rate": 4, "tilt": "0.01deg"}, "stable", ["tilt", "5 deg", "turning points"]),
@@ -110,11 +110,11 @@ def test_the_words_say_why():
 
 
 def test_linear_theory():
-    """Period and reach of small motions are those that the exact extremes have; growth is that of k < 0."""
+    """Period and reach of small motions agree with the exact extremes; for k < 0 the report gives the growth."""
     atlas = sweep.run(ROLLING)
     told = row(explain(atlas, {"roll_rate": 3.5, "tilt": "0.01deg"}).text, "linear")
     assert_in_order(told, "oscillations", "1.69729 s", "1.69729 s")
-    # a tilt of a uniform disk grows as exp(t sqrt(4/5 (g/R - 3 s^2)))
+    # the tilt of a uniform disk grows as exp(t sqrt(4/5 (g/R - 3 s^2)))
     grown = math.log(2.0) / math.sqrt(0.8 * (9.81 / float(atlas["radius"]) - 3.0 * 2.0**2))
     told = row(explain(atlas, {"roll_rate": 2, "tilt": "1deg"}).text, "linear")
     assert_facts(told, "< 0", "doubles", f"{grown:.4g} s")
@@ -130,7 +130,7 @@ def test_linear_theory():
 
 
 def test_the_row_has_its_boundaries():
-    """Measured, predicted and critical rate of the cell's row are the numbers of the atlas."""
+    """The measured, predicted and critical rates of the cell's row equal those of the atlas."""
     atlas = sweep.run(CIRCLING)
     cell = {"precession_rate": 4, "tilt": "10deg"}
     text = explain(atlas, cell).text
@@ -141,7 +141,7 @@ def test_the_row_has_its_boundaries():
 
 
 def test_a_long_line_is_not_broken_before_a_unit():
-    """Wherever it is broken, numbers keep their units, those of two words and those that readers see too."""
+    """Wrapping a long line never separates a number from its unit, even a unit of two words."""
     spec = sweep.SweepSpec.preset("rolling")
     for before in range(90, 120):
         line = "x " * (before // 2) + "2.5508 rad s-1, 1.25 deg, 12 s, 0.1 m and 15 words"
@@ -152,14 +152,14 @@ def test_a_long_line_is_not_broken_before_a_unit():
 
 
 def test_a_row_without_a_boundary_says_why():
-    """A sentence, with the reason that the atlas states for the row."""
+    """The report states why a row has no boundary, as the atlas does."""
     text = explain(sweep.run(ROLLING.replace(roll_rate="1:2:5")), {"roll_rate": 1, "tilt": "1deg"}).text
     told = row(text, "boundary")
     assert_facts(told, "none", "tilt", "stable above roll_rate", "unstable throughout", "1")
 
 
 def test_the_command(command, tmp_path):
-    """It prints the report, draws the figure when asked, and refuses a cell that is none before it draws."""
+    """`explain` prints the report, draws the figure on request, and refuses an invalid cell before drawing."""
     sweep.run_to_file(ROLLING, "a.nc")
     status, out, err = command("explain a.nc roll_rate=2.4 tilt=1deg --plot a.png")
     assert (status, err) == (0, "")
@@ -177,7 +177,7 @@ def test_the_command(command, tmp_path):
 
 
 def test_a_cell_that_was_tampered_with(command, tmp_path):
-    """A value that no run gives is named, and the status is 1; a last bit is told, and is no failure."""
+    """A value that no run gives is named and the status is 1; a difference in the last bit is only noted."""
     sweep.run_to_file(ROLLING, "a.nc")
     line = "explain a.nc roll_rate=2.5 tilt=0.01deg"
     with netCDF4.Dataset("a.nc", "a") as file:
@@ -194,7 +194,7 @@ def test_a_cell_that_was_tampered_with(command, tmp_path):
 
 
 def test_a_measure_that_the_atlas_lacks():
-    """The report leaves out a measure that was dropped from the atlas; nothing is refused, and the rest is repeated."""
+    """A measure that was dropped from the atlas is left out of the report; the rest is repeated."""
     atlas = sweep.run(ROLLING)
     cell = {"roll_rate": 3.5, "tilt": "0.1deg"}
     whole = explain(atlas, cell)
@@ -209,7 +209,7 @@ def test_a_measure_that_the_atlas_lacks():
 
 
 def test_the_figure_has_the_extremes_and_the_limit():
-    """The tilt runs between the atlas' extremes, and the criterion's limit is drawn where it can be seen."""
+    """The tilt in the figure spans the atlas's extremes, and the criterion's limit is visible."""
     found = explain(sweep.run(ROLLING), {"roll_rate": 2.5, "tilt": "1.5deg"})
     left, right = cell_plot.figure(found).axes
     curve, *lines = left.get_lines()
@@ -221,7 +221,7 @@ def test_the_figure_has_the_extremes_and_the_limit():
 
 
 def test_run_from_repeats_a_run_from_the_file_alone(command, tmp_path):
-    """--from needs nothing but the file: the new atlas has the same bits; changes and a second spec are told apart."""
+    """`run --from` needs only the file and gives the same bits; changes are allowed, a second spec is not."""
     sweep.run_to_file(ROLLING, "a.nc")
     with sweep.open_atlas("a.nc") as atlas:
         before = atlas.load()

@@ -1,4 +1,4 @@
-"""The checks by a criterion of one's own: cells on its edge, cells within the errors of it, and why a verdict is so."""
+"""The checks with your own criterion: cells on its edge or within its errors, and the reason for a verdict."""
 
 import itertools
 import math
@@ -21,12 +21,12 @@ CELL = (5, 3)
 
 @pytest.fixture(scope="module")
 def atlas():
-    """Return an atlas that is not to be changed."""
+    """Return an atlas that tests must not change."""
     return sweep.run(SPEC)
 
 
 def test_a_verdict_may_flip_on_the_edge_alone(atlas):
-    """Where a value is the one that it is compared with, the last bit decides: two atlases may differ there."""
+    """If a value equals its limit, the last bit decides the verdict, and two atlases may differ."""
     for name in ["peak_tilt", "amplification", "nutation_period", "tilt_max"]:
         value = float(atlas[name].values[CELL])
         for text, excused in ((f"{name} > {value!r}", True), (f"not {name} <= {value!r} and tilt > 0", True),
@@ -42,7 +42,7 @@ def test_a_verdict_may_flip_on_the_edge_alone(atlas):
 
 
 def test_a_verdict_flips_between_two_values(atlas):
-    """Two atlases whose values differ within what they state may have unlike verdicts between those, not beside."""
+    """If the limit is between two values that agree within the stated errors, the verdicts may differ."""
     period = float(atlas.nutation_period.values[CELL])
     later = changed(atlas, CELL, nutation_period=period * (1.0 + 1e-7))
     for share, same in ((0.5e-7, True), (1e-3, False)):
@@ -55,7 +55,7 @@ def test_a_verdict_flips_between_two_values(atlas):
 
 
 def test_a_rate_that_cells_compute_is_known():
-    """Compared with a rate that each cell computes for itself: on the edge a verdict may flip, elsewhere not."""
+    """A limit may depend on a rate that each cell computes; verdicts may differ only on that edge."""
     spec = sweep.SweepSpec(
         tilt="5deg,10deg", precession_rate="steady-slow", roll_rate="4:8:3", tilt_rate=1e-3
     )
@@ -71,7 +71,7 @@ def test_a_rate_that_cells_compute_is_known():
 
 
 def test_a_verdict_follows_a_value_that_differs(atlas):
-    """Where a value differs by more than it may, that is the finding: a verdict that changes between the two is not."""
+    """If a value differs too much, that is the finding, and the verdict that changes with it is excused."""
     period = float(atlas.nutation_period.values[CELL])
     text = f"nutation_period > {period * 1.01!r}"
     later = sweep.reclassify(changed(atlas, CELL, nutation_period=period * 1.02), text)
@@ -81,10 +81,10 @@ def test_a_verdict_follows_a_value_that_differs(atlas):
 
 
 def test_within_the_tolerance_of_its_edge_a_cell_is_marginal(atlas):
-    """A value that is compared with itself may lie on either side of the exact one; one that is far from it may not."""
+    """A value within the tolerance of its limit may be on either side of the exact value; others may not."""
     for name in ["peak_tilt", "amplification", "nutation_period"]:
         value = float(atlas[name].values[CELL])
-        # as far from the exact value as a tolerance of 1e-8 rad lets it be
+        # the error that a tolerance of 1e-8 rad allows
         for share in (-1e-10, 1e-10):
             edge = sweep.reclassify(atlas, f"{name} > {value * (1.0 + share)!r}")
             assert findings(verify(edge)).passed, name
@@ -97,7 +97,7 @@ def test_within_the_tolerance_of_its_edge_a_cell_is_marginal(atlas):
 
 
 def test_a_verdict_of_exact_values_is_marginal_not_wrong(atlas):
-    """Where the exact value is on the other side of the edge, the cell is marginal; the stored verdict follows."""
+    """If only the exact value is beyond the edge, the cell is marginal, because its verdict follows from the file."""
     exact = sweep.run(SPEC.replace(method="exact"))
     ours, theirs = atlas.peak_tilt.values, exact.peak_tilt.values
     place = np.unravel_index(int(np.argmax(np.abs(ours - theirs))), ours.shape)
@@ -109,7 +109,7 @@ def test_a_verdict_of_exact_values_is_marginal_not_wrong(atlas):
 
 
 def test_verify_says_what_it_held_the_verdicts_against():
-    """What the exact reduction does not know is compared with the stored values alone; wrong verdicts are found."""
+    """`verify` states whether it checks verdicts with exact or stored values, and finds wrong ones either way."""
     for criterion, words, says in [
         ("fall_time < 0.3s", {}, "on the stored values"),
         ("friction_needed > 0.1", {"contact": "yes"}, "on the stored values"),
@@ -126,7 +126,7 @@ def test_verify_says_what_it_held_the_verdicts_against():
 
 
 def test_what_was_true_when_time_ran_out_is_no_fault():
-    """Unstable by what was measured until then, stable by the exact extremes: the verdict follows from the file."""
+    """A verdict that follows from the values until time ran out is right, even if the exact extremes give another."""
     atlas = sweep.run(SPEC.replace(duration=1.0, criterion="peak_tilt < 5deg"))
     audited = findings(verify(atlas))
     assert audited.counts["within"] > 5
@@ -134,7 +134,7 @@ def test_what_was_true_when_time_ran_out_is_no_fault():
 
 
 def test_explain_shows_the_comparisons():
-    """Each comparison with the value of the cell, none as predicted, and the verdict by the whole expression."""
+    """The report shows each comparison with the cell's value, and the verdict of the whole expression."""
     text = "peak_tilt > 10deg or fall_time < 2s"
     atlas = sweep.run(SPEC.replace(criterion=text))
     explained = explain(atlas, {"roll_rate": 2.5, "tilt": "4deg"}).text
@@ -147,7 +147,7 @@ def test_explain_shows_the_comparisons():
 
 
 def test_explain_compares_with_the_start():
-    """A parameter of the start has its value of the cell."""
+    """A comparison with a start parameter uses the cell's value of it."""
     atlas = sweep.run(SPEC.replace(criterion="peak_tilt > 3*tilt"))
     explained = " ".join(explain(atlas, {"roll_rate": 2, "tilt": "0.1deg"}).text.split())
     assert_facts(explained, "peak_tilt > 3*tilt", "true")
@@ -155,7 +155,7 @@ def test_explain_compares_with_the_start():
 
 
 def test_a_steady_motion_can_be_unstable():
-    """Nothing disturbs it, and the expression is true: that is the reason, not that there is nothing to measure."""
+    """An undisturbed cell can be unstable; the reason is the expression, not that nothing was measured."""
     atlas = sweep.run(sweep.SweepSpec(tilt="0,1deg", roll_rate=3, criterion="abs(tilt) < 0.5deg"))
     assert atlas.stability.values.tolist() == [UNSTABLE, STABLE]
     assert_facts(explain(atlas, {"tilt": 0}).text, "abs(tilt) < 0.5deg", "true")
@@ -164,7 +164,7 @@ def test_a_steady_motion_can_be_unstable():
 
 
 def test_a_verdict_that_holds_at_one_double_is_found_again():
-    """The end of a bracket that is a value of the grid is compared with the exact verdict at that value."""
+    """If a bracket ends at a grid value, it is checked with the exact verdict at that value."""
     for criterion, tilt in itertools.product(
         ["tilt == 1deg", "roll_rate > 30deg/s and not (tilt == 2deg or tilt == 1deg)"],
         ["1deg:3deg:4", "1deg,1.7deg,2deg", "1deg:2deg:4:log"],

@@ -1,4 +1,4 @@
-"""verify, compare and refine tell how far they are: every pass from its beginning, and what they find is the same."""
+"""verify, compare and refine report their progress, and their results do not depend on it."""
 
 import functools
 import itertools
@@ -14,7 +14,7 @@ from sweep.checks.compare import COMPARING
 from sweep.checks.verify import CHECKING
 from sweep.progress.timetable import SEARCHING, Timetable
 
-#: More cells than a block of a reader has.
+# : More cells than a reader's block.
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:600", tilt="0.1deg:5deg:400", method="exact")
 
 
@@ -25,7 +25,7 @@ def atlas():
 
 
 def stages(heard):
-    """Return the stages in their order, each with the numbers of things that were done."""
+    """Return the stages in order, each with its progress counts."""
     return [
         (name, [each.done for each in some])
         for name, some in itertools.groupby(heard, lambda each: each.stage)
@@ -34,20 +34,20 @@ def stages(heard):
 
 @pytest.mark.compiled
 def test_verify_tells_its_cells(atlas):
-    """First the cells, then the boundary; its findings are those of a call without a callback."""
+    """The cells are reported first, then the boundary; the findings equal those without a callback."""
     heard = []
     found = sweep.verify(atlas, seed=1, progress=heard.append)
     (checking, cells), (searching, _) = stages(heard)
     assert (checking, searching) == (CHECKING, SEARCHING)
     assert (cells[0], cells[-1], cells) == (0, SPEC.size, sorted(set(cells)))
     assert len(cells) > 2
-    # as text, in which what is no number is equal to itself
+    # as text, where NaN equals NaN
     assert repr(sweep.findings(found)) == repr(sweep.findings(sweep.verify(atlas, seed=1)))
 
 
 @pytest.mark.compiled
 def test_compiling_in_the_first_block_is_no_pace(atlas, monkeypatch):
-    """What the first block waited for is not expected of the others: kernels are compiled once."""
+    """The compilation in the first block does not count towards the pace of the others."""
     heard, audited, waited = [], CellAudit.audited, [0.0]
 
     def compiling(self, stored):
@@ -65,7 +65,7 @@ def test_compiling_in_the_first_block_is_no_pace(atlas, monkeypatch):
 
 @pytest.mark.compiled
 def test_compare_tells_how_far_it_is(atlas):
-    """All cells are read once; what is found does not depend on who listens."""
+    """All cells are read once, and the results do not depend on the callback."""
     heard = []
     other = atlas.assign(peak_tilt=atlas["peak_tilt"] * (1 + 1e-3))
     found = sweep.compare(other, atlas, progress=heard.append)
@@ -78,7 +78,7 @@ def test_compare_tells_how_far_it_is(atlas):
 
 
 def test_refine_tells_its_search():
-    """From nothing to all of it."""
+    """The progress of `refine` runs from nothing to everything."""
     coarse, heard = sweep.run("rolling", roll_rate="2:4:9", tilt="0.1deg:5deg:5"), []
     sweep.refine(coarse, 1e-6, progress=heard.append)
     assert {(each.stage, each.size, each.things) for each in heard} == {(SEARCHING, 1000, "parts")}
@@ -88,7 +88,7 @@ def test_refine_tells_its_search():
 
 
 def test_another_wish_is_refused(atlas):
-    """As by `sweep.run`."""
+    """Another kind of progress argument is refused, as by `sweep.run`."""
     calls = (sweep.verify, sweep.refine, functools.partial(sweep.compare, atlas))
     for call in calls:
         with refused("progress"):

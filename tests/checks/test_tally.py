@@ -1,4 +1,4 @@
-"""The tally of wrong values: what a share lets pass, which value is the worst, and which are named."""
+"""The tally of wrong values: the allowed share, the worst value, and the named ones."""
 
 import math
 
@@ -12,7 +12,7 @@ from sweep.model.audit import CellCheck
 
 
 def stated(wrong, judged, share=0.0, difference=2.0):
-    """Return the statement of values of which the first ones differ by more than 1, which is allowed."""
+    """Return the statement of values with an allowed difference of 1, which the first ones exceed."""
     apart = np.zeros(judged)
     apart[:wrong] = difference
     checks = Checks("end_time", "s")
@@ -24,7 +24,7 @@ def stated(wrong, judged, share=0.0, difference=2.0):
 
 
 def test_a_share_of_the_values_may_differ_and_five_standard_deviations_more():
-    """Of 10000 values and a share of 1 % that is 100 + 5 * 10 + 5; of 100 and 0.1 % it is 0.1 + 5 * 0.32 + 5."""
+    """Of 10000 values, a share of 1 % allows 100 + 5 * 10 + 5; of 100, 0.1 % allows 0.1 + 5 * 0.32 + 5."""
     for judged, share, most in ((10_000, 0.01, 155), (100, 0.001, 6)):
         assert stated(most, judged, share).wrong == 0
         beyond = stated(most + 1, judged, share)
@@ -32,7 +32,7 @@ def test_a_share_of_the_values_may_differ_and_five_standard_deviations_more():
 
 
 def test_without_a_share_one_wrong_value_is_one_too_many():
-    """Its difference is told, and what is allowed there; a missing value counts as the worst."""
+    """The statement gives its difference and the tolerance; a missing value counts as the worst."""
     assert stated(0, 300).wrong == 0
     one = stated(1, 300)
     assert (one.wrong, one.named, one.difference, one.allowed) == (1, ["value 0"], 2.0, 1.0)
@@ -42,7 +42,7 @@ def test_without_a_share_one_wrong_value_is_one_too_many():
 
 
 def test_values_are_counted_that_nothing_is_held_against():
-    """Of every third value of a block the two between are not checked; a wrong one is named by its place."""
+    """With every third value checked, the others are counted as not checked; a wrong one is named by its place."""
     checks, five = Checks("steps", "1"), np.zeros(5)
     apart = np.array([0.0, 0.0, 2.0, 0.0, 0.0])
     checks.add(0, CellCheck("steps", "its repetition", five, five, np.ones(5, bool)), step=3)
@@ -53,7 +53,7 @@ def test_values_are_counted_that_nothing_is_held_against():
 
 
 def test_differences_have_no_sign_and_one_missing_value_is_none():
-    """Of values that are both missing, or infinite alike, the difference is 0; where one is missing, it is missing."""
+    """Two missing values or equal infinities differ by 0; if only one is missing, the difference is NaN."""
     stored = np.array([1.0, 3.0, np.nan, np.nan, 1.0, np.inf, -np.inf])
     right = np.array([3.0, 1.0, np.nan, 1.0, np.nan, np.inf, 1.0])
     assert difference(stored, right).tolist() == pytest.approx(
@@ -67,7 +67,7 @@ def test_differences_have_no_sign_and_one_missing_value_is_none():
 
 
 def test_the_worst_value_is_one_that_is_too_far_off():
-    """One beyond what is allowed before a larger share of it; excused ones are counted apart."""
+    """A value beyond its tolerance ranks above a larger share of a tolerance; excused ones are counted separately."""
     tally, one = Tally(), np.ones(4)
     apart, allowed = np.array([0.9, 3.0, 0.0, 5.0]), np.array([1.0, 2.0, 1.0, 1.0])
     beyond, excused = np.array([False, False, True, True]), np.array([False, False, False, True])
@@ -78,7 +78,7 @@ def test_the_worst_value_is_one_that_is_too_far_off():
 
 
 def test_a_variable_held_against_two_things_is_as_wrong_as_the_worse_one_says():
-    """All 8 values repeat; of every second one the exact value is known, and two of those are wrong."""
+    """All 8 values repeat, but two of the four with a known exact value are wrong."""
     checks, fine, every = Checks("tilt_max", "rad"), np.zeros(8), np.ones(8, bool)
     checks.add(0, CellCheck("tilt_max", "the same run again", fine, np.ones(8), every))
     apart = np.array([0.0, 3.0, 0.5, 2.0])
@@ -90,7 +90,7 @@ def test_a_variable_held_against_two_things_is_as_wrong_as_the_worse_one_says():
 
 @pytest.mark.parametrize("size", [math.inf, -math.inf, math.nan, 2.5])
 def test_a_difference_of_any_size_is_written_and_read(size):
-    """JSON has no infinity: what is not finite is missing in the text, and not a number when it is read."""
+    """JSON has no infinity: a difference that is not finite is written as missing and read as NaN."""
     (read,) = from_text(to_text([Statement("end_time", "another run", 3, 1, size, 1.0, "s", ["value 0"])]))
     assert (read.name, read.judged, read.wrong, read.allowed, [*read.named]) == (
         "end_time",

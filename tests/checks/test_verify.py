@@ -20,13 +20,13 @@ pytestmark = pytest.mark.compiled
 
 
 def place_of(worst):
-    """Return the coordinates of the largest of some differences."""
+    """Return the coordinates of the largest difference."""
     found = worst.isel(worst.argmax(...)).coords
     return {name: float(value) for name, value in found.items() if name in worst.dims}
 
 
 def test_the_presets_agree():
-    """Every cell of the RK4 presets agrees: none is marginal, unresolved or left out."""
+    """Every cell of the RK4 presets agrees; none is marginal, unresolved or skipped."""
     for preset in PRESETS:
         audited = verify(atlas(preset))
         found, worst = findings(audited), audited.tilt_difference
@@ -40,7 +40,7 @@ def test_the_presets_agree():
 
 @pytest.mark.slow_lane
 def test_the_exact_values_are_the_referee_s(pick):
-    """The extremes that the atlas is compared with are those of an independent quadrature, to 1e-13 rad."""
+    """The exact extremes in the audit agree with an independent quadrature to 1e-13 rad."""
     for preset in pick(PRESETS, 1):
         dataset = atlas(preset)
         audited = verify(dataset)
@@ -60,22 +60,22 @@ def test_the_exact_values_are_the_referee_s(pick):
 
 @pytest.mark.slow_lane
 def test_all_kinds_of_atlases_agree():
-    """Falls, steady motions, impossible starts, any number of axes, coarse tolerances: all agree or are set apart."""
+    """Falls, steady motions, impossible starts, any axes and coarse tolerances agree or are counted separately."""
     for words, expected in [
-        # falls and bounded motions side by side
+        # falls and bounded motions in one atlas
         ({"tilt": "20deg", "roll_rate": "0:3:31"}, {"agrees": 31}),
         ({"tilt": "20deg", "roll_rate": "-3:3:7", "tilt_rate": "-1,0,1", "alpha": "0.3,1"}, {"agrees": 42}),
         # already fallen at the start
         ({"tilt": "-86deg,80deg,86deg"}, {"agrees": 3}),
-        # at rest on equilibria: nothing to disturb them
+        # at rest in equilibrium, undisturbed
         ({"tilt": 0, "roll_rate": "1:5:9"}, {"agrees": 9}),
         ({"tilt": "5deg:40deg:8", "precession_rate": "0.5:5:10", "roll_rate": "steady"}, {"agrees": 80}),
-        # no roll rate holds a tilted disk that does not precess
+        # a tilted disk that does not precess has no steady roll rate
         (
             {"tilt": "10deg", "precession_rate": "-1:1:5", "roll_rate": "steady", "tilt_rate": 1e-3},
             {"agrees": 4, "invalid": 1},
         ),
-        # the precession rate that holds a disk is computed too; where the disk does not roll there is none
+        # computed steady precession rates, which a disk that does not roll lacks
         (
             {
                 "tilt": "5deg,10deg",
@@ -88,10 +88,10 @@ def test_all_kinds_of_atlases_agree():
         # one cell, and three axes
         ({"tilt": "1deg", "roll_rate": 3}, {"agrees": 1}),
         ({"tilt": "1deg", "roll_rate": "2:4:5", "alpha": "0.1:1:4", "gravity": "1,9.81"}, {"agrees": 40}),
-        # another tolerance, and a step of one's own
+        # another tolerance and a given step
         ({"tilt": "0.1deg:40deg:9", "roll_rate": "1:5:9", "tolerance": 1e-4}, {"agrees": 81}),
         ({"tilt": "0.1deg:40deg:9", "roll_rate": "1:5:9", "step": 0.05}, {"agrees": 81}),
-        # in two steps from turning point to turning point the drift of the energy says nothing
+        # two steps between turning points, where the energy drift says nothing
         (
             {
                 "tilt": "18.8437deg",
@@ -104,7 +104,7 @@ def test_all_kinds_of_atlases_agree():
             },
             {"agrees": 1},
         ),
-        # small swings of a long period, in steps nearly as long
+        # small swings of a long period, in steps almost as long
         (
             {
                 "tilt": "0.25deg:30deg:9",
@@ -124,7 +124,7 @@ def test_all_kinds_of_atlases_agree():
 
 @pytest.mark.slow_lane
 def test_starts_with_losses_that_nothing_disturbs_have_no_numbers():
-    """Their descriptions say so, and in a fresh file of nothing else nothing is wrong and nothing is compared."""
+    """Undisturbed starts with losses have no numbers, and their comments say so; an atlas of them compares nothing."""
     spec = SweepSpec.read("rolling", contour_friction="0.1mm", tilt=0, roll_rate="2,3", duration=1)
     with lossy_runner.general_kernels():
         made = sweep.run(spec)
@@ -132,13 +132,13 @@ def test_starts_with_losses_that_nothing_disturbs_have_no_numbers():
     numbers = [name for name in spec.model.measures if "undisturbed" in made[name].attrs.get("comment", "")]
     assert len(numbers) >= 10
     assert np.isnan([made[name].values for name in numbers]).all()
-    # nothing is wrong, but nothing could be compared with another computation either
+    # nothing is wrong, but nothing was compared with another computation either
     assert (found.wrong, found.disagreeing, found.compared, found.passed) == ([], 0, 0, False)
     assert "nan" not in audit_text(found, spec)
 
 
 def test_a_run_that_time_ended_is_within():
-    """Where time ended the run, what it saw lies inside the exact extremes; such cells are counted apart, and pass."""
+    """If time ended a run, its extremes lie within the exact ones; such cells are counted separately and pass."""
     for preset in PRESETS:
         dataset = sweep.run(coarse(preset, duration=1.2))
         audited = verify(dataset)
@@ -149,12 +149,12 @@ def test_a_run_that_time_ended_is_within():
         assert found.passed, preset
         if horizon < 1200:
             assert found.named == [("agrees", place_of(audited.tilt_difference))], preset
-        # they say nothing of how exact the others are
+        # the extremes do not include cells that time ended
         assert np.isnan(found.extremes[0]) if horizon == 1200 else 0.0 < found.extremes[2] < 1e-8, preset
 
 
 def test_exact_atlases_agree():
-    """An atlas made by the reduction agrees with it to the last bit."""
+    """An atlas by the exact reduction agrees with it to the last bit."""
     for preset in PRESETS:
         found = findings(verify(sweep.run(coarse(preset, method="exact"))))
         assert found.agreeing == 1200
@@ -162,23 +162,23 @@ def test_exact_atlases_agree():
 
 
 def test_unresolved_cells_are_counted_apart():
-    """Cells that the atlas or the reduction could not resolve are neither dropped nor wrong."""
+    """Cells that the atlas or the reduction cannot resolve are counted, but not as wrong."""
     lost = sweep.run(SweepSpec(tilt="1deg,2deg,3deg", step=1e5, duration=1e6))
     assert counts(lost) == {"unresolved_in_the_atlas": 3}
-    # pushed just as hard as it takes to reach the saddle of its potential: whether it passes is not known to rounding
+    # a push with just enough energy for the saddle of its potential: rounding decides whether it passes
     words = {"tilt": "20deg", "roll_rate": 1.0}
     push = -float(rates_to_maxima(referee.starts(tilt=np.radians(20.0), roll_rate=1.0))[0])
     saddle = sweep.run(SweepSpec(**words, tilt_rate=[push, 0.5 * push], duration=0.05))
     assert counts(saddle) == {"unresolved_by_the_reduction": 1, "within": 1}
     assert findings(verify(saddle)).passed
-    # nothing was compared with anything
+    # nothing could be compared
     found = findings(verify(lost))
     assert (found.passed, found.compared, found.cells) == (False, 0, 3)
     assert_facts(audit_line(found), "NOT verified", "3 cells", "none")
 
 
 def test_a_criterion_on_a_cell_s_reach():
-    """With the limit within the tolerance of a reach either verdict is right; one that differs is marginal."""
+    """If the limit is within the tolerance of the reach, either verdict is right; a different one is marginal."""
     for offset in [-3e-9, 0.0, 3e-9]:
         exact = verify(atlas("rolling"))
         place = (10, 20)
@@ -190,7 +190,7 @@ def test_a_criterion_on_a_cell_s_reach():
             agrees = stored == audited.exact_stability.values[place]
             assert flags(audited)[place] == ("agrees" if agrees else "marginal"), offset
             assert findings(audited).disagreeing == 0, offset
-        # a verdict that does not follow from its own extremes is wrong there, too
+        # even there, a verdict that contradicts the stored extremes is wrong
         flipped = changed(dataset, place, stability=3 - dataset.stability.values[place])
         assert flags(verify(moved(flipped, place, high=2e-9)))[place] in ("agrees", "marginal"), offset
         assert (
@@ -201,7 +201,7 @@ def test_a_criterion_on_a_cell_s_reach():
 
 @pytest.mark.slow_lane
 def test_a_fall_tilt_on_a_peak():
-    """With fall_tilt within the tolerance of a peak either ending is right, though a fall shows but one side."""
+    """If fall_tilt is within the tolerance of a peak, either ending is right, although a fall shows only one side."""
     for kick in [{"tilt_rate": 0.1}, {"tilt_rate": -0.1}, {"tilt": 0.01}]:
         words = {"precession_rate": 3.5, **kick}
         peak = float(referee.extremes(referee.starts(**words)).peak[0])
@@ -211,7 +211,7 @@ def test_a_fall_tilt_on_a_peak():
             clear[ending] = sweep.run(spec)
             assert clear[ending].ending == ENDINGS[ending], kick
             assert counts(clear[ending]) == {"agrees": 1}, kick
-        # each with the other's fall_tilt: the atlas and the reduction then say different things of one motion
+        # with the fall_tilt swapped, the atlas and the reduction disagree about the same motion
         bounded, fell = clear["bounded"], clear["fell"]
         below = {
             "tilt_min": max(float(bounded.tilt_min), -peak + 6e-9),
@@ -232,7 +232,7 @@ def test_a_fall_tilt_on_a_peak():
             sweep_spec=bounded.attrs["sweep_spec"], **elsewhere
         )
         assert counts(claims_to_fall) == {"marginal": 1}, kick
-        # further from the peak it is no longer the same motion
+        # further from the peak, it is no longer the same motion
         far = SweepSpec(**words, fall_tilt=peak + 1e-6)
         assert counts(claims_to_fall.assign_attrs(sweep_spec=far.canonical())).keys() <= {
             "extremes_differ",
@@ -241,7 +241,7 @@ def test_a_fall_tilt_on_a_peak():
 
 
 def test_what_cannot_be_verified_is_refused():
-    """What is missing or does not belong together is named; nothing is guessed."""
+    """Missing or inconsistent parts are refused by name."""
     for spoil, named in [
         (lambda d: d.drop_vars("tilt_min"), {"tilt_min"}),
         (lambda d: d.drop_vars(["ending", "nutation_period"]), {"ending"}),
@@ -258,14 +258,14 @@ def test_what_cannot_be_verified_is_refused():
 
 
 def test_the_atlas_is_not_changed():
-    """An audit reads."""
+    """An audit does not change the atlas."""
     before = atlas("circling").copy(deep=True)
     verify(atlas("circling"))
     xr.testing.assert_identical(atlas("circling"), before)
 
 
 def test_a_cell_on_the_limit_is_undecided_and_beside_its_error_may_have_either_verdict():
-    """Another processor rounds the largest tilt, and so what the error reaches, otherwise; elsewhere it does not."""
+    """If the limit is within the tilt's error, the cell is undecided; at the error itself rounding decides."""
     atlas = sweep.run("rolling", roll_rate="2:4:9", tilt="0.5deg:5deg:7")
     tilt, error = float(atlas["tilt_max"][4, 3]), 2.0 * float(atlas["tilt_error"][4, 3]) + 2e-14
     for shift, right in (

@@ -21,12 +21,11 @@ from sweep.request.spec import SweepSpec
 pytestmark = pytest.mark.compiled
 
 
-#: A cell that is bounded and stable in every coarse preset.
+# : A cell that is bounded and stable in every coarse preset.
 PLACE = {"rolling": (35, 12), "spinning": (35, 12), "circling": (20, 30)}
 
 
-#: A variable of one cell, what becomes of its value, and the flag of the cell.
-# fmt: off
+# : A variable of one cell, the change of its value, and the resulting flag of the cell. fmt: off
 CHANGES = (
     ("tilt_min", lambda x: x + 1e-7, "extremes_differ"),
     ("tilt_min", lambda x: x - 1e-7, "extremes_differ"),
@@ -34,7 +33,7 @@ CHANGES = (
     ("tilt_max", lambda x: x - 1e-7, "extremes_differ"),
     ("tilt_min", lambda x: np.nan, "extremes_differ"),
     ("tilt_max", lambda x: np.inf, "extremes_differ"),
-    # within the tolerance, but then the peak no longer follows
+    # within the tolerance, but contradicting the peak
     ("peak_tilt", lambda x: x + 1e-9, "contradictory"),
     ("peak_tilt", lambda x: np.nan, "contradictory"),
     ("amplification", lambda x: x * (1.0 + 1e-9), "contradictory"),
@@ -55,7 +54,7 @@ CHANGES = (
 
 @pytest.mark.slow_lane
 def test_a_corrupted_cell_is_caught():
-    """One wrong value in one cell: exactly that cell does not agree, for the right reason, and is named."""
+    """If one value of one cell is wrong, only that cell disagrees, for the right reason, and is named."""
     for preset, (number, (variable, change, flag)) in itertools.product(PRESETS, enumerate(CHANGES)):
         dataset, place, case = atlas(preset), PLACE[preset], (preset, variable, number)
         assert (dataset.ending.values[place], dataset.stability.values[place]) == (ENDINGS["bounded"], 1)
@@ -75,13 +74,13 @@ def test_a_corrupted_cell_is_caught():
 
 
 def test_a_corrupted_roll_rate_of_circling_is_caught():
-    """The steady roll rate, computed for each cell, is compared with the formula."""
+    """The computed steady roll rate of a cell is checked with the formula."""
     corrupted = changed(atlas("circling"), (3, 4), roll_rate=float(atlas("circling").roll_rate[3, 4]) + 1e-6)
     assert list(zip(*np.nonzero(flags(verify(corrupted)) == "contradictory"), strict=True)) == [(3, 4)]
 
 
 def test_a_corrupted_precession_rate_of_circling_is_caught():
-    """Where the precession rate is the one that is computed, it has to be the one that holds the disk."""
+    """A computed precession rate must be the one that keeps the disk steady."""
     steady = sweep.run(
         SweepSpec(tilt="5deg,10deg", precession_rate="steady-slow", roll_rate="4,6", tilt_rate=1e-3)
     )
@@ -93,7 +92,7 @@ def test_a_corrupted_precession_rate_of_circling_is_caught():
 
 
 def test_a_corrupted_fall_is_caught():
-    """A fall shows fall_tilt and what came before, is unstable, and has no period."""
+    """A wrong ending, verdict, period or extreme of a fall is found."""
     dataset = sweep.run(SweepSpec(tilt="20deg,30deg", tilt_rate=-1.0))
     assert (dataset.ending == ENDINGS["fell"]).all()
     wrong = {"ending": ENDINGS["horizon"], "stability": 1, "nutation_period": 1.0}
@@ -105,7 +104,7 @@ def test_a_corrupted_fall_is_caught():
 
 
 def test_a_run_that_time_ended_beyond_the_exact_extremes_is_caught():
-    """Time is no excuse for extremes that the motion never reaches, nor for a verdict before both ends are known."""
+    """Time excuses neither extremes beyond the exact ones nor a verdict before both ends are known."""
     dataset = sweep.run(coarse("rolling", duration=1.2))
     truth = verify(dataset)
     place = tuple(
@@ -118,7 +117,7 @@ def test_a_run_that_time_ended_beyond_the_exact_extremes_is_caught():
 
 
 def test_cells_that_are_not_computed_do_not_pass():
-    """An atlas that is computed in part does not pass, though nothing in it is wrong."""
+    """A partly computed atlas does not pass, although nothing in it is wrong."""
     dataset = changed(atlas("rolling"), (slice(10), slice(None)), ending=0, stability=0)
     found = findings(verify(dataset))
     assert (found.missing, found.disagreeing, found.agreeing) == (300, 0, 900)
@@ -128,7 +127,7 @@ def test_cells_that_are_not_computed_do_not_pass():
 
 
 def test_at_most_five_wrong_cells_are_named():
-    """The first five cells are named, three values of a variable, six variables, and the number of the others."""
+    """The report names five cells, three values of a variable and six variables, and counts the others."""
     dataset = changed(atlas("rolling"), (slice(2), slice(4)), stability=0)
     found = findings(verify(dataset))
     lines = audit_text(found, SweepSpec.preset("rolling")).splitlines()
@@ -141,7 +140,7 @@ def test_at_most_five_wrong_cells_are_named():
 
 
 def wrong_equation(spec, coefficient):
-    """Return an atlas of a spec as someone makes it who has another coefficient in the equation of the tilt."""
+    """Return an atlas made with another coefficient in the tilt equation."""
     dataset = sweep.run(spec)
     for place in np.ndindex(*spec.shape):
         where = dict(zip(spec.axes, place, strict=True))
@@ -177,17 +176,17 @@ def test_an_atlas_made_with_a_wrong_equation_is_caught():
 
 
 def test_an_atlas_made_with_another_constant_is_caught():
-    """An atlas whose spec and coordinate claim alpha = 0.5 but that was made with 0.501 disagrees all over."""
+    """An atlas that claims alpha = 0.5 but was made with 0.501 disagrees almost everywhere."""
     made = sweep.run(coarse("rolling", alpha=0.501))
     claimed = made.assign_attrs(sweep_spec=atlas("rolling").attrs["sweep_spec"]).assign_coords(alpha=0.5)
     found = findings(verify(claimed))
-    # released from 1e-5 rad far above the critical rate the disk hardly moves, for any alpha
+    # released from 1e-5 rad far above the critical rate, the disk hardly moves for any alpha
     assert found.counts["extremes_differ"] > 900
     assert not found.passed
 
 
 def test_a_cell_that_is_wrongly_impossible_or_wrongly_possible_is_caught():
-    """Whether a start exists is no matter of resolution: the ending differs, even if all else is missing."""
+    """A wrong claim that a start does or does not exist is found, even if all other values are missing."""
     words = {"tilt": "10deg", "precession_rate": "-1:1:5", "roll_rate": "steady", "tilt_rate": 1e-3}
     dataset = sweep.run(SweepSpec(**words))
     nothing = dict.fromkeys(("tilt_min", "tilt_max", "peak_tilt", "amplification", "nutation_period"), np.nan)
@@ -198,19 +197,19 @@ def test_a_cell_that_is_wrongly_impossible_or_wrongly_possible_is_caught():
 
 
 def test_rest_within_the_tolerance_is_as_good_as_steady():
-    """A swing narrower than the tolerance may be called steady, which leaves the verdict open; a wider one may not."""
+    """A swing within the tolerance may be called steady and left undecided; a wider one may not."""
     dataset = sweep.run(
         SweepSpec(tilt="10deg", precession_rate="5,6", roll_rate="steady", tilt_rate="1e-9,1e-4", duration=30)
     )
     assert (dataset.ending == ENDINGS["bounded"]).all()
     still = changed(dataset, (0, slice(None)), ending=ENDINGS["steady"], stability=0, nutation_period=np.nan)
-    # not the numbers of this code, whose integration is not to be repeated
+    # marked as the result of other code, so that the integration is not repeated
     still = still.assign_attrs(kernel_hash="0" * 64)
     assert flags(verify(still)).tolist() == [["agrees", "ending_differs"], ["agrees", "agrees"]]
 
 
 def without_period(monkeypatch, place):
-    """Let the reduction of `verify` lack the period of a cell."""
+    """Make the reduction of `verify` return no period for a cell."""
     truth = ExactReduction.truth
 
     def lacking(self, spec, starts, first, stored):
@@ -222,10 +221,10 @@ def without_period(monkeypatch, place):
 
 
 def test_a_period_that_rounding_decides_is_missing(monkeypatch):
-    """Of an exact atlas those cells lack their period of which the reduction has none, and no other ones."""
+    """An exact atlas may lack the period only in cells where the reduction has none."""
     dataset = sweep.run(SweepSpec.from_words("rolling", ["tilt=0.05,0.06", "roll_rate=1", "method=exact"]))
     assert (dataset.ending.values == ENDINGS["bounded"]).all()
-    # made by other code: nothing is repeated
+    # marked as the result of other code: nothing is repeated
     dataset = dataset.assign_attrs(kernel_hash="0" * 64)
     period = dataset.nutation_period.values
     lacking = changed(dataset, 0, nutation_period=np.nan)
@@ -240,7 +239,7 @@ def test_a_period_that_rounding_decides_is_missing(monkeypatch):
 
 
 def test_a_period_that_nothing_is_known_of_is_said_not_to_be_checked(monkeypatch):
-    """Periods of which the reduction has none are counted as not checked, unless their integration is repeated."""
+    """Periods that the reduction lacks are counted as not checked, unless their integration is repeated."""
     dataset = sweep.run(SweepSpec(tilt="0.05,0.06", roll_rate=1))
     without_period(monkeypatch, 1)
     assert not said_open(dataset)
@@ -250,7 +249,7 @@ def test_a_period_that_nothing_is_known_of_is_said_not_to_be_checked(monkeypatch
 
 
 def said_open(dataset):
-    """Return of each variable how many values `verify` says that it has not checked."""
+    """Return the number of values that `verify` reports as not checked, by variable."""
     said = [
         (each.name, each.against.split("otherwise not checked: "))
         for each in findings(verify(dataset)).statements
@@ -259,7 +258,7 @@ def said_open(dataset):
 
 
 def rounded_otherwise(monkeypatch, ulps):
-    """Let the repetition of `verify` differ by some units in the last place from what this processor computes."""
+    """Shift the results that `verify` repeats by a few units in the last place."""
 
     def measured(spec, starts):
         found = dict(measure(spec, starts))
@@ -272,7 +271,7 @@ def rounded_otherwise(monkeypatch, ulps):
 
 
 def test_a_file_of_another_processor_passes(monkeypatch):
-    """Where all times have other last bits the processor rounds otherwise: then values are held within tolerances."""
+    """If all times differ in their last bits, another processor made the file, and tolerances apply."""
     dataset = atlas("circling")
     rounded_otherwise(monkeypatch, 3)
     found = findings(verify(dataset))
@@ -284,7 +283,7 @@ def test_a_file_of_another_processor_passes(monkeypatch):
 
 
 def test_a_file_of_this_processor_is_held_to_the_bit():
-    """In most cells the times are the same: one that has another last bit is wrong."""
+    """If most times are equal, this processor made the file, and a differing last bit is wrong."""
     dataset = atlas("circling")
     period = dataset.nutation_period.values.copy()
     place = tuple(np.argwhere(np.isfinite(period))[0])
@@ -294,7 +293,7 @@ def test_a_file_of_this_processor_is_held_to_the_bit():
 
 
 def test_errors_of_periods_have_no_sign():
-    """Periods that are all too short by a millionth: the median, 99 % and the largest error say so."""
+    """Periods that are all too short by a millionth show in the median, 99 % and largest error."""
     found = findings(
         verify(atlas("rolling").assign(nutation_period=lambda each: each.nutation_period * (1.0 - 1e-6)))
     )

@@ -1,7 +1,9 @@
-"""Every variable and every attribute of every kind of atlas, corrupted one after the other: `verify` names the place.
+"""`verify` names every corrupt variable and attribute of every kind of atlas.
 
-The test goes through what the files hold, so that a variable or an attribute without a check fails it. There is no seal
-to hide behind: a file holds no hash of its own content, and the fingerprint of the spec is checked like any attribute.
+The tests go through the content of the files, so that a variable or attribute without a check fails them. No
+checksum
+protects a file: it contains no hash of its content, and the fingerprint of the spec is checked like any
+attribute.
 """
 
 import hashlib
@@ -25,7 +27,7 @@ from sweep.request.spec import SweepSpec
 
 pytestmark = pytest.mark.compiled
 
-#: Attributes that may say something else, and why: the reasons stand in the report of `verify` too.
+# : Attributes that may differ, with the reason that the report of `verify` gives.
 FREE_TEXT = {
     "title": "free text",
     "history": "free text, beside the time of date_created",
@@ -35,7 +37,7 @@ FREE_TEXT = {
 
 
 def partial(spec):
-    """Return an atlas of which the last block is not computed, as `info --partial` writes it."""
+    """Return an atlas whose last block is not computed, as `info --partial` writes it."""
     columns = empty_columns(spec)
     *first, last = run_blocks(spec, block_cells=10)
     for block in first:
@@ -84,18 +86,18 @@ KINDS = tuple(SPECS)
 
 @lru_cache
 def atlas(kind):
-    """Return the atlas of a kind, not to be changed."""
+    """Return the atlas of a kind; tests must not change it."""
     found = partial(SPECS[kind]) if kind == "partial" else sweep.run(SPECS[kind])
     return sweep.reclassify(found, "departure:2deg") if kind == "reclassified" else found
 
 
 @pytest.fixture(autouse=True)
 def each_once(monkeypatch):
-    """What follows from the spec and the verdicts alone is computed once for each, to save the time."""
+    """Cache results that depend only on the spec and the verdicts, to save time."""
     from sweep.atlas import cf_metadata
     from sweep.checks import verify as verify_module
 
-    # what is followed in space has tests of its own (tests/model/test_space_sample.py)
+    # tests/model/test_space_sample.py tests the sample in space
     monkeypatch.setattr(space_sample, "FEW", 0)
     monkeypatch.setattr(verify_module, "boundary_groups", _boundary)
     for module in (cf_metadata, verify_module):
@@ -120,14 +122,14 @@ def _hash(spec):
 
 
 def wrong_values(dataset):
-    """Return the names of all that `verify` finds wrong, each with the number of its wrong values."""
+    """Return the number of wrong values by name, as `verify` finds them."""
     found = findings(verify(dataset))
     assert found.passed == (not found.wrong and not found.missing and not found.disagreeing)
     return {each.name: each.wrong for each in found.wrong}
 
 
 def test_the_atlases_pass():
-    """Nothing is wrong with the atlases as they are; a part of one does not pass, but no line of it is wrong."""
+    """The uncorrupted atlases have nothing wrong; a partial one does not pass, but no line of it is wrong."""
     for kind in KINDS:
         found = findings(verify(atlas(kind)))
         assert [each.name for each in found.wrong] == [], kind
@@ -138,7 +140,7 @@ def test_the_atlases_pass():
 
 
 def one_value(variable):
-    """Return the corruptions of one value: what each makes of it, and where it can be put, an array of bool."""
+    """Return the possible corruptions of one value: each with its function and a bool array of its places."""
     values, codes = variable.values, variable.attrs.get("flag_values")
     if values.dtype.kind == "f":
         finite = np.isfinite(values)
@@ -160,7 +162,7 @@ def one_value(variable):
 
 def with_values(dataset, values):
     """Return an atlas with other values of some variables."""
-    # variables without their coordinates: xarray would align them with axes that are corrupt
+    # variables without coordinates, because xarray would align them with corrupt axes
     replaced = {name: dataset[name].variable.copy(data=each) for name, each in values.items()}
     coords = {name: each for name, each in replaced.items() if name in dataset.coords}
     return dataset.assign_coords(coords).assign(
@@ -168,18 +170,18 @@ def with_values(dataset, values):
     )
 
 
-#: Corrupt values of one variable in one copy: with more of them the cells would look as if made on another processor.
+# : Corrupt values of one variable per copy; more would look like the rounding of another processor.
 MOST = 3
 
 
 def batch(dataset, left):
-    """Return a copy with as many corruptions as there is room for, each in a cell or row of its own; those done."""
+    """Return a copy with as many corruptions as fit, each in its own cell or row, and the list of them."""
     values, taken, done = {}, {}, []
     for name, label in left:
         change, where = one_value(dataset[name])[label]
         used = taken.setdefault(dataset[name].dims, set())
         place = next((each for each in map(tuple, np.argwhere(where)) if each not in used), None)
-        # a scalar has no dimensions, so that all of them seem to be in one place
+        # scalars have no dimensions and would all share one place
         if dataset[name].ndim == 0 and name in dataset.coords and name not in values:
             place = ()
         if place is None or sum(each == name for each, _ in done) == MOST:
@@ -192,10 +194,10 @@ def batch(dataset, left):
 
 @pytest.mark.slow_lane
 def test_one_corrupt_value_is_named(pick):
-    """A value 5 % or 0.1 % too large, zero, missing, or where none may be; another flag, or one that does not exist."""
+    """A value that is 5 % or 0.1 % too large, zero, missing or superfluous is named, and so is any other flag."""
     for kind in pick(KINDS, 5):
         dataset, missed = atlas(kind), []
-        # the boundary follows from the verdicts, and what is known of a cell from its ending
+        # the boundary follows from the verdicts, and other values of a cell from its ending
         alone = ("stability", "ending")
         for group in (
             [name for name in map(str, dataset.variables) if name not in alone],
@@ -238,9 +240,9 @@ def test_one_corrupt_value_of_other_code_is_named_or_said_not_to_be_checked(pick
                 if not wrong_values(with_values(dataset, {name: values})):
                     missed.add((name, label))
         found_open = {name for name, _ in missed}
-        # beside a separatrix the tolerance allows a period of any length: of these cells none was corrupted
+        # near a separatrix the tolerance allows any period; no corrupted cell was that near
         assert found_open <= open_ <= {*found_open, "nutation_period"}
-        # where there are values, and that they are in their range, is checked all the same
+        # presence and range of values are checked even then
         assert not {"missing", "not missing", "negative"} & {label for _, label in missed}
 
 
@@ -256,24 +258,24 @@ WHOLE = {
 
 
 def of_the_boundary(name):
-    """Whether a variable belongs to the boundary."""
+    """Return True for variables of the boundary."""
     return name.startswith(("boundary_", "predicted_", "critical_", "curve_"))
 
 
 @pytest.mark.slow_lane
 def test_a_whole_corrupt_variable_is_named(pick):
-    """All values of a variable 5 % too large, zero, missing, a millionth or a thousand times as large."""
+    """A variable whose values are all 5 % too large, zero, missing, or wrong by a factor is named."""
     for kind in pick(("exact", "refined", "falls"), 1):
         dataset, missed = atlas(kind), []
         floats = [name for name in map(str, dataset.variables) if dataset[name].dtype.kind == "f"]
         floats = [name for name in floats if np.any(np.nan_to_num(dataset[name].values))]
         cells = [name for name in floats if dataset[name].dims == dataset["ending"].dims]
-        # what is said of one cell hangs together; each line of the boundary and each coordinate stands for itself
+        # the variables of a cell depend on each other; lines of the boundary and coordinates are independent
         others = [name for name in floats if name not in cells and not name.endswith("_halfwidth")]
         halves = [name for name in floats if name.endswith("_halfwidth")]
         for label, change in pick(WHOLE.items(), 3):
             narrow = label in ("a millionth", "a thousand times")
-            # the cells of a refined atlas are those of others, and its brackets take their time
+            # a refined atlas has the same cells as others, and its brackets take long
             cells = cells if kind != "refined" else []
             for group in (halves, *([] if narrow else [others, *([name] for name in cells)])):
                 found = wrong_values(
@@ -284,10 +286,10 @@ def test_a_whole_corrupt_variable_is_named(pick):
 
 
 def test_a_missing_variable_is_named():
-    """An atlas without a variable is refused, or the line of the variable says that it is missing."""
+    """An atlas with a missing variable is refused, or the line of the variable says so."""
     for kind in ("steady", "edges", "exact", "cell"):
         dataset, gone = atlas(kind), []
-        # what follows from the spec or from the verdicts is made again
+        # these are recomputed from the spec or the verdicts
         again = {*dataset.coords} - {*dataset["ending"].dims}
         again |= {name for name in map(str, dataset.data_vars) if name.startswith(BOUNDARY)}
         for name in map(str, dataset.variables):
@@ -306,7 +308,7 @@ def test_a_missing_variable_is_named():
 
 
 def test_a_boundary_of_another_shape_is_named():
-    """How many values there are comes first, and how many there should be."""
+    """The report of a boundary with a wrong number of values states the number and the expected one."""
     dataset = atlas("edges")
     values = dataset["boundary_precession_rate"]
     shorter = dataset.assign(boundary_precession_rate=("other", values.values.ravel()[:-1], values.attrs))
@@ -315,7 +317,7 @@ def test_a_boundary_of_another_shape_is_named():
 
 
 def test_a_corrupt_type_is_named():
-    """A variable in single instead of double precision, or in another width of integers, is named."""
+    """A variable in single precision, or an integer of another width, is named."""
     for kind in ("edges", "exact", "falls"):
         dataset = atlas(kind)
         other = {"f8": "f4", "f4": "f8", "i1": "i2", "i4": "i8"}
@@ -328,12 +330,12 @@ def test_a_corrupt_type_is_named():
 
 # --- attributes ------------------------------------------------------------------------------------------------------
 
-#: Attributes without which a file is not read at all, or that decide what the others are compared with.
+# : Attributes that are required for reading, or with which the others are compared.
 ALONE = ("sweep_spec", "eulerdisk_format", "kernel_hash", "source")
 
 
 def other_value(value):
-    """Return another value of an attribute, of its type."""
+    """Return another value of the same type for an attribute."""
     if isinstance(value, str):
         return f"{value}x"
     return np.asarray(value)[::-1] if np.ndim(value) else 2 * value + 1
@@ -341,7 +343,7 @@ def other_value(value):
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
-    """Return the atlases as they come from files, where their encodings are those of the file."""
+    """Return the atlases as read from files, with the encodings of the file."""
     folder, found = tmp_path_factory.mktemp("files"), {}
     for kind in KINDS:
         sweep.save(atlas(kind), folder / f"{kind}.nc")
@@ -352,7 +354,7 @@ def files(tmp_path_factory):
 
 @pytest.mark.slow_lane
 def test_a_corrupt_attribute_is_named(files, pick):
-    """Every attribute, global and of variables, is named when it says something else, and when it is not there."""
+    """Every global and variable attribute is named if it is changed or removed."""
     for kind, change in itertools.product(pick(KINDS, 5), ("another value", "removed")):
         expected, found = corrupt_attributes(files[kind], change)
         free = {"title", "history"} if change == "another value" else set()
@@ -363,7 +365,7 @@ def test_a_corrupt_attribute_is_named(files, pick):
 @pytest.mark.parametrize("name", ["tilt_max", "ending", "steps", "roll_rate"])
 @pytest.mark.filterwarnings("ignore:variable .* has _Unsigned attribute")
 def test_an_attribute_by_which_others_read_otherwise_is_named(files, tmp_path, name):
-    """It was added to a finished file: other programs take values for missing, or for other numbers."""
+    """Added attributes that make other programs treat values as missing, or misread them, are named."""
     for attribute, value in {
         "valid_min": 0.1,
         "valid_max": 2,
@@ -374,7 +376,7 @@ def test_an_attribute_by_which_others_read_otherwise_is_named(files, tmp_path, n
         "compress": "roll_rate tilt",
     }.items():
         if attribute == "missing_value" and name not in files["rolling"].coords:
-            # xarray refuses a second fill value beside that of the file
+            # xarray refuses a second fill value next to the file's
             continue
         sweep.save(files["rolling"], tmp_path / "a.nc", overwrite=True)
         with netCDF4.Dataset(tmp_path / "a.nc", "a") as file:
@@ -384,7 +386,7 @@ def test_an_attribute_by_which_others_read_otherwise_is_named(files, tmp_path, n
 
 
 def corrupt_attributes(dataset, change):
-    """Return the names of all attributes, which were corrupted, and what is found wrong."""
+    """Return the names of all attributes, after corrupting them, and what `verify` finds wrong."""
     dataset, expected = dataset.copy(deep=True), set()
 
     def corrupt(attributes, name, place):
@@ -409,7 +411,7 @@ def corrupt_attributes(dataset, change):
 
 @pytest.mark.slow_lane
 def test_a_corrupt_origin_is_named(files):
-    """The spec, the format, the hash of the code and the program: each is named, or the file is not read."""
+    """A corrupt spec, format, code hash or program is named, or the file is not read."""
     for kind in ("rolling", "exact"):
         dataset = files[kind]
         attributes = dataset.attrs
@@ -426,7 +428,7 @@ def test_a_corrupt_origin_is_named(files):
         assert "sweep_fingerprint" in wrong_values(dataset.assign_attrs(sweep_spec=moved))
         for each in corrupt:
             assert each.keys() <= wrong_values(dataset.assign_attrs(each)).keys()
-        # a spec with a fingerprint of its own is contradicted by what the cells hold
+        # a spec with a matching fingerprint is contradicted by the cells
         for other in (
             spec.replace(criterion="departure:4deg"),
             spec.replace(alpha=0.6),
@@ -445,7 +447,7 @@ def test_a_corrupt_origin_is_named(files):
 
 
 def test_what_other_code_left_out_is_named():
-    """Whoever made an atlas, it has all its global attributes, and all flags of a variable."""
+    """Missing global attributes and flags are named, even in an atlas of other code."""
     dataset = atlas("rolling").assign_attrs(kernel_hash="0" * 64)
     assert wrong_values(dataset) == {}
     gone = {"license", "radius", "radius_units", "criterion_meaning"}
@@ -458,7 +460,7 @@ def test_what_other_code_left_out_is_named():
 
 
 def test_what_other_code_says_of_values_is_compared():
-    """The unit, the flags and the type of a variable decide what it says, whoever wrote it; other words do not."""
+    """Units, flags and types are compared, even in an atlas of other code; wording is not."""
     dataset = atlas("rolling").assign_attrs(kernel_hash="0" * 64)
     other = dataset.copy(deep=True)
     other["tilt_max"].attrs.update(units="deg", long_name="another name")
@@ -468,7 +470,7 @@ def test_what_other_code_says_of_values_is_compared():
 
 
 def test_nothing_is_free_without_a_reason():
-    """What `verify` does not check is named with the reason, and nothing else is left out."""
+    """Only free text is not checked by `verify`, and the report gives the reason."""
     allowed = {**FREE_TEXT, "comment": "free text"}
     for kind in KINDS:
         for each in findings(verify(atlas(kind))).statements:
@@ -477,7 +479,7 @@ def test_nothing_is_free_without_a_reason():
                 assert each.against
 
 
-#: Kind of atlas, and what becomes of a variable.
+# : Kinds of atlases, and changes of their variables.
 FOUND_WITHOUT_REPETITION = (
     ("rolling", {"boundary_roll_rate": lambda x: 1.05 * x}),
     ("rolling", {"boundary_roll_rate": lambda x: np.nan * x}),
@@ -498,7 +500,7 @@ FOUND_WITHOUT_REPETITION = (
 
 
 def test_numbers_made_by_other_code_are_checked():
-    """Without a repetition of the same computation: by quadratures, the exact bisection, the verdicts and theory."""
+    """Without repetition, numbers are checked by quadrature, exact bisection, verdicts and theory."""
     for kind in dict.fromkeys(kind for kind, _ in FOUND_WITHOUT_REPETITION):
         assert wrong_values(atlas(kind).assign_attrs(kernel_hash="0" * 64)) == {}
     for number, (kind, change) in enumerate(FOUND_WITHOUT_REPETITION):
@@ -508,7 +510,7 @@ def test_numbers_made_by_other_code_are_checked():
 
 
 def test_a_stated_error_that_is_too_small_is_named():
-    """An error of 0, a negative one, and one that is a thousandth of the true error in all cells."""
+    """Stated errors are named if all are 0, negative or a thousandth of the true errors."""
     dataset = atlas("rolling")
     true = verify(dataset).tilt_difference.values
     for change in (0.0 * true, -dataset.tilt_error.values, 1e-3 * true + 1e-30):
