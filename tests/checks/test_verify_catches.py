@@ -167,7 +167,7 @@ def wrong_equation(spec, coefficient):
 
 @pytest.mark.slow_lane
 def test_an_atlas_made_with_a_wrong_equation_is_caught():
-    """A gyroscopic term that is 0.1 % too large is caught in every cell; with the right one SciPy's atlas is right."""
+    """A gyroscopic term that is 0.1 % too large is found in every cell; SciPy's atlas with the right one passes."""
     spec = SweepSpec(tilt="5deg,10deg", roll_rate="2.7:4:3", tilt_rate=0.2, tolerance=1e-5)
     for coefficient, disagreeing in ((1.0, 0), (1.001, 6)):
         found = findings(verify(wrong_equation(spec, coefficient)))

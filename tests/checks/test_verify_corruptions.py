@@ -222,7 +222,7 @@ def test_one_corrupt_value_is_named(pick):
 
 @pytest.mark.slow_lane
 def test_one_corrupt_value_of_other_code_is_named_or_said_not_to_be_checked(pick):
-    """Of an atlas of other code nothing is computed again: what is not found is said not to be checked."""
+    """An atlas of other code is not recomputed: errors that it misses are in lines marked as not checked."""
     for kind in pick(("circling", "rolling", "falls", "exact"), 2):
         dataset, missed = atlas(kind).assign_attrs(kernel_hash="0" * 64), set()
         open_ = {

@@ -1,4 +1,4 @@
-"""Who asks in a word that stands for a parameter is answered in that word."""
+"""Answers use the user's words: a request for a speed is answered in speeds."""
 
 import math
 import re
@@ -17,12 +17,12 @@ from sweep.runs.run import run_to_file
 
 pytestmark = pytest.mark.compiled
 
-#: sqrt(R/g) of the disk below.
+# : sqrt(R/g) of the disk below.
 UNIT = math.sqrt(0.2 / 9.81)
 
 DISK = "radius=0.2 gravity=9.81"
 
-#: For each substitute: request, axes, a cell of it, and the quantity of the parameter that it stands for.
+# : For each substitute word: a request, the parameter it replaces, and the conversion from that parameter.
 ASKED = {
     "speed": ("rolling speed=0.7:1.2:6 tilt=1deg:3deg:3", "roll_rate", lambda rate: 0.2 * rate),
     "scaled_roll_rate": ("rolling scaled_roll_rate=0.4:0.9:6 tilt=1deg:3deg:3", "roll_rate", lambda rate: UNIT * rate),
@@ -38,7 +38,7 @@ ASKED = {
 
 @pytest.fixture(params=ASKED)
 def asked(request, monkeypatch):
-    """Return a substitute, its parameter, what makes one of the other, and an atlas that was asked for in it."""
+    """Return a substitute word, its parameter, the conversion, and an atlas that was requested with the word."""
     words, parameter, convert = ASKED[request.param]
     preset, *words = (words + " " + DISK).split()
     atlas = sweep.run(SweepSpec.from_words(preset, words))
@@ -47,7 +47,7 @@ def asked(request, monkeypatch):
 
 
 def test_the_boundary_is_told_in_the_word_that_was_asked_for(asked):
-    """Heads name the word alone, and each number is that of the file, converted here."""
+    """The table's headers name only the word, and each number is the converted value of the file."""
     word, parameter, convert, atlas = asked
     head, *lines = (re.split(r" {2,}", line.strip()) for line in boundary_table(atlas).splitlines())
     assert parameter not in re.findall(r"(?:boundary_|^)(\w+)", " ".join(each.split()[0] for each in head))
@@ -68,7 +68,7 @@ def test_the_boundary_is_told_in_the_word_that_was_asked_for(asked):
 
 
 def test_an_atlas_and_a_cell_are_told_in_it(asked):
-    """Info names the word with its ends, and the parameter beside; explain by what its own words say first."""
+    """`info` gives the word's range and its parameter; `explain` uses the word if its own request does."""
     word, parameter, convert, atlas = asked
     units, scale = {"speed": (" m s-1", 1.0), "inclination": (" deg", 180.0 / math.pi)}.get(word, ("", 1.0))
     values = atlas[parameter].values
@@ -91,7 +91,7 @@ def test_an_atlas_and_a_cell_are_told_in_it(asked):
 
 
 def test_a_range_on_one_side_is_told_in_it():
-    """The range that is offered can be pasted: it is in the word of the request, and holds the boundary."""
+    """The suggested range uses the word of the request, can be pasted and contains the boundary."""
     words = ["radius=0.2", "speed=0.1:0.3:5", "tilt=1deg,2deg"]
     (warning,) = one_sided(SweepSpec.from_words("rolling", words), asked=["speed"])
     assert warning.startswith("speed=0.1:0.3:5 ")
@@ -102,14 +102,14 @@ def test_a_range_on_one_side_is_told_in_it():
 
 
 def test_a_word_that_means_another_rate_in_each_cell_is_not_used():
-    """With several radii there is no one speed: the file is told in its own parameter."""
+    """With several radii a speed is not unique, so the report uses the file's own parameter."""
     atlas = sweep.run(SweepSpec(roll_rate="2:6:5", tilt="1deg", radius="0.2,0.4"))
     atlas.attrs["history"] = "1970-01-01T00:00:00Z eulerdisk run 'broken speed=1:2:5"
     assert "boundary_roll_rate [rad s-1]" in boundary_table(atlas, ["speed"])
 
 
 def test_python_and_a_file_ask_in_words_too(tmp_path):
-    """The atlas keeps them, in memory and in a file whose run was interrupted; a command says its own once."""
+    """The atlas keeps the words, also in the file of an interrupted run; a command's words are not repeated."""
     given = {"radius": 0.2, "speed": "0.7 m/s:1.2 m/s:6", "tilt": "1deg:3deg:3"}
     atlas = sweep.run("rolling", **given)
     assert words_of_command(atlas) == ["speed"]
@@ -119,7 +119,7 @@ def test_python_and_a_file_ask_in_words_too(tmp_path):
     spec, asked = SweepSpec.from_toml(file), iter(range(1000))
     with pytest.raises(sweep.StoppedError):
         run_to_file(spec, tmp_path / "a.nc", block_cells=5, stopping=lambda: next(asked) > 1)
-    # what goes on is read from the folder, which has the rate alone
+    # resuming reads the folder, which has only the rate
     run_to_file(SweepSpec.from_canonical(spec.canonical()), tmp_path / "a.nc")
     with sweep.open_atlas(tmp_path / "a.nc") as stored:
         assert stored.attrs["history"].endswith(" speed=0.7:1.2:6")

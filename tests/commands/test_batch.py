@@ -1,4 +1,4 @@
-"""`batch`: many sweeps in one command, each computed and checked whatever became of the others."""
+"""`batch`: many sweeps in one command, each computed and checked independently of the others."""
 
 import json
 import re
@@ -31,13 +31,13 @@ roll_rate = "1:3:5"
 
 @pytest.fixture
 def batch(spec_file, command, tmp_path):
-    """Return a function that runs a batch of two sweeps with more words, and returns status, output, messages."""
+    """Return a function that runs a batch of two sweeps with extra words and returns status, output and messages."""
     spec_file(SEVERAL, "two.toml")
     return lambda words="", specs="two.toml": command(f"batch {specs} -o tonight {words}")
 
 
 def test_every_sweep_becomes_an_atlas(batch, tmp_path):
-    """Each file is the atlas of its spec, and says which command made it; the table has a line for each."""
+    """Each file is the atlas of its spec and records its command; the table has a line for each."""
     status, out, _ = batch("--verify")
     assert status == 0
     lines = out.splitlines()
@@ -53,13 +53,13 @@ def test_every_sweep_becomes_an_atlas(batch, tmp_path):
 
 
 def test_a_sweep_that_misses_the_boundary_is_warned_of(batch, spec_file):
-    """As by `run`: the range lies on one side of the boundary of theory in every row."""
+    """Like `run`, `batch` warns if a range is on one side of the predicted boundary in every row."""
     spec_file('radius = 0.012\nroll_rate = "2:4:9"\ntilt = "0.1deg,1deg"\n', "small.toml")
     assert_facts(batch(specs="small.toml")[2], "warning: roll_rate=2.0:4.0:9", "unstable")
 
 
 def test_a_sweep_of_a_file_of_its_own_can_be_repeated_by_run(batch, spec_file, tmp_path):
-    """Its history has the command `run` that makes it."""
+    """The history of an atlas contains the `run` command that makes it."""
     spec_file('roll_rate = 3\ntilt = "1deg"\n', "one.toml")
     batch(specs="one.toml")
     with sweep.open_atlas(tmp_path / "tonight" / "one.nc") as atlas:
@@ -67,7 +67,7 @@ def test_a_sweep_of_a_file_of_its_own_can_be_repeated_by_run(batch, spec_file, t
 
 
 def test_the_same_command_goes_on(batch, spec_file, tmp_path):
-    """What is finished is kept and not written again; what other code made is in the way, unless told to replace it."""
+    """Finished sweeps are kept and not rewritten; a file by other code is an error unless --overwrite is given."""
     batch()
     before = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "tonight").iterdir()}
     (tmp_path / "tonight" / "hoop.nc").unlink()
@@ -90,7 +90,7 @@ def test_the_same_command_goes_on(batch, spec_file, tmp_path):
 
 
 def test_a_stop_ends_the_batch_and_keeps_what_is_finished(batch, tmp_path):
-    """Between two sweeps as within one; the next call goes on."""
+    """A stop between two sweeps keeps the finished one, and the next call continues."""
     (tmp_path / "tonight").mkdir()
     sweeps, done = read_sweeps(["two.toml"]), []
     options = execution.Options(tmp_path / "tonight")
@@ -105,7 +105,7 @@ def test_a_stop_ends_the_batch_and_keeps_what_is_finished(batch, tmp_path):
 
 
 def test_every_step_tells_its_own_progress(batch, tmp_path):
-    """A step begins without a time to go: that of the step before is not shown while kernels are compiled for it."""
+    """Each step starts without a remaining time, so that none from the previous step is shown."""
     batch("")
     shutil.copytree(tmp_path / "tonight", tmp_path / "trusted")
     heard, folder = [], tmp_path / "again"
@@ -122,7 +122,7 @@ def test_every_step_tells_its_own_progress(batch, tmp_path):
 
 
 def test_what_fails_in_one_sweep_stops_no_other(batch, spec_file, monkeypatch, tmp_path):
-    """A wrong spec, a defect, too little memory: each is told in a sentence, the others are computed; status 1."""
+    """A bad spec, a defect and too little memory are reported; the other sweeps run, and the status is 1."""
     spec_file("rol_rate = 3\n", "bad.toml")
     spec_file('roll_rate = 3\ntilt = "1deg"\n', "defect.toml")
     spec_file('roll_rate = 3\ntilt = "2deg"\n', "memory.toml")
@@ -137,7 +137,7 @@ def test_what_fails_in_one_sweep_stops_no_other(batch, spec_file, monkeypatch, t
     monkeypatch.setattr(execution, "run_to_file", failing)
     status, out, err = batch("--verify", specs="bad.toml defect.toml memory.toml two.toml")
     assert status == 1
-    # what is wrong in a spec is told once, at the beginning
+    # an error in a spec is reported once, at the beginning
     assert err.count("bad.toml: rol_rate: ") == 1
     assert "rol_rate" not in out
     assert any(line.split()[:3] == ["bad", "-", "refused"] for line in out.splitlines())
@@ -151,7 +151,7 @@ def test_what_fails_in_one_sweep_stops_no_other(batch, spec_file, monkeypatch, t
 
 @pytest.mark.slow_lane
 def test_every_atlas_is_compared_with_the_trusted_one_of_its_name(batch, tmp_path):
-    """The same, another one, and none: status 1 if one is not there or differs. JSON and JUnit say it too."""
+    """Atlases are compared with trusted ones of the same name; the status is 1 if one differs or is missing."""
     batch()
     (tmp_path / "tonight").rename(tmp_path / "trusted")
     assert batch("--reference trusted")[0] == 0
@@ -183,7 +183,7 @@ def test_every_atlas_is_compared_with_the_trusted_one_of_its_name(batch, tmp_pat
 
 
 def test_an_atlas_that_states_what_is_wrong_is_not_verified(batch, tmp_path):
-    """No cell disagrees, and one attribute does: status 1, with the name of the attribute."""
+    """An atlas without a wrong cell but with a wrong attribute gives status 1 and the attribute's name."""
     batch()
     with netCDF4.Dataset(tmp_path / "tonight" / "hoop.nc", "a") as file:
         file.license = "mine"
@@ -194,8 +194,8 @@ def test_an_atlas_that_states_what_is_wrong_is_not_verified(batch, tmp_path):
 
 
 def test_cells_that_could_not_be_computed_are_counted(batch, spec_file):
-    """More of them than --max-failed make the status 1."""
-    # no roll rate keeps a tilt without precession: invalid
+    """More failed cells than --max-failed give status 1."""
+    # no roll rate keeps a disk tilted without precession: invalid
     spec_file('tilt = "1deg:4deg:3"\nprecession_rate = "0:1:2"\nroll_rate = "steady"\n', "odd.toml")
     status, out, _ = batch(specs="odd.toml")
     assert status == 1
@@ -205,7 +205,7 @@ def test_cells_that_could_not_be_computed_are_counted(batch, spec_file):
 
 
 def test_bad_words_are_refused(batch, command, tmp_path):
-    """Status 2, and nothing is written."""
+    """Bad words give status 2, and nothing is written."""
     for words, facts in [
         ("batch two.toml -o two.toml/x", ["two.toml/x", "Not a directory"]),
         ("batch two.toml -o /proc/x", ["/proc/x", "No such file"]),
@@ -219,7 +219,7 @@ def test_bad_words_are_refused(batch, command, tmp_path):
 
 
 def test_a_name_that_is_wrong_is_the_problem_of_its_sweep(command, spec_file, tmp_path):
-    """None, one that is no name, one that another has: the others are computed, each is told by its place."""
+    """A sweep with a missing, bad or duplicate name is reported by its position; the others run."""
     spec_file(
         'tilt = "1deg"\n[[sweep]]\nroll_rate = 2\n[[sweep]]\nname = "a"\nroll_rate = 3\n'
         '[[sweep]]\nname = "A"\nroll_rate = 4\n[[sweep]]\nname = "../b"\nroll_rate = 4\n',
@@ -241,7 +241,7 @@ def test_a_name_that_is_wrong_is_the_problem_of_its_sweep(command, spec_file, tm
 
 
 def test_a_batch_in_which_all_is_refused_is_reported(command, spec_file, tmp_path):
-    """Status 2, and a report of this batch where one was asked for: an older one does not stay."""
+    """If all sweeps are refused, the status is 2 and a requested report replaces an older one."""
     spec_file("rol_rate = 3\n", "bad.toml")
     (tmp_path / "found.xml").write_text("<testsuites/>")
     status, out, err = command("batch bad.toml -o tonight --junit found.xml")
@@ -253,7 +253,7 @@ def test_a_batch_in_which_all_is_refused_is_reported(command, spec_file, tmp_pat
 
 
 def test_a_report_of_a_batch_that_was_cut_off_says_so(batch, tmp_path, monkeypatch):
-    """From its begin the file has an error for each sweep; a batch that is interrupted leaves those not finished."""
+    """The report starts with an error for each sweep; after an interrupt, those of unfinished sweeps remain."""
     (tmp_path / "found.xml").write_text("<testsuites/>")
     run, seen = execution.run_to_file, []
 
@@ -281,7 +281,7 @@ def test_a_report_of_a_batch_that_was_cut_off_says_so(batch, tmp_path, monkeypat
 
 
 def test_another_grid_of_the_trusted_atlas(batch, spec_file, tmp_path):
-    """What is advised can be done in a batch: no option --common."""
+    """The advice for a trusted atlas with another grid does not mention --common, which `batch` lacks."""
     batch()
     (tmp_path / "tonight").rename(tmp_path / "trusted")
     spec_file(SEVERAL.replace("2:4:5", "2:4:6"), "two.toml")
@@ -300,7 +300,7 @@ def test_another_grid_of_the_trusted_atlas(batch, spec_file, tmp_path):
     ],
 )
 def test_a_report_replaces_neither_a_spec_nor_an_atlas(batch, tmp_path, words, target):
-    """Nothing is touched."""
+    """A report never replaces a spec or an atlas."""
     batch()
     shutil.copytree(tmp_path / "tonight", tmp_path / "trusted")
     before = (tmp_path / target).read_bytes()
@@ -311,6 +311,6 @@ def test_a_report_replaces_neither_a_spec_nor_an_atlas(batch, tmp_path, words, t
 
 
 def test_a_report_may_lie_in_the_folder_that_the_batch_makes(batch, tmp_path):
-    """On the first night, too."""
+    """The report may be in the batch's own folder, even before the folder exists."""
     assert batch("--junit tonight/found.xml")[0] == 0
     assert ElementTree.parse(tmp_path / "tonight" / "found.xml").getroot().get("tests") == "2"

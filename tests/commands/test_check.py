@@ -1,4 +1,4 @@
-"""`eulerdisk verify` as a user meets it."""
+"""`eulerdisk verify` on the command line."""
 
 import contextlib
 import zlib
@@ -26,7 +26,7 @@ SPEC = SweepSpec.preset("rolling").replace(roll_rate="2:4:21", tilt="0.1deg:5deg
 
 @pytest.fixture(autouse=True)
 def atlas(monkeypatch, tmp_path):
-    """Every command finds the atlas a.nc in its folder."""
+    """Put the atlas a.nc into the folder of every command."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
     run_to_file(SPEC, tmp_path / "a.nc")
 
@@ -39,7 +39,7 @@ def rewritten(change, name="b.nc"):
 
 
 def assign(name, value, place):
-    """Return a change of one cell of a variable."""
+    """Return a function that changes one cell of a variable."""
 
     def change(dataset):
         dataset[name].values[place] = value
@@ -49,7 +49,7 @@ def assign(name, value, place):
 
 
 def test_a_right_atlas_passes(command, tmp_path):
-    """Status 0, counts, distributions, tolerance, the worst cell and the outcome; nothing is written."""
+    """A right atlas gives status 0 and a full report, and nothing is written."""
     before = (tmp_path / "a.nc").read_bytes()
     status, out, err = command("verify a.nc")
     assert (status, err) == (0, "")
@@ -69,7 +69,7 @@ def test_a_right_atlas_passes(command, tmp_path):
 
 
 def test_a_wrong_cell_fails_and_is_named(command):
-    """Status 1, and the cell by its coordinates and its fault."""
+    """A wrong cell gives status 1 and is named by its coordinates and its fault."""
     rewritten(assign("tilt_max", 0.5, (3, 4)))
     status, out, err = command("verify b.nc")
     assert (status, err) == (1, "")
@@ -81,7 +81,7 @@ def test_a_wrong_cell_fails_and_is_named(command):
 
 
 def test_a_part_fails(command):
-    """An atlas in which some cells are not computed yet does not pass."""
+    """An atlas whose cells are partly not computed yet does not pass."""
     rewritten(assign("ending", 0, (slice(2), slice(None))))
     status, out, _ = command("verify b.nc")
     assert status == 1
@@ -93,7 +93,7 @@ def test_a_part_fails(command):
     "words", ["tilt=1deg roll_rate=3", "tilt=1deg roll_rate=2:4:5 alpha=0.5,1 gravity=1,9.81"]
 )
 def test_any_number_of_axes(command, words):
-    """One cell and three axes are verified like a map, and written."""
+    """Atlases of one cell and of three axes are verified like a map, and their audits are written."""
     assert command(f"run rolling {words} -o b.nc")[0] == 0
     status, out, _ = command("verify b.nc --write c.nc")
     assert status == 0
@@ -105,15 +105,15 @@ def test_any_number_of_axes(command, words):
 
 
 def cut(path):
-    """Take the end off a file."""
+    """Truncate a file."""
     path.write_bytes(path.read_bytes()[:-100])
 
 
 def blot(path):
-    """Spoil the packed values of the measures, and nothing that is read when the file is opened."""
+    """Damage the compressed values of the measures, but nothing that is read on opening."""
     data = bytearray(path.read_bytes())
     for i in range(len(data) - 1):
-        # the begin of a deflated stream, of any level
+        # the start of a deflate stream of any level
         if data[i] == 0x78 and int.from_bytes(data[i : i + 2]) % 31 == 0:
             with contextlib.suppress(zlib.error):
                 if len(zlib.decompressobj().decompress(data[i:])) == 8 * SPEC.size:
@@ -123,7 +123,7 @@ def blot(path):
 
 
 def foreign(path):
-    """Replace a file by a netCDF file of somebody else."""
+    """Replace a file by an unrelated netCDF file."""
     xr.Dataset({"temperature": ("x", [1.0])}, attrs={"title": "Ocean"}).to_netcdf(path)
 
 
@@ -138,7 +138,7 @@ def foreign(path):
     ],
 )
 def test_a_file_that_is_no_whole_atlas_is_refused(command, tmp_path, spoil, facts):
-    """Status 2 and one message that says what is wrong; --write has written nothing."""
+    """A damaged or unrelated file gives status 2 and one message, and --write writes nothing."""
     (tmp_path / "b.nc").write_bytes((tmp_path / "a.nc").read_bytes())
     spoil(tmp_path / "b.nc")
     status, out, err = command("verify b.nc --write c.nc")
@@ -151,9 +151,9 @@ def test_a_file_that_is_no_whole_atlas_is_refused(command, tmp_path, spoil, fact
     "names", [["nutation_period"], ["stability"], ["peak_tilt", "amplification"], ["tilt_min"]]
 )
 def test_missing_variables_are_named(command, names):
-    """An atlas without what the audit reads is refused with the names of what it lacks, and of nothing else."""
+    """An atlas without variables that the audit needs is refused, and only these are named."""
     with open_atlas("a.nc") as dataset:
-        # as another program writes it: our own save refuses what no command opens
+        # written as by another program, because our own save refuses such an atlas
         dataset.drop_vars(names).to_netcdf("b.nc")
     status, out, err = command("verify b.nc")
     assert (status, out) == (2, "")
@@ -162,7 +162,7 @@ def test_missing_variables_are_named(command, names):
 
 
 def test_an_audit_is_no_atlas(command):
-    """What --write wrote cannot be verified itself, and the message says why."""
+    """An audit file cannot be verified, and the message says why."""
     assert command("verify a.nc --write b.nc")[0] == 0
     status, _, err = command("verify b.nc")
     assert status == 2
@@ -170,7 +170,7 @@ def test_an_audit_is_no_atlas(command):
 
 
 def test_what_is_written(command, tmp_path):
-    """The file holds what the Python form returns, with flags, in the profile of atlases, also when cells disagree."""
+    """The written audit equals the Python result, has flags and the profile of atlases, even if cells disagree."""
     rewritten(assign("tilt_max", 0.5, (3, 4)))
     assert command("verify b.nc --write c.nc")[0] == 1
     with xr.open_dataset("c.nc") as written, open_atlas("b.nc") as dataset:
@@ -195,7 +195,7 @@ def test_what_is_written(command, tmp_path):
 
 
 def test_an_existing_file_is_kept(command, tmp_path):
-    """An audit replaces a file only when told to, and never the atlas that it is about."""
+    """An audit replaces a file only with --overwrite, and never its own atlas."""
     (tmp_path / "b.nc").write_text("old")
     before = (tmp_path / "a.nc").read_bytes()
     (tmp_path / "reference.nc").write_bytes(before)
@@ -219,7 +219,7 @@ def test_an_existing_file_is_kept(command, tmp_path):
 
 @pytest.mark.slow_lane
 def test_the_exact_method_from_the_command_line(command):
-    """`method=exact` makes an atlas that says so, that every command reads, and that passes."""
+    """`method=exact` makes an atlas that states its method, is read by every command, and passes."""
     assert command("run rolling method=exact roll_rate=2:4:21 tilt=0.1deg:5deg:10:log -o b.nc")[0] == 0
     assert "method      exact" in command("info b.nc")[1]
     status, out, _ = command("verify b.nc")

@@ -1,4 +1,4 @@
-"""The command line: refusals, exit statuses, and what is loaded before the work begins."""
+"""The command line: refusals, exit statuses, and the modules it loads."""
 
 import os
 import subprocess
@@ -19,7 +19,7 @@ SLOW_TO_LOAD = {"numba", "llvmlite", "xarray", "netCDF4", "scipy", "matplotlib",
 
 
 def test_a_request_that_this_machine_cannot_meet_has_one_message(command, machine, tmp_path):
-    """Status 2 and one line; nothing is touched."""
+    """A request beyond this machine gives status 2 and one line, and nothing is written."""
     machine(free_bytes=50e9, processors=2)
     for line, facts in (
         ("run rolling roll_rate=0:9:30000 tilt=0:1:33000 -o a.nc", ["50 GB", "a.nc"]),
@@ -33,7 +33,7 @@ def test_a_request_that_this_machine_cannot_meet_has_one_message(command, machin
 
 
 def numbers():
-    """Return command and option wherever a command takes a number."""
+    """Return each command and option that takes a number."""
     found = []
     for name, (module, _) in cli._COMMANDS.items():
         function = getattr(import_module(f"sweep.commands.{module}"), name)
@@ -45,21 +45,21 @@ def numbers():
 
 @pytest.mark.parametrize(("name", "option"), numbers())
 def test_every_option_that_is_a_number_refuses_others(command, name, option):
-    """So does one that is added: no other reader of numbers than that of `sweep.commands.arguments`."""
+    """Every numeric option refuses other digits, because all use the reader in `sweep.commands.arguments`."""
     status, _, err = command(f"{name} a.nc {option} ٣")
     assert status == 2
     assert_facts(err, f"'{option}'", "'٣'")
 
 
 def test_no_command_at_all_shows_the_help(command):
-    """`eulerdisk` alone lists the commands and ends with 2."""
+    """`eulerdisk` without a command lists the commands and exits with 2."""
     status, out, err = command("")
     assert status == 2
     assert "Commands:" in out + err
 
 
 def test_a_key_press_that_ends_it(command, monkeypatch):
-    """Ctrl-C where nothing is kept ends with 130 and without a traceback."""
+    """Ctrl-C before anything is kept exits with 130 and without a traceback."""
 
     def interrupted(*_):
         raise KeyboardInterrupt
@@ -70,7 +70,7 @@ def test_a_key_press_that_ends_it(command, monkeypatch):
 
 
 def test_cells_without_a_verdict_are_mentioned(command):
-    """A run that leaves most cells undecided says how many, and which command says why; another one is silent."""
+    """A run with mostly undecided cells states their number and the command that explains them; others are silent."""
     status, _, told = command("run rolling tilt=1deg roll_rate=3:4:5 duration=0.01s -o short.nc")
     assert status == 0
     assert_facts(told, "5 of 5 cells", "undecided", "eulerdisk explain")
@@ -78,7 +78,7 @@ def test_cells_without_a_verdict_are_mentioned(command):
 
 
 def test_a_rim_has_no_upright_motion(command):
-    """A run of one that rolls upright says so, and which presets have a motion to disturb; the others are silent."""
+    """A run of an upright rim says so and names presets with a motion to disturb; others are silent."""
     rim = "body=rim thickness=0.2"
     status, _, told = command(f"run rolling {rim} tilt=1deg roll_rate=3:4:5 -o rim.nc")
     assert status == 0
@@ -96,7 +96,7 @@ def test_a_rim_has_no_upright_motion(command):
 
 @pytest.mark.parametrize(("kind", "status"), [(RequestError, 2), (StorageError, 3), (FailedBlocksError, 1)])
 def test_each_error_has_its_exit_status(command, monkeypatch, kind, status):
-    """The command ends with the status of the error, and prints it on one line."""
+    """The command exits with the error's status and prints the error on one line."""
 
     def refuse(*_, **__):
         raise kind("The disk must have room; got none.", "Free 2 GB.", "a.nc")
@@ -107,7 +107,7 @@ def test_each_error_has_its_exit_status(command, monkeypatch, kind, status):
 
 
 def test_a_defect_is_not_hidden(command, monkeypatch):
-    """An error that is not a bad request keeps its traceback, and has a status of its own."""
+    """An unexpected error keeps its traceback and has its own status."""
     monkeypatch.setattr("sweep.request.spec.SweepSpec.from_words", lambda *_: 1 / 0)
     status, out, err = command("run rolling -o a.nc")
     assert (status, out) == (70, "")
@@ -115,7 +115,7 @@ def test_a_defect_is_not_hidden(command, monkeypatch):
 
 
 def test_version(command):
-    """The version is that of the package."""
+    """`--version` prints the package's version."""
     assert command("--version") == (0, f"eulerdisk {sweep.__version__}\n", "")
 
 
@@ -143,7 +143,7 @@ def test_version(command):
     ],
 )
 def test_what_needs_nothing_heavy_loads_nothing_heavy(tmp_path, line, status):
-    """Help, a plan, and every request that words and file names refuse load no compiler, file or figure library."""
+    """Help, plans and refused requests load no compiler, file or figure library."""
     (tmp_path / "a.nc").write_text("old")
     done = subprocess.run(
         [sys.executable, "-X", "importtime", "-m", "sweep", *line.split()],
@@ -162,7 +162,7 @@ def test_what_needs_nothing_heavy_loads_nothing_heavy(tmp_path, line, status):
 
 
 def test_help_loads_no_numpy(tmp_path):
-    """`eulerdisk --help` waits for neither numpy nor pydantic."""
+    """`eulerdisk --help` loads neither numpy nor pydantic."""
     code = "import sys, sweep.cli; print(*{'numpy', 'pydantic', 'rich'} & {n.partition('.')[0] for n in sys.modules})"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=CHECKOUT, capture_output=True, text=True, check=True
@@ -171,7 +171,7 @@ def test_help_loads_no_numpy(tmp_path):
 
 
 def test_the_package_loads_light():
-    """`import sweep` and a spec load none of the heavy libraries either."""
+    """`import sweep` and a spec load none of the heavy libraries."""
     code = "import sys, sweep; sweep.SweepSpec.preset('rolling'); print(*{n.partition('.')[0] for n in sys.modules})"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=CHECKOUT, capture_output=True, text=True, check=True

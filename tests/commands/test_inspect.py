@@ -1,4 +1,4 @@
-"""`info`, `boundary`, `plot`: the reports and figures of an atlas; a damaged file is refused."""
+"""`info`, `boundary` and `plot` report on and draw an atlas; damaged files are refused."""
 
 import csv
 import io
@@ -22,7 +22,7 @@ SMALL = ["roll_rate=2:4:9", "tilt=0.1deg,1deg"]
 
 
 def test_info_and_boundary_print_the_reports(command, tmp_path):
-    """What is printed on standard output is the report, and with another criterion that of the reclassified atlas."""
+    """Standard output is the report of the atlas, or of the reclassified atlas if a criterion is given."""
     command(f"run rolling {' '.join(SMALL)} -o a.nc")
     with open_atlas(tmp_path / "a.nc") as atlas:
         assert command("info a.nc") == (0, describe(atlas) + "\n", "")
@@ -33,7 +33,7 @@ def test_info_and_boundary_print_the_reports(command, tmp_path):
 
 
 def test_an_expression_is_an_option_and_a_word(command, tmp_path):
-    """The boundary by an expression is that of the run with it; the file that is written states it."""
+    """The boundary by an expression equals that of a run with it, and the written file states the expression."""
     text = "peak_tilt > 3*tilt and nutation_period > 3s"
     command(f"run rolling {' '.join(SMALL)} -o a.nc")
     command(f"run rolling {' '.join(SMALL)} 'criterion={text}' -o own.nc")
@@ -50,7 +50,7 @@ def test_an_expression_is_an_option_and_a_word(command, tmp_path):
 
 
 def test_an_atlas_that_is_cut(command, tmp_path):
-    """A truncated file is refused with one message by every command that reads."""
+    """Every command that reads refuses a truncated file with one message."""
     command("run rolling roll_rate=3 tilt=1deg -o a.nc")
     (tmp_path / "b.nc").write_bytes((tmp_path / "a.nc").read_bytes()[:-100])
     for line in ("info b.nc", "boundary b.nc"):
@@ -62,7 +62,7 @@ def test_an_atlas_that_is_cut(command, tmp_path):
 
 @pytest.mark.slow_lane
 def test_a_reader_that_leaves_early(tmp_path):
-    """Piping into a reader that closes, like head, ends without a traceback."""
+    """A pipe to a reader that closes early, like head, causes no traceback."""
     sweep.run_to_file(sweep.SweepSpec(roll_rate="2:4:3", tilt="1deg:5deg:5000"), tmp_path / "a.nc")
     process = subprocess.Popen(
         [sys.executable, "-m", "sweep", "boundary", "a.nc"],
@@ -80,7 +80,7 @@ def test_a_reader_that_leaves_early(tmp_path):
 
 
 def test_regimes_are_drawn(command, tmp_path):
-    """`plot --regimes` draws any map, whatever its method; a criterion or friction has no meaning there."""
+    """`plot --regimes` draws maps of any method; a criterion or friction is refused there."""
     command(f"run rolling {' '.join(SMALL)} -o a.nc")
     assert command("plot a.nc --regimes -o a.png")[0] == 0
     assert (tmp_path / "a.png").stat().st_size > 10_000
@@ -93,7 +93,7 @@ def test_regimes_are_drawn(command, tmp_path):
 
 @pytest.mark.slow_lane
 def test_a_bare_figure_prints_the_text_of_its_caption(command, tmp_path):
-    """On standard output, a line for each part; a whole one prints nothing; an unknown part is refused."""
+    """A bare figure prints its caption to standard output, a full one prints nothing; unknown parts are refused."""
     sweep.save(sweep.run(sweep.SweepSpec(roll_rate="2:4:11", tilt="0.1deg:4deg:7", title="Nudged")), "a.nc")
     assert command("plot a.nc -o a.png")[:2] == (0, "")
     for words in ("--bare", "--bare --without strip,bar", "--without caption"):
@@ -110,7 +110,7 @@ def test_a_bare_figure_prints_the_text_of_its_caption(command, tmp_path):
 
 
 def test_plot_takes_quantity_contours_size_and_rate(command, tmp_path):
-    """The options reach the figure: a png has the width and the dots that were asked for, a flag has no bar."""
+    """The options reach the figure: the png has the requested width and resolution."""
     from matplotlib.image import imread
 
     command(f"run rolling {' '.join(SMALL)} -o a.nc")
@@ -123,7 +123,7 @@ def test_plot_takes_quantity_contours_size_and_rate(command, tmp_path):
     "line", ["info a.nc", "boundary a.nc", "export a.nc --to csv -o a.csv", "plot a.nc -o a.png"]
 )
 def test_what_a_user_has_added_is_left_out(command, tmp_path, line):
-    """A string and a variable of another dimension do not keep an atlas from being read; one line names them."""
+    """Added variables, here text and one on another dimension, are skipped and named in one line."""
     atlas = sweep.run(sweep.SweepSpec(tilt="1deg:2deg:3", roll_rate="2:3:4"))
     added = atlas.assign(remark="of June", sst=("time", [1.0, 2.0]))
     added.to_netcdf(tmp_path / "a.nc", format="NETCDF4", engine="netcdf4")
@@ -138,7 +138,7 @@ def test_what_a_user_has_added_is_left_out(command, tmp_path, line):
 
 @pytest.mark.slow_lane
 def test_words_pick_a_part(command, tmp_path):
-    """`boundary`, `plot` and `export` take slices; a value beside the grid is told, and what is written is an atlas."""
+    """`boundary`, `plot` and `export` accept selections; a value off the grid is noted, and the part is an atlas."""
     command("run rolling alpha=0.5,1 roll_rate=2:4:9 tilt=0.1deg,1deg,2deg -o a.nc")
     with open_atlas(tmp_path / "a.nc") as atlas:
         part = atlas.isel(alpha=1, tilt=[1, 2]).eulerdisk.atlas
@@ -159,13 +159,13 @@ def test_words_pick_a_part(command, tmp_path):
 
 
 def test_a_file_with_an_equals_sign_is_a_file(command, tmp_path):
-    """What exists is drawn, whatever its name."""
+    """A file with an equals sign in its name is recognized because it exists."""
     command(f"run rolling {' '.join(SMALL)} -o a=1.nc")
     assert command("plot a=1.nc tilt=1deg -o b.png")[0] == 0
 
 
 def test_info_as_json(command, tmp_path):
-    """The same facts as plain values in SI; the counts are those of the cells."""
+    """The JSON of `info` has the same facts as plain SI values, with the counts of the cells."""
     command(f"run rolling {' '.join(SMALL)} alpha=0.5,1 boundary=refined:1e-3 -o a.nc")
     status, out, err = command("info a.nc --json")
     assert (status, err) == (0, "")
@@ -186,7 +186,7 @@ def test_info_as_json(command, tmp_path):
 
 
 def test_info_as_json_is_for_finished_atlases(command, tmp_path):
-    """Of an unfinished run it is refused."""
+    """`info --json` refuses an unfinished run."""
     command(f"prepare rolling {' '.join(SMALL)} -o a.nc")
     status, out, err = command("info a.nc --json")
     assert (status, out) == (2, "")
@@ -194,7 +194,7 @@ def test_info_as_json_is_for_finished_atlases(command, tmp_path):
 
 
 def test_the_boundary_for_programs(command, tmp_path):
-    """As csv and as json it has the same rows, every digit of each number; a missing value is empty or null."""
+    """The csv and json tables have the same rows with all digits; missing values are empty or null."""
     command(f"run rolling {' '.join(SMALL)} -o a.nc")
     rows = json.loads(command("boundary a.nc --to json")[1])["rows"]
     read = list(csv.DictReader(io.StringIO(command("boundary a.nc --to csv")[1])))
@@ -211,7 +211,7 @@ def test_the_boundary_for_programs(command, tmp_path):
 
 
 def test_neither_the_atlas_nor_a_table_is_replaced(command, tmp_path):
-    """The atlas not even by another name for it."""
+    """Output never replaces the atlas, even under another name for it, nor an existing table."""
     command("run rolling roll_rate=2:4:3 tilt=1deg -o a.nc")
     (tmp_path / "a").hardlink_to(tmp_path / "a.nc")
     (tmp_path / "a.csv").touch()
@@ -223,7 +223,7 @@ def test_neither_the_atlas_nor_a_table_is_replaced(command, tmp_path):
 
 
 def test_the_boundary_for_programs_in_a_file(command, tmp_path):
-    """With --to the option -o writes what would be printed; without it an atlas, whose name may have no ending."""
+    """With --to, -o writes the table to a file; without it, -o writes an atlas under any name."""
     command(f"run rolling {' '.join(SMALL)} -o a.nc")
     for kind in ("csv", "json"):
         printed = command(f"boundary a.nc --criterion departure:1deg --to {kind}")[1]
@@ -238,7 +238,7 @@ def test_the_boundary_for_programs_in_a_file(command, tmp_path):
 
 
 def test_export_says_what_it_wrote(command, tmp_path):
-    """Each file is named: the cells, and for csv the boundary, if there is one."""
+    """Each exported file is named: the cells and, for csv, the boundary if there is one."""
     command(f"run rolling {' '.join(SMALL)} -o a.nc")
     command("run rolling roll_rate=3 tilt=1deg -o one.nc")
     status, out, err = command("export a.nc --to csv")
@@ -254,7 +254,7 @@ def test_export_says_what_it_wrote(command, tmp_path):
 
 
 def test_info_tells_what_an_option_has_added_and_on_which_terms(command, tmp_path):
-    """Least normal force and friction of contact=yes are in words and in JSON; so are licence and citation."""
+    """The results of contact=yes and the license and citation are in both text and JSON."""
     command(f"run rolling {' '.join(SMALL)} contact=yes -o a.nc")
     command(f"run rolling {' '.join(SMALL)} -o b.nc")
     words, found = command("info a.nc")[1], json.loads(command("info a.nc --json")[1])

@@ -1,4 +1,4 @@
-"""Ctrl-C while a command is loaded: it ends at once with 130, in one line, whichever module is being imported."""
+"""Ctrl-C while a command is loading ends it at once with status 130 and one line, at any import."""
 
 import os
 import signal
@@ -10,7 +10,7 @@ import pytest
 
 CHECKOUT = Path(__file__).parents[2]
 
-#: A finder of modules that finds none, and sends Ctrl-C to its process when a certain one is looked for.
+# : A module finder that finds nothing and sends Ctrl-C to its process when a given module is imported.
 INTERRUPTED = """
 import os, signal, sys
 signal.signal(signal.SIGINT, {handler})
@@ -30,7 +30,7 @@ TOLD = "eulerdisk: interrupted; no unfinished file was written.\n"
 
 
 def python(code, folder, *words):
-    """Run code, or what other words of the interpreter say, in a fresh process."""
+    """Run code, or other arguments of the interpreter, in a fresh process."""
     return subprocess.run(
         [sys.executable, *(words or ("-c", code))],
         cwd=folder,
@@ -43,13 +43,13 @@ def python(code, folder, *words):
 
 
 def interrupted_at(name, folder, handler="signal.default_int_handler"):
-    """Run a command that Ctrl-C meets while it imports a module; a shell may have let it ignore the signal."""
+    """Run a command with Ctrl-C during the import of a module, optionally with Ctrl-C ignored by the shell."""
     return python(INTERRUPTED.format(name=name, words=WORDS, handler=handler), folder)
 
 
 @pytest.fixture(scope="module")
 def imported(tmp_path_factory):
-    """Return the modules that a command imports, in their order: after the package itself and what `main` needs."""
+    """Return the modules that a command imports, in order, after the package and what `main` needs."""
     code = f"import sys, signal, sweep.cli; before = {{*sys.modules}}; sys.argv = ['eulerdisk', *{WORDS}]\n"
     code += "try: sweep.cli.main()\n"
     code += "finally: print(*(each for each in sys.modules if each not in before), file=sys.stderr)"
@@ -60,7 +60,7 @@ def imported(tmp_path_factory):
 
 @pytest.mark.slow_lane
 def test_an_interrupt_while_modules_are_imported(imported, tmp_path):
-    """Six of them, from the parser to what a request needs: no traceback, one line, status 130."""
+    """Ctrl-C during any of six imports gives no traceback, one line and status 130."""
     places = {round(i * (len(imported) - 1) / 5) for i in range(6)}
     for name in [imported[place] for place in sorted(places)]:
         done = interrupted_at(name, tmp_path)
@@ -69,7 +69,7 @@ def test_an_interrupt_while_modules_are_imported(imported, tmp_path):
 
 @pytest.mark.parametrize("name", ["typer", "sweep.request.spec"])
 def test_who_ignores_interrupts_goes_on(name, tmp_path):
-    """A shell lets what it starts in the background ignore Ctrl-C: then the command goes on."""
+    """A background process, for which the shell ignores Ctrl-C, continues."""
     done = interrupted_at(name, tmp_path, "signal.SIG_IGN")
     assert done.returncode == 0
     assert "160200" in done.stdout
@@ -77,7 +77,7 @@ def test_who_ignores_interrupts_goes_on(name, tmp_path):
 
 
 def test_an_interrupt_while_text_is_executed(tmp_path):
-    """`dataclasses` execute text, and ``python -m`` would end as if nobody had caught the interrupt."""
+    """`dataclasses` executes text, during which ``python -m`` would exit as if the interrupt were not caught."""
     code = """
 import sys
 from sweep import cli
@@ -95,7 +95,7 @@ cli.main()
 
 
 def test_a_program_that_calls_the_command_line_has_its_interrupts_back(command):
-    """After a command Ctrl-C is what it was."""
+    """After a call of the command line, a program has its own handling of Ctrl-C again."""
     before = signal.getsignal(signal.SIGINT)
     assert command("--version")[0] == 0
     assert signal.getsignal(signal.SIGINT) is before

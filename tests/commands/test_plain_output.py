@@ -1,4 +1,4 @@
-"""What commands print goes through one place, which lets no control character pass."""
+"""All output of commands goes through one place, which escapes control characters."""
 
 import ast
 import shlex
@@ -16,7 +16,7 @@ COMMANDS = sorted((Path(sweep.__file__).parent / "commands").glob("*.py"))
 
 @pytest.mark.parametrize("path", COMMANDS, ids=lambda path: path.stem)
 def test_commands_do_not_print_by_themselves(path):
-    """Only `show` and `say` print: what a file says is shown, and is no command to the terminal."""
+    """Only `show` and `say` print, so text from a file cannot control the terminal."""
     if path.stem == "terminal":
         return
     called = [
@@ -28,7 +28,7 @@ def test_commands_do_not_print_by_themselves(path):
 
 
 def test_only_line_breaks_pass(capsys):
-    """A result keeps its lines, a message is one line, and what does not print is spelled."""
+    """A result keeps its lines, a message is one line, and unprintable characters are escaped."""
     terminal.show("a\x1b[31m\tb\nc\x9b\u202e")
     terminal.say("a\nb\x07")
     out, err = capsys.readouterr()
@@ -37,7 +37,7 @@ def test_only_line_breaks_pass(capsys):
 
 
 def test_an_error_is_one_line_that_prints():
-    """The words of the user and of files that an error repeats are spelled too."""
+    """User's words and file contents in an error message are escaped, too."""
     error = RequestError("What \x1b]0;is\x07\nwrong.", "Do \u2028this.", "file\n.nc")
     assert str(error) == "file\\n.nc: What \\x1b]0;is\\x07\\nwrong. Do \\u2028this."
     long = str(RequestError("It is too long.", where="x" * 10**6))
@@ -49,7 +49,7 @@ def test_an_error_is_one_line_that_prints():
 
 @pytest.mark.parametrize("part", ["\uff11/\uff13", "1/3\n", "0/3", "4/3", "1/\u0663"])
 def test_a_part_is_two_ascii_numbers(command, part):
-    """Digits of other scripts are no part of a run."""
+    """The parts of a run are numbered with ASCII digits only."""
     status, _, err = command(shlex.join(["block", "--run", "nowhere", "--part", part]))
     assert status == 2
     assert_facts(err, "--part", "I/N", "1 <= I <= N")
@@ -66,7 +66,7 @@ def test_a_part_is_two_ascii_numbers(command, part):
     ],
 )
 def test_numbers_of_options_are_ascii(command, option, text):
-    """Digits of other scripts and underscores are refused, for a reader would not know what was meant."""
+    """Numeric options refuse non-ASCII digits and underscores, which a reader could misunderstand."""
     status, out, err = command(f"{option} {text}")
     assert (status, out) == (2, "")
     assert_facts(err, f"'{option.split()[-1]}'", f"'{text}'")

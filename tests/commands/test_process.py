@@ -1,4 +1,4 @@
-"""Whatever surrounds a command, it ends with a sentence and the right status, and a run with its file."""
+"""In any environment, a command ends with a message and the right status, and a run with its file."""
 
 import io
 import os
@@ -18,7 +18,7 @@ SMALL = "run rolling roll_rate=2:4:9 tilt=0.1deg,1deg -o a.nc"
 
 
 def shell(line, folder, **environment):
-    """Run a line of the shell in which `eulerdisk` is this program, and return what came of it."""
+    """Run a shell command line in which `eulerdisk` is this program, and return the finished process."""
     program = f"{shlex.quote(sys.executable)} -m sweep"
     return subprocess.run(
         ["bash", "-c", line.replace("eulerdisk", program)],
@@ -33,7 +33,7 @@ def shell(line, folder, **environment):
 
 @pytest.fixture(scope="module")
 def atlas(tmp_path_factory):
-    """Return the folder of a small atlas, which a run without any of the three streams has made."""
+    """Return the folder of a small atlas made by a run without the three standard streams."""
     folder = tmp_path_factory.mktemp("atlas")
     done = shell(f"eulerdisk {SMALL} <&- >&- 2>&-", folder)
     assert done.returncode == 0
@@ -43,7 +43,7 @@ def atlas(tmp_path_factory):
 
 @pytest.mark.slow_lane
 def test_a_run_needs_no_streams(atlas):
-    """With all three streams closed, or a full disk behind the messages, a run completes and its file is whole."""
+    """A run completes its file even if all three streams are closed or messages go to a full disk."""
     with open(atlas / "a.nc", "rb") as file:
         assert file.read(4) == b"\x89HDF"
     done = shell(f"eulerdisk {SMALL} --overwrite 2>/dev/full", atlas)
@@ -52,7 +52,7 @@ def test_a_run_needs_no_streams(atlas):
 
 @pytest.mark.slow_lane
 def test_a_result_that_cannot_be_written(atlas):
-    """Status 3, as for a file, and one sentence."""
+    """Unwritable standard output gives status 3, as for a file, and one message."""
     done = shell("eulerdisk info a.nc >/dev/full", atlas)
     assert done.returncode == 3
     assert "No space left on device" in done.stderr
@@ -60,7 +60,7 @@ def test_a_result_that_cannot_be_written(atlas):
 
 
 def test_a_number_of_threads_that_cannot_be(monkeypatch):
-    """It is refused before Numba reads it, with the variable to unset."""
+    """A bad NUMBA_NUM_THREADS is refused before Numba reads it, with the command to unset it."""
     for value in ("0", "-1", "two", "1000000", "\uff11"):
         monkeypatch.setenv("NUMBA_NUM_THREADS", value)
         with refused("1", "9999", value, "unset NUMBA_NUM_THREADS"):
@@ -68,14 +68,14 @@ def test_a_number_of_threads_that_cannot_be(monkeypatch):
 
 
 def test_an_empty_number_of_threads_is_none(monkeypatch):
-    """A script passes an empty text on where a variable is not set."""
+    """An empty NUMBA_NUM_THREADS counts as unset, because scripts often pass it that way."""
     monkeypatch.setenv("NUMBA_NUM_THREADS", "")
     platforms.most_threads()
     assert "NUMBA_NUM_THREADS" not in os.environ
 
 
 def test_a_traceback_is_no_command_to_a_terminal(monkeypatch, command):
-    """Control characters in the text of a defect are escaped; its lines are kept."""
+    """Control characters in an unexpected error are escaped; its line breaks are kept."""
 
     def fail(*_):
         raise ValueError("\x1b[31mred\nnext")
@@ -88,14 +88,14 @@ def test_a_traceback_is_no_command_to_a_terminal(monkeypatch, command):
 
 @pytest.mark.release
 def test_a_window_system_is_not_asked_for(atlas):
-    """Figures need none: its name, with which matplotlib could not be imported, does not matter."""
+    """Figures need no window system: a bad MPLBACKEND, which breaks matplotlib's import, does not matter."""
     done = shell("eulerdisk plot a.nc -o a.png", atlas, MPLBACKEND="bad")
     assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.slow_lane
 def test_files_may_not_become_large(atlas):
-    """Where a file may have 20 kB, as by `ulimit -f 20`, HDF5 would end the process: it is refused, findings told."""
+    """With a file size limit of 20 kB, where HDF5 would end the process, --write is refused after the findings."""
     done = shell("ulimit -f 20; eulerdisk verify a.nc --write b.nc", atlas)
     assert (done.returncode, done.stderr.count("\n")) == (3, 1)
     assert_facts(done.stdout.splitlines()[0], "18 agrees")
@@ -104,7 +104,7 @@ def test_files_may_not_become_large(atlas):
 
 
 def test_little_memory_is_refused_before_it_is_needed(machine, command, tmp_path):
-    """Under 400 MB the libraries would end the process or wait forever: status 2, with the limit to set."""
+    """Below 400 MB, where libraries crash or hang, a run exits with status 2 and states the limit to set."""
     machine(address_space=400 * 2**20)
     status, out, told = command(SMALL)
     assert (status, out, told.count("\n")) == (2, "", 1)
@@ -115,7 +115,7 @@ def test_little_memory_is_refused_before_it_is_needed(machine, command, tmp_path
 
 
 def test_memory_is_needed_for_each_thread(machine, monkeypatch):
-    """Each thread that may run counts, as many as NUMBA_NUM_THREADS at most."""
+    """The memory needed grows with the number of threads, at most NUMBA_NUM_THREADS."""
     monkeypatch.delenv("NUMBA_NUM_THREADS", raising=False)
     machine(address_space=950e6, processors=1)
     platforms.check_memory()
@@ -140,7 +140,7 @@ def test_memory_is_needed_for_each_thread(machine, monkeypatch):
     ids=lambda each: type(each).__name__ if isinstance(each, BaseException) else "",
 )
 def test_a_defect_has_a_status_of_its_own(monkeypatch, command, problem, status, fact):
-    """70 and not compare's 1, the traceback, and last the request to report it; what is no defect is told without."""
+    """A defect gives status 70, its traceback and a request to report it; other errors have no traceback."""
 
     def fail(*_):
         raise problem
@@ -154,7 +154,7 @@ def test_a_defect_has_a_status_of_its_own(monkeypatch, command, problem, status,
 
 
 def test_an_interrupt_before_the_words_are_read_is_told_too(monkeypatch, command):
-    """While the parser is built, Ctrl-C is an interrupt like any other."""
+    """Ctrl-C while the parser is built is reported like any other interrupt."""
 
     def fail(*_):
         raise KeyboardInterrupt
@@ -166,7 +166,7 @@ def test_an_interrupt_before_the_words_are_read_is_told_too(monkeypatch, command
 
 
 def test_messages_cannot_fail(monkeypatch):
-    """A terminal that has gone away gives errors, which a stream of messages ignores."""
+    """Messages to a terminal that has gone away are dropped without an error."""
 
     def fail(*_):
         raise OSError(5, "Input/output error")
@@ -180,7 +180,7 @@ def test_messages_cannot_fail(monkeypatch):
 
 
 def test_the_statuses_are_listed(command):
-    """`eulerdisk --help`, the page of the command line and its own text name every status."""
+    """`eulerdisk --help`, docs/commands.md and the docstring of `cli` list every status."""
     _, listed, _ = command("--help")
     for text in (
         " ".join(listed.split()),

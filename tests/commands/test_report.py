@@ -17,12 +17,12 @@ CIRCLING = SweepSpec.preset("circling").replace(tilt="5deg,10deg,25deg", precess
 
 @pytest.fixture(autouse=True)
 def fixed_time(monkeypatch):
-    """Every atlas bears one date."""
+    """Give all atlases the same date."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
 
 
 def rows(table):
-    """Return the lines of a table, each split where two blanks or more stand."""
+    """Return the lines of a table, split at two or more blanks."""
     return [re.split(r" {2,}", line.strip()) for line in table.splitlines()]
 
 
@@ -34,7 +34,7 @@ def row(head, text):
 
 @pytest.mark.compiled
 def test_losses_that_are_not_there_are_not_told():
-    """What is 0 in every cell, and a friction without a limit, say nothing; what is 0 in an axis, or not 0, does."""
+    """Losses that are 0 in every cell and unlimited friction are left out; a 0 in an axis is shown."""
     words = (
         "tilt=80deg,85deg precession_rate=wobble contour_friction=0,15um rolling_friction=1um air_law=none "
         "air_viscosity=0 air_density=0 criterion=departure:5deg duration=0.1s"
@@ -50,7 +50,7 @@ def test_losses_that_are_not_there_are_not_told():
 
 
 def test_an_atlas_in_words():
-    """Grid, fixed values, criterion, endings, verdicts, errors, boundary and origin are told in full."""
+    """A report gives grid, fixed values, criterion, endings, verdicts, errors, boundary and origin."""
     dataset = sweep.run(ROLLING)
     text = describe(dataset)
     assert dataset.title in text
@@ -66,7 +66,7 @@ def test_an_atlas_in_words():
     low, high = (float(np.degrees(end)) for end in (dataset.peak_tilt.min(), dataset.peak_tilt.max()))
     assert_facts(row("peak tilt", text), f"{low:.6g} to {high:.6g} deg")
     assert_facts(text, f"{float(dataset.tilt_error.max()):.1e} rad")
-    # the 4 degree row never becomes stable inside the axis
+    # the row of 4 degrees is not stable anywhere on the axis
     found, missed = (line for line in text.splitlines() if "of 3 rows" in line)
     assert_facts(found, "2 of 3 rows", "roll_rate")
     assert_facts(missed, "1 of 3 rows", "roll_rate", "unstable throughout")
@@ -75,7 +75,7 @@ def test_an_atlas_in_words():
 
 
 def test_an_atlas_of_one_cell():
-    """A single cell is one, and nothing is said of boundaries."""
+    """An atlas of one cell is described as such, without a boundary."""
     dataset = sweep.run(SweepSpec(tilt="1deg", roll_rate=3))
     text = describe(dataset)
     assert_facts(row("grid", text), "one cell")
@@ -84,7 +84,7 @@ def test_an_atlas_of_one_cell():
 
 
 def test_a_line_in_words():
-    """One axis is told without a product, a pure number without a unit, angles in degrees, the tolerance in radians."""
+    """One axis has no product, plain numbers no unit; angles are in degrees, the tolerance in radians."""
     text = describe(sweep.run(SweepSpec(tilt="1deg", roll_rate=3, alpha=[0.5, 1.0])))
     assert row("grid", text).split() == ["grid", "2", "cells"]
     assert_facts(row("alpha", text), "0.5 to 1,", "2 values", "listed")
@@ -92,7 +92,7 @@ def test_a_line_in_words():
 
 
 def test_sizes_of_errors_have_the_units_of_their_variables():
-    """A pure number has none, also one beside 1; small ones are powers of ten."""
+    """A pure number has no unit, and small sizes are powers of ten."""
     of_system = describe(sweep.run("henon_heiles", u="-1:1:8", v="-1:1:8", duration=20))
     assert not re.search(r"\de[+-]\d+ 1\b|e[+-]00", of_system)
     assert_facts(row("errors", describe(sweep.run("kapitza", shake="80:120:5"))), "rad", "rad s-1")
@@ -102,7 +102,7 @@ def test_sizes_of_errors_have_the_units_of_their_variables():
 
 
 def test_a_boundary_without_a_rate_is_told_as_curves():
-    """Of tilts and kicks at one rate the table has the points of the curves; without these it says how to get them."""
+    """An atlas over tilts and kicks lists the points of its curves; without curves it says how to get them."""
     spec = SweepSpec(roll_rate=3, tilt="0.1deg:3deg:6", tilt_rate="0.001:1:7")
     coarse = sweep.run(spec)
     assert_facts(boundary_table(coarse), "--refine WIDTH", "curves")
@@ -120,7 +120,7 @@ def test_a_boundary_without_a_rate_is_told_as_curves():
 
 
 def test_an_atlas_without_numbers():
-    """Where no cell could be computed the report says so instead of failing."""
+    """If no cell could be computed, the report says so."""
     dataset = sweep.run(SweepSpec(roll_rate="steady", tilt="10deg", precession_rate="-1:1:3"))
     text = describe(dataset.where(dataset.tilt > 1.0).fillna({"ending": 6, "stability": 0}))
     assert "3 invalid" in text
@@ -143,7 +143,7 @@ def test_all_endings_are_counted():
 
 
 def test_the_boundary_table_holds_the_numbers_of_the_dataset():
-    """Each row is one tilt with the measured, predicted and critical rate of the dataset, to the printed digits."""
+    """Each row has one tilt with the measured, predicted and critical rate, to the printed digits."""
     dataset = sweep.run(ROLLING)
     head, *lines = rows(boundary_table(dataset))
     assert head == [
@@ -173,7 +173,7 @@ def test_the_boundary_table_holds_the_numbers_of_the_dataset():
 
 
 def test_both_edges_of_circling_have_a_table():
-    """The circling band is bounded on both sides, each with its own table; where it has ended there is none."""
+    """The two edges of the circling band have a table each, without rows beyond the end of the band."""
     dataset = sweep.run(CIRCLING)
     upper, lower = boundary_table(dataset).split("\n\n")
     for table, name in ((upper, "boundary_precession_rate"), (lower, "boundary_lower_precession_rate")):
@@ -191,7 +191,7 @@ def test_both_edges_of_circling_have_a_table():
 
 
 def test_why_there_is_no_boundary():
-    """Where no row has one, the reason stands in its place."""
+    """If no row has a boundary, the reason is printed instead of the table."""
     dataset = sweep.run(ROLLING.replace(roll_rate="3.5:4:5", tilt="0.1deg,1deg"))
     said = "\nboundary    no boundary: stable throughout, along roll_rate (stable above)\n"
     assert said in describe(dataset)
@@ -199,7 +199,7 @@ def test_why_there_is_no_boundary():
 
 
 def test_the_boundary_table_of_any_number_of_axes():
-    """With no axis beside the rate the table is one row, with more one row per combination, columns in order."""
+    """Without another axis than the rate the table has one row; otherwise it has one row per combination."""
     for count in [0, 1, 2, 3]:
         others = dict(list({"tilt": "1deg,2deg", "alpha": "0.5,0.8,1", "radius": "0.5,1"}.items())[:count])
         dataset = sweep.run(SweepSpec(**{"roll_rate": "1:9:17", "tilt": "1deg", **others}))
@@ -213,14 +213,14 @@ def test_the_boundary_table_of_any_number_of_axes():
             if "tilt" in where:
                 where["tilt"] = math.radians(where["tilt"])
             assert line[count] == f"{float(measured.sel(where, method='nearest') if where else measured):.6f}"
-        # numbers stand under their heads
+        # numbers are aligned with their headers
         columns = [match.start() for match in re.finditer(r"\S+( \S+)*", table.splitlines()[0])][: count + 1]
         for line in table.splitlines()[1:]:
             assert [match.start() for match in re.finditer(r"\S+", line)][: count + 1] == columns
 
 
 def test_a_narrow_bracket_is_told_with_its_digits():
-    """A boundary that was bisected to 1e-9 has the digits that are known."""
+    """A boundary bisected to 1e-9 is printed with all known digits."""
     fine = sweep.refine(sweep.run(ROLLING.replace(tilt="0.1deg,1deg")), 1e-9)
     _, *lines = rows(boundary_table(fine))
     for i, (_, measured, half, *_) in enumerate(lines):
@@ -230,7 +230,7 @@ def test_a_narrow_bracket_is_told_with_its_digits():
 
 
 def test_a_report_on_a_part_is_refused():
-    """A selection of an atlas is not described as if it were the whole."""
+    """`describe` refuses a selection, because its text would be about the whole."""
     part = sweep.run(ROLLING).isel(tilt=0)
     for function in (describe, boundary_table):
         with refused("whole atlas"):

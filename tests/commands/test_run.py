@@ -1,4 +1,4 @@
-"""`run`, `plan` and `warmup`: the file is the atlas that was asked for; plan and warmup say what they found."""
+"""`run`, `plan` and `warmup`: a run writes the requested atlas; plan and warmup report what they find."""
 
 import math
 import os
@@ -25,9 +25,9 @@ SMALL = ["roll_rate=2:4:9", "tilt=0.1deg,1deg"]
 
 
 def test_run_writes_the_atlas(command, tmp_path):
-    """The file is the atlas of the spec with the words' changes; standard output stays empty."""
+    """The file is the atlas of the spec with the changes; standard output is empty."""
     status, out, err = command(f"run rolling {' '.join(SMALL)} -o a.nc")
-    # a first run may compile for long enough to say how far it is
+    # a first run may compile long enough to show its progress
     assert (status, out, err.splitlines()[-1]) == (0, "", "eulerdisk: a.nc: 18 cells")
     spec = sweep.SweepSpec.from_words("rolling", SMALL)
     with open_atlas(tmp_path / "a.nc") as read:
@@ -39,7 +39,7 @@ def test_run_writes_the_atlas(command, tmp_path):
 
 
 def test_run_reads_a_file(command, spec_file, tmp_path):
-    """A TOML file is a spec like a preset, and its words can be changed."""
+    """A TOML file is a spec like a preset and can be changed by words."""
     spec_file('tilt = "1deg:5deg:3"\nroll_rate = 3\n', "my.toml")
     assert command("run my.toml alpha=0.5,1 --threads 1 -o a.nc")[0] == 0
     with open_atlas(tmp_path / "a.nc") as read:
@@ -47,7 +47,7 @@ def test_run_reads_a_file(command, spec_file, tmp_path):
 
 
 def test_an_existing_file_needs_overwrite(command, tmp_path):
-    """An existing file is refused as it is, and replaced with --overwrite."""
+    """An existing file is kept and refused, unless --overwrite is given."""
     (tmp_path / "a.nc").write_text("old")
     status, _, err = command("run rolling roll_rate=3 tilt=1deg -o a.nc")
     assert status == 2
@@ -59,7 +59,7 @@ def test_an_existing_file_needs_overwrite(command, tmp_path):
 
 @pytest.mark.parametrize("epoch", ["", "yesterday", "1e9", "9" * 30])
 def test_a_time_that_is_none(command, tmp_path, monkeypatch, epoch):
-    """The time that a file is to bear is looked at before anything is computed."""
+    """A bad date for the file is refused before anything is computed."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
     status, out, err = command("run rolling -o a.nc")
     assert (status, out, err.count("\n")) == (2, "", 1)
@@ -68,7 +68,7 @@ def test_a_time_that_is_none(command, tmp_path, monkeypatch, epoch):
 
 
 def test_one_impossible_cell_does_not_stop_a_run(command):
-    """Circling with a precession axis through zero runs; just those cells are invalid, and are listed and counted."""
+    """A precession axis through zero makes only those circling cells invalid; they are listed and counted."""
     status, _, err = command("run circling tilt=10deg,20deg precession_rate=-1:1:5 --max-failed 20 -o a.nc")
     assert status == 0
     cells, failed, *listed = err.splitlines()
@@ -80,7 +80,7 @@ def test_one_impossible_cell_does_not_stop_a_run(command):
 
 
 def test_too_many_failed_cells_end_with_1(command, tmp_path):
-    """More failed cells than --max-failed, 1 % if not given: status 1, the file is there, ten of them are listed."""
+    """More failed cells than --max-failed, by default 1 %, give status 1 and a list of ten; the file exists."""
     words = "tilt=1deg:9deg:12 precession_rate=-1:1:41"
     for most, expected in (("", 1), ("--max-failed 2.43", 1), ("--max-failed 2.44", 0)):
         status, out, err = command(f"run circling {words} {most} -o a.nc --overwrite")
@@ -93,7 +93,7 @@ def test_too_many_failed_cells_end_with_1(command, tmp_path):
 
 
 def test_plan_writes_nothing_and_counts_right(command, tmp_path):
-    """Cells and blocks follow from the grid; without calibration no time is promised."""
+    """Cells and blocks follow from the grid; without calibration no time is given."""
     status, out, err = command(
         "plan rolling roll_rate=0.5:6:1000 tilt=0.1deg:9deg:300 --block-cells 70000 --no-calibrate"
     )
@@ -103,7 +103,7 @@ def test_plan_writes_nothing_and_counts_right(command, tmp_path):
     assert_facts(blocks, "5 of 70000 cells")
     assert time.split()[0] == "time"
     assert not re.search(r"\d", time)
-    # 46 bytes a cell, the types in the table of variables except for those that follow from the others; 63 in all
+    # 46 bytes a cell without derived variables, 63 bytes with them
     (disk,) = (line for line in others if line.startswith("disk "))
     assert re.findall(r"\d+ [kMGT]?B", disk)[:2] == ["14 MB", "15 MB"]
     assert list(tmp_path.iterdir()) == []
@@ -111,15 +111,15 @@ def test_plan_writes_nothing_and_counts_right(command, tmp_path):
 
 @pytest.mark.compiled
 def test_plan_measures(command):
-    """With calibration a time is given, in the words in which a run says what it has to go."""
+    """With calibration, `plan` gives a time in the format of a run's remaining time."""
     status, out, _ = command("plan rolling")
     assert status == 0
-    # on a busy machine it may be minutes
+    # possibly minutes on a busy machine
     assert re.search(r"^time .*\b[\d.]+ (s|min)\b.*\b[\d.e+]+ cells\b", out, re.MULTILINE)
 
 
 def test_plan_says_what_does_not_fit(command, machine):
-    """A run larger than the disk: status 1."""
+    """A run larger than the disk gives status 1."""
     machine(free_bytes=50e9)
     status, out, _ = command("plan rolling roll_rate=0:9:30000 tilt=0:1:33000 contact=yes --no-calibrate")
     assert status == 1
@@ -127,7 +127,7 @@ def test_plan_says_what_does_not_fit(command, machine):
 
 
 def test_plan_refuses_an_output_that_cannot_be(command):
-    """As `run` does, with status 2 and one message."""
+    """An impossible output gives status 2 and one message, as in `run`."""
     status, out, err = command("plan rolling --no-calibrate -o nowhere/a.nc")
     assert (status, out) == (2, "")
     assert err.startswith("eulerdisk: nowhere/a.nc: ")
@@ -136,7 +136,7 @@ def test_plan_refuses_an_output_that_cannot_be(command):
 
 
 def test_a_file_system_without_a_size_is_not_a_full_one(command, machine):
-    """Some say that they have no room at all, and take what comes."""
+    """A file system that reports zero size is not treated as full."""
     machine(free_bytes=math.inf)
     status, out, _ = command("plan rolling --no-calibrate")
     assert status == 0
@@ -161,9 +161,9 @@ def run(folder, *words, **environment):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_warmup_fills_the_cache(tmp_path):
-    """Afterwards the kernels of methods, contact forces and motions lie where it says, and nothing else was written.
+    """`warmup` compiles the kernels of methods, contact forces and motions into the cache, and writes nothing else.
 
-    It compiles in several processes, and names each set of kernels in the same order all the same.
+    It compiles in several processes but names the sets of kernels in a fixed order.
     """
     done = run(tmp_path, "warmup")
     assert (done.returncode, done.stderr) == (0, "")
@@ -189,7 +189,7 @@ def test_warmup_fills_the_cache(tmp_path):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_command_that_compiles_says_so(tmp_path):
-    """The first one says before it begins what takes how long and where it is kept; the second has nothing to say."""
+    """The first command announces what it compiles, for how long, and the cache; the second has nothing to compile."""
     where = {"EULERDISK_CACHE_DIR": str(tmp_path / "cache"), "EULERDISK_NOTICES": "yes"}
     words = ["simulate", "tilt=0.1", "duration=0.1", "--overwrite", "-o", "a.nc"]
     told, again = (run(tmp_path, *words, **where).stderr.splitlines() for _ in range(2))
@@ -205,7 +205,7 @@ def test_a_command_that_compiles_says_so(tmp_path):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_cache_that_others_can_write_is_told(tmp_path):
-    """One line says why nothing is kept and what to do, and the notice of compiling does not say the opposite."""
+    """If others can write to the cache, one line says so and what to do; the compile notice does not contradict it."""
     cache = tmp_path / "cache"
     cache.mkdir()
     cache.chmod(0o777)
@@ -221,7 +221,7 @@ def test_a_cache_that_others_can_write_is_told(tmp_path):
 
 
 def test_warmup_has_the_kernels_of_every_preset():
-    """No first run of a preset compiles anything after it, whatever its model."""
+    """After `warmup`, no first run of a preset compiles anything."""
     tasks, kernels = warmup.usual_tasks()
     assert len(tasks) > 10
     for model in registry.every():
@@ -232,7 +232,7 @@ def test_warmup_has_the_kernels_of_every_preset():
 
 @pytest.mark.slow_lane
 def test_warmup_says_that_nothing_was_kept(command, tmp_path, monkeypatch):
-    """Where the kernels cannot be kept, here because nothing is compiled, it ends with 2 and says what to do."""
+    """If the kernels cannot be kept, here because compilation is off, `warmup` exits with 2 and advice."""
     monkeypatch.setattr(warmup, "usual_tasks", lambda: ({}, [DISK.integrate]))
     monkeypatch.setenv("EULERDISK_CACHE_DIR", str(tmp_path / "cache"))
     status, _, err = command("warmup")
@@ -241,7 +241,7 @@ def test_warmup_says_that_nothing_was_kept(command, tmp_path, monkeypatch):
 
 
 def test_a_range_that_misses_the_boundary_is_warned_of(command, tmp_path):
-    """`run`, `plan`, `prepare` and `info` say it on standard error with a range to paste; status and output stay."""
+    """`run`, `plan`, `prepare` and `info` warn and suggest a range, without changing status or output."""
     words = "rolling radius=12mm roll_rate=2:4:9 tilt=0.1deg,1deg"
     warning = "eulerdisk: warning: roll_rate=2.0:4.0:9 "
     ends = [command(line) for line in (f"plan {words} --no-calibrate", f"run {words} -o a.nc", "info a.nc")]
@@ -258,12 +258,12 @@ def test_a_range_that_misses_the_boundary_is_warned_of(command, tmp_path):
         "info c.nc",
     ):
         assert "warning" not in command(line.replace("roll_rate=2:4:9 ", ""))[2]
-    # a refusal comes after it
+    # the refusal follows the warning
     assert_facts(command(f"run {words} -o a.nc")[2].splitlines()[-1], "a.nc", "--overwrite")
 
 
 def test_the_mass_of_a_preset_is_told_where_the_disk_is_another(command, tmp_path):
-    """A coin made from the toy keeps its mass, which is said; not where a mass is given, or there is none."""
+    """A coin made from the toy keeps its mass, and a note says so, unless a mass is given or has no meaning."""
     for line, facts in (
         ("plan toy radius=11mm", ["toy", "438.7g", "radius=11mm", "mass="]),
         ("plan coin diameter=2cm", ["coin", "7.5g", "diameter=2cm"]),

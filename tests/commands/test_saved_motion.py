@@ -1,4 +1,4 @@
-"""The file of a motion, drawn, filmed and exported: the same as when it was made."""
+"""A saved motion can be drawn, filmed and exported with the same result as when it was made."""
 
 import numpy as np
 import pandas as pd
@@ -13,13 +13,13 @@ MOTION = "tilt_rate=0.01 roll_rate=2 duration=0.2s"
 
 @pytest.fixture
 def saved(command):
-    """Return a function that runs a command in a folder with the file of a motion of a disk."""
+    """Return a function that runs a command in a folder that contains the file of a disk's motion."""
     assert command(f"simulate {MOTION} -o path.nc --plot first.png")[0] == 0
     return command
 
 
 def test_a_figure_of_a_file(saved, tmp_path):
-    """It has the bytes of the one that was drawn with the motion; --dpi makes it larger."""
+    """A figure from the file equals, byte for byte, the one drawn with the motion; --dpi makes it larger."""
     assert saved("plot path.nc -o second.png") == (0, "", "")
     assert (tmp_path / "second.png").read_bytes() == (tmp_path / "first.png").read_bytes()
     assert saved("plot path.nc -o large.png --dpi 300") == (0, "", "")
@@ -28,7 +28,7 @@ def test_a_figure_of_a_file(saved, tmp_path):
 
 @pytest.mark.slow_lane
 def test_a_film_of_a_file(saved, tmp_path):
-    """It has the bytes of the one that is filmed with the motion, with the same options."""
+    """A film from the file equals, byte for byte, the one made with the motion and the same options."""
     options = "--speed 0.4 --size 200x200"
     assert saved(f"plot path.nc -o second.gif {options}")[0] == 0
     assert saved(f"simulate {MOTION} -o again.nc --animate first.gif {options}")[0] == 0
@@ -36,7 +36,7 @@ def test_a_film_of_a_file(saved, tmp_path):
 
 
 def test_a_table_of_a_file(saved, tmp_path):
-    """A row for each sample, with every variable of the file and its values to the last digit; flags are words."""
+    """The table has a row for each sample and every variable with all digits; flags are words."""
     status, _, err = saved("export path.nc --to csv")
     assert status == 0
     assert_facts(err, "path.csv", "1001 samples")
@@ -65,7 +65,7 @@ def test_a_table_of_a_file(saved, tmp_path):
     ],
 )
 def test_refused(saved, tmp_path, line, facts):
-    """What a motion has not, and where its file would be lost, is refused; nothing is written."""
+    """Requests that do not fit a motion, or would overwrite its file, are refused; nothing is written."""
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     status, out, err = saved(line)
     assert (status, out) == (2, "")
@@ -74,7 +74,7 @@ def test_refused(saved, tmp_path, line, facts):
 
 
 def test_a_motion_of_a_system(command):
-    """It is drawn and exported; a film of it is refused with the figure to draw in its place."""
+    """A motion of a system is drawn and exported; a film is refused with the `plot` command instead."""
     assert command("simulate kapitza shake=80 duration=0.5 -o fall.nc")[0] == 0
     assert command("plot fall.nc -o fall.png") == (0, "", "")
     assert command("export fall.nc --to csv")[0] == 0
@@ -84,7 +84,7 @@ def test_a_motion_of_a_system(command):
 
 
 def test_an_atlas_is_not_filmed(command):
-    """The name of a film, and the options of one, are refused of an atlas, with the name of a figure."""
+    """A film of an atlas, and film options for one, are refused with the name of a figure."""
     assert command("run rolling roll_rate=2:4:3 tilt=1deg -o a.nc")[0] == 0
     for line, fact in (("-o a.gif", "a.gif"), ("-o a.png --fps 3", "--fps 3")):
         status, _, err = command(f"plot a.nc {line}")

@@ -24,9 +24,9 @@ WORDS = "tilt_rate=0.01 roll_rate=2 duration=0.2s"
 
 @pytest.fixture
 def simulate(monkeypatch, capsys, tmp_path):
-    """Return a function that runs `eulerdisk simulate` in an empty folder; it gives the status and the messages."""
+    """Return a function that runs `eulerdisk simulate` in an empty folder and returns status and messages."""
     monkeypatch.chdir(tmp_path)
-    # no program is found, unless a test puts one there
+    # hides all programs, unless a test adds one
     monkeypatch.setenv("PATH", str(tmp_path))
 
     def run(line):
@@ -42,7 +42,7 @@ def simulate(monkeypatch, capsys, tmp_path):
 
 @pytest.fixture
 def ffmpeg(tmp_path_factory):
-    """Return a folder that holds ffmpeg and nothing else."""
+    """Return a folder that contains only ffmpeg."""
     folder = tmp_path_factory.mktemp("bin")
     (folder / "ffmpeg").symlink_to(imageio_ffmpeg.get_ffmpeg_exe())
     return folder
@@ -50,12 +50,11 @@ def ffmpeg(tmp_path_factory):
 
 @pytest.mark.slow_lane
 def test_everything_at_once(simulate, tmp_path, ffmpeg, monkeypatch):
-    """File, figure and film are written; the messages say how many samples, how many frames and how fast they play."""
+    """File, figure and film are written; the messages give the samples, frames and playback speed."""
     monkeypatch.setenv("PATH", str(ffmpeg))
     status, words = simulate(f"{WORDS} -o path.nc --plot path.png --animate disk.mp4")
     assert status == 0
-    # 0.2 s become four seconds of 25 frames each
-    # a busy machine shows its progress before
+    # 0.2 s become four seconds of 25 frames each; a busy machine shows its progress before
     film, file = words.splitlines()[-2:]
     assert_facts(film, "eulerdisk: disk.mp4", "101 frames", "4.04 s", "0.05 times")
     assert_facts(file, "eulerdisk: path.nc", "1001 samples", "peak tilt 0.119 deg", "moving", "0.2 s")
@@ -72,9 +71,9 @@ def test_everything_at_once(simulate, tmp_path, ffmpeg, monkeypatch):
 
 @pytest.mark.slow_lane
 def test_a_gif_needs_no_ffmpeg(simulate, tmp_path):
-    """A gif is written where there is no program but Python, of the size, rate and speed that are asked for.
+    """A gif needs only Python and has the requested size, rate and speed.
 
-    Its frames follow each other in whole hundredths of a second, which keep the time of the film; the last one is held.
+    Its frame times are whole hundredths of a second that keep the film's duration; the last frame is held.
     """
     options = "--speed 0.2 --fps 30 --size 321x241 --camera top"
     assert simulate(f"{WORDS} -o path.nc --animate disk.gif {options}")[0] == 0
@@ -91,7 +90,7 @@ def test_a_gif_needs_no_ffmpeg(simulate, tmp_path):
 
 
 def test_a_fall_is_told(simulate):
-    """The message says when the disk fell."""
+    """The message gives the time of the fall."""
     status, words = simulate("tilt=0.1 tilt_rate=0.1 -o path.nc")
     assert status == 0
     first, second = words.splitlines()
@@ -103,7 +102,7 @@ def test_a_fall_is_told(simulate):
 
 
 def test_a_motion_that_is_not_at_its_end_says_what_to_add(simulate):
-    """With losses every disk comes to an end: the duration that is added shows it."""
+    """A motion with losses that has not ended gets a suggested duration, which shows the end."""
     words = "toy tilt=70deg -o path.nc --overwrite"
     status, said = simulate(f"{words} duration=2s")
     assert status == 0
@@ -114,7 +113,7 @@ def test_a_motion_that_is_not_at_its_end_says_what_to_add(simulate):
 
 
 def test_friction_that_is_enough_is_not_mentioned(simulate):
-    """A disk that rolls all the time is reported as before."""
+    """A disk that rolls all the time is reported without its friction."""
     status, words = simulate(f"{WORDS} -o path.nc")
     assert (status, words.count("\n")) == (0, 1)
     assert_facts(words, "eulerdisk: path.nc", "1001 samples", "peak tilt 0.119 deg", "moving", "0.2 s")
@@ -128,7 +127,7 @@ def test_friction_that_is_enough_is_not_mentioned(simulate):
     ],
 )
 def test_a_wrong_request_ends_with_2_and_nothing_written(simulate, tmp_path, line, fact):
-    """Every refusal comes with what to do, exit status 2, and an empty folder (there is no ffmpeg here)."""
+    """Every refusal has a hint, exits with status 2 and leaves an empty folder (without ffmpeg here)."""
     status, words = simulate(line)
     assert status == 2
     assert_facts(words, fact)
@@ -139,7 +138,7 @@ def test_a_wrong_request_ends_with_2_and_nothing_written(simulate, tmp_path, lin
     ("name", "option"), [("path.nc", ""), ("a.gif", "--animate a.gif"), ("a.png", "--plot a.png")]
 )
 def test_a_file_that_exists_is_kept(simulate, tmp_path, name, option):
-    """Neither file nor figure nor film is replaced without --overwrite, and none of the others appears."""
+    """No existing file, figure or film is replaced without --overwrite, and none of the others is written."""
     (tmp_path / name).write_text("old")
     status, words = simulate(f"{WORDS} -o path.nc {option}")
     assert status == 2
@@ -149,7 +148,7 @@ def test_a_file_that_exists_is_kept(simulate, tmp_path, name, option):
 
 
 def test_an_mp4_has_even_sides(simulate, ffmpeg, monkeypatch, tmp_path):
-    """The codec takes no odd ones; the refusal says which are the next."""
+    """An odd size of an mp4 is refused with the next even ones, as the codec requires."""
     monkeypatch.setenv("PATH", str(ffmpeg))
     status, words = simulate(f"{WORDS} -o path.nc --animate disk.mp4 --size 641x480")
     assert status == 2
@@ -158,7 +157,7 @@ def test_an_mp4_has_even_sides(simulate, ffmpeg, monkeypatch, tmp_path):
 
 
 def test_an_interrupted_film_leaves_nothing(simulate, tmp_path, monkeypatch):
-    """Ctrl-C while the frames are drawn: exit status 130, and an empty folder."""
+    """Ctrl-C while drawing frames exits with 130 and leaves an empty folder."""
     draw = animation.draw_floor
 
     def interrupt(*given, **look):
@@ -173,7 +172,7 @@ def test_an_interrupted_film_leaves_nothing(simulate, tmp_path, monkeypatch):
 
 
 def test_an_ffmpeg_that_fails_leaves_nothing(tmp_path, monkeypatch):
-    """The words of a failing ffmpeg are passed on, and no part of a film is left."""
+    """The error message of a failing ffmpeg is shown, and no part of a film is left."""
     (tmp_path / "bin").mkdir()
     program = tmp_path / "bin" / "ffmpeg"
     program.write_text(f"#!{shutil.which('sh')}\necho no such codec >&2\nexit 1\n")
@@ -186,7 +185,7 @@ def test_an_ffmpeg_that_fails_leaves_nothing(tmp_path, monkeypatch):
 
 
 def test_the_file_has_the_profile_of_an_atlas(tmp_path):
-    """NETCDF4_CLASSIC, ASCII attributes, no fill value on coordinates or flags, 9.97e36 on floats, units everywhere."""
+    """The file is NETCDF4_CLASSIC with ASCII attributes and units; only floats have a fill value, 9.97e36."""
     motion = sweep.simulate(tilt=0.1, tilt_rate=0.1, duration="2s", title="Fällt")
     sweep.save(motion, tmp_path / "path.nc")
     with netCDF4.Dataset(tmp_path / "path.nc") as file:
@@ -207,14 +206,14 @@ def test_the_file_has_the_profile_of_an_atlas(tmp_path):
 
 
 def test_a_motion_says_who_may_use_it_and_how_to_name_it():
-    """Licence, citation, references and software are those of an atlas."""
+    """License, citation, references and software equal those of an atlas."""
     motion, atlas = sweep.simulate(tilt="1deg", duration="1s"), sweep.run("rolling", roll_rate=3, tilt="1deg")
     for name in ("license", "citation", "references", "software"):
         assert motion.attrs[name] == atlas.attrs[name]
 
 
 def test_info_tells_of_a_motion(tmp_path, command):
-    """What it is, its start, its peak; every other command says that it is one, and what to give."""
+    """`info` reports the kind, start and peak of a motion; other commands refuse it and say what to use."""
     peak = np.degrees(np.abs(sweep.simulate(tilt="20deg", roll_rate=1, duration="2s")["tilt"]).max())
     status, _, err = command("simulate tilt=20deg roll_rate=1 duration=2s title=Coin -o path.nc")
     assert status == 0
@@ -235,7 +234,7 @@ def test_info_tells_of_a_motion(tmp_path, command):
 
 
 def test_info_tells_where_the_energy_of_a_motion_went(command):
-    """The losses that there are, the end, and only the coefficients that are not zero."""
+    """`info` reports the losses of a motion, its end, and only the nonzero coefficients."""
     assert command("simulate toy tilt=85deg -o stop.nc")[0] == 0
     status, out, _ = command("info stop.nc")
     assert status == 0
@@ -247,7 +246,7 @@ def test_info_tells_where_the_energy_of_a_motion_went(command):
 
 
 def test_the_same_request_gives_the_same_bytes(tmp_path, monkeypatch):
-    """Two files of one request are equal, byte for byte, when the clock is fixed."""
+    """With a fixed clock, two files of one request are equal byte for byte."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1000000000")
     for name in ("first.nc", "second.nc"):
         sweep.save(sweep.simulate(tilt_rate=0.1, precession_rate=3.5), tmp_path / name)
@@ -263,7 +262,7 @@ def coin(tmp_path):
 
 
 def test_the_motion_of_a_cell(simulate, coin, tmp_path):
-    """A cell that is asked for by its own values is taken silently, another one is named; the atlas is not touched."""
+    """A cell given by its exact values is used silently, a nearest one is named; the atlas is unchanged."""
     before = (tmp_path / coin).read_bytes()
     status, words = simulate(f"--from '{coin}' roll_rate=15 tilt=1deg -o on.nc")
     assert (status, words.count("\n")) == (0, 1)
@@ -279,7 +278,7 @@ def test_the_motion_of_a_cell(simulate, coin, tmp_path):
 
 
 def test_an_atlas_that_is_none_is_refused(simulate, tmp_path):
-    """A motion is no atlas, and a missing file is named."""
+    """A motion is refused as an atlas, and a missing file is named."""
     assert simulate(f"{WORDS} -o path.nc")[0] == 0
     for name in ("path.nc", "absent.nc"):
         status, said = simulate(f"--from {name} roll_rate=15 -o other.nc")
@@ -290,7 +289,7 @@ def test_an_atlas_that_is_none_is_refused(simulate, tmp_path):
 
 @pytest.mark.parametrize("cell", ["roll_rate=15.2 tilt=1deg", "'speed=18 cm/s' 'tilt=0.02 rad'"])
 def test_explain_ends_with_the_command_of_the_motion(command, coin, tmp_path, cell):
-    """The last line of `explain` runs as it is printed, whatever the names, and gives the start that was explained."""
+    """The last line of `explain` can be run as printed, for any file name, and repeats the explained start."""
     status, out, _ = command(f"explain '{coin}' {cell}")
     assert status == 0
     label, line = out.splitlines()[-1].split(maxsplit=1)
@@ -302,7 +301,7 @@ def test_explain_ends_with_the_command_of_the_motion(command, coin, tmp_path, ce
 
 
 def test_a_cell_without_motion_has_no_command(command, tmp_path):
-    """Where no rate keeps the tilt there is no motion, and `explain` does not offer one."""
+    """If no rate keeps the tilt, there is no motion, and `explain` does not offer one."""
     sweep.run_to_file(
         "rolling", tmp_path / "a.nc", roll_rate=0.1, tilt="10deg", precession_rate="steady-fast"
     )
@@ -312,7 +311,7 @@ def test_a_cell_without_motion_has_no_command(command, tmp_path):
 
 
 def test_the_atlas_that_is_read_is_not_replaced(command, tmp_path):
-    """Not even when told to overwrite."""
+    """The input atlas is not replaced, even with --overwrite."""
     command("run rolling roll_rate=2:4:3 tilt=1deg,2deg -o a.nc")
     before = (tmp_path / "a.nc").read_bytes()
     status, _, err = command("simulate --from a.nc roll_rate=2 tilt=1deg -o a.nc --overwrite")
@@ -323,7 +322,7 @@ def test_the_atlas_that_is_read_is_not_replaced(command, tmp_path):
 
 @pytest.mark.release
 def test_a_preset_is_followed_to_its_end(simulate, tmp_path):
-    """`simulate toy tilt=80deg`: file, figure and film; the rates that are taken and the end are told."""
+    """`simulate toy tilt=80deg` writes file, figure and film, and reports the chosen rates and the end."""
     line = "toy inclination=1deg -o stop.nc --plot stop.png --animate stop.gif --speed 0.2 --size 320x240"
     status, words = simulate(line)
     assert status == 0

@@ -1,4 +1,4 @@
-"""Commands load what they need for their answer and nothing more: most of the time of a short command is imports."""
+"""Commands load only the modules they need, because imports are most of the time of a short command."""
 
 import os
 import shlex
@@ -12,7 +12,7 @@ import sweep
 
 CHECKOUT = Path(__file__).parents[2]
 
-#: Libraries that take a tenth of a second or more to load, some through others.
+# : Libraries that take a tenth of a second or more to load, some through others.
 HEAVY = {
     "numba", "llvmlite", "scipy", "xarray", "pandas", "pyarrow", "dask", "matplotlib", "netCDF4", "numpy",
     "pydantic", "rich",
@@ -25,7 +25,7 @@ _COMMAND, _FILE, _ATLAS, _KERNEL = (
     {"llvmlite"},
 )
 
-#: Command line -> those of `HEAVY` that it may load, where its kernels are compiled: pydantic is the parser's.
+# : Command lines and the `HEAVY` modules they may load with compiled kernels; the parser uses pydantic.
 COMMANDS = {
     "--help": set(),
     "--version": {"pydantic"},
@@ -48,7 +48,7 @@ def folder(tmp_path_factory):
 
 
 def loaded_by(line, folder):
-    """Run a command line in a fresh process; return the modules that it holds at its end."""
+    """Run a command line in a fresh process and return the modules loaded at its end."""
     code = (
         "import sys; from sweep.cli import main\ntry: main()\nfinally: print(*sys.modules, file=sys.stderr)"
     )
@@ -68,11 +68,11 @@ def loaded_by(line, folder):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_command_loads_what_it_needs(folder, pick):
-    """No other heavy library is loaded, by whatever way, and never pyplot, which looks for windows."""
+    """A command loads no other heavy library, not even indirectly, and never pyplot, which looks for windows."""
     for line in pick(COMMANDS, 6):
         modules = loaded_by(line, folder)
         if "numba" in modules:
-            # it has compiled what was not kept yet
+            # compiles the kernels that are not cached yet
             modules = loaded_by(line, folder)
         assert "sweep.cli" in modules
         assert {name.partition(".")[0] for name in modules} & HEAVY <= COMMANDS[line]

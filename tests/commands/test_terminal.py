@@ -1,4 +1,4 @@
-"""Signals: what is computed is kept, and the message says how to continue."""
+"""Signals keep the computed blocks, and the message says how to continue."""
 
 import contextlib
 import os
@@ -23,7 +23,7 @@ SMALL = "run rolling roll_rate=2:4:9 tilt=0.1deg,1deg --block-cells 5 -o a.nc"
 
 
 def test_work_of_a_single_stage_is_reported_on_standard_error(capsys, monkeypatch):
-    """`reporting` makes a stage of (done, all); results on standard output stay clean."""
+    """`reporting` turns (done, all) into a stage of progress; standard output stays empty."""
     heard = []
 
     @contextlib.contextmanager
@@ -44,7 +44,7 @@ def test_work_of_a_single_stage_is_reported_on_standard_error(capsys, monkeypatc
 
 @pytest.mark.parametrize("line", ["run {} -o a.nc", "block --run a.nc.run --part 1/1", "assemble a.nc.run"])
 def test_commands_can_be_quiet(command, monkeypatch, line):
-    """Each command with progress has the option."""
+    """Every command with progress has --quiet."""
     asked = []
 
     @contextlib.contextmanager
@@ -66,7 +66,7 @@ def test_commands_can_be_quiet(command, monkeypatch, line):
     ["run {} -o b.nc", "block --run a.nc.run --part 1/1", "assemble a.nc.run", "batch sweeps.toml -o c"],
 )
 def test_a_quiet_command_says_nothing_of_what_went_well(command, tmp_path, line):
-    """Neither progress nor what was written, and notices (of compiling) have no listener; what is wrong is said."""
+    """With --quiet there is no progress, success message or compile notice; errors are printed."""
     words = SMALL.removeprefix("run ").removesuffix(" -o a.nc")
     table = '[[sweep]]\nname = "one"\nroll_rate = "2:4:9"\ntilt = "0.1deg,1deg"\n'
     (tmp_path / "sweeps.toml").write_text(table, encoding="utf-8")
@@ -83,7 +83,7 @@ def test_a_quiet_command_says_nothing_of_what_went_well(command, tmp_path, line)
 
 
 def started(words, folder):
-    """Start a run as a process, and wait until its first block is kept."""
+    """Start a run as a process and wait until its first block is kept."""
     process = subprocess.Popen(
         [sys.executable, "-m", "sweep", "run", *words],
         cwd=folder,
@@ -99,7 +99,7 @@ def started(words, folder):
 
 
 def blocks(folder):
-    """Return the names of what is kept."""
+    """Return the names of the kept blocks."""
     return {each.name for each in folder.glob("a.nc.run/blocks/*")}
 
 
@@ -110,7 +110,7 @@ def blocks(folder):
     ("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)], ids=["INT", "TERM"]
 )
 def test_a_signal_keeps_what_is_computed(tmp_path, number, status, existing):
-    """A signal ends a long run soon with its own status; blocks are kept, no file is left, an old one is as it was."""
+    """A signal soon ends a long run with its own status; blocks are kept, and an old file is unchanged."""
     if existing:
         (tmp_path / "a.nc").write_text("old")
     words = [*LONG, "-o", "a.nc", "--overwrite"]
@@ -128,7 +128,7 @@ def test_a_signal_keeps_what_is_computed(tmp_path, number, status, existing):
 
 @pytest.mark.compiled
 def test_a_second_signal_ends_at_once(tmp_path):
-    """A second signal does not wait for the block, which here would take minutes, and says how to go on."""
+    """A second signal does not wait for the block, which takes minutes here, and the message says how to continue."""
     slow = [
         "tilt=0.001deg:0.01deg:40000",
         "roll_rate=4",
@@ -150,7 +150,7 @@ def test_a_second_signal_ends_at_once(tmp_path):
             time.sleep(0.02)
         time.sleep(pause)
         process.send_signal(signal.SIGINT)
-        # one that a busy machine keeps from beginning its block ends at the first signal: wait longer
+        # on a busy machine the first signal may arrive before the block starts: wait longer
         time.sleep(pause)
         if process.poll() is None:
             break
@@ -158,7 +158,7 @@ def test_a_second_signal_ends_at_once(tmp_path):
     began = time.monotonic()
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=300)
-    # far from minutes, on a busy machine too
+    # well below the minutes of the block, even on a busy machine
     assert time.monotonic() - began < 30.0
     assert process.returncode == 130
     assert_facts(err, "\neulerdisk: stopped", "kept")
@@ -168,7 +168,7 @@ def test_a_second_signal_ends_at_once(tmp_path):
 @pytest.mark.slow_lane
 @pytest.mark.parametrize("on_path", [True, False], ids=["activated", "by its path"])
 def test_the_command_that_goes_on_can_be_pasted(tmp_path, on_path):
-    """It starts the program as it was started: by its name only where that leads to it; names are quoted."""
+    """The command for continuing starts the program as before, and file names are quoted."""
     program = Path(sys.executable).with_name("eulerdisk")
     places = os.environ["PATH"].split(os.pathsep)
     elsewhere = [place for place in places if not os.path.exists(os.path.join(place, "eulerdisk"))]
@@ -205,8 +205,8 @@ def test_the_command_that_goes_on_can_be_pasted(tmp_path, on_path):
 
 
 def test_a_signal_takes_effect_between_blocks(monkeypatch, machine, capsys, tmp_path):
-    """The block ends in which the signal comes, it is kept, and no other is begun; then the same command goes on."""
-    # on many processors several blocks are computed at once
+    """A signal lets the current block finish and starts no other; then the same command continues."""
+    # with many processors, several blocks are computed at once
     machine(processors=2)
     begun = []
 
@@ -237,7 +237,7 @@ def test_a_signal_takes_effect_between_blocks(monkeypatch, machine, capsys, tmp_
 @pytest.mark.slow_lane
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_ends_the_compiler(tmp_path, number, status):
-    """It does not wait until a kernel is compiled, which takes half a minute here, and nothing is left behind."""
+    """A signal does not wait for a kernel to compile, half a minute here, and leaves nothing behind."""
     states = ", ".join(f"x{k}=0.{k + 1}" for k in range(9))
     rates = ", ".join(f"x{(k + 1) % 9}**2 - {k + 1}.5*x{k}" for k in range(9))
     (tmp_path / "long.py").write_text(f'@system(duration="10")\ndef long({states}):\n    return {rates}\n')
@@ -256,13 +256,13 @@ def test_a_signal_ends_the_compiler(tmp_path, number, status):
     for line in process.stderr:
         if "compiling" in line:
             break
-    # some way into it
+    # well into compilation
     time.sleep(2.0)
     assert process.poll() is None
     began = time.monotonic()
     process.send_signal(number)
     _, err = process.communicate(timeout=120)
-    # 2 s by itself; a busy machine takes longer
+    # 2 s on an idle machine; a busy one takes longer
     assert time.monotonic() - began < 8.0
     assert process.returncode == status
     assert_facts(err, "interrupted", "compiled")
