@@ -1,4 +1,4 @@
-"""From starts to columns: what is measured of each cell, what follows from it, and on how many threads or devices."""
+"""From starts to columns: measures and derived variables of each cell, on any number of threads or devices."""
 
 import math
 from dataclasses import replace
@@ -23,18 +23,18 @@ GRID = SweepSpec(roll_rate="2:4:13", tilt="0.1deg:20deg:7:log")
 
 
 def columns(spec, **how):
-    """Return the columns of all cells, blocks joined."""
+    """Return the columns of all cells, with the blocks joined."""
     found = list(run_blocks(spec, **how))
     return {name: np.concatenate([each.columns[name] for each in found]) for name in found[0].columns}
 
 
 def bits(spec, **how):
-    """Return everything that is computed, as bytes."""
+    """Return all computed columns as bytes."""
     return {name: column.tobytes() for name, column in columns(spec, **how).items()}
 
 
 def test_a_block_holds_every_variable():
-    """Blocks follow each other without a gap; each has all variables of the table, of their types."""
+    """Blocks are contiguous, and each has all variables of the table with their types."""
     found = list(run_blocks(GRID, block_cells=40))
     assert [each.span for each in found] == [Span(0, 40), Span(40, 80), Span(80, 91)]
     for each in found:
@@ -44,7 +44,7 @@ def test_a_block_holds_every_variable():
 
 
 def test_bits_depend_on_the_cell_alone():
-    """Neither threads nor blocks nor the cells computed with it change a bit of a cell."""
+    """Threads, blocks and neighboring cells do not change a bit of a cell."""
     for spec in [GRID, SweepSpec.preset("circling").replace(tilt="1deg:25deg:5", precession_rate="-1:4:11")]:
         whole = bits(spec, threads=1)
         for how in ({"block_cells": 1}, {"block_cells": 17}, {"threads": compute.usable_threads(None)}):
@@ -56,7 +56,7 @@ def test_bits_depend_on_the_cell_alone():
 
 
 def test_the_printed_extreme_tilts():
-    """Whole runs meet the extreme tilts that the turning points of the exact reduction give, to the printed digits."""
+    """Whole runs agree to the printed digits with the extreme tilts from the exact reduction."""
     for words, least, greatest, digits in [
         ({"tilt_rate": 0.01, "roll_rate": 2.0}, -41.6082, 41.6082, 4),
         ({"tilt_rate": 0.01, "roll_rate": 2.5}, -13.1205, 13.1205, 4),
@@ -89,7 +89,7 @@ def test_derived_measures_follow_from_the_extremes():
 
 
 def test_how_cells_end():
-    """Each ending that a request can reach is reported, with the verdict that it allows."""
+    """Each ending that a request can reach is reported, with the verdict it implies."""
     for words, ending, verdict in [
         ({"tilt": 0.01, "roll_rate": 4.0}, BOUNDED, STABLE),
         ({"tilt": 0.01, "roll_rate": 1.0}, BOUNDED, UNSTABLE),
@@ -104,7 +104,7 @@ def test_how_cells_end():
 
 
 def test_an_impossible_cell_does_not_stop_the_others():
-    """Where an axis of circling passes through zero precession that cell is invalid and has no number; the rest run."""
+    """A circling cell without precession is invalid and has no numbers; the other cells are computed."""
     found = columns(SweepSpec.preset("circling").replace(tilt="10deg,20deg", precession_rate="-1:1:5"))
     invalid = found["ending"] == INVALID
     assert np.flatnonzero(invalid).tolist() == [2, 7]
@@ -115,7 +115,7 @@ def test_an_impossible_cell_does_not_stop_the_others():
 
 
 def test_impossible_ways_to_run_are_refused():
-    """A number of threads or cells out of range is refused under its name, with what was given."""
+    """A number of threads or cells out of range is refused by name and with the given value."""
     for how in [
         {"threads": 0},
         {"threads": 10**6},
@@ -130,7 +130,7 @@ def test_impossible_ways_to_run_are_refused():
 
 
 def test_a_number_of_threads_may_be_one_of_numpy():
-    """Numbers that a user computed with NumPy are numbers."""
+    """The number of threads may be a NumPy integer."""
     threads = compute.usable_threads(np.int64(1))
     assert (threads, type(threads)) == (1, int)
     compute.check_block_cells(np.int64(1))
@@ -138,7 +138,7 @@ def test_a_number_of_threads_may_be_one_of_numpy():
 
 @pytest.mark.compiled
 def test_a_block_is_kept_without_what_follows_from_it():
-    """What is measured of a span lacks verdicts and derived columns; these follow from it bit for bit."""
+    """Measured blocks contain no verdicts or derived columns; these are derived later with the same bits."""
     for words in [
         {},
         {"method": "exact"},
@@ -159,7 +159,7 @@ def test_a_block_is_kept_without_what_follows_from_it():
 
 @pytest.mark.compiled
 def test_method_and_options_decide_the_variables():
-    """The exact method adds those of the reduction, contact=yes those of the contact; both together have both."""
+    """method=exact adds the variables of the reduction, and contact=yes those of the contact."""
     for words, more in (
         ({}, ()),
         ({"method": "exact"}, REDUCTION),
@@ -170,17 +170,17 @@ def test_method_and_options_decide_the_variables():
 
 
 def test_reach_and_scale_of_a_cell():
-    """The reach is the larger distance of the extremes from the undisturbed tilt, NaN without them."""
+    """The reach is the larger distance of the extremes from the undisturbed tilt; without extremes it is NaN."""
     spec = SweepSpec(tilt="0.1,0.2,0.3", roll_rate="steady", precession_rate=1.0, tilt_rate=0.5)
     measured = {"tilt_min": np.array([0.05, 0.1, np.nan]), "tilt_max": np.array([0.12, 0.5, np.nan])}
     reach, scale = compute.reach_and_scale(spec, whole(spec), measured)
     assert reach == pytest.approx([0.05, 0.3, np.nan], rel=1e-14, nan_ok=True)
-    # a kick over the fall rate of the default disk, sqrt(15.696) / s
+    # the kick over the fall rate of the default disk, sqrt(15.696) / s
     assert scale == pytest.approx(0.5 / math.sqrt(15.696), rel=1e-14)
 
 
 def test_the_hash_is_of_the_code_that_runs():
-    """A spec is fingerprinted by the kernels of its method, options and device, not by its grid or criterion."""
+    """The hash depends on the kernels of method, options and device, not on grid or criterion."""
     found = {
         words: compute.arithmetic_hash(GRID.replace(**dict(words)))
         for words in (
@@ -201,7 +201,7 @@ def test_the_hash_is_of_the_code_that_runs():
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_a_run_on_the_device(tmp_path):
-    """`device=cuda` writes the atlas of the CPU, of more cells than a block of threads; the file names the device."""
+    """`device=cuda` writes the same atlas as the CPU for several thread blocks; the file names the device."""
     words = ["-m", "sweep", "run", "rolling", "roll_rate=2.2:3:35", "tilt=1deg,4deg", "duration=0.05s"]
     for device, simulator in (("cpu", False), ("cuda", True)):
         done = process(
@@ -223,7 +223,7 @@ def test_a_run_on_the_device(tmp_path):
     ],
 )
 def test_without_cuda_nothing_is_computed(tmp_path, words, facts):
-    """A device that is not there, or not for that method, ends with 2 and says what to do; nothing falls back."""
+    """A missing device, or a method without it, gives status 2 and advice; there is no fallback."""
     from numba import cuda
 
     if cuda.is_available() and words == ["device=cuda"]:
@@ -237,7 +237,7 @@ def test_without_cuda_nothing_is_computed(tmp_path, words, facts):
 
 
 def test_the_hash_follows_the_types_of_what_is_measured(monkeypatch):
-    """A measure of another type makes another hash; a variable that follows from the measures does not."""
+    """The hash depends on the types of the measures, but not on derived variables."""
     spec, variables = SweepSpec(), dict(DISK.variables)
     before = compute.arithmetic_hash(spec)
     for name, same in (("steps", False), ("amplification", True)):
@@ -249,7 +249,7 @@ def test_the_hash_follows_the_types_of_what_is_measured(monkeypatch):
 @pytest.mark.compiled
 @pytest.mark.parametrize("criterion", ["nutation_period > 3.2s", "wells == two_wells", "peak_tilt > 10deg"])
 def test_verdicts_alone_are_those_of_all_columns(criterion):
-    """Where a search asks for verdicts only, what its criterion reads is there."""
+    """Verdicts computed alone equal those computed with all columns, whatever the criterion uses."""
     spec = GRID.replace(method="exact", criterion=criterion)
     every, only = (compute.compute(spec, whole(spec), verdicts_only) for verdicts_only in (False, True))
     assert {STABLE, UNSTABLE} <= set(every["stability"].tolist())
@@ -267,7 +267,7 @@ def test_verdicts_alone_are_those_of_all_columns(criterion):
     ids=str,
 )
 def test_stored_quantities_are_the_variables_with_cells(words):
-    """What a block has, and what an atlas holds of each cell: the parameters that a list gives are among them."""
+    """A block has the variables that an atlas stores per cell, including the listed parameters."""
     spec = SweepSpec(**words)
     stored = compute.stored_quantities(spec)
     atlas = sweep.run(spec)

@@ -1,4 +1,4 @@
-"""The grid of a spec: its chunks, its blocks, and the starts of its cells."""
+"""The grid of a spec: its chunks, its blocks and the starts of its cells."""
 
 import math
 
@@ -25,7 +25,7 @@ SHAPES = st.lists(st.integers(1, 9), min_size=0, max_size=4).map(tuple)
 
 @given(SHAPES, st.integers(1, 200))
 def test_chunks_partition_the_grid_in_c_order(shape, cells):
-    """The slices, one after the other, cover every cell once and in C order, and the spans number them."""
+    """The chunks cover every cell once and in C order, and the spans number them."""
     numbers = np.arange(math.prod(shape)).reshape(shape)
     place = 0
     for span, slices in chunks(shape, cells):
@@ -39,7 +39,7 @@ def test_chunks_partition_the_grid_in_c_order(shape, cells):
 
 @given(SHAPES, st.integers(1, 200))
 def test_chunks_have_one_shape(shape, cells):
-    """Every chunk has the chunk shape, except the last ones along an axis, which are cut by its end."""
+    """All chunks have the chunk shape, except those cut off at the end of an axis."""
     shares = chunk_shape(shape, cells)
     for _, slices in chunks(shape, cells):
         for n, share, part in zip(shape, shares, slices, strict=True):
@@ -49,7 +49,7 @@ def test_chunks_have_one_shape(shape, cells):
 
 @given(SHAPES, st.integers(1, 200))
 def test_chunks_are_not_wasteful(shape, cells):
-    """There are at most twice as many chunks as the limit forces along the axis that is cut."""
+    """There are at most twice as many chunks as the size limit requires."""
     cut = [
         axis
         for axis, (n, share) in enumerate(zip(shape, chunk_shape(shape, cells), strict=True))
@@ -74,7 +74,7 @@ def test_the_chunks_of_a_large_grid():
 
 @given(st.integers(0, 300), st.integers(1, 320))
 def test_blocks_partition_the_cells(size, cells):
-    """Blocks follow each other without gap or overlap, all of the wanted length but the last."""
+    """Blocks are contiguous, do not overlap, and all but the last have the requested length."""
     spans = list(blocks(size, cells))
     assert [cell for span in spans for cell in range(span.start, span.stop)] == list(range(size))
     assert all(len(span) == cells for span in spans[:-1])
@@ -82,12 +82,12 @@ def test_blocks_partition_the_cells(size, cells):
 
 
 def test_how_many_blocks():
-    """A grid that fills a block exactly needs no second one."""
+    """A grid that fills a block exactly has one block."""
     for size, count in [(1, 1), (BLOCK_CELLS, 1), (BLOCK_CELLS + 1, 2)]:
         assert len(list(blocks(size))) == count
 
 
-#: Values of each parameter that any disk may have.
+# : Values of each parameter that are valid for any disk.
 VALUES = {
     "tilt": [0.1, 0.2, 0.4],
     "tilt_rate": [-0.1, 0.3],
@@ -101,7 +101,7 @@ VALUES = {
 
 @given(st.data())
 def test_cells_are_in_the_order_of_c(data):
-    """Any span of any grid, with any parameters as axes, is that piece of the meshed axes, last axis fastest."""
+    """Any span of any grid equals that part of the meshed axes, with the last axis fastest."""
     axes = data.draw(
         st.permutations(list(VALUES)).flatmap(lambda names: st.sampled_from([names[:n] for n in range(8)]))
     )
@@ -120,7 +120,7 @@ def test_cells_are_in_the_order_of_c(data):
 
 
 def test_a_span_has_the_starts_of_the_whole():
-    """A computed parameter of a cell does not depend on the span that it is asked for with, to the last bit."""
+    """A computed parameter of a cell has the same bits in any span."""
     spec = SweepSpec(tilt="1deg:20deg:4", roll_rate="steady", precession_rate="-1:4:5")
     everything, part = whole(spec), starts_of(spec, Span(3, 17))
     assert list(everything) == list(part) == list(PARAMETERS)
@@ -129,7 +129,7 @@ def test_a_span_has_the_starts_of_the_whole():
 
 
 def test_starts_off_the_grid_are_completed():
-    """Starts that are no cells get the parameter that each cell computes, in the order of the model."""
+    """Starts off the grid get the computed parameter, in the order of the model."""
     spec = SweepSpec(tilt="1deg:20deg:4", roll_rate="steady", precession_rate="-1:4:5")
     given = {name: values for name, values in reversed(whole(spec).items()) if name != "roll_rate"}
     found = completed(spec, given)
