@@ -1,4 +1,4 @@
-"""The file of an atlas while it is written: filters like those of HDF5, order, memory, and what netCDF reads."""
+"""Writing an atlas: filters compatible with HDF5, order, memory, and the result as netCDF reads it."""
 
 import errno
 import threading
@@ -28,7 +28,7 @@ SPEC = SweepSpec(roll_rate="2:4:30", tilt="1deg:5deg:40")
 
 @pytest.fixture
 def small_chunks(monkeypatch):
-    """Let a chunk hold 64 cells: here one row of 40."""
+    """Make a chunk hold 64 cells, here one row of 40."""
     monkeypatch.setattr("sweep.engine.grid.chunk_shape.__defaults__", (64,))
     monkeypatch.setattr("sweep.engine.grid.chunks.__defaults__", (64,))
 
@@ -36,7 +36,7 @@ def small_chunks(monkeypatch):
 @pytest.mark.parametrize("dtype", ["i1", "i4", "f4", "f8"])
 @pytest.mark.parametrize("count", [40, 31])
 def test_a_chunk_is_stored_as_hdf5_stores_it(tmp_path, dtype, count):
-    """HDF5's own filters make a chunk that inflates to the same bytes, and read back what these make."""
+    """HDF5's own filters give a chunk with the same content, and each side reads the other's chunks."""
     values = np.random.default_rng(1).normal(scale=50.0, size=count).astype(dtype)
     stored = raw_chunks.packed(values, 40)
     with h5py.File(tmp_path / "a.h5", "w") as file:
@@ -52,7 +52,7 @@ def test_a_chunk_is_stored_as_hdf5_stores_it(tmp_path, dtype, count):
 
 
 def test_a_chunk_that_does_not_inflate_is_noticed(monkeypatch):
-    """A bit that changes between the two filters ends the run: nothing wrong is written."""
+    """A bit that flips between the two filters ends the run, so that no wrong data are written."""
     from isal import isal_zlib
 
     def spoilt(content, level):
@@ -67,7 +67,7 @@ def test_a_chunk_that_does_not_inflate_is_noticed(monkeypatch):
     assert caught.value.errno == errno.EIO
 
 
-#: Rows along both rates, some with a lower edge; curves; no axis at all; more chunks than one.
+# : Rows along both rates, some with a lower edge; curves; no axis; several chunks.
 WRITTEN_WHOLE = {
     "both rates": SweepSpec(alpha="0.5,1", roll_rate="-4:4:9", precession_rate="0:2:4", tilt="1deg:9deg:3"),
     "curves": SweepSpec.preset("circling").replace(
@@ -80,7 +80,7 @@ WRITTEN_WHOLE = {
 
 @pytest.mark.parametrize("name", WRITTEN_WHOLE)
 def test_netcdf_reads_what_was_written(tmp_path, small_chunks, name):
-    """Every value of every variable and every attribute, through the filters of netCDF's own library."""
+    """Every value and attribute can be read through the filters of netCDF's own library."""
     spec, path = WRITTEN_WHOLE[name], tmp_path / "a.nc"
     writer = AtlasWriter(path, spec, {"title": "x"}, 2)
     for _ in writer.write_cells(run_blocks(spec)):
@@ -107,7 +107,7 @@ def test_netcdf_reads_what_was_written(tmp_path, small_chunks, name):
 
 @pytest.mark.parametrize("threads", [1, 3])
 def test_chunks_are_completed_in_threads_and_written_in_order(tmp_path, small_chunks, threads):
-    """Chunks that are finished late are written in their place, and few of them are in the making at a time."""
+    """Chunks that finish late are written in their place, and only a few are in progress at a time."""
     seen, taken, most = set(), [], []
 
     def slowly(span, columns):
@@ -133,7 +133,7 @@ def test_chunks_are_completed_in_threads_and_written_in_order(tmp_path, small_ch
 
 
 def test_a_writer_that_is_left_closes_its_file(tmp_path, small_chunks):
-    """Whoever stops taking cells leaves no thread and no open file behind."""
+    """A caller that stops early leaves no thread and no open file behind."""
     before = threading.active_count()
     writer = AtlasWriter(tmp_path / "a.nc", SPEC, {}, 2)
     cells = writer.write_cells(run_blocks(SPEC, block_cells=40))
@@ -148,7 +148,7 @@ def test_a_writer_that_is_left_closes_its_file(tmp_path, small_chunks):
     "problem", [ValueError("a defect"), KeyError("a defect"), OSError(errno.EIO, "refused")]
 )
 def test_the_error_of_a_block_passes(tmp_path, small_chunks, problem):
-    """What goes wrong while cells are made is raised as it is: only errors of HDF5 are told as such."""
+    """Errors while computing cells are raised unchanged; only errors of HDF5 are converted."""
 
     def blocks():
         yield from run_blocks(SPEC.replace(roll_rate="2:4:10"), block_cells=40)
@@ -168,7 +168,7 @@ def test_the_error_of_a_block_passes(tmp_path, small_chunks, problem):
 
 
 def test_a_refusal_of_the_system_keeps_its_number(tmp_path):
-    """HDF5 tells the error of the system in words only; here it has its number, so that the hint is the right one."""
+    """HDF5 gives system errors only as text; they get their number back, so that the hint is right."""
     with pytest.raises(FileNotFoundError) as caught, RawChunks(tmp_path / "missing.nc"):
         pass
     assert_facts(str(caught.value), "[Errno 2] No such file or directory")
@@ -183,7 +183,7 @@ CUTS = st.lists(st.integers(1, 12), min_size=1, max_size=12)
 
 @given(st.data())
 def test_regroup_regroups_and_loses_nothing(data):
-    """Columns regrouped by any other cuts of the same cells are these cells, each once, in order."""
+    """Regrouping with any other cuts keeps all cells once and in order."""
     blocks, spans = [], []
     counts = data.draw(CUTS)
     ends = np.cumsum(counts)
@@ -200,7 +200,7 @@ def test_regroup_regroups_and_loses_nothing(data):
 
 
 def test_regroup_asks_for_a_block_only_when_it_needs_it():
-    """No more blocks are held than one span touches: memory stays bounded."""
+    """At most the blocks that one span touches are held, so memory stays bounded."""
     asked = []
 
     def blocks():

@@ -1,4 +1,4 @@
-"""Cells of an atlas read block by block: the same values from memory and from a file, in any layout."""
+"""Reading an atlas block by block: the same values from memory and from files of any layout."""
 
 import tracemalloc
 
@@ -13,7 +13,7 @@ from sweep.files import cell_reader
 from sweep.files.cell_reader import CellReader, UnreadableError
 from sweep.request.spec import SweepSpec
 
-#: Chunks of 67 x 299 x 3 cells: the last one along an axis is not full.
+# : Chunks of 67 x 299 x 3 cells; the last one along an axis is partly filled.
 SPEC = SweepSpec.preset("rolling").replace(
     alpha="0.4:1:3", roll_rate="1:4:401", tilt="0.1deg:80deg:299", method="exact"
 )
@@ -22,7 +22,7 @@ NAMES = [each.name for each in cell_declarations(SPEC)]
 
 @pytest.fixture(scope="module")
 def atlas():
-    """Return an atlas in memory with missing values in every variable that may have some."""
+    """Return an atlas in memory with missing values in every variable that may have them."""
     dataset = sweep.run(SPEC)
     for number, name in enumerate(NAMES):
         if dataset[name].dtype.kind == "f":
@@ -32,14 +32,14 @@ def atlas():
 
 @pytest.fixture(scope="module")
 def file(atlas, tmp_path_factory):
-    """Return the file of that atlas."""
+    """Return the path of a file of that atlas."""
     path = tmp_path_factory.mktemp("atlas") / "a.nc"
     sweep.save(atlas, path)
     return path
 
 
 def columns(reader):
-    """Return all that a reader yields, joined."""
+    """Return the joined blocks of a reader."""
     parts = list(reader.blocks(NAMES))
     assert [span.start for span, _ in parts] == [0, *(span.stop for span, _ in parts[:-1])]
     assert all(len(span) <= BLOCK_CELLS for span, _ in parts)
@@ -48,14 +48,14 @@ def columns(reader):
 
 
 def assert_same(found, atlas):
-    """Assert that all values and types are those of an atlas."""
+    """Assert that all values and types equal those of an atlas."""
     for name in NAMES:
         assert found[name].dtype == atlas[name].dtype
         np.testing.assert_array_equal(found[name], atlas[name].values.reshape(-1))
 
 
 def test_all_ways_give_the_same(atlas, file):
-    """From memory, from a file block by block, and from a file as a whole."""
+    """Reading from memory, from a file in blocks and from a file as a whole gives the same."""
     assert_same(columns(CellReader(atlas, NAMES)), atlas)
     with sweep.open_atlas(file) as opened:
         for whole in (False, True):
@@ -63,7 +63,7 @@ def test_all_ways_give_the_same(atlas, file):
 
 
 def test_any_span_can_be_read(atlas, file):
-    """Within a chunk, over the ends of chunks, one cell, all cells."""
+    """Spans within a chunk, across chunks, of one cell and of all cells can be read."""
     spans = [
         (0, 1),
         (59799, 59801),
@@ -97,7 +97,7 @@ def test_any_span_can_be_read(atlas, file):
     ids=str,
 )
 def test_files_of_other_programs(atlas, tmp_path, layout):
-    """Other chunks, other filters or none."""
+    """Files with other chunks, and with other filters or none, can be read."""
     path = tmp_path / "other.nc"
     other = atlas.copy()
     for name in NAMES:
@@ -108,7 +108,7 @@ def test_files_of_other_programs(atlas, tmp_path, layout):
 
 
 def test_a_damaged_chunk_is_named(command, file, tmp_path):
-    """A stored chunk with a wrong byte is not taken for values; the message names the variable."""
+    """A stored chunk with a wrong byte is refused with the name of the variable."""
     import h5py
 
     damaged = tmp_path / "damaged.nc"
@@ -130,7 +130,7 @@ def test_a_damaged_chunk_is_named(command, file, tmp_path):
 
 
 def test_only_some_blocks_are_in_memory(file, monkeypatch):
-    """Reading all cells needs no more than three blocks of all variables."""
+    """Reading all cells keeps at most three blocks of all variables in memory."""
     monkeypatch.setattr(cell_reader, "BLOCK_CELLS", 1)
     with sweep.open_atlas(file) as opened:
         reader = CellReader(opened, NAMES)

@@ -1,4 +1,4 @@
-"""An atlas in other formats holds the same numbers, and other programs read them."""
+"""Exports in other formats have the same numbers, and other programs can read them."""
 
 import csv
 import json
@@ -29,15 +29,15 @@ SPECS = {
 
 @pytest.fixture(params=SPECS)
 def atlas(request):
-    """Return an atlas; one has falls, one has a cell that is invalid, one has curves, one no axis."""
+    """Return an atlas: one with falls, one with an invalid cell, one with curves, and one without axes."""
     return sweep.run(SPECS[request.param])
 
 
 def expected(atlas, kind):
-    """Return the rows that a table has to have, made by numpy alone."""
+    """Return the expected rows of a table, made by numpy only."""
     ending = atlas["ending"]
     rows = {}
-    # curves are no property of a cell, and the boundary of a csv is a table of its own
+    # curves do not belong to cells, and csv has a separate table for the boundary
     left_out = ("curve_", *(("boundary_", "predicted_", "critical_") if kind == "csv" else ()))
     for name in (*ending.dims, *PARAMETERS, *atlas.data_vars):
         if name in atlas and not name.startswith(left_out):
@@ -53,7 +53,7 @@ def expected(atlas, kind):
 
 
 def read_csv(path):
-    """Return the columns of a table, read without pandas: an empty field is a missing value."""
+    """Return the columns of a table, read without pandas; an empty field is a missing value."""
     with open(path, newline="") as file:
         rows = list(csv.DictReader(file))
     return {name: [row[name] or "nan" for row in rows] for name in rows[0]}
@@ -62,7 +62,7 @@ def read_csv(path):
 @pytest.mark.parametrize("rows", [250_000, 10], ids=["whole", "in parts"])
 @pytest.mark.parametrize("kind", ["csv", "parquet"])
 def test_tables_hold_every_bit(tmp_path, monkeypatch, atlas, kind, rows):
-    """One row per cell in C order, each number to the last bit, flags in words, gaps where there is no value."""
+    """There is one row per cell in C order, with all digits, flags as words and gaps for missing values."""
     monkeypatch.setattr("sweep.files.export._ROWS", rows)
     path = tmp_path / f"a.{kind}"
     export(atlas, path, kind)
@@ -82,7 +82,7 @@ def _has_boundary(atlas):
 
 @pytest.mark.parametrize("name", ["falling", "circling", "refined"])
 def test_the_boundary_is_a_table_of_its_own(tmp_path, name):
-    """One row per row of the grid: every number to the last bit, the reason where there is none."""
+    """The table has one row per grid row, with all digits and the reason for a missing boundary."""
     atlas = sweep.run(SPECS[name])
     export(atlas, tmp_path / "a.csv", "csv")
     read = read_csv(tmp_path / "a.boundary.csv")
@@ -117,7 +117,7 @@ def test_the_boundary_is_a_table_of_its_own(tmp_path, name):
 
 
 def test_curves_are_the_boundary_without_a_control(tmp_path):
-    """Where no rows are, the points of the curves are the table."""
+    """Without a control axis, the boundary table has the points of the curves."""
     spec = sweep.SweepSpec(tilt="0.5deg:6deg:9", tilt_rate="0:0.5:9", roll_rate=3, boundary="refined:1e-3")
     atlas = sweep.run(spec)
     export(atlas, tmp_path / "a.csv", "csv")
@@ -130,7 +130,7 @@ def test_curves_are_the_boundary_without_a_control(tmp_path):
 
 
 def test_parquet_keeps_units_and_types(tmp_path):
-    """The metadata of a parquet file have the attributes; small integers and floats stay small."""
+    """The metadata of a parquet file contain the attributes; small integers and floats keep their size."""
     atlas = sweep.run(SPECS["falling"])
     export(atlas, tmp_path / "a.parquet", "parquet")
     schema = pyarrow.parquet.read_schema(tmp_path / "a.parquet")
@@ -145,7 +145,7 @@ def test_parquet_keeps_units_and_types(tmp_path):
 
 @pytest.mark.slow_lane
 def test_zarr_is_the_same_dataset(tmp_path, atlas):
-    """Read by xarray, the store has every value, type and attribute of the atlas."""
+    """A zarr store read by xarray has every value, type and attribute of the atlas."""
     export(atlas, tmp_path / "a.zarr", "zarr")
     with xr.open_zarr(tmp_path / "a.zarr") as read:
         xr.testing.assert_equal(read, atlas)
@@ -158,7 +158,7 @@ def test_zarr_is_the_same_dataset(tmp_path, atlas):
 
 
 def test_what_exists_is_replaced_only_when_asked(tmp_path):
-    """A file or a store is replaced with overwrite; a folder that is no store never."""
+    """Overwriting replaces a file or a store, but never a folder that is not a store."""
     atlas = sweep.run(SPECS["cell"])
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "letter.txt").write_text("dear")
@@ -168,7 +168,7 @@ def test_what_exists_is_replaced_only_when_asked(tmp_path):
         with refused("exists", "--overwrite"):
             export(atlas, path, kind)
         export(atlas, path, kind, overwrite=True)
-    # no name at all, as of the current folder, is none for the file beside it either
+    # "." has no file name from which the boundary's file could be named
     with refused("."):
         export(atlas, ".", "csv")
     with refused("zarr store"):
@@ -177,7 +177,7 @@ def test_what_exists_is_replaced_only_when_asked(tmp_path):
 
 
 def test_a_format_that_cannot_be(tmp_path, monkeypatch):
-    """An unknown format and a missing library are refused with what to do, and nothing is written."""
+    """An unknown format and a missing library are refused with advice, and nothing is written."""
     atlas = sweep.run(SPECS["cell"])
     with refused("xls", "csv", "parquet", "zarr"):
         export(atlas, tmp_path / "a.xls", "xls")
@@ -194,7 +194,7 @@ def extremes(dataset, path):
 
 
 def test_a_format_is_one_entry(tmp_path, monkeypatch):
-    """A function and its name are all that the command needs: checks, replacing and the list of formats follow."""
+    """A new format needs only a function and a name; checks, replacing and the list of formats follow."""
     monkeypatch.setitem(FORMATS, "extremes", Format(extremes))
     sweep.run_to_file(SPECS["cell"], tmp_path / "a.nc")
     for line, status in (("", 0), ("", 2), ("--overwrite", 0)):
@@ -211,7 +211,7 @@ def test_a_format_is_one_entry(tmp_path, monkeypatch):
 
 
 def test_the_command(tmp_path, monkeypatch):
-    """Without -o the table stands beside the atlas."""
+    """Without -o, the table is written next to the atlas."""
     sweep.run_to_file(SPECS["cell"], tmp_path / "a.nc")
     monkeypatch.setattr(sys, "argv", ["eulerdisk", "export", str(tmp_path / "a.nc"), "--to", "csv"])
     with pytest.raises(SystemExit) as end:
@@ -221,7 +221,7 @@ def test_the_command(tmp_path, monkeypatch):
 
 
 def test_a_boundary_of_what_was_replaced_does_not_stay(tmp_path):
-    """Where the new table has none, the old one keeps its heading alone."""
+    """If the new atlas has no boundary, the old boundary table is replaced by its heading only."""
     atlas = sweep.run(SPECS["falling"])
     export(atlas, tmp_path / "a.csv", "csv")
     assert (tmp_path / "a.boundary.csv").exists()

@@ -15,7 +15,7 @@ from sweep.progress.timetable import COMPUTING
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
 
-#: With falls and without, steady and released, of 0 to 3 dimensions, and one cell that is impossible.
+# : Specs with and without falls, steady and released, of 0 to 3 axes, and one with an impossible cell.
 SPECS = {
     "rolling": SweepSpec.preset("rolling").replace(roll_rate="2:4:40", tilt="0.1deg:30deg:50:log"),
     "circling": SweepSpec.preset("circling").replace(tilt="5deg:15deg:5", precession_rate="-1:1:5"),
@@ -27,20 +27,20 @@ SPECS = {
 
 @pytest.fixture(autouse=True)
 def fixed_time(monkeypatch):
-    """Files of one spec bear one date."""
+    """Give all files of one spec the same date."""
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
 
 
 @pytest.fixture
 def path(tmp_path):
-    """Return where a test writes its atlas."""
+    """Return the path where a test writes its atlas."""
     return tmp_path / "atlas.nc"
 
 
 @pytest.mark.slow_lane
 @pytest.mark.parametrize("spec", SPECS.values(), ids=SPECS)
 def test_the_file_is_the_dataset(path, spec):
-    """What is written block by block reads back as what `run` returns, and so does that when it is saved."""
+    """An atlas written block by block, and a saved one, read back as the dataset that `run` returns."""
     computed = sweep.run(spec)
     run_to_file(spec, path, command="sweep.run", block_cells=7)
     with open_atlas(path) as read:
@@ -56,7 +56,7 @@ def test_the_file_is_the_dataset(path, spec):
 @pytest.mark.parametrize("written", ["by blocks", "from memory", "read and saved"])
 @pytest.mark.parametrize("spec", SPECS.values(), ids=SPECS)
 def test_the_profile_of_the_file(path, spec, written):
-    """However it is written: classic model, plain types, packed cells, and a fill value on measured floats alone."""
+    """Every file has the classic model, plain types, packed cells, and a fill value only on measured floats."""
     run_to_file(spec, path)
     if written == "from memory":
         save(sweep.run(spec), path, overwrite=True)
@@ -86,7 +86,7 @@ def test_the_profile_of_the_file(path, spec, written):
 
 
 def test_values_that_are_missing(path):
-    """NaN in memory is netCDF's own fill value in the file, and NaN again when it is read."""
+    """NaN in memory is netCDF's own fill value in the file and is read as NaN."""
     spec = SPECS["falling"]
     run_to_file(spec, path)
     with netCDF4.Dataset(path) as file:
@@ -100,7 +100,7 @@ def test_values_that_are_missing(path):
 
 
 def test_flags_stay_small_integers(path):
-    """Flags are read as int8 by netCDF4 and by xarray, and each code has its meaning in the file."""
+    """netCDF4 and xarray read flags as int8, and the file gives the meaning of each code."""
     run_to_file(SPECS["falling"], path)
     with netCDF4.Dataset(path) as file, open_atlas(path) as read:
         for name in ("ending", "stability"):
@@ -111,7 +111,7 @@ def test_flags_stay_small_integers(path):
 
 @pytest.mark.parametrize("spec", [SPECS["rolling"], SPECS["cube"]], ids=["rolling", "cube"])
 def test_the_bytes_of_a_file_depend_on_the_grid_alone(path, spec):
-    """Neither threads nor block size change a byte of the file."""
+    """The number of threads and the block size do not change a byte of the file."""
     run_to_file(spec, path)
     whole = path.read_bytes()
     for how in ({"threads": 1}, {"block_cells": 1 + spec.size // 3}, {"block_cells": 11}):
@@ -120,7 +120,7 @@ def test_the_bytes_of_a_file_depend_on_the_grid_alone(path, spec):
 
 
 def test_a_grid_of_many_chunks(path, monkeypatch):
-    """A grid larger than a chunk is written chunk by chunk, from blocks that fit none of them."""
+    """A grid of several chunks is written from blocks that do not align with them."""
     monkeypatch.setattr("sweep.engine.grid.chunk_shape.__defaults__", (64,))
     monkeypatch.setattr("sweep.engine.grid.chunks.__defaults__", (64,))
     spec = SPECS["rolling"]
@@ -132,7 +132,7 @@ def test_a_grid_of_many_chunks(path, monkeypatch):
 
 
 def test_progress_counts_every_block(path):
-    """After each block, the last one included, the caller hears how many cells are done and how many there are."""
+    """After each block, including the last, the caller gets the number of finished cells and of all cells."""
     heard = []
     run_to_file(SPECS["rolling"], path, block_cells=900, progress=heard.append)
     assert [(each.done, each.size) for each in heard if each.stage == COMPUTING] == [
@@ -144,14 +144,14 @@ def test_progress_counts_every_block(path):
 
 
 def test_the_history_says_what_was_run(path):
-    """The command stands in the history after the time, ASCII whatever it was."""
+    """The history contains the command after the time, converted to ASCII."""
     run_to_file(SPECS["cell"], path, command="eulerdisk run Münze.toml")
     with open_atlas(path) as read:
         assert read.attrs["history"] == "2023-11-14T22:13:20Z eulerdisk run M\\xfcnze.toml"
 
 
 def test_a_selection_of_a_file_can_be_saved(tmp_path):
-    """A part of an atlas that was read is written, with chunks that fit it."""
+    """A part of an atlas that was read from a file is saved with chunks of its own shape."""
     sweep.save(sweep.run(sweep.SweepSpec(roll_rate="2:4:9", tilt="1deg:5deg:8")), tmp_path / "a.nc")
     with sweep.open_atlas(tmp_path / "a.nc") as atlas:
         sweep.save(atlas.isel(roll_rate=slice(3)), tmp_path / "b.nc")
@@ -161,7 +161,7 @@ def test_a_selection_of_a_file_can_be_saved(tmp_path):
 
 @pytest.mark.parametrize("value", [{"a": 1}, None, ["a", 1]])
 def test_what_netcdf_does_not_hold_is_refused(tmp_path, value):
-    """An attribute that no file can hold is named, and no file appears."""
+    """An attribute that netCDF cannot store is named, and no file is written."""
     atlas = sweep.run(sweep.SweepSpec(roll_rate="2:4:3", tilt="1deg,2deg")).copy()
     atlas["tilt_max"].attrs["mine"] = value
     with refused("a.nc", "netCDF classic"):
@@ -181,7 +181,7 @@ def test_what_netcdf_does_not_hold_is_refused(tmp_path, value):
     ],
 )
 def test_what_is_no_atlas_any_more_is_refused(change, facts, tmp_path):
-    """No command would open such a file; what takes an atlas refuses the dataset alike, and nothing is written."""
+    """A dataset that is no longer an atlas is refused by every function for atlases, and nothing is written."""
     atlas = sweep.run("rolling", roll_rate="2:4:5", tilt="1deg:4deg:4")
     other = change(atlas)
     for ask in (
@@ -198,7 +198,7 @@ def test_what_is_no_atlas_any_more_is_refused(change, facts, tmp_path):
 
 
 def test_a_dataset_is_no_spec():
-    """``run`` takes specs: the message names that of an atlas, and does not print the dataset."""
+    """``run`` refuses a dataset: the message says how to get its spec and does not print the dataset."""
     atlas = sweep.run("rolling", roll_rate=3, tilt="1deg")
     with refused("dataset", "atlas.eulerdisk.spec"):
         sweep.run(atlas)

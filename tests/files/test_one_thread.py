@@ -1,4 +1,4 @@
-"""netCDF is called by one thread at a time: two of them end the process with a bus error within seconds."""
+"""Only one thread at a time calls netCDF, because two crash the process with a bus error within seconds."""
 
 import threading
 
@@ -17,7 +17,7 @@ SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate="2:3:5")
 
 
 def could_be_taken(lock):
-    """Whether another thread would get a lock now."""
+    """Return True if another thread could get a lock now."""
     found = []
 
     def take():
@@ -33,7 +33,7 @@ def could_be_taken(lock):
 
 @pytest.fixture
 def opened(monkeypatch):
-    """Note for each file that netCDF opens which locks another thread could take meanwhile."""
+    """Record, for each file that netCDF opens, which locks another thread could take meanwhile."""
     noted, real = [], netCDF4.Dataset
 
     class Noting(type):
@@ -49,7 +49,7 @@ def opened(monkeypatch):
 
 
 def test_a_run_and_what_reads_its_file_call_netcdf_alone(tmp_path, opened):
-    """Neither another run nor xarray, which closes forgotten files in any thread, calls netCDF at that time."""
+    """While a run or a reader calls netCDF, neither another run nor xarray's cleanup in any thread does."""
     run_to_file(SPEC, tmp_path / "atlas.nc")
     Failures.in_file(tmp_path / "atlas.nc", SPEC)
     atlas = open_atlas(tmp_path / "atlas.nc")
@@ -61,7 +61,7 @@ def test_a_run_and_what_reads_its_file_call_netcdf_alone(tmp_path, opened):
 
 
 def test_progress_may_read_files(tmp_path):
-    """What a run calls meanwhile may open files of its own."""
+    """A callback of a run may open files."""
     with xr.Dataset({"a": ("x", [1.0])}) as other:
         other.to_netcdf(tmp_path / "other.nc", engine="netcdf4")
     run_to_file(SPEC, tmp_path / "first.nc")

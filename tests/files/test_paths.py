@@ -1,4 +1,4 @@
-"""Paths are checked before anything is computed, without a heavy library."""
+"""Paths are checked before anything is computed and without loading a heavy library."""
 
 import os
 import subprocess
@@ -23,7 +23,7 @@ CHECKOUT = Path(__file__).parents[2]
 
 
 def test_unknown_format():
-    """A figure's name with another ending is refused; the message lists the endings."""
+    """A figure name with another ending is refused with the list of endings."""
     for name in ["figure.jpg", "figure", "figure.png.gz"]:
         with refused(".png", ".pdf", ".svg"):
             check_format(name)
@@ -41,7 +41,7 @@ def test_ending_may_be_capital():
 
 
 def test_an_atlas_exists(tmp_path):
-    """A missing file, a folder, a pipe and a name that is too long are refused under their names, as what they are."""
+    """A missing file, a folder, a pipe and a name that is too long are refused by name with the reason."""
     os.mkfifo(tmp_path / "pipe")
     for name, what in (
         ("missing.nc", "no such file"),
@@ -57,7 +57,7 @@ def test_an_atlas_exists(tmp_path):
 
 
 def test_a_target_may_be_replaced_only_when_asked(tmp_path):
-    """A new name is accepted, an existing file with overwrite alone, a folder never."""
+    """A new name is accepted, an existing file only with overwrite, and a folder never."""
     check_target(tmp_path / "a.nc", False)
     (tmp_path / "a.nc").touch()
     check_target(tmp_path / "a.nc", True)
@@ -70,7 +70,7 @@ def test_a_target_may_be_replaced_only_when_asked(tmp_path):
 
 
 def test_a_message_names_a_path_once(tmp_path, monkeypatch):
-    """The path stands before the message; the message does not repeat it, the hint may."""
+    """The path is at the start of the message and not repeated, except possibly in the hint."""
     monkeypatch.setattr("os.access", lambda *_: False)
     for name in ("missing/a.nc", "a.nc"):
         with pytest.raises(RequestError) as caught:
@@ -80,7 +80,7 @@ def test_a_message_names_a_path_once(tmp_path, monkeypatch):
 
 
 def test_a_source_is_not_replaced(tmp_path):
-    """What is read is not written over, under whichever name."""
+    """An input file is not overwritten, whatever name leads to it."""
     (tmp_path / "a.nc").touch()
     (tmp_path / "link.nc").symlink_to("a.nc")
     check_apart(tmp_path / "b.nc", tmp_path / "a.nc")
@@ -89,7 +89,7 @@ def test_a_source_is_not_replaced(tmp_path):
 
 
 def test_the_checks_are_light():
-    """They load neither the compiler nor the libraries of files and figures."""
+    """The checks load neither the compiler nor the file and figure libraries."""
     code = (
         "import sys, sweep.files.paths, sweep.files.publish\n"
         "print([name for name in ('numba', 'netCDF4', 'xarray', 'matplotlib') if name in sys.modules])"
@@ -102,7 +102,7 @@ def test_the_checks_are_light():
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have no /proc")
 def test_a_stream_is_no_target(tmp_path):
-    """A link to a stream is refused also where the stream is a file: the link would be replaced."""
+    """A link to a stream is refused even if the stream is a file, because the link would be replaced."""
     with open(tmp_path / "file", "wb") as file:
         os.symlink(f"/proc/self/fd/{file.fileno()}", tmp_path / "stream")
         os.symlink("stream", tmp_path / "link")

@@ -1,4 +1,4 @@
-"""Files that are published are complete or not there, and the errors of a file system say what to do."""
+"""Published files are complete or absent, and file system errors come with advice."""
 
 import errno
 import os
@@ -13,7 +13,7 @@ from sweep.files.publish import published, refusals
 
 
 def test_no_right_is_not_no_room(tmp_path):
-    """Where the right to write is missing, the user is not told to free space."""
+    """If permission to write is missing, the hint does not suggest freeing space."""
     with pytest.raises(StorageError) as caught, refusals(tmp_path / "a"):
         raise PermissionError(errno.EACCES, "Permission denied", "a.nc.run/blocks/000000.tmp")
     assert_facts(str(caught.value), "a.nc.run/blocks/000000.tmp", "Permission denied")
@@ -22,7 +22,7 @@ def test_no_right_is_not_no_room(tmp_path):
 
 
 def test_an_error_without_a_number_is_probed(tmp_path, monkeypatch):
-    """HDF5 may not say why it could not write: then the system is asked whether there is room."""
+    """If HDF5 does not say why it could not write, the free space is checked."""
     monkeypatch.setattr(
         "sweep.files.publish._probe", lambda folder, size: errno.ENOSPC if size == 5000 else 0
     )
@@ -32,7 +32,7 @@ def test_an_error_without_a_number_is_probed(tmp_path, monkeypatch):
 
 
 def test_other_errors_of_the_program_pass():
-    """A defect keeps its own exception: only errors of the file system and of netCDF are told as such."""
+    """Only errors of the file system and of netCDF are converted; other exceptions pass unchanged."""
     with pytest.raises(RuntimeError, match="a defect"), refusals(None):
         raise RuntimeError("a defect")
 
@@ -55,7 +55,7 @@ def test_a_file_that_cannot_be_published(tmp_path, monkeypatch, step):
 
 
 def test_others_of_the_group_may_read_what_is_published(tmp_path):
-    """A published file has the rights that the user's umask gives, as every other file."""
+    """A published file has the permissions of the user's umask, like any other file."""
     before = os.umask(0o027)
     try:
         publish_bytes(tmp_path / "a", b"new")
@@ -66,7 +66,7 @@ def test_others_of_the_group_may_read_what_is_published(tmp_path):
 
 @pytest.mark.parametrize(("needed", "limit"), [(0.0, "ulimit -f"), (5000.0, "ulimit -f 5")])
 def test_a_limit_of_files_is_told_in_the_units_of_the_shell(tmp_path, needed, limit):
-    """The hint has the number that `ulimit -f` takes, and none where it is not known."""
+    """The hint gives the number for `ulimit -f`, if it is known."""
     with pytest.raises(StorageError) as caught, refusals(tmp_path / "a", lambda: needed):
         raise OSError(errno.EFBIG, "File too large")
     assert_facts(caught.value.hint, limit)
@@ -82,7 +82,7 @@ def test_a_limit_of_files_is_told_in_the_units_of_the_shell(tmp_path, needed, li
     ],
 )
 def test_what_does_not_fit_is_told_with_what_lacks(tmp_path, machine, needed, free, told):
-    """Two numbers that are written alike would not say why, nor would no difference; nothing is written."""
+    """The message states needed and free space with enough digits to differ; nothing is written."""
     machine(free_bytes=free)
     with refused("a.nc", str(tmp_path.resolve())) as caught:
         publish.check_room(tmp_path / "a.nc", needed)

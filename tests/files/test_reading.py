@@ -1,4 +1,4 @@
-"""Atlases read from files: what is none, or is not whole, is refused with the reason."""
+"""Reading atlas files: a file that is damaged or not an atlas is refused with the reason."""
 
 import netCDF4
 import pytest
@@ -14,12 +14,12 @@ SPEC = SweepSpec(tilt="1deg:5deg:20", roll_rate=3)
 
 @pytest.fixture
 def path(tmp_path):
-    """Return where a test writes its atlas."""
+    """Return the path where a test writes its atlas."""
     return tmp_path / "atlas.nc"
 
 
 def test_files_that_are_no_atlas(path, tmp_path):
-    """A missing file, a folder, text, a cut file and another's netCDF are refused under their names."""
+    """A missing file, a folder, text, a truncated file and another program's netCDF are refused by name."""
     run_to_file(SPEC, path)
     whole = path.read_bytes()
     contents = {
