@@ -11,7 +11,7 @@ from sweep.engine.grid import whole
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 from sweep.request.spec import SweepSpec
 
-# : Verdict codes by letter: stable, unstable, undecided.
+#: Verdict codes by letter: stable, unstable, undecided.
 _CODES = {"s": STABLE, "u": UNSTABLE, "?": UNDECIDED}
 
 
@@ -62,7 +62,7 @@ def test_a_grid_without_a_rate_axis_has_no_boundary():
     assert boundaries(spec, np.array([STABLE, UNSTABLE])) == []
 
 
-# : Rows of a plane and of a cube, with a boundary along one or two rates.
+#: Rows of a plane and of a cube, with a boundary along one or two rates.
 SPECS = {
     "band": SweepSpec(roll_rate="-4:4:9", tilt="-2deg:2deg:5", boundary="refined:1e-3"),
     "first axis": SweepSpec(tilt="0.1deg:2deg:7", precession_rate="1:4:8"),

@@ -187,7 +187,7 @@ def grids(draw):
     return draw(arrays(np.int8, shape, elements=st.sampled_from(codes)))
 
 
-# : A loop around one cell that starts next to a saddle and leads away from it.
+#: A loop around one cell that starts next to a saddle and leads away from it.
 BESIDE_SADDLE = np.array([[1, 2, 1, 1], [1, 1, 2, 1], [1, 1, 1, 1]], np.int8)
 
 

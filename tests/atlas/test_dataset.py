@@ -18,7 +18,7 @@ ROLLING = SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.1deg:1.
 CIRCLING = SweepSpec.preset("circling").replace(tilt="5deg:15deg:3", precession_rate="0.1:5:12")
 EDGE_NAMES = ("boundary_{}", "boundary_{}_halfwidth", "predicted_{}", "critical_{}", "boundary_{}_status")
 
-# : Two values for each parameter as an axis.
+#: Two values for each parameter as an axis.
 PAIRS = {
     "tilt": "1deg,2deg",
     "tilt_rate": "0,0.1",

@@ -9,7 +9,7 @@ import sweep
 from sweep.atlas.boundary import theory_lines
 from sweep.atlas.outlook import one_sided
 
-# : Critical rate of a uniform disk: the square root of g / 3R.
+#: Critical rate of a uniform disk: the square root of g / 3R.
 COIN = float(np.sqrt(9.81 / (3 * 0.012)))
 
 

@@ -17,12 +17,12 @@ from sweep.atlas.row_edges import FOUND, ROW_STATUS, RowEdges, in_words, legal
 from sweep.atlas.selection import as_atlas
 from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 
-# : Verdict codes by letter: stable, unstable, undecided.
+#: Verdict codes by letter: stable, unstable, undecided.
 _CODES = {"s": STABLE, "u": UNSTABLE, "?": UNDECIDED}
 
 EDGES = ("upper", "lower")
 
-# : A start at 10 deg is beyond the criterion's limit of 5 deg.
+#: A start at 10 deg is beyond the criterion's limit of 5 deg.
 ROLLING = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:9", tilt="0.1deg,1deg,10deg")
 
 

@@ -31,7 +31,7 @@ KINDS = {
     "kicked": SPEC.replace(tilt=0, tilt_rate="0.01:3:4:log", duration=1.0),
 }
 
-# : The tolerances of other variables follow from these, so they are moved separately.
+#: The tolerances of other variables follow from these, so they are moved separately.
 STATED = ("tilt_error", "_halfwidth")
 
 
@@ -145,7 +145,7 @@ def test_half_widths_that_were_not_reached_may_differ_by_a_width_and_others_by_n
         assert found(compare(atlas.assign({half: 2.0 * atlas[half]}), atlas)) == {half: known} != {half: 0}
 
 
-# : Errors of earlier versions and damaged files that passed an earlier regression check.
+#: Errors of earlier versions and damaged files that passed an earlier regression check.
 REGRESSIONS = {
     "boundary_roll_rate": lambda values: values * 1.0012,
     "critical_roll_rate": lambda values: values * 1.001,
@@ -171,7 +171,7 @@ def test_known_regressions_are_found(atlases):
             assert found(compare(copy, atlas)) == {name: int(changed.sum())}
 
 
-# : Damages of a coordinate, and the part that the refusal names: a value, the units or the type.
+#: Damages of a coordinate, and the part that the refusal names: a value, the units or the type.
 DAMAGES = (
     (lambda axis: axis * np.nan, lambda axis: "nan"),
     (lambda axis: axis * 0 + 0.3, lambda axis: "0.3"),

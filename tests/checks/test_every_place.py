@@ -25,10 +25,10 @@ pytestmark = pytest.mark.compiled
 SPEC = SweepSpec.preset("rolling").replace(roll_rate="1:4:12", tilt="0.1deg:60deg:20", contact="yes")
 NAMES = [each.name for each in cell_declarations(SPEC)]
 
-# : The first and last cell, both sides of the ends of a block and of a judged batch, and one in between.
+#: The first and last cell, both sides of the ends of a block and of a judged batch, and one in between.
 PLACES = (0, 15, 16, 59, 60, 131, 239)
 
-# : The same places, in groups small enough for `verify` to name all of them.
+#: The same places, in groups small enough for `verify` to name all of them.
 TOGETHER = ((0, 15, 16), (59, 60, 131), (239,))
 
 

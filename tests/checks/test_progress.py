@@ -14,7 +14,7 @@ from sweep.checks.compare import COMPARING
 from sweep.checks.verify import CHECKING
 from sweep.progress.timetable import SEARCHING, Timetable
 
-# : More cells than a reader's block.
+#: More cells than a reader's block.
 SPEC = sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:600", tilt="0.1deg:5deg:400", method="exact")
 
 

@@ -21,11 +21,12 @@ from sweep.request.spec import SweepSpec
 pytestmark = pytest.mark.compiled
 
 
-# : A cell that is bounded and stable in every coarse preset.
+#: A cell that is bounded and stable in every coarse preset.
 PLACE = {"rolling": (35, 12), "spinning": (35, 12), "circling": (20, 30)}
 
 
-# : A variable of one cell, the change of its value, and the resulting flag of the cell. fmt: off
+#: A variable of one cell, the change of its value, and the resulting flag of the cell.
+# fmt: off
 CHANGES = (
     ("tilt_min", lambda x: x + 1e-7, "extremes_differ"),
     ("tilt_min", lambda x: x - 1e-7, "extremes_differ"),

@@ -27,7 +27,7 @@ from sweep.request.spec import SweepSpec
 
 pytestmark = pytest.mark.compiled
 
-# : Attributes that may differ, with the reason that the report of `verify` gives.
+#: Attributes that may differ, with the reason that the report of `verify` gives.
 FREE_TEXT = {
     "title": "free text",
     "history": "free text, beside the time of date_created",
@@ -170,7 +170,7 @@ def with_values(dataset, values):
     )
 
 
-# : Corrupt values of one variable per copy; more would look like the rounding of another processor.
+#: Corrupt values of one variable per copy; more would look like the rounding of another processor.
 MOST = 3
 
 
@@ -330,7 +330,7 @@ def test_a_corrupt_type_is_named():
 
 # --- attributes ------------------------------------------------------------------------------------------------------
 
-# : Attributes that are required for reading, or with which the others are compared.
+#: Attributes that are required for reading, or with which the others are compared.
 ALONE = ("sweep_spec", "eulerdisk_format", "kernel_hash", "source")
 
 
@@ -479,7 +479,7 @@ def test_nothing_is_free_without_a_reason():
                 assert each.against
 
 
-# : Kinds of atlases, and changes of their variables.
+#: Kinds of atlases, and changes of their variables.
 FOUND_WITHOUT_REPETITION = (
     ("rolling", {"boundary_roll_rate": lambda x: 1.05 * x}),
     ("rolling", {"boundary_roll_rate": lambda x: np.nan * x}),

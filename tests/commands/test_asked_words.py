@@ -17,12 +17,12 @@ from sweep.runs.run import run_to_file
 
 pytestmark = pytest.mark.compiled
 
-# : sqrt(R/g) of the disk below.
+#: sqrt(R/g) of the disk below.
 UNIT = math.sqrt(0.2 / 9.81)
 
 DISK = "radius=0.2 gravity=9.81"
 
-# : For each substitute word: a request, the parameter it replaces, and the conversion from that parameter.
+#: For each substitute word: a request, the parameter it replaces, and the conversion from that parameter.
 ASKED = {
     "speed": ("rolling speed=0.7:1.2:6 tilt=1deg:3deg:3", "roll_rate", lambda rate: 0.2 * rate),
     "scaled_roll_rate": ("rolling scaled_roll_rate=0.4:0.9:6 tilt=1deg:3deg:3", "roll_rate", lambda rate: UNIT * rate),

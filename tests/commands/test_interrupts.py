@@ -10,7 +10,7 @@ import pytest
 
 CHECKOUT = Path(__file__).parents[2]
 
-# : A module finder that finds nothing and sends Ctrl-C to its process when a given module is imported.
+#: A module finder that finds nothing and sends Ctrl-C to its process when a given module is imported.
 INTERRUPTED = """
 import os, signal, sys
 signal.signal(signal.SIGINT, {handler})

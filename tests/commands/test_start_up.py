@@ -12,7 +12,7 @@ import sweep
 
 CHECKOUT = Path(__file__).parents[2]
 
-# : Libraries that take a tenth of a second or more to load, some through others.
+#: Libraries that take a tenth of a second or more to load, some through others.
 HEAVY = {
     "numba", "llvmlite", "scipy", "xarray", "pandas", "pyarrow", "dask", "matplotlib", "netCDF4", "numpy",
     "pydantic", "rich",
@@ -25,7 +25,7 @@ _COMMAND, _FILE, _ATLAS, _KERNEL = (
     {"llvmlite"},
 )
 
-# : Command lines and the `HEAVY` modules they may load with compiled kernels; the parser uses pydantic.
+#: Command lines and the `HEAVY` modules they may load with compiled kernels; the parser uses pydantic.
 COMMANDS = {
     "--help": set(),
     "--version": {"pydantic"},

@@ -87,7 +87,7 @@ def test_how_many_blocks():
         assert len(list(blocks(size))) == count
 
 
-# : Values of each parameter that are valid for any disk.
+#: Values of each parameter that are valid for any disk.
 VALUES = {
     "tilt": [0.1, 0.2, 0.4],
     "tilt_rate": [-0.1, 0.3],

@@ -67,7 +67,7 @@ def test_a_chunk_that_does_not_inflate_is_noticed(monkeypatch):
     assert caught.value.errno == errno.EIO
 
 
-# : Rows along both rates, some with a lower edge; curves; no axis; several chunks.
+#: Rows along both rates, some with a lower edge; curves; no axis; several chunks.
 WRITTEN_WHOLE = {
     "both rates": SweepSpec(alpha="0.5,1", roll_rate="-4:4:9", precession_rate="0:2:4", tilt="1deg:9deg:3"),
     "curves": SweepSpec.preset("circling").replace(

@@ -13,7 +13,7 @@ from sweep.files import cell_reader
 from sweep.files.cell_reader import CellReader, UnreadableError
 from sweep.request.spec import SweepSpec
 
-# : Chunks of 67 x 299 x 3 cells; the last one along an axis is partly filled.
+#: Chunks of 67 x 299 x 3 cells; the last one along an axis is partly filled.
 SPEC = SweepSpec.preset("rolling").replace(
     alpha="0.4:1:3", roll_rate="1:4:401", tilt="0.1deg:80deg:299", method="exact"
 )

@@ -15,7 +15,7 @@ from sweep.progress.timetable import COMPUTING
 from sweep.request.spec import SweepSpec
 from sweep.runs.run import run_to_file
 
-# : Specs with and without falls, steady and released, of 0 to 3 axes, and one with an impossible cell.
+#: Specs with and without falls, steady and released, of 0 to 3 axes, and one with an impossible cell.
 SPECS = {
     "rolling": SweepSpec.preset("rolling").replace(roll_rate="2:4:40", tilt="0.1deg:30deg:50:log"),
     "circling": SweepSpec.preset("circling").replace(tilt="5deg:15deg:5", precession_rate="-1:1:5"),
