@@ -1,4 +1,4 @@
-"""Borders between stable and unstable cells: whole where regions are large, none where cells alternate."""
+"""Borders between stable and unstable cells: complete around large regions, absent where cells alternate."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from sweep.model.quantity import STABLE, UNDECIDED, UNSTABLE
 
 
 def verdicts(unstable):
-    """Return codes of cells, stable where they are not unstable."""
+    """Return codes of cells that are stable unless marked unstable."""
     return np.where(unstable, UNSTABLE, STABLE)
 
 
@@ -32,7 +32,7 @@ ROWS, COLUMNS = np.indices((40, 50))
     ids=["upright", "diagonal", "slant", "circle", "corner"],
 )
 def test_large_regions_have_whole_borders(unstable):
-    """Along, across and around: every pair of a stable and an unstable cell has its border."""
+    """Every pair of a stable and an unstable cell at the edge of a large region has its border."""
     found = find_borders(verdicts(unstable))
     assert len(found.upright[0]) == np.count_nonzero(unstable[:, 1:] != unstable[:, :-1])
     assert len(found.level[0]) == np.count_nonzero(unstable[1:] != unstable[:-1])
@@ -40,11 +40,11 @@ def test_large_regions_have_whole_borders(unstable):
 
 
 def test_cells_that_alternate_have_no_borders(rng):
-    """Cells of random verdicts are mixed and have no lines; a large region beside them has its border."""
+    """Cells of random verdicts count as mixed and have no lines; a large region next to them has its border."""
     unstable = COLUMNS >= 40
     unstable[:, :20] = rng.random((40, 20)) < 0.5
     found = find_borders(verdicts(unstable))
-    # of a corner there are too few cells to say
+    # the corners have too few cells to decide
     assert found.mixed[3:-3, :17].all()
     assert not found.mixed[:, 25:].any()
     columns = found.upright[1]
@@ -55,7 +55,7 @@ def test_cells_that_alternate_have_no_borders(rng):
 
 
 def test_a_single_cell_has_no_line_around_it():
-    """A line around one cell would cover it."""
+    """A line around a single cell would cover it, so there is none."""
     unstable = np.zeros((40, 50), bool)
     unstable[10, 10] = unstable[30, 30] = True
     found = find_borders(verdicts(unstable))
@@ -64,7 +64,7 @@ def test_a_single_cell_has_no_line_around_it():
 
 
 def test_undecided_cells_have_no_borders_and_are_not_mixed(rng):
-    """They are hatched, whatever is beside them."""
+    """Undecided cells are hatched, whatever is next to them."""
     found = find_borders(np.where(rng.random((40, 50)) < 0.5, UNDECIDED, UNSTABLE))
     assert len(found.upright[0]) + len(found.level[0]) == 0
     assert not found.mixed.any()
@@ -72,7 +72,7 @@ def test_undecided_cells_have_no_borders_and_are_not_mixed(rng):
 
 @pytest.fixture
 def chaotic(rng):
-    """Return an atlas of a system whose verdicts alternate below, and are unstable above: its cells are made up."""
+    """Return an atlas of a system with made-up cells: alternating verdicts below, unstable above."""
     atlas = sweep.run("henon_heiles", u="-1:1:40", v="-1:1:40", duration=1)
     codes = np.full((40, 40), UNSTABLE, np.int8)
     # the second axis is drawn upward
@@ -83,7 +83,7 @@ def chaotic(rng):
 
 
 def test_a_chaotic_map_shows_its_cells(chaotic):
-    """Few lines are drawn; regions where cells alternate, and undecided ones, have their names and entries."""
+    """Few lines are drawn; mixed and undecided regions have names and legend entries."""
     drawn = plots.figure([chaotic], look=Look(quantity="end_time"))
     axes = drawn.axes[0]
     lines = [each for each in axes.collections if isinstance(each, LineCollection)]
@@ -95,7 +95,7 @@ def test_a_chaotic_map_shows_its_cells(chaotic):
 
 
 def test_each_part_of_a_region_has_its_name():
-    """Of two unstable bands on both sides of a stable one each is named."""
+    """Both unstable bands on the sides of a stable one are named."""
     atlas = sweep.run("henon_heiles", u="-1:1:40", v="-1:1:40", duration=1)
     codes = np.full((40, 40), UNSTABLE, np.int8)
     codes[:, 14:26] = STABLE

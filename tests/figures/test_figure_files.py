@@ -15,7 +15,7 @@ CHECKOUT = Path(__file__).resolve().parents[2]
 
 @pytest.fixture(scope="module")
 def atlas():
-    """Return a small atlas whose figure has everything: hatching, both edges, a strip."""
+    """Return a small atlas whose figure has hatching, both edges and a strip."""
     spec = sweep.SweepSpec.preset("circling")
     return sweep.run(spec.replace(tilt="1deg:30deg:20", precession_rate="0.05:5:31", duration="3s"))
 
@@ -25,7 +25,7 @@ def atlas():
     ("ending", "magic"), [("png", b"\x89PNG\r\n"), ("pdf", b"%PDF-1."), ("svg", b"<?xml")]
 )
 def test_same_atlas_same_bytes(atlas, tmp_path, monkeypatch, ending, magic):
-    """A figure drawn twice, on two days, gives the same file, and nothing beside it."""
+    """Drawing twice, on different days, gives the same file and no others."""
     for name, day in (("first", "0"), ("second", "86400")):
         monkeypatch.setenv("SOURCE_DATE_EPOCH", day)
         plots.save(plots.figure([atlas]), tmp_path / f"{name}.{ending}")
@@ -36,7 +36,7 @@ def test_same_atlas_same_bytes(atlas, tmp_path, monkeypatch, ending, magic):
 
 
 def test_failed_save_leaves_the_old_figure(atlas, tmp_path, monkeypatch):
-    """A figure that cannot be drawn to the end leaves what was there, and no part of itself."""
+    """A figure that fails halfway leaves the old file and no temporary file."""
     path = tmp_path / "figure.png"
     path.write_text("old")
     drawn = plots.figure([atlas])
@@ -53,7 +53,7 @@ def test_failed_save_leaves_the_old_figure(atlas, tmp_path, monkeypatch):
 
 
 def test_a_figure_has_the_dots_that_were_asked_for(atlas, tmp_path):
-    """Width and height of the file, in the head of a PNG, are the inches of the figure times the dots per inch."""
+    """The PNG header has the figure's size in inches times the dots per inch."""
     drawn = plots.figure([atlas])
     for dpi in (50, 120):
         plots.save(drawn, tmp_path / f"{dpi}.png", dpi)
@@ -71,7 +71,7 @@ def test_missing_folder(atlas, tmp_path):
 
 @pytest.mark.slow_lane
 def test_no_global_state(atlas):
-    """Drawing neither loads pyplot nor leaves a changed setting behind."""
+    """Drawing does not load pyplot or change settings."""
     before = dict(matplotlib.rcParams)
     plots.figure([atlas])
     assert dict(matplotlib.rcParams) == before
@@ -84,7 +84,7 @@ def test_no_global_state(atlas):
 
 @pytest.mark.slow_lane
 def test_script_draws_what_it_is_given(atlas, tmp_path):
-    """scripts/plot_boundaries.py draws atlas files into one figure; a bad request ends with 2 and a message."""
+    """scripts/plot_boundaries.py draws atlas files into one figure; a bad request exits with 2 and a message."""
     sweep.save(atlas, tmp_path / "rolling.nc")
     command = [
         sys.executable,
@@ -105,7 +105,7 @@ def test_script_draws_what_it_is_given(atlas, tmp_path):
 
 @pytest.mark.slow_lane
 def test_a_refined_atlas_is_drawn():
-    """Curves are no axes of an atlas: with a bisected boundary it is still one map, and a further axis makes two."""
+    """Curves are not axes: an atlas with a refined boundary is still one map, and a further axis makes two."""
     spec = sweep.SweepSpec.preset("rolling").replace(
         roll_rate="2:3:5", tilt="0.1deg:1deg:4", boundary="refined:1e-6"
     )

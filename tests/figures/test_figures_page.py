@@ -1,4 +1,4 @@
-"""docs/figures.md names every option; tests/promises/test_pages.py runs their commands."""
+"""docs/figures.md names every option; tests/promises/test_pages.py runs its commands."""
 
 import re
 from pathlib import Path
@@ -8,7 +8,7 @@ PAGE = (CHECKOUT / "docs" / "figures.md").read_text(encoding="utf-8")
 
 
 def test_it_names_every_option(command):
-    """Each option of the command stands on the page, and each word of `.plot` too."""
+    """The page has each option of the command and each keyword of `.plot`."""
     from sweep.accessor import Eulerdisk
 
     _, out, _ = command("plot --help")

@@ -1,4 +1,4 @@
-"""Nothing in a figure of atlases lies on anything else: the boxes of the renderer say so, over awkward atlases."""
+"""Nothing overlaps in figures of awkward atlases, according to the renderer's boxes."""
 
 import itertools
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.compiled
 
 PLAIN = sweep.SweepSpec(roll_rate="2:4:21", tilt="0.1deg:4deg:15")
 
-#: Atlases that a layout may stumble over.
+#: Atlases that are difficult to lay out.
 AWKWARD = {
     "preset": sweep.SweepSpec.preset("rolling").replace(roll_rate="2:4:21", tilt="0.01deg:4deg:15:log"),
     "circling": sweep.SweepSpec.preset("circling").replace(tilt="1deg:30deg:16", precession_rate="0.05:5:21"),
@@ -57,24 +57,24 @@ LOOKS = {
 
 
 def drawn_as(atlas, look):
-    """Return a figure of an atlas, drawn."""
+    """Return a rendered figure of an atlas."""
     drawn = plots.figure([atlas], look=look)
     drawn.draw_without_rendering()
     return drawn
 
 
 def every_axes(drawn):
-    """Return all axes of a figure, second axes among them."""
+    """Return all axes of a figure, including second axes."""
     return [each for axes in drawn.axes for each in (axes, *axes.child_axes)]
 
 
 def is_shown(text):
-    """Return whether a text is visible and holds anything."""
+    """Return True if a text is visible and not empty."""
     return bool(text.get_visible() and text.get_text().strip())
 
 
 def numbers_on(axis):
-    """Return the boxes of the numbers on an axis that lie within its ends."""
+    """Return the labels and boxes of the numbers on an axis that are within its ends."""
     low, high = sorted(axis.get_view_interval())
     room = 1e-6 * (high - low)
     ticks = [tick for tick in axis.get_major_ticks() if low - room <= tick.get_loc() <= high + room]
@@ -83,7 +83,7 @@ def numbers_on(axis):
 
 
 def words_of(drawn):
-    """Return the text and the box of every word of a figure: numbers, labels, titles, names, legends."""
+    """Return the text and the box of all text in a figure: numbers, labels, titles, names, legends."""
     found = []
     for axes in every_axes(drawn):
         found += numbers_on(axes.xaxis) + numbers_on(axes.yaxis)
@@ -96,11 +96,11 @@ def words_of(drawn):
 
 
 def overlap(one, other):
-    """Return by how many dots two boxes overlap in the direction in which they do so less; negative if they do not."""
+    """Return the smaller overlap of two boxes in x or y, in dots; it is negative if they do not overlap."""
     return min(min(one.x1, other.x1) - max(one.x0, other.x0), min(one.y1, other.y1) - max(one.y0, other.y0))
 
 
-#: Awkward atlases that are like others; they are drawn before a release.
+#: Awkward atlases similar to others, tested only before a release.
 LIKE_OTHERS = {
     "2 x 2",
     "1 x N",
@@ -115,19 +115,19 @@ LIKE_OTHERS = {
 
 @pytest.mark.release
 def test_nothing_lies_on_anything_else_in_a_column():
-    """Neither do the boxes of two words overlap, nor does any leave the figure, nor a legend lie on a panel."""
+    """No two texts overlap, none leaves the figure, and no legend covers a panel."""
     check_all("column", AWKWARD.keys() - LIKE_OTHERS)
 
 
 @pytest.mark.release
 def test_nothing_lies_on_anything_else_in_a_figure_of_any_width():
-    """The same holds for all of them, and where the figure is as wide as its panels like to be."""
+    """The same holds for all atlases, also in the width that the panels prefer."""
     check_all("column", LIKE_OTHERS)
     check_all("default", AWKWARD)
 
 
 def check_all(look, names):
-    """Check words, maps and names of awkward atlases in a look."""
+    """Check texts, maps and names of awkward atlases in a look."""
     for name in sorted(names):
         spec = AWKWARD[name]
         atlas = sweep.run(spec)
@@ -137,20 +137,20 @@ def check_all(look, names):
         check_verdicts(atlas, drawn, name)
 
 
-#: Atlas -> one look of it that is drawn by day.
+#: One look for each of these atlases in the daily tests.
 OTHERS = {"circling": "scaled", "negative": "narrow", "decades": "large letters", "alphas and radii": "low"}
 
 
 @pytest.mark.release
 def test_no_word_lies_on_another_in_other_looks():
-    """The same holds for a narrow figure, for large letters, scaled rates and a low figure."""
+    """The same holds for a narrow and a low figure, large letters and scaled rates."""
     for name, look in OTHERS.items():
         check_words(drawn_as(sweep.run(AWKWARD[name]), LOOKS[look]), (name, look))
 
 
 @pytest.mark.release
 def test_no_word_lies_on_another_in_all_looks():
-    """Each of those atlases in each of those looks."""
+    """The same holds for each of these atlases in each of these looks."""
     for name in OTHERS:
         atlas = sweep.run(AWKWARD[name])
         for look in OTHERS.values():
@@ -167,7 +167,7 @@ TITLED = {
 
 @pytest.mark.slow_lane
 def test_the_title_that_the_program_gives_is_whole():
-    """Where it is longer than a line it takes several; nothing is cut, and no word leaves its place."""
+    """A long automatic title takes several lines; nothing is cut and no text overlaps."""
     looks = {
         "rolling": ("column", "narrow"),
         "circling": ("narrow",),
@@ -184,20 +184,20 @@ def test_the_title_that_the_program_gives_is_whole():
 
 @pytest.mark.slow_lane
 def test_the_title_of_axes_of_a_user_is_whole():
-    """Those are narrow here, and the title is as wide as they are at most."""
+    """In the user's narrow axes, the title is at most as wide as the axes."""
     drawn = Figure(layout="constrained", figsize=(4.0, 6.0))
     spec = sweep.SweepSpec.preset("toy", **TITLED["toy"])
     sweep.run(spec).eulerdisk.plot(ax=drawn.subplots())
     assert misplaced(drawn) == []
 
 
-#: A title of two lines or more in every figure.
+#: A title of at least two lines in every figure.
 LONG = "A coin of twelve millimetres on glass, nudged by four degrees as it rolls"
 
 
 @pytest.mark.slow_lane
 def test_a_long_title_pushes_the_panels_down():
-    """Its lines lie above the panels, and none of them is cut; in several panels, beside a common title too."""
+    """All lines of a long title are above the panels and complete, also next to a common title."""
     for name, looks in (("rolling", ("default", "narrow")), ("random", ("column",))):
         atlas = sweep.run(sweep.SweepSpec.preset("rolling", title=LONG, **TITLED[name]))
         for look in looks:
@@ -210,7 +210,7 @@ def test_a_long_title_pushes_the_panels_down():
 
 @pytest.mark.release
 def test_a_long_title_of_more_than_two_axes_is_whole():
-    """A family of maps has one title over all of them."""
+    """A family of maps has one complete title above all maps."""
     atlas = sweep.run(PLAIN.replace(alpha="0.5,1", title=LONG))
     for width in ("86mm", "120mm", "180mm"):
         drawn = plots.figure([atlas], look=Look.read(width=width))
@@ -220,7 +220,7 @@ def test_a_long_title_of_more_than_two_axes_is_whole():
 
 @pytest.mark.slow_lane
 def test_a_long_title_of_a_motion_is_whole():
-    """The panels of a motion lie below all lines of its title and caption."""
+    """The panels of a motion are below all lines of its title and caption."""
     for start in ({}, {"rolling_friction": "10um"}):
         rates = {"tilt_rate": -1.234, "precession_rate": -12.34, "roll_rate": -12.34, "gravity": 9.625}
         motion = sweep.simulate(
@@ -232,7 +232,7 @@ def test_a_long_title_of_a_motion_is_whole():
 
 
 def test_the_legend_of_a_narrow_figure_is_inside_it_and_begins_with_the_measurement():
-    """Lines as wide as the figure begin further left than the axes; the measurement comes before colours and lines."""
+    """A legend as wide as the figure starts left of the axes; the measurement precedes colors and lines."""
     criterion = "peak_tilt > 10deg or fall_time < 2s or tilt_max > 20deg and tilt_min < 1deg"
     look = Look.read(width="70mm", quantity="ending")
     drawn = plots.figure([sweep.run(PLAIN.replace(criterion=criterion))], look=look)
@@ -245,7 +245,7 @@ def test_the_legend_of_a_narrow_figure_is_inside_it_and_begins_with_the_measurem
 
 
 def check_words(drawn, case):
-    """Hold the boxes of all words of a figure against each other and against its panels."""
+    """Compare the boxes of all texts of a figure with each other and with its panels."""
     words = words_of(drawn)
     touching = [(a[0], b[0]) for a, b in itertools.combinations(words, 2) if overlap(a[1], b[1]) > 1.0]
     assert not touching, case
@@ -258,7 +258,7 @@ def check_words(drawn, case):
 
 
 def check_maps(drawn, case):
-    """Axes end where the cells do; no word in a map covers a point of a boundary or of a line; no panel is empty."""
+    """Check that axes end with the cells, no text in a map covers a point or a line, and no panel is empty."""
     for axes in drawn.axes:
         meshes = [
             each for each in axes.collections if isinstance(each, QuadMesh) and axes.get_title(loc="left")
@@ -278,7 +278,7 @@ def check_maps(drawn, case):
 
 
 def check_verdicts(atlas, drawn, case):
-    """The verdicts that a panel has are words in it, except for one that has no room."""
+    """Check that each verdict in a panel is named, except one without room."""
     names = {0: "undecided", 1: "stable", 2: "unstable"}
     there = {names[int(code)] for code in np.unique(atlas["stability"].values)}
     if (atlas["ending"].values >= 5).any():
@@ -289,7 +289,7 @@ def check_verdicts(atlas, drawn, case):
 
 @pytest.mark.slow_lane
 def test_too_small_a_figure_is_refused_with_the_size_that_will_do():
-    """The size that a refusal names is enough."""
+    """The size that a refusal suggests is enough."""
     for width, font_size in (("25mm", 8), ("86mm", 30), ("30mm", 8)):
         atlas = sweep.run(PLAIN)
         with refused("width") as caught:
@@ -299,7 +299,7 @@ def test_too_small_a_figure_is_refused_with_the_size_that_will_do():
 
 
 def test_a_figure_has_the_size_that_was_asked_for(tmp_path):
-    """Width and height are those asked for to a dot, letters have their size."""
+    """Width and height are exact to a dot, and letters have the requested size."""
     from matplotlib.image import imread
 
     drawn = plots.figure(
@@ -313,7 +313,7 @@ def test_a_figure_has_the_size_that_was_asked_for(tmp_path):
 
 @pytest.mark.slow_lane
 def test_axes_are_on_whole_dots_of_the_file():
-    """Cells of colours are sharp at the dots per inch that are asked for, and at 200 without."""
+    """Cells are sharp at the requested dots per inch, by default 200."""
     for dpi in (200, 300, 310):
         drawn = plots.figure([sweep.run(PLAIN)], look=Look.read(dpi=None if dpi == 200 else dpi))
         for axes in drawn.axes:
@@ -322,7 +322,7 @@ def test_axes_are_on_whole_dots_of_the_file():
 
 
 def width_of_map(drawn):
-    """Return the width [mm] of the map of a figure of one panel."""
+    """Return the width [mm] of the map of a figure with one panel."""
     drawn.draw_without_rendering()
     [axes] = [each for each in drawn.axes if any(isinstance(one, QuadMesh) for one in each.collections)][:1]
     return axes.get_window_extent().width / drawn.dpi * 25.4
@@ -330,13 +330,13 @@ def width_of_map(drawn):
 
 @pytest.mark.slow_lane
 def test_the_map_of_a_column_of_a_journal_is_55_mm_wide():
-    """Of a figure of 86 mm, with or without its words; a bare one has a legend of one line inside it."""
+    """An 86 mm figure has a 55 mm map, with or without text; a bare one has a one-line legend inside."""
     atlas = sweep.run(AWKWARD["preset"])
     for words in ({}, {"bare": True}, {"bare": True, "without": "strip"}):
         drawn = plots.figure([atlas], look=Look.read(width="86mm", **words))
         assert width_of_map(drawn) >= 54.95
         assert misplaced(drawn) == []
-        # in the dots of the file words are a little wider
+        # at the file's dots per inch, text is slightly wider
         drawn.set_dpi(200)
         assert misplaced(drawn) == []
     [legend] = [axes.get_legend() for axes in drawn.axes if axes.get_legend()]
@@ -345,7 +345,7 @@ def test_the_map_of_a_column_of_a_journal_is_55_mm_wide():
 
 
 def test_what_a_bare_figure_leaves_out_is_its_label():
-    """No title, no caption, and the label is the text of both and of the legend; other parts go by name."""
+    """A bare figure has no title or caption; its label has both and the legend; other parts are omitted by name."""
     atlas = sweep.run(AWKWARD["preset"])
     drawn = plots.figure([atlas], look=Look.read(bare=True, without=["strip", "legend", "bar"]))
     assert len(drawn.axes) == 1
@@ -364,7 +364,7 @@ def test_what_a_bare_figure_leaves_out_is_its_label():
 
 
 def test_a_bracket_is_drawn_over_its_marker():
-    """Where a marker is larger than its bracket it does not hide it."""
+    """A bracket is visible even if its marker is larger."""
     drawn = plots.figure([sweep.run(AWKWARD["preset"])], look=Look.read())
     sets = [each for axes in drawn.axes for each in axes.containers if hasattr(each, "has_yerr")]
     assert sets
@@ -375,7 +375,7 @@ def test_a_bracket_is_drawn_over_its_marker():
 
 @pytest.mark.slow_lane
 def test_the_legend_of_an_incomplete_last_row_is_in_its_empty_place():
-    """The height below the last row has no legend, and panels of a row have numbers all or none."""
+    """An incomplete last row has the legend in its empty place, and all panels of a row have numbers or none."""
     drawn = plots.figure([sweep.run(AWKWARD["five alphas"])], look=Look.read())
     assert misplaced(drawn) == []
     [legend] = [axes.get_legend() for axes in drawn.axes if axes.get_legend()]
@@ -388,7 +388,7 @@ def test_the_legend_of_an_incomplete_last_row_is_in_its_empty_place():
 
 @pytest.mark.slow_lane
 def test_a_number_of_the_request_stays_as_it_was_given():
-    """A radius of 12.875 mm is not 12.88 mm, in a caption, nor in that of a motion; a computed rate has four digits."""
+    """A given radius of 12.875 mm keeps its digits in captions; a computed rate has four digits."""
     spec = sweep.SweepSpec(radius="12.875mm", gravity=9.80665, roll_rate="20:40:5", tilt="0.1deg:4deg:4")
     text = plots.figure([sweep.run(spec)]).get_label()
     assert "$R = 12.875$ mm, $g = 9.80665$ m s$^{-2}$" in text

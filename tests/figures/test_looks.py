@@ -1,4 +1,4 @@
-"""What a figure can be asked for: quantities, contour lines, axes of a caller, maps of more than two axes."""
+"""Options of a figure: quantities, contour lines, the caller's axes, maps of more than two axes."""
 
 import matplotlib
 import numpy as np
@@ -27,7 +27,7 @@ CUBE = sweep.SweepSpec(roll_rate="2:4:21", tilt="0.1deg:2deg:8", alpha="0.2,0.5,
 
 @pytest.fixture(scope="module")
 def plain():
-    """Return an atlas of two axes, some of whose cells fall."""
+    """Return an atlas of two axes, in which some cells fall."""
     return sweep.run(PLAIN)
 
 
@@ -38,12 +38,12 @@ def cube():
 
 
 def draw(atlas, **words):
-    """Return a figure of an atlas in the look that words ask for."""
+    """Return a figure of an atlas with these look options."""
     return plots.figure([atlas], look=Look.read(**words))
 
 
 def mesh(axes):
-    """Return the colours of a map."""
+    """Return the colored mesh of a map."""
     return next(each for each in axes.collections if isinstance(each, QuadMesh))
 
 
@@ -54,12 +54,12 @@ def told(drawn):
 
 
 def maps(drawn):
-    """Return the axes with a map, and those with anything else that has a title."""
+    """Return the axes with a map, or other axes with a title."""
     return [axes for axes in drawn.axes if axes.get_title(loc="left")]
 
 
 def test_no_number_of_a_failed_cell_is_drawn(plain):
-    """Cells whose integration failed have no colour for their numbers; their error estimate is drawn."""
+    """Numbers of failed cells have no color, except their error estimate."""
     failed = next(each.code for each in DISK.endings if each.role == FAILED)
     place = {"roll_rate": 3, "tilt": 4}
     changed = plain.copy(deep=True)
@@ -72,7 +72,7 @@ def test_no_number_of_a_failed_cell_is_drawn(plain):
 
 @pytest.mark.release
 def test_any_number_of_the_cells_is_drawn(plain):
-    """Every variable that is no flag gives the colours its values, in the unit of the bar; missing ones are hatched."""
+    """Any variable that is not a flag can be drawn, in the bar's unit; missing values are hatched."""
     for name in variables_of_cells(plain):
         if name in ("ending", "stability"):
             continue
@@ -83,7 +83,7 @@ def test_any_number_of_the_cells_is_drawn(plain):
         shown = np.ma.masked_array(mesh(drawn.axes[0]).get_array())
         known = np.isfinite(values)
         assert (~np.ma.getmaskarray(shown) == known).all(), name
-        # a value of a logarithmic scale that is zero has the first colour
+        # on a logarithmic scale, zero has the first color
         norm = mesh(drawn.axes[0]).norm
         np.testing.assert_allclose(shown[known], values[known].clip(norm.vmin, norm.vmax), rtol=1e-6)
         if known.any():
@@ -93,14 +93,14 @@ def test_any_number_of_the_cells_is_drawn(plain):
 
 @pytest.mark.slow_lane
 def test_numbers_are_logarithmic_where_they_span_decades(plain):
-    """Errors span decades; fall times do not, and tilts of both signs cannot."""
+    """Errors span decades and get a logarithmic scale; fall times do not, and tilts of both signs cannot."""
     names = ("tilt_min", "fall_time", "energy_drift")
     found = [type(mesh(draw(plain, quantity=name).axes[0]).norm).__name__ for name in names]
     assert found == ["Normalize", "Normalize", "LogNorm"]
 
 
 def test_flags_have_colours_and_names(plain):
-    """Each flag that occurs has a colour of its own, told apart in grey, and an entry in the legend."""
+    """Each flag has its own color, distinguishable in gray, and a legend entry."""
     drawn = draw(plain, quantity="ending")
     colours = mesh(drawn.axes[0])
     present = np.unique(plain["ending"].values)
@@ -112,14 +112,14 @@ def test_flags_have_colours_and_names(plain):
 
 
 def test_a_flag_of_one_axis_has_its_names_on_the_axis(plain):
-    """A profile of endings has a step for each, named where numbers would be."""
+    """A profile of endings has a step for each, with names in place of numbers."""
     axes = draw(plain.isel(tilt=-1), quantity="ending").axes[0]
     assert {label.get_text() for label in axes.get_yticklabels()} == {"bounded", "fell"}
 
 
 @pytest.mark.slow_lane
 def test_contour_lines_run_where_the_quantity_has_their_levels(plain):
-    """Interpolated along each line the quantity is the level, and the bar of colours and the legend name it."""
+    """Along each contour line the quantity equals its level, which the color bar and the legend name."""
     drawn = draw(plain, contours="25deg,60deg")
     lines = next(each for each in drawn.axes[0].collections if isinstance(each, QuadContourSet))
     np.testing.assert_allclose(lines.levels, [25.0, 60.0], rtol=1e-12)
@@ -139,7 +139,7 @@ def test_contour_lines_run_where_the_quantity_has_their_levels(plain):
 
 @pytest.mark.slow_lane
 def test_bad_looks_are_refused(plain):
-    """What is not possible is refused in a sentence with what is, and with the bad word; the rest is drawn."""
+    """Bad looks are refused with the bad word and the valid ones."""
     for words, facts in (
         ({"rate": "sqared"}, ["rate", "linear", "squared", "scaled", "speed", "sqared", "squared?"]),
         ({"quantity": "peak_tlt"}, ["quantity", "peak_tlt", "ending", "peak_tilt?"]),
@@ -176,7 +176,7 @@ def test_bad_looks_are_refused(plain):
 
 @pytest.mark.slow_lane
 def test_a_map_for_each_value_of_a_further_axis(cube, tmp_path):
-    """Three maps of one colour scale, each with the cells of its slice, from a dataset as from a file."""
+    """A further axis gives three maps with one color scale, one per slice, from memory and from a file."""
     sweep.save(cube, tmp_path / "cube.nc")
     with opened(tmp_path / "cube.nc", indexed=False) as file:
         from_file = draw(file)
@@ -191,12 +191,12 @@ def test_a_map_for_each_value_of_a_further_axis(cube, tmp_path):
             line = next(each for each in axes.get_lines() if str(each.get_label()).startswith("analytic"))
             np.testing.assert_allclose(line.get_ydata(), theory, rtol=1e-12)
         assert len({mesh(axes).norm for axes in maps(drawn)}) == 1
-        # one legend for all, whose formula is that of any of them
+        # all maps share one legend with the same formula
         assert with_facts(told(drawn), "analytic", r"$\dot\phi = \sqrt{g/[2(1{+}\alpha)R]}$")
 
 
 def test_a_family_of_boundaries_is_one_panel(cube):
-    """Each curve has the measured boundary of its slice, and the legend its value; no two share marker or colour."""
+    """Each slice's boundary is a curve with its own marker, color and legend entry."""
     drawn = draw(cube, family=True)
     [axes] = maps(drawn)
     sets = [each for each in axes.containers if hasattr(each, "has_yerr")]
@@ -214,7 +214,7 @@ def test_a_family_of_boundaries_is_one_panel(cube):
 
 
 def test_too_many_maps_are_refused_with_their_number(cube):
-    """More maps or curves than can be told apart are refused with how many there would be, and what to select."""
+    """Too many maps or curves are refused with their number and a selection to make."""
     many = sweep.run(CUBE.replace(alpha="0.1:1:13", roll_rate="2:4:3", tilt="1deg,2deg"))
     with refused("alpha", "13", "12", "alpha=0.1"):
         draw(many)
@@ -225,7 +225,7 @@ def test_too_many_maps_are_refused_with_their_number(cube):
 
 
 def test_scaled_rates_of_unlike_disks_meet():
-    """In units of sqrt(g/R) the critical line is the same for all radii, and each map has the ends of its own cells."""
+    """In units of sqrt(g/R), all radii have the same critical line, and each map ends with its own cells."""
     atlas = sweep.run(sweep.SweepSpec(roll_rate="2:8:9", tilt="0.1deg,1deg", radius="0.1,0.5"))
     drawn = draw(atlas, rate="scaled")
     heights, ends = [], []
@@ -237,14 +237,14 @@ def test_scaled_rates_of_unlike_disks_meet():
     # so each has its own numbers
     assert ends[0] != ends[1]
     assert all(axes.yaxis.get_tick_params()["labelleft"] for axes in maps(drawn))
-    # one map over both has no such axis
+    # a single map over both has no such axis
     with refused("rate=scaled", "roll_rate", "linear", "squared"):
         draw(atlas.isel(tilt=0), rate="scaled")
 
 
 @pytest.mark.slow_lane
 def test_a_rate_is_drawn_as_the_speed_of_the_contact_point():
-    """Rate times radius: rolling upright is stable above sqrt(g R / 3), which the legend says as a number."""
+    """As a speed, rate times radius, upright rolling is stable above sqrt(g R / 3); the legend has the number."""
     for radius, unit, factor in (("0.01mm", "mm", 1e3), ("11.6mm", "cm", 1e2), ("0.5m", "m", 1.0)):
         spec = sweep.SweepSpec.preset("rolling", radius=radius).replace(tilt="0.1deg:1deg:8")
         atlas = sweep.run(spec)
@@ -272,7 +272,7 @@ def test_a_rate_is_drawn_as_the_speed_of_the_contact_point():
 
 
 def test_what_is_no_speed_is_refused():
-    """Only the roll rate is a speed, and only where all cells have one radius."""
+    """Only the roll rate can be drawn as a speed, and only if all cells have the same radius."""
     spinning = sweep.run(sweep.SweepSpec(precession_rate="3:6:3", tilt="1deg,2deg"))
     with refused("rate=speed", "roll_rate", "precession_rate"):
         draw(spinning, rate="speed")
@@ -287,7 +287,7 @@ def test_what_is_no_speed_is_refused():
 
 
 def own_axes():
-    """Return axes of a figure that is not ours."""
+    """Return axes of the caller's own figure."""
     with matplotlib.rc_context({"font.size": 10.0}):
         figure = Figure(figsize=(9, 5), layout="constrained")
         FigureCanvasAgg(figure)
@@ -296,7 +296,7 @@ def own_axes():
 
 @pytest.mark.slow_lane
 def test_a_map_is_drawn_into_axes_of_a_caller(plain, cube):
-    """`plot(ax=...)` gives the caller's figure back, with map, bar and legend, and leaves the other axes alone."""
+    """`plot(ax=...)` returns the caller's figure with map, bar and legend, and leaves other axes unchanged."""
     before = dict(matplotlib.rcParams)
     ax, other = own_axes()
     drawn = plain.eulerdisk.plot(ax=ax, quantity="amplification", contours="auto", rate="scaled")
@@ -314,7 +314,7 @@ def test_a_map_is_drawn_into_axes_of_a_caller(plain, cube):
 
 
 def test_what_axes_of_a_caller_cannot_hold_is_refused(cube):
-    """A size belongs to the figure, and several maps need several axes; the axes stay empty."""
+    """A size and several maps are refused for one given axes, which stays empty."""
     for words, facts in (
         ({"width": "86mm"}, ["ax", "width"]),
         ({"dpi": 300, "height": 0.1}, ["ax", "height", "dpi"]),
@@ -327,7 +327,7 @@ def test_what_axes_of_a_caller_cannot_hold_is_refused(cube):
 
 
 def test_a_motion_has_none_of_these_looks():
-    """The figure of a motion takes no word of a map: each that is given is named."""
+    """The figure of a motion refuses each option of a map by name."""
     motion = sweep.simulate(sweep.TrajectorySpec.read(tilt_rate=0.01, roll_rate=3, duration=0.1))
     assert motion.eulerdisk.plot().axes
     with refused("rate", "contours", "motion"):
@@ -336,7 +336,7 @@ def test_a_motion_has_none_of_these_looks():
 
 @pytest.mark.slow_lane
 def test_many_maps_fit_a_column_of_a_journal():
-    """Five maps are two abreast in 86 mm, and no higher than a page; what would be higher is refused with a hint."""
+    """Five maps fit side by side in pairs in 86 mm and on a page; a higher figure is refused with a hint."""
     atlas = sweep.run(sweep.SweepSpec(roll_rate="2:4:9", tilt="0.1deg:2deg:5", alpha="0.2:1:5"))
     drawn = draw(atlas, width="86mm")
     assert len({round(axes.get_position().x0, 3) for axes in maps(drawn)}) == 2
@@ -347,7 +347,7 @@ def test_many_maps_fit_a_column_of_a_journal():
 
 
 def test_cells_end_within_what_a_parameter_allows():
-    """No disk lies beyond the hoop: the cells of alpha = 1 end there, and those of 0.5 half way to it on both sides."""
+    """At alpha = 1, the hoop, the cells end; the cells of 0.5 extend half way to the next on both sides."""
     atlas = sweep.run(sweep.SweepSpec(roll_rate="2:4:5", tilt="1deg", alpha="0.5,1"))
     [axes] = maps(draw(atlas))
     np.testing.assert_allclose(mesh(axes).get_coordinates()[0, :, 0], [0.25, 0.75, 1.0], rtol=1e-15)
@@ -358,9 +358,9 @@ def test_cells_end_within_what_a_parameter_allows():
 
 @pytest.mark.release
 def test_a_bar_of_colours_has_three_numbers_or_its_ends():
-    """A bar with one number between its ends says nothing of them."""
+    """A color bar has at least three numbers or numbers at its ends, because one number would be useless."""
     for own in (False, True):
-        # of the last one 1, 2 and 5 times a power of ten leave one number
+        # in the last one, 1, 2 and 5 times powers of ten would leave one number
         for rates, tilt in (
             ("2.5:2.9:6", "2deg:3deg:5"), ("2.5:2.9:6", "3deg:3.1deg:5"), ("6:7:3", "2.2deg:9.5deg:5"),
         ):  # fmt: skip
@@ -375,7 +375,7 @@ def test_a_bar_of_colours_has_three_numbers_or_its_ends():
 
 
 def test_number_and_unit_of_the_line_stay_together():
-    """The legend of a narrow figure is broken before the number or not at all."""
+    """In a narrow figure, the legend breaks before the number or not at all."""
     drawn = draw(sweep.run(PLAIN.replace(tilt_rate=0.0)), width="70mm")
     [entry] = [
         each.get_text()

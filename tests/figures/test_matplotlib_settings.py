@@ -1,4 +1,4 @@
-"""Settings of matplotlib change no figure."""
+"""Matplotlib settings do not change figures."""
 
 import os
 import subprocess
@@ -20,7 +20,7 @@ MATPLOTLIBRC = (
 
 @pytest.fixture(scope="module")
 def hostile(tmp_path_factory):
-    """Return a folder with settings of matplotlib, and a small atlas."""
+    """Return a folder with matplotlib settings and a small atlas."""
     folder = tmp_path_factory.mktemp("hostile")
     (folder / "matplotlibrc").write_text(MATPLOTLIBRC, encoding="utf-8")
     sweep.run_to_file(sweep.SweepSpec(tilt="1deg:2deg:3", roll_rate="2:3:4"), folder / "atlas.nc")
@@ -28,7 +28,7 @@ def hostile(tmp_path_factory):
 
 
 def started(folder, *line, **more):
-    """Run Python in a folder, and return the process that has ended."""
+    """Run Python in a folder and return the finished process."""
     environment = {**os.environ, "PYTHONPATH": str(CHECKOUT), **more}
     return subprocess.run(
         [sys.executable, *line], cwd=folder, env=environment, capture_output=True, text=True, check=False
@@ -37,7 +37,7 @@ def started(folder, *line, **more):
 
 @pytest.mark.slow_lane
 def test_a_figure_is_a_function_of_its_atlas(hostile, tmp_path):
-    """The command draws the same bytes beside a matplotlibrc and with settings in the environment."""
+    """The command draws the same bytes with a matplotlibrc and with settings in the environment."""
     with sweep.open_atlas(hostile / "atlas.nc") as atlas:
         plots.save(plots.figure([atlas]), tmp_path / "here.png")
     line = ["-m", "sweep", "plot", "atlas.nc", "-o", str(tmp_path / "there.png")]
@@ -48,7 +48,7 @@ def test_a_figure_is_a_function_of_its_atlas(hostile, tmp_path):
 
 @pytest.mark.slow_lane
 def test_a_program_may_set_matplotlib_up_and_gets_the_same_figure(hostile, tmp_path):
-    """In Python the settings of the program neither change a figure nor are changed by it."""
+    """In Python, the program's settings neither change a figure nor are changed by it."""
     with sweep.open_atlas(hostile / "atlas.nc") as atlas:
         plots.save(plots.figure([atlas]), tmp_path / "plain.png")
         with matplotlib.rc_context(

@@ -26,7 +26,7 @@ LINE = ROLLING.replace(tilt="0.1deg")
 
 @pytest.mark.slow_lane
 def test_axes_say_quantity_and_unit(panels):
-    """Tilt is in degrees, the rate in rad s-1 and in units of sqrt(g/R), the colour bar in degrees."""
+    """Tilt is in degrees, the rate in rad s-1 and in units of sqrt(g/R), and the color bar in degrees."""
     for name in ("rolling", "spinning", "circling"):
         top, strip, second = map_and_strip(panels[name])
         rate = "roll rate" if name == "rolling" else "precession rate"
@@ -39,11 +39,11 @@ def test_axes_say_quantity_and_unit(panels):
 
 
 def test_second_axis_is_the_first_in_units_of_root_g_over_r(panels):
-    """Every height of the map reads the rate on one side and rate sqrt(R/g) on the other."""
+    """At every height, one side shows the rate and the other the rate times sqrt(R/g)."""
     for name in ("rolling", "spinning", "circling"):
         top, _, second = map_and_strip(panels[name])
         heights = np.linspace(0.0, 1.0, 7)
-        # the second axis takes its ends when it is drawn
+        # the second axis gets its limits when it is drawn
         top.get_tightbbox()
 
         def reads(axes, heights=heights):
@@ -55,7 +55,7 @@ def test_second_axis_is_the_first_in_units_of_root_g_over_r(panels):
 
 
 def test_analytic_line_lies_where_linear_theory_puts_it(panels):
-    """The line of the uniform disk is level at the root of g/3R (rolling) or 4g/5R (spinning), and says so."""
+    """The uniform disk's line is at the square root of g/3R (rolling) or 4g/5R (spinning), and its label says so."""
     for name, expected, beside, told in (
         ("rolling", G_OVER_3R, r"$\sqrt{g/3R}$", r"$\dot\phi = \sqrt{g/3R}$ = 2.557 rad s$^{-1}$"),
         ("spinning", FOUR_G_OVER_5R, r"$\sqrt{4g/5R}$", r"$\dot\psi = \sqrt{4g/5R}$ = 3.962 rad s$^{-1}$"),
@@ -68,7 +68,7 @@ def test_analytic_line_lies_where_linear_theory_puts_it(panels):
 
 @pytest.mark.slow_lane
 def test_rates_are_drawn_as_they_are_asked_for(atlases):
-    """The axis of the rate is evenly divided in what its label says; line, number and second axis follow it."""
+    """The rate axis is linear in the labeled quantity; line, number and second axis agree with it."""
     for rate, label, height, told, second in (
         ("linear", r"roll rate $\dot\phi_0$ (rad s$^{-1}$)", 6.54**0.5, "2.557 rad s$^{-1}$", True),
         (
@@ -86,14 +86,14 @@ def test_rates_are_drawn_as_they_are_asked_for(atlases):
         np.testing.assert_allclose(line(top, "analytic")[1], height, rtol=1e-9)
         assert next(each for each in words(strip) if each.startswith("analytic")).endswith(f"= {told}")
         assert bool(top.child_axes) == second
-        # the ratio to the line is that of what is drawn
+        # the ratio to the line is that of the drawn quantity
         [(_, y, _)], [(_, ratio, _)] = points(top), points(strip)
         np.testing.assert_allclose(ratio, y / height, rtol=1e-12)
 
 
 @pytest.mark.slow_lane
 def test_formula_follows_alpha():
-    """The hoop has its own fractions of g/R, any other disk the general expression."""
+    """The hoop has its own fractions of g/R; any other disk has the general formula."""
     for spec, alpha, formula in (
         (ROLLING, 1.0, r"$\dot\phi = \sqrt{g/4R}$"),
         (SPINNING, 1.0, r"$\dot\psi = \sqrt{2g/3R}$"),
@@ -105,22 +105,22 @@ def test_formula_follows_alpha():
 
 
 def test_prediction_is_the_atlas_s(atlases, panels):
-    """The dashed line runs through the predicted rates that the atlas stores."""
+    """The dashed line runs through the stored predicted rates."""
     atlas = atlases["spinning"]
     x, y = line(map_and_strip(panels["spinning"])[0], "predicted, departure 5°")
     tilt, rate = np.degrees(atlas["tilt"].values), atlas["predicted_precession_rate"].values
-    # straight between 400 points of a curve that is smooth where the map shows it
+    # the curve is smooth here and drawn with 400 points
     seen = rate < 6.0
     np.testing.assert_allclose(np.interp(tilt[seen], x, y), rate[seen], rtol=1e-4)
 
 
 def test_circling_curve_ends_at_both_lines(panels):
-    """The curve k = 0 runs from the spinning end over the dome's top at 18.62 deg to zero precession."""
+    """The curve k = 0 goes from the spinning end over the dome's top at 18.62 deg to zero precession."""
     top, _, _ = map_and_strip(panels["circling"])
     x, y = line(top, "analytic: $k = 0$")
     np.testing.assert_allclose(x[[0, -1]], 0.0, atol=1e-4)
     np.testing.assert_allclose(y[[0, -1]], [math.sqrt(FOUR_G_OVER_5R), 0.0], atol=1e-4)
-    # 30 deg in 400 points: the last one lies within 0.08 deg of the top
+    # 30 deg in 400 points: the last one is within 0.08 deg of the top
     assert x.max() == pytest.approx(18.62, abs=0.08)
     ends = {text.get_text(): text.xy[1] for text in top.texts if hasattr(text, "xy")}
     assert ends[r"spinning: $\dot\psi^2 = 4g/5R$"] == pytest.approx(math.sqrt(FOUR_G_OVER_5R), abs=1e-4)
@@ -129,7 +129,7 @@ def test_circling_curve_ends_at_both_lines(panels):
 
 @pytest.mark.slow_lane
 def test_one_branch_of_steady_motions_is_no_curve():
-    """Its figure has no ends of a curve, whether the atlas has one edge or theory no line."""
+    """One branch of steady motions has no marked ends, with one edge or without lines of theory."""
     for branch in ("steady-slow", "steady-fast"):
         for count in (6, 26):
             spec = sweep.SweepSpec(
@@ -140,7 +140,7 @@ def test_one_branch_of_steady_motions_is_no_curve():
 
 
 def test_background_is_the_peak_tilt_in_degrees(atlases, panels):
-    """Cell by cell the colours stand for the peak tilt in degrees, rows along the rate."""
+    """The colors of the cells are the peak tilt in degrees, with rows along the rate."""
     atlas = atlases["rolling"]
     drawn = map_and_strip(panels["rolling"])[0].collections[0].get_array()
     expected = np.degrees(atlas["peak_tilt"].transpose("roll_rate", "tilt").values)
@@ -148,7 +148,7 @@ def test_background_is_the_peak_tilt_in_degrees(atlases, panels):
 
 
 def test_verdicts_are_named_where_they_hold(atlases, panels):
-    """The words stable and unstable stand on cells of that verdict: no colour is needed to read the map."""
+    """The words stable and unstable are on cells with that verdict, so the map can be read without color."""
     atlas = atlases["rolling"]
     top, _, _ = map_and_strip(panels["rolling"])
     for text in top.texts:
@@ -173,9 +173,9 @@ def test_one_verdict_gets_one_word():
 
 
 def test_names_have_their_places(panels):
-    """A lone verdict is in the middle, a formula above the right end of its line, the name of an end beside it."""
+    """A single verdict is in the middle, a formula above the right end of its line, an end's name next to it."""
     (lone,) = plots.figure([sweep.run(ROLLING.replace(roll_rate="1:2:10"))]).axes[0].texts
-    # as far from both sides as there is room
+    # as far from both sides as possible
     assert abs(lone.get_position()[0] - 0.5) < 0.05
     top, _, _ = map_and_strip(panels["rolling"])
     (formula,) = (each for each in top.texts if "sqrt" in each.get_text())
@@ -193,14 +193,14 @@ def test_names_have_their_places(panels):
 
 @pytest.mark.slow_lane
 def test_hatching_is_explained_only_where_it_is(panels):
-    """Undecided and impossible cells are hatched and named in the legend; a map without them is silent."""
+    """Undecided and impossible cells are hatched and explained in the legend; other maps have no entry."""
     assert not {"undecided", "invalid"} & set(words(map_and_strip(panels["rolling"])[1]))
     assert "undecided" in said_in(plots.figure([sweep.run(ROLLING.replace(duration="2s"))]))
     assert "invalid" in said_in(plots.figure([sweep.run(CIRCLING.replace(precession_rate="-1:1:5"))]))
 
 
 def test_hatching_covers_the_cells_that_it_is_for():
-    """On a map and on profiles along both axes the hatched patches hold the middles of the invalid cells, no other."""
+    """On maps and profiles along both axes, the hatching covers exactly the invalid cells."""
     spec = sweep.SweepSpec(
         roll_rate="1:6:6", tilt="5deg:30deg:6", precession_rate="steady-slow", tilt_rate=1e-3
     )
@@ -229,7 +229,7 @@ def test_hatching_covers_the_cells_that_it_is_for():
 
 @pytest.mark.slow_lane
 def test_the_analytic_rate_has_a_number_where_it_is_one_number(atlases):
-    """Along the radius it is many: the legend has the formula alone."""
+    """Along the radius, the critical rate varies, and the legend has only the formula."""
     many = sweep.run(ROLLING.replace(roll_rate="2:4:11", radius="0.3:0.6:4", tilt="1deg"))
     one, several = (
         [text for axes in plots.figure([each]).axes for text in words(axes)]
@@ -240,7 +240,7 @@ def test_the_analytic_rate_has_a_number_where_it_is_one_number(atlases):
 
 
 def test_contour_levels_are_round_numbers():
-    """Between 1 and 200 they are 2, 5, 10, ...; over five decades powers of ten; over a narrow range in equal steps."""
+    """From 1 to 200 the levels are 2, 5, 10, ...; over five decades powers of ten; over a narrow range equal steps."""
     wide = [SimpleNamespace(values=np.geomspace(1.0, high, 50)) for high in (200.0, 3e5)]
     assert _automatic(wide[:1], 1.0, 200.0) == (2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
     assert _automatic(wide[1:], 1.0, 3e5) == (1e1, 1e2, 1e3, 1e4, 1e5)
@@ -250,14 +250,14 @@ def test_contour_levels_are_round_numbers():
 
 @pytest.mark.slow_lane
 def test_legend_names_the_criterion(atlases):
-    """The prediction is labelled with the criterion that it belongs to."""
+    """The label of the prediction names its criterion."""
     other = sweep.reclassify(atlases["rolling"], "amplification:20")
     said = words(map_and_strip(plots.figure([other]).axes)[1])
     assert "predicted, amplification 20" in said
 
 
 def test_other_axes_than_rates():
-    """A map without a rate has no boundary to measure: it shows where unstable cells end."""
+    """A map without a rate has no measured boundary, but shows where unstable cells end."""
     atlas = sweep.run(ROLLING.replace(roll_rate=2.5, tilt="0.1deg:2deg:5", alpha="0.2:1:6"))
     axes = plots.figure([atlas]).axes
     labels = axes[0].get_xlabel(), axes[0].get_ylabel()
@@ -268,7 +268,7 @@ def test_other_axes_than_rates():
 
 @pytest.mark.slow_lane
 def test_negative_rates():
-    """Where a rate changes its sign both lines are drawn, at the root of 4g/5R and below zero."""
+    """If a rate changes sign, both lines are drawn, at plus and minus the square root of 4g/5R."""
     atlas = sweep.run(SPINNING.replace(precession_rate="-6:6:13", tilt="0.1deg:0.3deg:4"))
     axes = plots.figure([atlas]).axes[0]
     heights = {
@@ -282,7 +282,7 @@ def test_negative_rates():
 
 
 def test_single_axis_is_a_profile():
-    """An atlas of one axis is a line of peak tilts; the analytic rate stands upright on it."""
+    """An atlas with one axis is drawn as a curve of peak tilts; the analytic rate is a vertical line."""
     atlas = sweep.run(LINE)
     axes = plots.figure([atlas]).axes[0]
     assert axes.get_xlabel().startswith("roll rate")
@@ -296,7 +296,7 @@ def test_single_axis_is_a_profile():
 
 
 def test_selection_from_a_larger_atlas():
-    """A selection from an atlas of three axes is one map, with the chosen value in the caption."""
+    """A selection from an atlas of three axes is one map, with the selected value in the caption."""
     atlas = sweep.run(ROLLING.replace(roll_rate="2:4:9", tilt="0.1deg:1deg:4", alpha=[0.5, 1.0]))
     hoop = plots.figure([atlas.sel(alpha=1.0)])
     legend = map_and_strip(hoop.axes)[1].get_legend()
@@ -314,7 +314,7 @@ def test_nothing_to_draw():
 
 @pytest.mark.slow_lane
 def test_panel_is_as_wide_as_a_column(atlases):
-    """Three panels stand side by side, each at least 3.4 in wide, with no word smaller than 7 pt."""
+    """Three panels are side by side, each at least 3.4 in wide and with text of at least 7 pt."""
     drawn = plots.figure(list(atlases.values()))
     assert drawn.get_size_inches()[0] >= 3 * 3.4
     sizes = [text.get_fontsize() for text in drawn.findobj(matplotlib.text.Text) if text.get_text()]
@@ -323,7 +323,7 @@ def test_panel_is_as_wide_as_a_column(atlases):
 
 @pytest.mark.slow_lane
 def test_words_do_not_overlap(atlases):
-    """No two words on a map cover each other, and none leaves the map."""
+    """No two texts on a map overlap, and none leaves the map."""
     drawn = plots.figure(list(atlases.values()))
     drawn.canvas.draw()
     for axes in drawn.axes:
@@ -334,7 +334,7 @@ def test_words_do_not_overlap(atlases):
 
 @pytest.mark.slow_lane
 def test_a_figure_says_why_there_is_no_boundary(atlases):
-    """Tilts without a boundary have their reason below the map, each edge by its name where the reasons differ."""
+    """Tilts without a boundary have the reason below the map, by edge if the reasons differ."""
 
     def caption(atlas):
         drawn = [axes.get_legend() for axes in plots.figure([atlas]).axes]
@@ -355,7 +355,7 @@ def test_a_figure_says_why_there_is_no_boundary(atlases):
 
 @pytest.mark.slow_lane
 def test_an_own_criterion_is_drawn_without_a_prediction():
-    """The caption says the expression, on lines no wider than a panel; the analytic line stays, no other is drawn."""
+    """The caption has the expression, wrapped to the panel; of theory only the analytic line is drawn."""
     text = "peak_tilt > 10deg or fall_time < 2s or amplification > 300 and abs(tilt_min) > 2*abs(tilt)"
     atlas = sweep.run(ROLLING.replace(criterion=text))
     drawn = plots.figure([atlas])
@@ -367,7 +367,7 @@ def test_an_own_criterion_is_drawn_without_a_prediction():
     assert {"stable", "unstable"} <= set(words(top))
     for axes in (top, strip):
         assert not [each for each in axes.get_lines() if "predicted" in str(each.get_label())]
-    # on the strip nothing but the line of the analytic rate
+    # the strip has only the analytic line
     assert np.isnan(
         np.concatenate([each.get_ydata() for each in strip.get_lines()[1:] if len(each.get_ydata()) > 99])
     ).all()
@@ -377,7 +377,7 @@ def test_an_own_criterion_is_drawn_without_a_prediction():
 
 
 def test_what_a_function_judged_is_drawn():
-    """In memory it is drawn like any atlas, and the caption names the function."""
+    """An atlas judged by a function is drawn like any other, and the caption names the function."""
 
     def steep(atlas):
         return atlas.peak_tilt > 0.1
@@ -388,7 +388,7 @@ def test_what_a_function_judged_is_drawn():
 
 
 def test_a_cell_without_a_result_is_hatched_once():
-    """It is named by its ending, not as a cell that lacks the quantity."""
+    """A cell without a result is labeled by its ending, not as lacking the quantity."""
     drawn = panel(sweep.run(CIRCLING.replace(precession_rate="-1:1:5")))
     assert drawn.no_result.any()
     assert np.isnan(drawn.shade.values[drawn.no_result]).all()
@@ -396,7 +396,7 @@ def test_a_cell_without_a_result_is_hatched_once():
 
 
 def test_a_map_of_endings_has_no_lines_around_single_cells():
-    """Its colours show where endings meet; a map of verdicts without a line of theory has the border."""
+    """A map of endings has no borders, as colors show them; a map of verdicts without a line of theory has one."""
     atlas = sweep.run("henon_heiles", u="-1:1:16", v="-1:1:16", duration=20)
     for name, outlined in (("ending", False), ("stability", True)):
         figure = plots.figure([atlas], look=Look(quantity=name))
@@ -405,7 +405,7 @@ def test_a_map_of_endings_has_no_lines_around_single_cells():
 
 
 def test_several_atlases_are_told_apart(tmp_path, atlases):
-    """Each panel has a letter, and below it the name of its file; one atlas alone has neither."""
+    """Each of several panels has a letter and its file name below; a single atlas has neither."""
     opened = []
     for name in ("rolling", "spinning"):
         sweep.save(atlases[name], tmp_path / f"{name}.nc")
@@ -423,7 +423,7 @@ def test_several_atlases_are_told_apart(tmp_path, atlases):
 
 
 def test_a_caption_of_a_system_is_in_words():
-    """What ends a motion early is unstable, in words; where nothing is a map of labels says nothing of it."""
+    """For a system, the caption says in words which early ends are unstable; a map of labels without any does not."""
     atlas = sweep.run("henon_heiles", u="-1:1:8", v="-1:1:8", duration=20)
     told = plots.figure([atlas]).get_label()
     assert "runs_on" not in told

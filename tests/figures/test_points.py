@@ -1,4 +1,4 @@
-"""The points of the boundary on a map and in the strip below it: which are drawn, where, and what is said of them."""
+"""The boundary points on a map and in the strip below it: which are drawn, where, and the legend."""
 
 import math
 import re
@@ -17,7 +17,7 @@ G_OVER_3R = 6.54
 
 
 def test_boundary_is_the_atlas_s(atlases, panels):
-    """Points and bars are the bracket's middle and ends, at the tilts of the grid in degrees."""
+    """Points and bars are the bracket's middle and ends, at the grid's tilts in degrees."""
     atlas = atlases["rolling"]
     rate, half = atlas["boundary_roll_rate"].values, atlas["boundary_roll_rate_halfwidth"].values
     has = np.isfinite(rate)
@@ -31,7 +31,7 @@ def test_boundary_is_the_atlas_s(atlases, panels):
 
 
 def test_points_are_thinned_evenly():
-    """No more points than can be told apart, at even distances, the first and the last among them; no pairs."""
+    """Only as many points as can be distinguished are drawn, evenly spaced, including the first and the last."""
     for count in (*range(2, 8), MOST_POINTS, MOST_POINTS + 1, 39, 60, 90, 500):
         places = evenly(count)
         gaps = np.diff(places)
@@ -44,7 +44,7 @@ def test_points_are_thinned_evenly():
 
 @pytest.mark.slow_lane
 def test_the_legend_says_that_points_are_thinned():
-    """A fine grid shows every fourth point, and says so; a coarse one shows all."""
+    """A fine grid shows every fourth point, and the legend says so; a coarse one shows all."""
     spec = ROLLING.replace(tilt="0.01deg:0.5deg:90:log")
     drawn = plots.figure([sweep.run(spec)])
     [(x, _, _)] = points(drawn.axes[0])
@@ -61,7 +61,7 @@ def test_the_legend_says_that_points_are_thinned():
 
 @pytest.mark.slow_lane
 def test_a_strip_shows_its_points():
-    """Where the boundary is far from the analytic line, a seventh of it, the strip follows the boundary."""
+    """If the boundary is far from the analytic line, at a seventh of it, the strip follows the boundary."""
     for time in ("1.2s", "2s"):
         spec = ROLLING.replace(roll_rate="0.05:2:40", tilt="0.1deg:5deg:20")
         _, strip, _ = map_and_strip(
@@ -74,7 +74,7 @@ def test_a_strip_shows_its_points():
 
 
 def test_a_point_far_from_the_line_does_not_stretch_the_strip():
-    """Where most of the boundary lies near the analytic line a point at half of it is left out of the strip."""
+    """If most of the boundary is near the analytic line, a point at half of it is outside the strip."""
     atlas = sweep.run(ROLLING.replace(tilt="0.01deg:0.2deg:10:log"))
     atlas["boundary_roll_rate"].values[0] *= 0.5
     _, strip, _ = map_and_strip(plots.figure([atlas]).axes)
@@ -83,7 +83,7 @@ def test_a_point_far_from_the_line_does_not_stretch_the_strip():
 
 
 def test_strip_shows_the_deviation_from_the_line(panels):
-    """In the strip the analytic line is 1 and the points are the same ones, divided by it."""
+    """In the strip, the analytic line is at 1, and the points are divided by it."""
     top, strip, _ = map_and_strip(panels["rolling"])
     [(x, y, _)], [(strip_x, ratio, _)] = points(top), points(strip)
     assert (x == strip_x).all()
@@ -92,7 +92,7 @@ def test_strip_shows_the_deviation_from_the_line(panels):
 
 
 def test_circling_shows_both_edges(atlases, panels):
-    """The upper and the lower edge are told apart, and the lower one is not squeezed out of sight."""
+    """The upper and the lower edge are distinguishable, and the lower one has enough height."""
     top, _, _ = map_and_strip(panels["circling"])
     (_, upper, _), (x, lower, _) = points(top)
     slow = atlases["circling"]["boundary_lower_precession_rate"].dropna("tilt")
@@ -103,7 +103,7 @@ def test_circling_shows_both_edges(atlases, panels):
 
 
 def test_points_that_are_thinned_differently_have_one_entry():
-    """In the legend that several maps share."""
+    """The common legend of several maps has one entry for differently thinned points."""
     found = joined({"points, every 3rd": 1, "points, every 12th": 2, "other": 3})
     assert [*found.values()] == [1, 3]
     (label,) = with_facts(found, "points")

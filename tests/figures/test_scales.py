@@ -22,7 +22,7 @@ def numbers(low, high):
 
 
 def test_numbers_of_a_logarithmic_axis():
-    """Even ones on a short axis, where 1, 2, 5 would be two; 1, 2, 5 on one of two decades; powers of ten beyond."""
+    """Short axes have even steps, axes of two decades 1, 2, 5, and longer ones powers of ten."""
     short = numbers(1.0, 3.5)
     assert len(short) >= 4
     assert np.allclose(np.diff(short), short[1] - short[0])
@@ -32,7 +32,7 @@ def test_numbers_of_a_logarithmic_axis():
 
 
 def test_short_lengths_alone_have_another_unit():
-    """A length below 10 cm is drawn in mm, below 2 mm in micrometres; speeds keep their numbers."""
+    """Lengths below 10 cm are drawn in mm and below 2 mm in micrometers; speeds keep their unit."""
     for units, largest, scale in (
         ("m", 0.5, 1.0), ("m", 0.05, 1e3), ("m", 1e-3, 1e6), ("m s-1", 0.05, 1.0), ("m s-2", 1e-3, 1.0),
         ("rad", 0.05, math.degrees(1.0)),
@@ -42,6 +42,6 @@ def test_short_lengths_alone_have_another_unit():
 
 
 def test_error_bars_of_squares():
-    """A bracket of a negative rate changes its ends when it is squared: both bars stay positive and the right way."""
+    """Squaring swaps the ends of a negative rate's bracket; both bars stay positive and on the right side."""
     low, middle, high = np.array([[-2.5, 2.0], [-2.0, 3.0], [-1.5, 4.0]]) ** 2
     np.testing.assert_array_equal(_spread(low, middle, high), [[1.75, 5.0], [2.25, 7.0]])

@@ -1,4 +1,4 @@
-"""Figures of lists of starts: the plane that is drawn, the points and their colours, the lines of theory, the words."""
+"""Figures of lists of starts: the plane, the points and their colors, the lines of theory, the texts."""
 
 import numpy as np
 import pytest
@@ -31,13 +31,13 @@ def drawn(atlas):
 
 
 def labels(axes):
-    """Return the words of the legend, its title first."""
+    """Return the texts of the legend, beginning with its title."""
     legend = axes.get_legend()
     return [legend.get_title().get_text(), *(each.get_text() for each in legend.get_texts())]
 
 
 def test_the_plane():
-    """Two parameters that vary are both axes; of more the first control and the tilt; one is drawn below its peak."""
+    """Two varying parameters are the axes; of more, the first control and the tilt; one has the peak above it."""
     for words, plane in (
         ({}, ("tilt", "roll_rate", ())),
         ({"tilt": 0.02}, ("roll_rate", "peak_tilt", ())),
@@ -87,7 +87,7 @@ def test_circling_has_both_edges():
 
 
 def test_one_parameter_has_vertical_lines():
-    """The peak over the only parameter, with the critical and the predicted rate."""
+    """The peak is plotted over the only parameter, with the critical and the predicted rate."""
     axes = drawn(sweep.run(SPEC.replace(tilt="1deg")))
     places = [line.get_xdata()[0] for line in axes.get_lines()]
     assert places[0] == pytest.approx(np.sqrt(9.81 / 1.5))
@@ -95,14 +95,14 @@ def test_one_parameter_has_vertical_lines():
 
 
 def test_no_line_where_a_third_parameter_varies():
-    """Then the lines are surfaces; the caption says what is not seen."""
+    """With a third varying parameter the lines would be surfaces; the caption says what is not shown."""
     axes = drawn(sweep.run(SPEC.replace(alpha="uniform:0.4:1")))
     assert not axes.get_lines()
     assert_facts(labels(axes)[0], "alpha")
 
 
 def test_words_below(atlas):
-    """Criterion, fixed parameters, share with its interval."""
+    """The text below has criterion, fixed parameters, and the share with its interval."""
     title, *names = labels(drawn(atlas))
     value, low, high = atlas.eulerdisk.unstable_share.percentages()
     assert_in_order(title, f"{value} %", "300", "unstable", "95 %", low, f"{high} %")
@@ -111,7 +111,7 @@ def test_words_below(atlas):
 
 
 def test_undecided_and_failed_starts_have_signs(atlas):
-    """They are crosses, not points, and named."""
+    """Undecided and failed starts are crosses and named in the legend."""
     changed = atlas.copy(deep=True)
     changed["stability"][:4] = UNDECIDED
     changed["ending"][:2] = ENDINGS.code("invalid")
@@ -121,7 +121,7 @@ def test_undecided_and_failed_starts_have_signs(atlas):
 
 
 def test_many_starts_are_thinned(atlas, monkeypatch):
-    """No more points are drawn than can be told apart, evenly over the list, and the caption says so."""
+    """Only as many points as can be distinguished are drawn, evenly from the list; the caption says so."""
     monkeypatch.setattr(scatter, "_MOST_POINTS", 100)
     axes = drawn(atlas)
     (points,) = axes.collections
@@ -131,28 +131,28 @@ def test_many_starts_are_thinned(atlas, monkeypatch):
 
 @pytest.mark.slow_lane
 def test_selections_and_several_panels(atlas):
-    """A selection is drawn as it is; panels stand side by side."""
+    """A selection can be drawn, and panels are side by side."""
     assert len(drawn(atlas.isel(start=slice(0, 10))).collections[0].get_offsets()) == 10
     figure = plots.figure([atlas] * 4)
     assert sum(axes.get_visible() for axes in figure.axes) == 4
 
 
 def test_a_small_rate_is_not_squeezed():
-    """A loguniform parameter has a logarithmic axis, a uniform one from zero has none."""
+    """A loguniform parameter has a logarithmic axis; a uniform one from zero has a linear axis."""
     log = drawn(sweep.run(SPEC.replace(tilt="loguniform:0.01deg:5deg")))
     linear = drawn(sweep.run(SPEC.replace(tilt="uniform:0:5deg")))
     assert (log.get_xscale(), linear.get_xscale()) == ("log", "linear")
 
 
 def test_lists_and_grids_are_drawn_apart(atlas):
-    """Both in one figure are refused."""
+    """A list and a grid in one figure are refused."""
     grid = sweep.run(sweep.SweepSpec(roll_rate="2:4:5", tilt="1deg"))
     with refused("grids", "lists"):
         plots.figure([atlas, grid])
 
 
 def test_a_map_of_a_list_is_refused(atlas):
-    """Neither of lists alone nor of a list with a grid there is a map of regimes or losses."""
+    """Maps of regimes or losses are refused for lists, with or without a grid."""
     grid = sweep.run(sweep.SweepSpec(roll_rate="2:4:5", tilt="1deg:2deg:3"))
     for draw, option in ((plots.regimes, "--regimes"), (plots.losses, "--losses")):
         for datasets in ([atlas], [grid, atlas], [atlas, grid]):
@@ -161,14 +161,14 @@ def test_a_map_of_a_list_is_refused(atlas):
 
 
 def test_figures_of_one_list_have_the_same_bytes(atlas, tmp_path):
-    """Twice the same file."""
+    """Drawing twice gives the same file."""
     for name in ("a.png", "b.png"):
         plots.save(plots.figure([atlas]), tmp_path / name)
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
 def test_sizes_of_a_figure(atlas):
-    """Width, height and letters are those that are asked for; what belongs to maps is refused by its name."""
+    """Width, height and letter size are as requested; options of maps are refused by name."""
     figure = plots.figure([atlas], look=Look.read(width="86mm", height="70mm", font_size=7))
     assert figure.get_size_inches() == pytest.approx([3.386, 2.756], abs=1e-3)
     assert figure.axes[0].xaxis.label.get_fontsize() == pytest.approx(7.0)
@@ -178,14 +178,14 @@ def test_sizes_of_a_figure(atlas):
 
 
 def test_a_wide_figure_is_wider_than_high(atlas):
-    """Points need no height for their cells: across a page the figure stays lower than wide; a column is about even."""
+    """A page-wide figure is wider than high, because points need little height; in a column it is about square."""
     for width, low, high in (("172mm", 0.5, 0.75), ("86mm", 1.0, 1.4)):
         across, up = plots.figure([atlas], look=Look.read(width=width)).get_size_inches()
         assert low < up / across < high, width
 
 
 def test_axes_of_a_caller(atlas):
-    """A list is drawn into the axes that are given."""
+    """A list is drawn into the given axes."""
     figure = Figure()
     axes = figure.add_subplot()
     assert plots.figure([atlas], axes=axes) is figure

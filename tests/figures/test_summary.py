@@ -1,4 +1,4 @@
-"""What an atlas says of itself at a glance: its numbers are those of the dataset, and it never raises."""
+"""The short summary of an atlas: its numbers are those of the dataset, and it never raises."""
 
 import re
 import subprocess
@@ -21,13 +21,13 @@ def atlas():
 
 
 def line(text, label):
-    """Return the text of the line with a label, or that begins with some words."""
+    """Return the rest of the line that begins with a label."""
     (found,) = re.findall(rf"^{label} +(.*)$", text, flags=re.MULTILINE)
     return found
 
 
 def test_the_axes_are_named_with_their_values(atlas):
-    """Count, ends, unit, and how they are spaced; the sizes are multiplied."""
+    """The summary gives count, ends, unit and spacing of each axis, and the product of the sizes."""
     text = as_text(atlas)
     assert_in_order(line(text, "grid"), "21 x 12 x 3", "756 cells")
     assert_in_order(line(text, " +roll_rate"), "21", "2 to 4 rad s-1")
@@ -38,7 +38,7 @@ def test_the_axes_are_named_with_their_values(atlas):
 
 
 def test_a_boundary_of_another_kind_is_not_held_against_the_limit(atlas):
-    """The limit of no perturbation is told, and no distance from it: nothing says that the two lie together."""
+    """For another criterion, the analytic limit is given without a distance, because the two are not related."""
     text = as_text(sweep.reclassify(atlas, "peak_tilt > 10deg"))
     assert "boundary_roll_rate" in text
     (told,) = re.findall(r".*\banalytic\b.*", text)
@@ -47,7 +47,7 @@ def test_a_boundary_of_another_kind_is_not_held_against_the_limit(atlas):
 
 
 def test_the_boundary_is_held_against_theory(atlas):
-    """The largest relative distance from the analytic line and from the prediction, over the rows that have one."""
+    """The summary gives the largest relative distance from the analytic and the predicted line over known rows."""
     text = as_text(atlas)
     measured = atlas["boundary_roll_rate"].values
     there = np.isfinite(measured)
@@ -60,14 +60,14 @@ def test_the_boundary_is_held_against_theory(atlas):
 
 
 def test_a_boundary_below_theory_deviates_too(atlas):
-    """A boundary a tenth below the analytic limit, and one a tenth above it, are both 10 % away."""
+    """A boundary a tenth below the analytic limit and one a tenth above it are both 10 % away."""
     for factor in (0.9, 1.1):
         moved = atlas.assign(boundary_roll_rate=factor * atlas["critical_roll_rate"])
         assert re.search(r"\banalytic\b.* 10 %", as_text(moved)), factor
 
 
 def test_random_starts_have_a_share_and_no_map():
-    """Their share of unstable starts with its interval stands where a grid has a boundary."""
+    """Random starts have a share of unstable starts with its interval instead of a boundary."""
     starts = sweep.run("rolling", roll_rate="uniform:2:4", tilt="normal:1deg:0.2deg", samples=50, seed=7)
     text = as_text(starts)
     assert line(text, "grid") == "50 starts"
@@ -76,7 +76,7 @@ def test_random_starts_have_a_share_and_no_map():
 
 
 def test_a_plane_has_a_map():
-    """Others have the table alone; one cell is called so."""
+    """Only an atlas with two axes has a map; a single cell is called "one cell"."""
     for words, has_map in (
         (ROLLING, True),
         ({"roll_rate": 3.0, "tilt": "0.1deg:20deg:12"}, False),
@@ -90,7 +90,7 @@ def test_a_plane_has_a_map():
 
 
 def test_rows_of_a_boundary_are_counted():
-    """Two rows are some; of one row there is nothing to count."""
+    """The known rows of a boundary are counted only if there are at least two rows."""
     for tilts, counted in (("1deg,2deg", ["2 of 2 rows", "roll_rate"]), ("1deg", [])):
         told = line(as_text(sweep.run(sweep.SweepSpec(roll_rate="2:4:9", tilt=tilts))), "boundary")
         assert_facts(told, "rad s-1", *counted)
@@ -98,7 +98,7 @@ def test_rows_of_a_boundary_are_counted():
 
 
 def test_the_map_is_a_plane_of_the_atlas(atlas):
-    """The rate is upward; of a third axis it shows one value, and says which."""
+    """The rate is drawn upward; for a third axis, one value is shown and named."""
     page = as_html(atlas)
     assert_facts(page, "alpha = 0.5")
     labels = re.findall(r"<text[^>]*>(\w+)</text>", page)
@@ -107,7 +107,7 @@ def test_the_map_is_a_plane_of_the_atlas(atlas):
 
 
 def test_a_selection_or_a_changed_atlas_is_summed_up_too(atlas):
-    """A summary of what is left is shown, and none raises."""
+    """Selections and modified atlases have a summary without errors."""
     for changed in (
         atlas.isel(alpha=0),
         atlas.isel(alpha=0, tilt=slice(2)),
@@ -123,7 +123,7 @@ def test_a_selection_or_a_changed_atlas_is_summed_up_too(atlas):
 
 @pytest.mark.slow_lane
 def test_a_summary_does_not_load_matplotlib():
-    """It is shown at once: also where nothing has been drawn before."""
+    """The summary does not load matplotlib, so it appears at once."""
     code = (
         "import sys, sweep; atlas = sweep.run('rolling', roll_rate='2:4:5', tilt='1deg:2deg:3');"
         "atlas.eulerdisk._repr_html_(); repr(atlas.eulerdisk); print('matplotlib' in sys.modules)"

@@ -1,4 +1,4 @@
-"""Words of files and requests in figures: text, not mathematics, in one line that fits."""
+"""Texts of files and requests in figures are drawn literally, not as mathematics, on one line that fits."""
 
 import pytest
 
@@ -10,7 +10,7 @@ from sweep.figures.disk import animation, motion_plots
 from sweep.figures.disk.film_options import FilmOptions
 from sweep.figures.texts import fitted
 
-#: Titles that mathematics, fonts and layouts do not take as they are.
+#: Titles that are difficult for mathematics, fonts and layouts.
 TITLES = (
     "$",
     r"$\frac{\frac{1}{2}}{$",
@@ -24,13 +24,13 @@ TITLES = (
 
 @pytest.fixture(scope="module")
 def spec():
-    """Return a request for a small map."""
+    """Return the spec of a small map."""
     return sweep.SweepSpec(tilt="1deg:2deg:3", roll_rate="2:3:4")
 
 
 @pytest.mark.slow_lane
 def test_a_title_is_drawn_as_it_stands(spec, tmp_path):
-    """No title breaks a figure or warns of glyphs, and its panel has the text, cut where it does not fit."""
+    """No title breaks a figure or causes a glyph warning; the panel has the text, cut if too long."""
     for title in TITLES:
         drawn = plots.figure([sweep.run(spec.replace(title=title))])
         plots.save(drawn, tmp_path / "map.png")
@@ -39,14 +39,14 @@ def test_a_title_is_drawn_as_it_stands(spec, tmp_path):
             shown.rstrip("\u2026") == fitted(title.partition(":")[0], 9.0, 9.0)[: len(shown.rstrip("\u2026"))]
         )
         assert 0 < len(shown) < 80
-        # after saving, sizes are still those of the file
+        # saving leaves sizes in the file's resolution
         drawn.draw_without_rendering()
         box = drawn.axes[0]._left_title.get_window_extent()
         assert 0.0 <= box.x0 < box.x1 <= drawn.bbox.x1
 
 
 def test_the_figure_of_a_motion_takes_any_title_too(tmp_path):
-    """The title of a single motion is text as well."""
+    """The title of a single motion is drawn literally as well."""
     motion = sweep.simulate(
         sweep.TrajectorySpec.read(tilt_rate=0.01, roll_rate=3, duration=0.1, title="$^$ \u6eda")
     )
@@ -54,7 +54,7 @@ def test_the_figure_of_a_motion_takes_any_title_too(tmp_path):
 
 
 def test_what_fits_stays(spec):
-    """A text that fits is left alone; what does not print or has no sign is spelled, what is too long ends in dots."""
+    """Text that fits is unchanged; unprintable or missing characters are escaped; long text ends in an ellipsis."""
     assert fitted("Rolling, 5 $ at \u03b1 = 1", 9.0, 3.3) == "Rolling, 5 $ at \u03b1 = 1"
     assert fitted("a\nb\x1b", 9.0, 3.3) == r"a\nb\x1b"
     assert fitted("\u6eda", 9.0, 3.3) == r"\u6eda"
@@ -64,7 +64,7 @@ def test_what_fits_stays(spec):
 
 
 def test_a_title_with_an_umlaut_is_shown_as_it_was_written(spec, tmp_path, monkeypatch):
-    """Files hold ASCII; figures and films of motions, `info` and the accessor show what was asked for."""
+    """Files have ASCII titles; figures, films, `info` and the accessor show the original."""
     motion = sweep.simulate(tilt_rate=0.01, roll_rate=3, duration=0.1, title="M\u00fcnze \u03b1")
     assert motion.attrs["title"] == r"M\xfcnze \u03b1"
     assert "M\u00fcnze \u03b1" in [each.get_text() for each in motion_plots.figure(motion).texts]
@@ -79,7 +79,7 @@ def test_a_title_with_an_umlaut_is_shown_as_it_was_written(spec, tmp_path, monke
 
 
 def test_what_no_attribute_spells_stays():
-    """Numbers of ASCII, of what does not print and of no character are text; what was spelled comes back."""
+    """Escapes of ASCII, unprintable or invalid characters stay text; other escapes are converted back."""
     for kept in (r"\x41", r"\x85", r"\u202e", r"\ud800", r"\Uffffffff", r"\n", r"C:\xy"):
         assert plain_text(kept) == kept
         assert plain_text(rf"\xfc\u6eda\U0001f600{kept}") == f"\u00fc\u6eda\U0001f600{kept}"

@@ -1,4 +1,4 @@
-"""The small map: read back from the SVG, its colours are the verdicts and its lines lie at their values."""
+"""The small map, read back from the SVG: colors are the verdicts, and lines are at their values."""
 
 import re
 import xml.etree.ElementTree as ElementTree
@@ -18,7 +18,7 @@ def drawn(verdicts, up=None, lines=(), labels=("across", "up")):
 
 
 def painted(picture, shape):
-    """Return the colours in the middle of each cell, first row at the bottom."""
+    """Return the colors at the centers of the cells, first row at the bottom."""
     (ground,) = picture.iter(f"{SVG}rect")
     wide, high = float(ground.get("width")) / shape[1], float(ground.get("height")) / shape[0]
     found = np.full(shape, ground.get("fill"), dtype=object)
@@ -31,7 +31,7 @@ def painted(picture, shape):
 
 
 def test_every_cell_has_the_colour_of_its_verdict():
-    """For every pattern; codes that are neither stable nor unstable are undecided."""
+    """For every pattern, cells have the color of their verdict; unknown codes are undecided."""
     for shape in ((1, 1), (3, 5), (40, 70)):
         verdicts = np.random.default_rng(3).integers(0, 4, shape).astype(np.int8)
         expected = np.full(shape, UNDECIDED_COLOUR, dtype=object)
@@ -40,7 +40,7 @@ def test_every_cell_has_the_colour_of_its_verdict():
 
 
 def test_a_large_map_stays_small():
-    """Of a million cells it shows a sample, the corners among them."""
+    """Of a million cells, the map shows a sample that includes the corners."""
     verdicts = np.full((1000, 1000), STABLE, np.int8)
     verdicts[0, -1] = UNSTABLE
     svg = thumbnail(verdicts, np.arange(1000.0), [], ("x", "y"))
@@ -51,7 +51,7 @@ def test_a_large_map_stays_small():
 
 
 def test_lines_lie_at_their_values():
-    """In the middle of the cells of their values, between the two neighbours of others; none outside or missing."""
+    """A line is at the centers of cells or between them, according to its values, and absent outside."""
     for turned in (False, True):
         up = np.array([1.0, 2.0, 4.0, 8.0])[:: -1 if turned else 1]
         values = np.array([1.0, 6.0, np.nan, 8.0, 9.0, 2.0])
@@ -63,7 +63,7 @@ def test_lines_lie_at_their_values():
             for line in picture.iter(f"{SVG}polyline")
             for point in line.get("points").split()
         ]
-        # in cells, from the lower left corner; a point between two gaps is as wide as its cell
+        # in cells, from the lower left corner; an isolated point is as wide as its cell
         places = [(x / width * 6, 4 - y / height * 4) for x, y in found]
         expected = [(0.5, 0.5), (1.5, 3.0), (3.0, 3.5), (4.0, 3.5), (5.0, 1.5), (6.0, 1.5)]
         if turned:
@@ -72,6 +72,6 @@ def test_lines_lie_at_their_values():
 
 
 def test_labels_are_text():
-    """Names of a file are no markup."""
+    """Names from a file are not interpreted as markup."""
     picture = drawn(np.zeros((2, 2), np.int8), labels=("<b>&", "up"))
     assert [each.text for each in picture.iter(f"{SVG}text")] == ["<b>&", "up"]

@@ -1,4 +1,4 @@
-"""The pictures of films, dot by dot: the disk is inside, the trail fades, and what is impossible is shaded."""
+"""The frames of films, pixel by pixel: the disk is in the picture, the trail fades, and the impossible is shaded."""
 
 from itertools import islice
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.compiled
 
 
 def frames(motion, **given):
-    """Return the pictures of a film and their times, red, green and blue from 0 to 255."""
+    """Return the frames of a film, red, green and blue from 0 to 255, and their times."""
     options = FilmOptions.read("a.gif", **given)
     times = timing(motion, options)
     pictures = [each[..., :3].astype(int) for each in animation._frames(motion, times, options)]
@@ -27,20 +27,20 @@ def frames(motion, **given):
 
 
 def of_the_disk(picture):
-    """Dots of the yellow or the blue face: far from grey, and neither the red of the trail nor the shade."""
+    """Return the pixels of the yellow or the blue face: far from gray, from the red trail and from the shade."""
     red, green, blue = np.moveaxis(picture, -1, 0)
     return ((red - blue > 90) & (green - blue > 50)) | (blue - red > 50)
 
 
 def of_the_trail(picture):
-    """Strength of the red of the trail in every dot, from 0 to 1 of its own colour."""
+    """Return the strength of the red trail in every pixel, from 0 to 1."""
     red, green, _ = np.moveaxis(picture, -1, 0)
     return np.clip((red - green) / (0xC8 - 0x38), 0.0, 1.0)
 
 
 @pytest.mark.slow_lane
 def test_a_fall_is_whole_in_every_picture(pick):
-    """The coin of a fifth of a second is seen, and has white around it, in every picture of at least four seconds."""
+    """A coin's fall of a fifth of a second is a film of at least four seconds; every frame shows the whole coin."""
     for camera in pick(("fixed", "follow", "top"), 2):
         motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0)
         pictures, moments = frames(motion, camera=camera, fps=10, size="320x240")
@@ -55,34 +55,34 @@ def test_a_fall_is_whole_in_every_picture(pick):
             assert not disk[-20:].any()
             assert not disk[:, :8].any()
             assert not disk[:, -8:].any()
-            # the paper is white while the disk rolls
+            # the background is white while the disk rolls
             paper = np.median(picture[:, :8].reshape(-1, 3), axis=0)
             assert (paper.min() < 235) == (moment >= limit)
-        # from above an upright disk is a line, which has no colour, and from the side one that is seen from its edge
+        # an upright disk is a line without color from above, and so is one seen edge-on from the side
         assert max(sizes) > 3000
         assert camera == "top" or np.median(sizes) > 2000
 
 
 def test_the_trail_fades():
-    """Far behind the disk the trail is faint, beside it strong; a second later the old part of it has gone."""
+    """The trail is faint far behind the disk and strong near it; its oldest part disappears after a second."""
     motion = sweep.simulate(roll_rate=2.0, duration=12.0)
     pictures, _ = frames(motion, camera="top", fps=1, speed=1.0)
     trail = of_the_trail(pictures[9])
-    # upwards from the start, one metre a second; the disk itself hides the end
+    # upward from the start at one meter a second; the disk itself hides the end
     rows = np.nonzero(trail.max(axis=1) > 0.15)[0]
     strengths = trail[rows].max(axis=1)
     assert strengths[5:15].mean() > 2.0 * strengths[-15:-5].mean()
-    # the start of the trail has left its place
+    # the start of the trail has disappeared
     earlier = np.nonzero(of_the_trail(pictures[5]).max(axis=1) > 0.15)[0]
     assert rows.max() < earlier.max() - 50
-    # it fades in seconds of the film: at twice the speed it is twice as long
+    # it fades in seconds of the film, so at twice the speed it is twice as long
     pictures, _ = frames(motion, camera="top", fps=1, speed=2.0)
     faster = np.nonzero(of_the_trail(pictures[4]).max(axis=1) > 0.15)[0]
     assert np.ptp(faster) == pytest.approx(2.0 * np.ptp(rows), rel=0.15)
 
 
 def test_words_grow_with_the_picture():
-    """Letters are a thirtieth of the height of a wide picture or more, and no word lies on another or is cut."""
+    """In pictures of at least 640 x 480, letters are more than 1/30 of the height; no words overlap or are cut."""
     for size in ((320, 240), (480, 640), (640, 480), (1280, 720), (1920, 1080)):
         motion = sweep.simulate(radius="12mm", tilt="1deg", precession_rate=12.34, duration=2.0)
         drawn = animation._sheet(size)
@@ -100,7 +100,7 @@ def test_words_grow_with_the_picture():
             assert not any(box.overlaps(other) for other in boxes[:i])
 
 
-#: A title that no frame of 640 dots shows in one line, and one of more than two.
+#: A title too long for one line of 640 pixels, and one of more than two lines.
 TITLE = "A coin of twelve millimetres on a table of glass, nudged by one degree while it spins"
 TITLES = ("", TITLE, f"{TITLE}, and what happens to it within two seconds of time")
 
@@ -108,7 +108,7 @@ TITLES = ("", TITLE, f"{TITLE}, and what happens to it within two seconds of tim
 @pytest.mark.parametrize("size", [(200, 300), (320, 240), (480, 640), (640, 480), (1280, 720)])
 @pytest.mark.parametrize("title", TITLES, ids=["short", "long", "longer"])
 def test_no_word_of_a_film_is_cut(title, size, monkeypatch):
-    """Titles, captions with every rate, and what is impossible are wrapped; none leaves a frame or lies on another."""
+    """Titles, captions with all rates, and notes of what is impossible are wrapped; no word is cut or overlaps."""
     start = {"tilt": "1.234deg", "tilt_rate": -12.34, "precession_rate": -12.34, "roll_rate": -123.4}
     motion = sweep.simulate(
         radius="12.345mm", gravity=1.625, duration=2.0, **start, **({"title": title} if title else {})
@@ -131,7 +131,7 @@ def test_no_word_of_a_film_is_cut(title, size, monkeypatch):
 
 @pytest.mark.slow_lane
 def test_the_disk_is_below_the_lines_of_a_long_title():
-    """The room for the words grows with them, and the disk becomes smaller."""
+    """A long title needs more room, and the disk becomes smaller."""
     for size in ((200, 200), (640, 480)):
         motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0, title=TITLE)
         options = FilmOptions.read("a.gif", size=size, fps=5)
@@ -145,7 +145,7 @@ def test_the_disk_is_below_the_lines_of_a_long_title():
 
 
 def test_words_say_disk_speed_and_scale():
-    """Caption, time with as many digits as tell frames apart, speed and the side of the squares are on the picture."""
+    """The picture has a caption, a time that distinguishes frames, the speed and the size of the squares."""
     motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0)
     times = timing(motion, FilmOptions.read("a.gif"))
     drawn = animation._sheet((640, 480))
@@ -165,10 +165,10 @@ def test_words_say_disk_speed_and_scale():
 
 @pytest.mark.parametrize("fps", [7, 15, 25, 50])
 def test_a_gif_keeps_its_time(fps, tmp_path):
-    """Frames last whole hundredths of a second, none drifts by more than half of one, and the last one is held."""
+    """Frames last whole hundredths of a second, none is off by more than half of one, and the last is held."""
     path = tmp_path / "a.gif"
     path.touch()
-    # frames that are equal would become one
+    # equal frames would be merged
     pictures = (np.full((8, 8, 4), 255 * (i % 2), np.uint8) for i in range(24))
     animation.write_gif(pictures, 24, fps, path)
     with Image.open(path) as film:

@@ -1,4 +1,4 @@
-"""Pictures of bodies of revolution: the shape is the real one, it stands on its contact point, and it rolls."""
+"""Pictures of bodies of revolution: the right shape, standing on the contact point and rolling."""
 
 import math
 
@@ -17,7 +17,8 @@ from sweep.model.bodies.tables import CALLED
 
 pytestmark = pytest.mark.compiled
 
-#: A motion of each body, some with the centre of mass off the centre, on the edge of negative tilts, or through a pole.
+#: Motions of all bodies, some with an offset center of mass, on the edge of negative tilts, or through a
+# pole.
 MOTIONS = {
     "torus": {"tube": 0.25, "tilt": "30deg", "roll_rate": 4.0},
     "rounded": {"thickness": 0.3, "tilt": "-20deg", "roll_rate": 4.0, "precession_rate": 1.0},
@@ -38,7 +39,7 @@ def motions():
 
 
 def test_a_body_stands_on_its_contact_point(motions):
-    """The lowest point of the surface is on the plane, at the contact point of the motion, to the size of a facet."""
+    """The lowest point of the surface is the contact point on the plane, within the size of a facet."""
     for body, motion in motions.items():
         times = motion["elapsed_time"].values
         for pose in poses_of_body(motion, np.linspace(0.0, times[-1], 7)):
@@ -49,7 +50,7 @@ def test_a_body_stands_on_its_contact_point(motions):
 
 
 def test_a_body_rolls_without_slipping(motions):
-    """The point of the body that touches the plane has no velocity."""
+    """The material point at the contact has no velocity."""
     for body, motion in motions.items():
         for moment in (0.2, 0.7):
             before, at, after = poses_of_body(motion, moment + np.array([-1e-3, 0.0, 1e-3]))
@@ -60,7 +61,7 @@ def test_a_body_rolls_without_slipping(motions):
 
 
 def test_beside_a_pole_a_body_turns_evenly_between_samples():
-    """Where the heading jumps between two samples, the body in between is where closer samples have it."""
+    """If the heading jumps between two samples, interpolation agrees with closer samples."""
     words = {"body": "ball", "tilt": "80deg", "tilt_rate": 4.0, "precession_rate": 0.01, "duration": "0.2s"}
     coarse, fine = (sweep.simulate(**words, interval=interval) for interval in (0.02, 1e-4))
     assert np.abs(np.diff(coarse["heading"])).max() > 2.0
@@ -70,7 +71,7 @@ def test_beside_a_pole_a_body_turns_evenly_between_samples():
 
 
 def test_the_painted_direction_is_that_of_the_disk():
-    """A ring without a tube is painted and placed as the disk is; faces of a coin have the colours of the disk's."""
+    """A ring without a tube is painted and placed like the disk; the faces of a coin have the disk's colors."""
     start = {"tilt": "30deg", "roll_rate": -3.0, "precession_rate": 2.0, "duration": "0.5s"}
     disk = motion_plots.poses_at(sweep.simulate(**start), np.array([0.4]))[0]
     ring = sweep.simulate(body="torus", tube=0, axial_moment=0.5, transverse_moment=0.25, **start)
@@ -85,7 +86,7 @@ def test_the_painted_direction_is_that_of_the_disk():
 
 
 def test_shapes():
-    """The volume within the facets is that of the body, their directions are outwards; how far it reaches."""
+    """The facets enclose the body's volume, their normals point outward, and the reach is right."""
     for solid, volume in (
         (Solid.of("torus", 0.75, 0.0, 0.25, 1.0), 2.0 * math.pi**2 * 0.75 * 0.25**2),
         (Solid.of("ball", 0.0, 0.4, 1.0, 1.0), 4.0 / 3.0 * math.pi),
@@ -98,7 +99,7 @@ def test_shapes():
     ):
         one, two, three, four = np.moveaxis(solid.corners, 2, 0)
         areas = 0.5 * np.cross(three - one, four - two)
-        # what flows out of it of a field that has the divergence 3
+        # the flux of a field with divergence 3
         flow = np.einsum("ijk,ijk->ij", solid.corners.mean(axis=2), areas).sum() / 3.0
         assert abs(flow) == pytest.approx(volume, rel=0.01)
         outwards = np.einsum("ijk,ijk->ij", solid.corners.mean(axis=2), solid.normals)
@@ -108,7 +109,7 @@ def test_shapes():
 
 
 def test_the_outline_of_a_ring():
-    """Where a ray from the eye touches the tube it is across the normal."""
+    """Where a ray from the eye touches the tube, it is perpendicular to the normal."""
     ring = Solid.of("torus", 0.7, 0.0, 0.3, 1.0)
     eye = np.array([2.0, 1.0, 3.0])
     for line in ring.contours(eye):
@@ -121,7 +122,7 @@ def test_the_outline_of_a_ring():
 
 @pytest.mark.release
 def test_every_body_can_be_drawn(motions, tmp_path):
-    """Figure and film of each, without a warning, and what it is of; twice the same bytes."""
+    """Figure and film of each body are drawn without a warning, name the body, and are reproducible byte for byte."""
     for body, motion in motions.items():
         for name in ("first", "second") if body == "torus" else (body,):
             plots.save(plots.motion_figure(motion), tmp_path / f"{name}.png")
@@ -133,7 +134,7 @@ def test_every_body_can_be_drawn(motions, tmp_path):
 
 
 def test_a_thin_body_that_stands_upright_can_be_drawn(tmp_path):
-    """Seen from the top, and from where the light is, it is a line."""
+    """A thin upright body, which is a line from the top and from the light, can be drawn."""
     thin = {"body": "torus", "tube": 0.0, "axial_moment": 0.5, "transverse_moment": 0.25, "roll_rate": 3.0}
     motion = sweep.simulate(**thin, tilt=0.0, duration="1s")
     plots.save(plots.motion_figure(motion), tmp_path / "thin.png")
@@ -142,7 +143,7 @@ def test_a_thin_body_that_stands_upright_can_be_drawn(tmp_path):
 
 @pytest.mark.slow_lane
 def test_a_body_is_whole_in_every_picture(motions):
-    """Its colours are seen, and have paper around them, from every camera."""
+    """In every frame and from every camera, the body is visible and surrounded by background."""
     for motion in (motions["torus"], motions["spheroid"]):
         for camera in ("fixed", "follow", "top"):
             options = FilmOptions.read("a.gif", fps=1, size="240x200", camera=camera)
@@ -155,7 +156,7 @@ def test_a_body_is_whole_in_every_picture(motions):
 
 
 def test_a_ring_throws_a_shadow_with_a_hole():
-    """Lying nearly flat, the middle of its shadow is light; upright there is none to be seen through."""
+    """The shadow of a ring that lies almost flat has a bright center; the shadow of an upright one has no hole."""
     import matplotlib.pyplot as plt
 
     flat, upright = (
@@ -174,7 +175,7 @@ def test_a_ring_throws_a_shadow_with_a_hole():
 
 
 def test_an_edge_has_its_shape():
-    """A rim of a negative tilt is the same body: its mirror image is itself."""
+    """A rim at negative tilt has the same shape, because it is its own mirror image."""
     shapes = [
         solid_of(sweep.simulate(body="rim", thickness=0.3, tilt=tilt, duration="1ms"))
         for tilt in ("20deg", "-20deg")

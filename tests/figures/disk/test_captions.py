@@ -1,4 +1,4 @@
-"""The captions of motions: which disk, which start, and lengths in a unit that suits them."""
+"""The captions of motions: disk, start, and lengths in suitable units."""
 
 import math
 import re
@@ -13,7 +13,7 @@ pytestmark = pytest.mark.compiled
 
 
 def test_a_motion_says_disk_and_start():
-    """Rates that are zero are left out, also where the kernels have left some rounding; gravity if it is unusual."""
+    """Zero rates are left out, even with rounding errors; gravity is given only if unusual."""
     for words, facts in (
         ({"radius": "12mm", "tilt": "1deg"}, ["R = 12 mm", "α = 0.5", "tilt 1 deg", "rest"]),
         (
@@ -28,7 +28,7 @@ def test_a_motion_says_disk_and_start():
         motion = sweep.simulate(**words, duration=0.2)
         text = caption(motion)
         assert_facts(text, *facts)
-        # nothing else has a number
+        # there are no other numbers
         assert len(re.findall(r"\d+(?:\.\d+)?", text)) == len([each for each in facts if each != "rest"])
         start = {name: float(motion[name]) for name in ("alpha", "radius", "gravity")}
         state = {
@@ -38,14 +38,14 @@ def test_a_motion_says_disk_and_start():
 
 
 def test_a_stretch_says_where_it_begins():
-    """What stands there is the state at the first sample of the stretch."""
+    """The caption of a part of a motion gives the state at its first sample."""
     motion = sweep.simulate(roll_rate=3.0, duration=4.0).isel(elapsed_time=slice(500, None))
     assert_facts(caption(motion), "R = 0.5 m", "α = 0.5", "from 2 s", "tilt 0 deg", "roll rate 3 rad/s")
     assert "start" not in caption(motion)
 
 
 def test_lengths_have_the_unit_that_suits_them():
-    """From micrometres to kilometres."""
+    """Units range from micrometers to kilometers."""
     for value, text in (
         (0.012, "12 mm"),
         (0.5, "0.5 m"),
@@ -60,6 +60,6 @@ def test_lengths_have_the_unit_that_suits_them():
 
 
 def test_squares_have_round_sides():
-    """One digit, 1, 2 or 5, not above what is asked for."""
+    """Sides of squares are 1, 2 or 5 times a power of ten, and at most the requested length."""
     for most, length in ((0.0137, 0.01), (2.0, 2.0), (4.99, 2.0), (7.0, 5.0), (123.0, 100.0)):
         assert math.isclose(nice_length(most), length)

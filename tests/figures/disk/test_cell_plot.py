@@ -1,4 +1,4 @@
-"""The figure of a cell: for every way in which a cell can end there is one, or a word why there is none."""
+"""The figure of a cell: every ending has one or a reason why not."""
 
 import math
 import re
@@ -12,7 +12,7 @@ from sweep.checks.explain import explain
 from sweep.figures.disk import cell_plot
 from sweep.model.disk.tables import VARIABLES
 
-#: How a cell ends -> a cell that ends so.
+#: Cells by their ending.
 CELLS = {
     "bounded": sweep.SweepSpec(tilt="1deg", roll_rate=2.4),
     "steady": sweep.SweepSpec(tilt=0.0, roll_rate=3.0, duration="20s"),
@@ -28,7 +28,7 @@ WITHOUT = {"unresolved": "resolved", "invalid": "roll_rate="}
 
 
 def explained(ending):
-    """Return the explanation of a cell that ends so."""
+    """Return the explanation of a cell with this ending."""
     atlas = sweep.run(CELLS[ending])
     if ending == "not_computed":
         # as `info --partial` writes a cell whose block is missing
@@ -40,7 +40,7 @@ def explained(ending):
 
 
 def test_every_ending_is_known():
-    """The cells above are all the kinds there are, and each is explained without a word that is no number."""
+    """The cells above cover all endings, and no explanation contains "nan"."""
     for ending in CELLS:
         assert set(CELLS) == set(VARIABLES["ending"].flags.values())
         found = explained(ending)
@@ -49,7 +49,7 @@ def test_every_ending_is_known():
 
 
 def test_a_cell_that_was_not_computed_has_nothing_to_repeat():
-    """Nothing is said to differ where there is nothing, and what the cell would give is told."""
+    """For a cell that was not computed, nothing differs, and the exact result is given."""
     text = explained("not_computed").text
     assert_facts(text, "not been computed")
     assert "DIFFER" not in text
@@ -58,7 +58,7 @@ def test_a_cell_that_was_not_computed_has_nothing_to_repeat():
 
 @pytest.mark.slow_lane
 def test_the_figure_follows_the_motion_for_some_periods():
-    """The curve is long enough to be seen and short enough to be read: three periods, the fall, or the duration."""
+    """The curve spans three periods, the time to the fall, or the duration."""
     for ending in [ending for ending in CELLS if ending not in WITHOUT]:
         found = explained(ending)
         left, right = cell_plot.figure(found).axes
@@ -73,7 +73,7 @@ def test_the_figure_follows_the_motion_for_some_periods():
 
 
 def test_lines_stand_at_the_stored_extremes_and_at_the_limit():
-    """Extremes as the atlas has them; the limit on both sides of the steady tilt, unless the curve would be flat."""
+    """Lines mark the stored extremes and both limits around the steady tilt, unless the curve would look flat."""
     found = explain(sweep.run(sweep.SweepSpec(tilt="1deg", roll_rate=2.4, criterion="departure:2deg")), {})
     lines = {line.get_label(): line for line in cell_plot.figure(found).axes[0].get_lines()}
     levels = sorted(line.get_ydata()[0] for line in cell_plot.figure(found).axes[0].get_lines()[1:])
@@ -85,7 +85,7 @@ def test_lines_stand_at_the_stored_extremes_and_at_the_limit():
 
 
 def test_the_path_is_that_of_the_motion():
-    """A disk that circles steadily runs a circle of radius R |roll rate / precession rate|."""
+    """A steadily circling disk has a circular path of radius R |roll rate / precession rate|."""
     spec = sweep.SweepSpec(tilt="10deg", precession_rate=0.5, roll_rate=-4.68510, duration="13s")
     found = explain(sweep.run(spec), {})
     x, y = cell_plot.figure(found).axes[1].get_lines()[0].get_data()
@@ -95,14 +95,14 @@ def test_the_path_is_that_of_the_motion():
 
 
 def test_a_cell_without_a_motion_has_no_figure():
-    """A start that there is not, or that has no motion, is refused with the reason."""
+    """An impossible start, or one without a motion, is refused with the reason."""
     for ending in WITHOUT:
         with refused(WITHOUT[ending]):
             cell_plot.figure(explained(ending))
 
 
 def test_the_command_tells_what_it_can(tmp_path, command):
-    """Where there is nothing to draw the words are printed all the same; the status is 2, and no figure is there."""
+    """Without a motion to draw, the text is printed anyway; the status is 2, and there is no figure."""
     sweep.run_to_file(CELLS["invalid"], tmp_path / "a.nc")
     status, out, err = command("explain a.nc precession_rate=0 --plot cell.png")
     assert status == 2
@@ -114,7 +114,7 @@ def test_the_command_tells_what_it_can(tmp_path, command):
 
 
 def test_a_folder_that_is_not_there_is_told_first(tmp_path, command):
-    """Where the figure could not be written nothing is explained, let alone computed."""
+    """An output folder that does not exist is reported before anything is computed."""
     sweep.run_to_file(CELLS["bounded"], tmp_path / "a.nc")
     status, out, err = command("explain a.nc --plot missing/cell.png")
     assert (status, out) == (2, "")

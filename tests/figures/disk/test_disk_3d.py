@@ -7,7 +7,7 @@ from sweep.figures.disk.disk_3d import FACES, Camera, Pose, draw_disk
 
 
 def test_the_rim_touches_the_plane():
-    """All points of the rim are a radius from the centre; the lowest one is the contact point."""
+    """All points of the rim are a radius from the center; the lowest one is the contact point."""
     pose = Pose(0.6, 1.0, 2.0, 0.3, -0.2, 0.5)
     rim, centre = pose.rim(), pose.painted()[0]
     assert np.linalg.norm(rim - centre, axis=1) == pytest.approx(0.5)
@@ -15,13 +15,13 @@ def test_the_rim_touches_the_plane():
 
 
 def test_the_camera_sees_in_true_perspective():
-    """Straight lines stay straight, what is twice as far is half as large, and both axes of the picture are equal."""
+    """Straight lines stay straight, twice the distance halves the size, and both picture axes have the same scale."""
     camera = Camera.on(np.zeros(3), 1.0, -55.0)
     ahead = (camera.target - camera.eye) / np.linalg.norm(camera.eye)
     right = np.cross(ahead, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)
     up = np.cross(right, ahead)
-    # at the distance of the target one metre is one metre, either way
+    # at the distance of the target, one meter has length one along both axes
     assert camera.project(np.stack([right, up])) == pytest.approx(np.eye(2), abs=1e-12)
     twice = np.linalg.norm(camera.eye) * ahead
     assert camera.project(twice + right) == pytest.approx([0.5, 0.0], abs=1e-12)
@@ -31,7 +31,7 @@ def test_the_camera_sees_in_true_perspective():
 
 
 def test_the_faces_of_the_disk_are_told_apart():
-    """An upright disk that heads along y shows its first face towards +x, and its second, of another colour, to -x."""
+    """An upright disk heading along y shows its first face towards +x and its second, in another color, to -x."""
     pose = Pose(0.0, 0.0, 0.0, 0.0, 0.0, 0.5)
     for azimuth, face in ((0.0, FACES[0]), (180.0, FACES[1])):
         camera = Camera.on(np.zeros(3), 1.0, azimuth)

@@ -1,4 +1,4 @@
-"""What can be asked of a film, and what is refused with what to write instead."""
+"""The options of a film; refusals suggest a valid value."""
 
 import os
 import subprocess
@@ -20,13 +20,13 @@ def _with_ffmpeg(monkeypatch):
 
 
 def test_what_is_not_given_is_chosen():
-    """25 frames a second of 640x480; speed and camera follow from the motion."""
+    """The defaults are 25 frames a second and 640x480; speed and camera depend on the motion."""
     assert FilmOptions.read("a.gif") == FilmOptions("gif", None, 25, (640, 480), None)
     assert FilmOptions.read("A.MP4").ending == "mp4"
 
 
 def test_what_is_given_is_taken():
-    """Numbers and words as the command line gives them, and a pair as Python does."""
+    """Numbers and words are accepted as in the command line, and pairs as in Python."""
     read = FilmOptions.read("a.mp4", speed=0.1, fps=np.int64(60), size="1280x720", camera="follow")
     assert read == FilmOptions("mp4", 0.1, 60, (1280, 720), "follow")
     assert FilmOptions.read("a.gif", speed=2, size=(321, 241)).size == (321, 241)
@@ -34,7 +34,7 @@ def test_what_is_given_is_taken():
 
 
 def test_what_no_film_can_be_is_refused():
-    """The refusal says what is allowed, what was given and what to write."""
+    """A refusal gives the allowed values, the given value and a suggestion."""
     for name, given, words in (
         ("a.avi", {}, [".mp4 or .gif", "Write a.gif."]),
         ("a.gif", {"speed": 0.0}, ["speed", "got 0.", "Write 1 for real time"]),
@@ -65,7 +65,7 @@ def test_what_no_film_can_be_is_refused():
 
 
 def test_an_mp4_needs_ffmpeg(monkeypatch):
-    """Without ffmpeg there is a gif."""
+    """An mp4 without ffmpeg is refused, but a gif is possible."""
     monkeypatch.setattr(film_options.shutil, "which", lambda _: None)
     assert FilmOptions.read("a.gif").ending == "gif"
     with refused("ffmpeg", "a.gif"):
@@ -73,7 +73,7 @@ def test_an_mp4_needs_ffmpeg(monkeypatch):
 
 
 def test_options_are_read_before_anything_heavy_is_loaded():
-    """A fresh interpreter that refuses a film holds neither matplotlib nor xarray nor Pillow."""
+    """Refusing a film loads neither matplotlib nor xarray nor Pillow."""
     code = (
         "import sys\n"
         "from sweep.figures.disk.film_options import FilmOptions\n"

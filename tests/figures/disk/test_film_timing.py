@@ -1,4 +1,4 @@
-"""How fast films play: some seconds for a motion, and never so fast that the disk seems to turn wrongly."""
+"""The speed of films: a motion lasts some seconds, but the disk never seems to turn the wrong way."""
 
 import math
 
@@ -20,13 +20,13 @@ def timed(motion, **given):
 
 
 def test_a_motion_is_a_film_of_some_seconds():
-    """A short motion is slowed, a long one hastened, one of some seconds is shown as fast as it is."""
+    """A short motion is slowed down, a long one sped up, and one of some seconds is shown in real time."""
     for words, speed, seconds in (
         ({"radius": "12mm", "tilt": "1deg", "duration": 2.0}, 0.05, 4.1),  # falls in 0.2 s
         ({"tilt_rate": 0.01, "roll_rate": 2.0}, 1.0, 10.0),
         ({"tilt_rate": 0.01, "roll_rate": 3.0, "duration": 80.0}, 4.0, 20.0),
         ({"radius": 50.0, "roll_rate": 0.3, "tilt_rate": 0.001, "duration": 60.0}, 3.0, 20.0),
-        ({"tilt_rate": 0.0, "duration": 1.0}, 0.25, 4.0),  # stands still
+        ({"tilt_rate": 0.0, "duration": 1.0}, 0.25, 4.0),  # at rest
     ):
         found = timed(sweep.simulate(**words))
         assert found.speed == speed
@@ -36,7 +36,7 @@ def test_a_motion_is_a_film_of_some_seconds():
 
 
 def test_the_disk_is_never_seen_to_turn_backwards():
-    """At the chosen speed heading and painted radius turn by less than half a turn from frame to frame."""
+    """At the chosen speed, heading and painted radius turn by less than half a turn per frame."""
     for words in (
         COIN | {"duration": 2.0},
         {"radius": "1mm", "roll_rate": 500.0, "tilt_rate": 1.0, "duration": 1.0},
@@ -46,7 +46,7 @@ def test_the_disk_is_never_seen_to_turn_backwards():
         motion = sweep.simulate(**words)
         found = timed(motion)
         times = motion["elapsed_time"].values
-        # the turn of the disk in space about its axis: that of the roll angle, and what the heading carries along
+        # the spin about the disk's axis: roll rate plus the axial part of the precession
         rate = motion["roll_rate"] + motion["precession_rate"] * np.sin(motion["tilt"])
         steps = np.diff(times)
         turned = np.concatenate([[0.0], np.cumsum(0.5 * (rate.values[1:] + rate.values[:-1]) * steps)])
@@ -56,10 +56,11 @@ def test_the_disk_is_never_seen_to_turn_backwards():
 
 
 def test_short_sweeps_do_not_slow_a_film_down():
-    """Of a motion with short sweeps, nine tenths turn by an eighth of a turn at most, all but a fiftieth by a third.
+    """In a motion with short sweeps, 90 % of the samples turn at most 1/8 turn per frame and 98 % at most 1/3.
 
-    A disk that nearly falls turns its lean round within a millisecond, at thousands of radians a second: a film that
-    showed that would show nothing else.
+    A disk that almost falls swings its lean around within a millisecond, at thousands of radians a second. A
+    film slow
+    enough for that would show nothing else.
     """
     for fps in (4, 25):
         sweeps = sweep.simulate(tilt="60deg", precession_rate=1.0, fall_tilt="89.9deg", duration=8.0)
@@ -76,7 +77,7 @@ def test_short_sweeps_do_not_slow_a_film_down():
 
 
 def test_a_fast_motion_that_lasts_is_cut_and_says_so():
-    """A film is a minute long at most: of a coin that turns 60 times a second it shows the beginning."""
+    """A film lasts at most a minute: of a coin that turns 60 times a second, it shows the beginning."""
     motion = sweep.simulate(**COIN | {"precession_rate": 380.0, "duration": 10.0})
     found = timed(motion)
     assert found.moments.size == 60 * 25
@@ -85,11 +86,11 @@ def test_a_fast_motion_that_lasts_is_cut_and_says_so():
 
 
 def test_a_speed_that_is_asked_for_is_kept_and_its_faults_are_told():
-    """Too fast for the eye is said with the angle; too slow ends after the most frames."""
+    """A requested speed is kept: if too fast, the text gives the angle per frame; if too slow, the film is cut."""
     motion = sweep.simulate(**COIN | {"duration": 2.0})
     fast = timed(motion, speed=1.0)
     assert (fast.speed, fast.aliased) == (1.0, True)
-    # the precession is the fastest of its turns, at 25 frames a second
+    # at 25 frames a second; the precession is the fastest of its turns
     fastest = float(np.abs(motion["precession_rate"]).max())
     assert fast.turn == pytest.approx(fastest / 25.0, rel=0.02)
     assert_facts(fast.words(), f"{math.degrees(fast.turn):.0f} deg", "real time")
@@ -99,7 +100,7 @@ def test_a_speed_that_is_asked_for_is_kept_and_its_faults_are_told():
 
 
 def test_frames_are_even_and_the_last_one_is_the_end():
-    """Frames are speed over fps apart, from the first sample to the last; a stretch has its own."""
+    """Frames are speed / fps apart, from the first to the last sample; a part of a motion has its own range."""
     motion = sweep.simulate(tilt_rate=0.01, roll_rate=2.0).isel(elapsed_time=slice(200, 501))
     found = timed(motion, speed=0.7, fps=30)
     assert found.moments[[0, -1]].tolist() == [2.0, 5.0]
@@ -108,7 +109,7 @@ def test_frames_are_even_and_the_last_one_is_the_end():
 
 
 def test_a_film_of_a_motion_that_stops_shows_its_end():
-    """The last part of it if not all has room, evenly in time, and the end for another second."""
+    """If a stopping motion does not fit, the film shows its last part; the end is held for a second."""
     motion = sweep.simulate("toy", tilt="50deg")
     end = float(motion["end_time"])
     found = timed(motion)
@@ -126,7 +127,7 @@ def test_a_film_of_a_motion_that_stops_shows_its_end():
 
 
 def test_the_speed_of_a_motion_that_stops_does_not_depend_on_its_samples():
-    """Near the end it has many more samples: shares of its time are meant, not of those."""
+    """The speed depends on shares of time, not of samples, which are much denser near the end."""
     ring = {
         "body": "torus", "tube": 0.3, "radius": "20mm", "tilt": "10deg", "roll_rate": 20,
         "rolling_friction": "0.4mm", "pivoting_friction": "0.1mm",

@@ -20,7 +20,7 @@ def rolling():
 
 @pytest.mark.slow_lane
 def test_a_map_shows_where_the_disk_would_slip(rolling):
-    """Cells that need more than the friction coefficient, or lift off, are hatched; the legend says so."""
+    """Cells that need more than the friction coefficient, or lift off, are hatched and named in the legend."""
     shown = panels.panel(rolling, slipping(rolling, 0.3))
     needed = rolling["friction_needed"].transpose("roll_rate", "tilt").values
     assert shown.marked.any()
@@ -34,7 +34,7 @@ def test_a_map_shows_where_the_disk_would_slip(rolling):
 
 
 def test_friction_needs_the_forces():
-    """An atlas made without contact=yes has no forces, and says how to get them."""
+    """An atlas without contact=yes has no forces; the refusal says how to get them."""
     spec = sweep.SweepSpec.preset("rolling").replace(roll_rate="1:4:3", tilt="0.1deg:20deg:3")
     atlas = sweep.run(spec)
     assert "friction_needed" not in atlas

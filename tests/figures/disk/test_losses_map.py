@@ -1,4 +1,4 @@
-"""The map of losses: hues are the largest losses, their strength and the lines are the times that are stored."""
+"""The map of losses: hues are the largest losses; strengths and lines are the stored times."""
 
 import itertools
 
@@ -24,19 +24,19 @@ SPEC = sweep.SweepSpec.preset(
 
 @pytest.fixture(scope="module", autouse=True)
 def general():
-    """Compile no kernel for the laws of this file alone."""
+    """Use the general kernels, so that none is compiled only for this file."""
     with lossy_runner.general_kernels():
         yield
 
 
 @pytest.fixture(scope="module")
 def atlas():
-    """Return an atlas in which rolling friction, contour friction and air each take most somewhere."""
+    """Return an atlas in which rolling friction, contour friction and air are each the largest loss somewhere."""
     return sweep.run(SPEC)
 
 
 def colours_of(drawn):
-    """Return the colours of the cells of the first map, shape (rows, columns, 4)."""
+    """Return the colors of the cells of the first map, shape (rows, columns, 4)."""
     (mesh,) = (
         each for each in drawn.axes[0].collections if isinstance(each, matplotlib.collections.QuadMesh)
     )
@@ -44,7 +44,7 @@ def colours_of(drawn):
 
 
 def test_the_hue_of_a_cell_is_its_largest_loss(atlas):
-    """Each colour lies between white and the colour of the law of which the atlas stores the largest loss."""
+    """Each color is between white and the color of the largest stored loss."""
     found, cells = losses_map(atlas), colours_of(figure([atlas]))
     largest = np.stack([atlas[measure].values for _, measure in LOSSES.values()]).argmax(axis=0)
     np.testing.assert_array_equal(found.loss, 1 + largest)
@@ -60,7 +60,7 @@ def test_the_hue_of_a_cell_is_its_largest_loss(atlas):
 
 @pytest.mark.parametrize("width", ["86mm", "70mm", "172mm"])
 def test_names_and_numbers_lie_apart(atlas, width):
-    """The names of the losses leave the numbers on the lines of equal times free."""
+    """The names of the losses do not cover the numbers on the lines of equal time."""
     drawn = figure([atlas], Look.read(width=width))
     drawn.draw_without_rendering()
     words = [(each.get_text(), each.get_window_extent()) for each in drawn.axes[0].texts]
@@ -70,7 +70,7 @@ def test_names_and_numbers_lie_apart(atlas, width):
 
 
 def test_the_longer_aloft_the_stronger_the_hue(atlas):
-    """Among cells of one law the order of the strengths is that of the stored times."""
+    """Among the cells of one law, stronger hues mean longer times."""
     found, cells = losses_map(atlas), colours_of(figure([atlas]))
     np.testing.assert_array_equal(found.times, atlas["end_time"].values)
     for code in np.unique(found.loss):
@@ -80,7 +80,7 @@ def test_the_longer_aloft_the_stronger_the_hue(atlas):
 
 
 def test_the_shortest_time_is_faint_and_the_longest_strong(atlas):
-    """Strengths span the bar: a map whose hues were all faint would hide what it shows."""
+    """The strengths span the whole bar, because a uniformly faint map would hide the losses."""
     found, cells = losses_map(atlas), colours_of(figure([atlas]))
     for place, strength in ((found.times.argmin(), 0.18), (found.times.argmax(), 0.95)):
         row, column = np.unravel_index(place, found.times.shape)
@@ -90,7 +90,7 @@ def test_the_shortest_time_is_faint_and_the_longest_strong(atlas):
 
 
 def test_the_lines_have_the_times_that_they_name(atlas):
-    """Along each line the time interpolated between the cells is the number of its level."""
+    """Along each line, the interpolated time equals its level."""
     drawn = figure([atlas])
     axes = drawn.axes[0]
     (lines,) = (each for each in axes.collections if isinstance(each, matplotlib.contour.QuadContourSet))
@@ -107,13 +107,13 @@ def test_the_lines_have_the_times_that_they_name(atlas):
 
 @pytest.mark.slow_lane
 def test_where_the_duration_ended_it_cells_are_hatched_and_have_no_lines(atlas):
-    """They are still aloft: the time is a lower bound there. What lifts off has no time aloft at all."""
+    """Cells still aloft at the end have only a lower bound; cells that lift off have no time aloft."""
     short = sweep.run(SPEC, duration="5s")
     found = losses_map(short)
     assert found.ended["horizon"].any()
     np.testing.assert_array_equal(found.ended["horizon"], short["end_time"].values == 5.0)
     axes = figure([short]).axes[0]
-    # motions that time ended would have lines of equal times at the duration alone
+    # with these motions, there would be lines at the duration itself
     for lines in (each for each in axes.collections if isinstance(each, matplotlib.contour.QuadContourSet)):
         assert max(lines.levels) < 5.0
     assert with_facts(axes.get_legend_handles_labels()[1], "aloft", "duration")
@@ -128,7 +128,7 @@ def test_where_the_duration_ended_it_cells_are_hatched_and_have_no_lines(atlas):
 
 @pytest.mark.slow_lane
 def test_several_atlases_share_one_scale(atlas):
-    """The bar holds for both: a time has the same strength in each."""
+    """One bar is valid for several atlases: equal times have equal strength."""
     short = sweep.run(SPEC, duration="5s")
     drawn = figure([atlas, short])
     titles = [f"(a) {atlas.title}", f"(b) {short.title}"]
@@ -140,7 +140,7 @@ def test_several_atlases_share_one_scale(atlas):
 
 
 def test_a_selection_and_the_order_of_the_axes_do_not_matter(atlas):
-    """The transposed atlas is drawn transposed; of a third axis one value is taken."""
+    """A transposed atlas is drawn transposed; a third axis needs one selected value."""
     other = sweep.run(SPEC.replace(axes=("contour_friction", "tilt")))
     one, two = losses_map(atlas), losses_map(other)
     same = one.panel.y.quantity.name == two.panel.y.quantity.name
@@ -150,7 +150,7 @@ def test_a_selection_and_the_order_of_the_axes_do_not_matter(atlas):
 
 
 def test_what_has_no_losses_or_no_two_axes_is_refused(atlas):
-    """By the command's option as well: an atlas of the disk without losses, one of one axis, and none."""
+    """An atlas without losses, one with a single axis and an empty list are refused."""
     with refused("disk", "losses"):
         plots.losses([sweep.run(sweep.SweepSpec(roll_rate="2:3:3", tilt="1deg,2deg"))], Look())
     with refused("two axes", "one", "tilt"):
@@ -162,7 +162,7 @@ def test_what_has_no_losses_or_no_two_axes_is_refused(atlas):
 
 
 def test_the_command_draws_it(command, atlas, tmp_path):
-    """`plot --losses`, alone: it has no criterion and no other quantity."""
+    """`plot --losses` draws the map and refuses a criterion and other quantities."""
     sweep.save(atlas, tmp_path / "toy.nc")
     assert command("plot toy.nc --losses -o toy.png")[0] == 0
     assert (tmp_path / "toy.png").stat().st_size > 10_000
@@ -174,7 +174,7 @@ def test_the_command_draws_it(command, atlas, tmp_path):
 
 
 def test_arms_are_shown_in_micrometres(atlas):
-    """On the axis and in the caption; the radius in millimetres."""
+    """Friction arms are in micrometers on the axis and in the caption; the radius is in millimeters."""
     axes = figure([atlas]).axes[0]
     assert_facts(axes.get_xlabel(), "$c_c$", "(\u00b5m)")
     np.testing.assert_allclose(axes.get_xlim(), losses_map(atlas).panel.x.borders[[0, -1]])

@@ -26,7 +26,7 @@ def unstable():
 
 
 def test_the_painted_radius_rolls_without_slipping():
-    """The material point at the contact point does not move: the paint, the path and the attitude fit together."""
+    """The material point at the contact does not move, so paint, path and attitude are consistent."""
     motion = sweep.simulate(
         tilt=0.4, tilt_rate=0.3, precession_rate=1.0, roll_rate=-2.0, duration=0.1, interval=1e-4
     )
@@ -35,7 +35,7 @@ def test_the_painted_radius_rolls_without_slipping():
     centre, rim = middle.painted()
 
     def material(pose):
-        """Where the point is that touches the plane in the middle pose: turned back by the roll angle."""
+        """Return the contact point of the middle pose as a material point, turned back by the roll angle."""
         turned = Pose(
             pose.tilt, pose.heading, pose.roll_angle - middle.roll_angle, pose.x, pose.y, pose.radius
         )
@@ -49,7 +49,7 @@ def test_the_painted_radius_rolls_without_slipping():
 
 @pytest.mark.slow_lane
 def test_same_motion_same_bytes(unstable, tmp_path):
-    """A still drawn twice gives the same file; it warns of nothing, on a motion of any kind."""
+    """Drawing any motion twice gives the same file and no warning."""
     for ending in ("png", "svg"):
         for name in ("first", "second"):
             plots.save(motion_plots.figure(unstable), tmp_path / f"{name}.{ending}")
@@ -59,12 +59,12 @@ def test_same_motion_same_bytes(unstable, tmp_path):
 
 @pytest.mark.slow_lane
 def test_every_motion_can_be_drawn(tmp_path):
-    """A fall, a circle, a spin on the spot and a disk at rest are drawn without a warning, with their tilt."""
+    """A fall, a circle, a spin on the spot and a disk at rest are drawn with their tilt and without a warning."""
     for words in (
         {"tilt": 0.1, "tilt_rate": 0.1},  # falls and lifts off
-        {"tilt": "10deg", "precession_rate": 0.5, "roll_rate": "steady"},  # nothing but a circle
-        {"precession_rate": 5.0},  # does not move from its place
-        {"tilt_rate": 0.0},  # stands still
+        {"tilt": "10deg", "precession_rate": 0.5, "roll_rate": "steady"},  # only a circle
+        {"precession_rate": 5.0},  # stays in place
+        {"tilt_rate": 0.0},  # at rest
     ):
         motion = sweep.simulate(**words, duration=2.0)
         drawn = motion_plots.figure(motion)
@@ -75,12 +75,12 @@ def test_every_motion_can_be_drawn(tmp_path):
 
 
 def panels(motion):
-    """Return the axes of the figure of a motion: picture, tilt, path, contact."""
+    """Return the axes of a motion's figure: picture, tilt, path, contact."""
     return motion_plots.figure(motion).axes
 
 
 def test_a_figure_says_what_it_shows():
-    """Title, disk and start are written over the figure, as they stand; the floor has a scale."""
+    """Title, disk and start are written above the figure; the floor has a scale."""
     figure = motion_plots.figure(sweep.simulate(radius="12mm", tilt="1deg", title="A $coin"))
     title, caption = figure.texts[:2]
     assert title.get_text() == "A $coin"
@@ -89,16 +89,16 @@ def test_a_figure_says_what_it_shows():
 
 
 def test_a_fall_in_its_place_is_shown_at_several_tilts():
-    """The picture of a disk that falls holds more than its end, and its path is on the scale of the disk."""
+    """The picture of a falling disk shows several tilts, and its path has the scale of the disk."""
     axes = panels(sweep.simulate(radius="12mm", tilt="1deg", duration=2.0))
-    # face and shadow of each
+    # a face and a shadow for each
     assert len(axes[0].patches) >= 8
     assert axes[2].get_xlim() == pytest.approx((-12.0, 12.0))
     assert_facts(axes[2].get_xlabel(), "x", "(mm)")
 
 
 def test_what_is_impossible_is_shaded_from_its_time_on():
-    """Tilt and contact are shaded from the slip to the end, which is when the needed coefficient exceeds friction."""
+    """Tilt and contact are shaded from the slip, where the needed coefficient exceeds the friction, to the end."""
     motion = sweep.simulate(radius="12mm", tilt="1deg", duration=2.0)
     _, tilt, _, contact = panels(motion)
     time, needed = motion["elapsed_time"].values, motion["friction_needed"].values
@@ -117,7 +117,7 @@ def test_what_is_impossible_is_shaded_from_its_time_on():
 
 @pytest.mark.slow_lane
 def test_the_friction_that_is_needed_is_in_view():
-    """All of it, far above the friction or far below, with the friction and the normal force."""
+    """The needed friction is fully in view, far above or far below the friction, with both and the normal force."""
     for words in (
         {"radius": 0.04, "tilt": "80deg", "precession_rate": 30.0, "roll_rate": "steady"},  # needs 3.24
         {
@@ -131,7 +131,7 @@ def test_the_friction_that_is_needed_is_in_view():
             "tilt": "60deg",
             "precession_rate": 1.0,
             "fall_tilt": "89.9deg",
-        },  # needs 5.47 for a moment, 0.8 else
+        },  # needs 5.47 for a moment, otherwise 0.8
         {"tilt_rate": 0.01, "roll_rate": 2.0},
         {"tilt_rate": 0.01, "roll_rate": 2.0, "friction": 4.0},
     ):
@@ -144,7 +144,7 @@ def test_the_friction_that_is_needed_is_in_view():
 
 
 def test_far_samples_draw_the_same_figure():
-    """A motion with a sample a second is drawn through the samples of the default, whose curve is smooth."""
+    """A motion with one sample a second is drawn as a smooth curve through the default samples."""
     words = {"tilt_rate": 0.01, "roll_rate": 2.0}
     coarse, fine = (panels(sweep.simulate(**words, interval=interval)) for interval in (1.0, "auto"))
     for axes, expected in zip(coarse, fine, strict=True):
@@ -153,7 +153,7 @@ def test_far_samples_draw_the_same_figure():
 
 
 def test_linear_theory_ends_where_it_fails(unstable):
-    """The growth of linear theory is drawn up to 1.15 of the largest tilt; its label states the growth rate."""
+    """The growth of linear theory is drawn up to 1.15 times the largest tilt; its label gives the growth rate."""
     motion, theory = panels(unstable)[1].get_lines()
     assert np.abs(theory.get_ydata()).max() <= 1.15 * np.abs(motion.get_ydata()).max() + 1e-9
     # k = [4 (1+alpha) roll^2 - 2 g/R]/(2+alpha), by hand
@@ -162,7 +162,7 @@ def test_linear_theory_ends_where_it_fails(unstable):
 
 @pytest.mark.release
 def test_the_script_draws_six_figures(tmp_path):
-    """scripts/plot_report.py writes its six figures into one folder; another format is refused with nothing made."""
+    """scripts/plot_report.py writes six figures into one folder; another format is refused before any is made."""
     command = [sys.executable, "-W", "error", str(CHECKOUT / "scripts" / "plot_report.py"), "-o"]
     environment = {**os.environ, "PYTHONPATH": str(CHECKOUT)}
     done = subprocess.run([*command, str(tmp_path / "report")], env=environment, check=False)
@@ -176,7 +176,7 @@ def test_the_script_draws_six_figures(tmp_path):
 
 @pytest.mark.release
 def test_numbers_on_axes_are_round_and_apart():
-    """Steps are 1, 2 or 5, numbers do not touch, and the paths of like disks are in the same unit, mm."""
+    """Steps are 1, 2 or 5, numbers do not touch, and the paths of like disks share a unit, mm."""
     for duration in ("0.8s", "2s", "3.3s"):
         for speed in ("19cm/s", "20cm/s"):
             motion = sweep.simulate(radius="11.6mm", speed=speed, tilt="0.1deg", duration=duration)

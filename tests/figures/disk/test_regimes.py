@@ -15,7 +15,7 @@ from sweep.request.spec import SweepSpec
 
 pytestmark = pytest.mark.compiled
 
-#: All four regimes and falls.
+#: An atlas with all four regimes and falls.
 ALL = SweepSpec(
     title="Pushed: all regimes", roll_rate="0:4:30", tilt="1deg:40deg:25", tilt_rate=1.5, method="exact"
 )
@@ -24,13 +24,13 @@ RELEASED = ALL.replace(tilt_rate=0.0, title="Released")
 
 @pytest.fixture(scope="module")
 def atlas():
-    """An atlas with all regimes."""
+    """Return an atlas with all regimes."""
     return sweep.run(ALL)
 
 
 @pytest.mark.slow_lane
 def test_the_regimes_are_those_of_the_referees(atlas):
-    """Crossings and falls are those of the quadrature of the tests, wells those of the curve of folds."""
+    """Crossings and falls agree with the tests' quadrature, and wells with the curve of folds."""
     found = regimes(atlas)
     given = [
         xr.broadcast(atlas[name], atlas.ending)[0].transpose(*atlas.ending.dims).values.ravel()
@@ -52,7 +52,7 @@ def test_the_regimes_are_those_of_the_referees(atlas):
 
 
 def test_the_way_it_was_computed_does_not_matter(atlas):
-    """Neither the method, nor a duration, nor the order of the axes, nor a selection changes the regimes."""
+    """Method, duration, order of axes and selections do not change the regimes."""
     reference = regimes(atlas)
     for dataset in (
         sweep.run(ALL.replace(method="rk4", duration=0.1)),
@@ -67,19 +67,19 @@ def test_the_way_it_was_computed_does_not_matter(atlas):
 
 
 def test_a_released_disk_stays_on_its_side():
-    """Released at rest, no disk crosses upright or passes a saddle: it can only fall outward and come back."""
+    """A disk released at rest never crosses upright or passes a saddle: it can only fall outward and return."""
     found = regimes(sweep.run(RELEASED))
     assert set(np.unique(found.regime)) == {-1, 0, 2}
     assert not (found.separatrix < 0.0).any()
 
 
 def test_the_curve_of_folds_is_drawn_where_there_is_one():
-    """The line is that of theory in the units of the axes, and only where tilt and one rate span the plane."""
+    """The curve of folds is drawn in the units of the axes, only in a plane of tilt and one rate."""
     for words, curves in (
         ({"roll_rate": "0:4:5", "tilt": "1deg:40deg:5"}, 1),
         ({"precession_rate": "0:4:5", "tilt": "1deg:40deg:5:log"}, 1),
         ({"roll_rate": "-4:4:5", "tilt": "-40deg:40deg:5"}, 2),
-        # a disk that rolls and spins, and other planes: theory draws no line there
+        # theory draws no line for a rolling and spinning disk or in other planes
         ({"roll_rate": "0:4:5", "tilt": "1deg:40deg:5", "precession_rate": 1.0}, 0),
         ({"roll_rate": "0:4:5", "alpha": "0.1:1:5", "tilt": "1deg"}, 0),
         ({"roll_rate": "steady", "tilt": "1deg:40deg:5", "precession_rate": "1:4:5"}, 0),
@@ -95,7 +95,7 @@ def test_the_curve_of_folds_is_drawn_where_there_is_one():
 
 @pytest.mark.slow_lane
 def test_the_figure(atlas, tmp_path):
-    """A panel per atlas: names or legend for every regime, both lines; the file depends on the atlas alone."""
+    """Each panel names every regime or has a legend, and both lines; the file depends only on the atlas."""
     drawn = figure([atlas, sweep.run(RELEASED)])
     pushed, released = (axes for axes in drawn.axes if axes.get_title(loc="left"))
     assert [axes.get_title(loc="left") for axes in (pushed, released)] == ["(a) Pushed", "(b) Released"]
@@ -113,7 +113,7 @@ def test_the_figure(atlas, tmp_path):
 
 
 def test_cells_without_a_motion_are_named_for_what_they_are():
-    """Where no steady motion exists the map does not say that its regime is not known, but that the cell is invalid."""
+    """A cell without a steady motion is marked as invalid, not as an unknown regime."""
     spec = SweepSpec(tilt="5deg:30deg:6", roll_rate="1:6:6", precession_rate="steady-slow", tilt_rate=1e-3)
     found = regimes(sweep.run(spec))
     assert found.unknown.any()
@@ -123,7 +123,7 @@ def test_cells_without_a_motion_are_named_for_what_they_are():
 
 
 def test_the_drawn_separatrix_is_where_the_saddle_is_just_reached(atlas):
-    """Along the drawn line the height of the saddle over the energy is a small part of what it is beside it."""
+    """On the drawn line, the height of the saddle above the energy is much smaller than next to it."""
     axes = next(axes for axes in figure([atlas]).axes if axes.get_title(loc="left"))
     lines = [line for line in axes.get_lines() if line.get_linestyle() == "--"]
     found = regimes(atlas)
@@ -141,7 +141,7 @@ def test_the_drawn_separatrix_is_where_the_saddle_is_just_reached(atlas):
 
 
 def test_what_is_no_map_is_refused():
-    """One axis, none, three, or no atlas at all: refused with the reason."""
+    """An atlas with no, one or three axes, and an empty list, are refused with the reason."""
     for draw, facts in (
         (lambda: plots.regimes([], Look()), ["draw"]),
         (
@@ -159,7 +159,7 @@ def test_what_is_no_map_is_refused():
 
 
 def test_regimes_of_other_bodies(atlas):
-    """A torus without a tube has those of the disk; a rim that comes down on its other edge is named so."""
+    """A torus without a tube has the disk's regimes; a rim that falls onto its other edge is named as such."""
     torus = {"body": "torus", "tube": 0.0, "axial_moment": 0.5, "transverse_moment": 0.25}
     found, expected = regimes(sweep.run(ALL.replace(**torus))), regimes(atlas)
     assert np.array_equal(found.regime, expected.regime)

@@ -1,4 +1,4 @@
-"""The figure of a motion with losses: what is drawn is what is stored, and nothing is drawn of what there is not."""
+"""The figure of a motion with losses shows exactly the stored data."""
 
 import math
 import re
@@ -29,18 +29,18 @@ def toy():
 
 @pytest.fixture(scope="module")
 def rolling():
-    """Return a coin that still rolls when the duration is over."""
+    """Return a coin that still rolls at the end of the duration."""
     return sweep.simulate("coin", roll_rate=40, rolling_friction="10um", duration="2s")
 
 
 def lines_of(axes):
-    """Return the lines of a panel by their labels."""
+    """Return the lines of a panel by label."""
     return dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
 
 
 @pytest.mark.slow_lane
 def test_tilt_and_rates_are_those_of_the_file(toy, rolling):
-    """Inclination from flat with the rate of the wobble and of the disk itself; of a disk that rolls tilt and rates."""
+    """A wobble has panels of inclination, wobble rate and disk rate; a rolling disk has tilt and rates."""
     axes = stopping_plots.figure(toy).axes
     (line,) = axes[TILT].lines
     np.testing.assert_array_equal(line.get_xdata(), toy["elapsed_time"])
@@ -58,7 +58,7 @@ def test_tilt_and_rates_are_those_of_the_file(toy, rolling):
 
 @pytest.mark.slow_lane
 def test_the_areas_of_the_ledger_are_the_losses(toy):
-    """One upon the other in the order of the file, in their colours; with the energy left they are the start."""
+    """The losses are stacked in the file's order and colors; with the remaining energy they add up to the start."""
     axes = stopping_plots.figure(toy).axes[LEDGER]
     assert_facts(axes.get_ylabel(), "energy", "(mJ)")
     below = np.zeros(toy.sizes["elapsed_time"])
@@ -86,7 +86,7 @@ def test_the_areas_of_the_ledger_are_the_losses(toy):
 
 @pytest.mark.slow_lane
 def test_the_end_is_drawn_against_the_time_that_is_left(toy):
-    """Both axes are logarithmic; a guide for each law has the slope that it names, beside the curve."""
+    """Near the end, both axes are logarithmic; each law has a guide with the named slope next to the curve."""
     for panel, name, times in ((APPROACH, "inclination", 1.0), (SPEEDING_UP, "precession_rate", -0.5)):
         axes = stopping_plots.figure(toy).axes[panel]
         assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
@@ -113,14 +113,14 @@ def test_the_end_is_drawn_against_the_time_that_is_left(toy):
             near = (left <= x1) & (left >= x0)
             beside = np.interp(left[near], [x0, x1], [y0, y1]) / (scale * toy[name].values[near])
             assert 1.0 < beside.min() < 2.0
-        # friction of the contact takes most at first, and the air at last
+        # friction at the contact is largest at first, and air at the end
         middle = {law: np.mean(np.log(lines[label].get_xdata())) for law, (label,) in laws.items()}
         assert middle["contour friction"] > middle["air"]
 
 
 @pytest.mark.slow_lane
 def test_a_law_that_the_motion_has_not_is_not_drawn():
-    """One law alone has one guide and one area, for every law of the table."""
+    """A motion with only one law has one guide and one area, for every law."""
     motion = sweep.simulate(
         inclination="5deg",
         precession_rate="wobble",
@@ -138,10 +138,10 @@ def test_a_law_that_the_motion_has_not_is_not_drawn():
 
 @pytest.mark.slow_lane
 def test_what_is_no_wobble_has_no_panels_of_its_end(tmp_path):
-    """A fall, a coin that stands, one that slips and one that loses nothing are drawn without a warning."""
+    """A fall, a coin that stands, one that slips and one without losses are drawn without a warning."""
     for words in (
         {"tilt": "60deg", "radius": 0.0375, "contour_friction": "1um"},  # falls over
-        {"tilt": "0.5deg", "radius": "12mm", "rolling_friction": "1mm"},  # stands
+        {"tilt": "0.5deg", "radius": "12mm", "rolling_friction": "1mm"},  # stays upright
         {
             "tilt": "20deg",
             "precession_rate": 60.0,
@@ -158,7 +158,7 @@ def test_what_is_no_wobble_has_no_panels_of_its_end(tmp_path):
 
 @pytest.mark.release
 def test_same_motion_same_bytes(toy, tmp_path):
-    """A figure drawn twice is the same file; a motion with far samples is drawn through close ones."""
+    """Drawing twice gives the same file; a motion with sparse samples is recomputed with dense ones."""
     for name in ("first", "second"):
         plots.save(plots.motion_figure(toy), tmp_path / f"{name}.png")
     first, second = ((tmp_path / f"{name}.png").read_bytes() for name in ("first", "second"))
@@ -170,7 +170,7 @@ def test_same_motion_same_bytes(toy, tmp_path):
 
 @pytest.mark.slow_lane
 def test_the_accessor_draws_each_motion_as_its_model_does(toy):
-    """The figure of a motion with losses has its ledger, that of one without has its contact."""
+    """The accessor draws a ledger for a motion with losses and contact panels for one without."""
     assert_facts(toy.eulerdisk.plot().axes[LEDGER].get_ylabel(), "energy", "(mJ)")
     plain = sweep.simulate(tilt="1deg", duration=0.1).eulerdisk.plot()
     assert_facts(plain.axes[3].get_ylabel(), "contact", "(1)")
@@ -180,7 +180,7 @@ def test_the_accessor_draws_each_motion_as_its_model_does(toy):
 
 @pytest.mark.slow_lane
 def test_the_figure_of_an_explained_cell_is_its_motion(tmp_path):
-    """Its end is that of the cell, its title says the verdict; a cell without a start has none."""
+    """The figure has the cell's end and its verdict in the title; a cell without a start has no figure."""
     atlas = sweep.run("toy", tilt="75deg,80deg", precession_rate="wobble")
     explanation = explain(atlas, {"tilt": "80deg"})
     drawn = stopping_plots.figure_of_cell(explanation)
@@ -194,7 +194,7 @@ def test_the_figure_of_an_explained_cell_is_its_motion(tmp_path):
 
 
 def test_all_panels_over_time_have_one_time_axis():
-    """What is below each other is at the same time: the energies too, of a motion with losses and of one without."""
+    """All panels over time share one time axis, for motions with and without losses."""
     for words in ({"model": "toy"}, {}):
         start = {"tilt": "80deg"} if words else {"tilt_rate": 0.01, "roll_rate": 2.0}
         motion = sweep.simulate(*words.values(), **start, duration="1s")

@@ -1,4 +1,4 @@
-"""Every film shows the whole disk in every frame, for every camera and shape of the picture."""
+"""Every film shows the whole disk in every frame, for all cameras and picture shapes."""
 
 import itertools
 
@@ -30,7 +30,7 @@ MOTIONS = {
 
 
 def rim(pose):
-    """Points of the rim by textbook rotations, shape (n, 3): not as the film makes them."""
+    """Return points of the rim by textbook rotations, shape (n, 3), independently of the film."""
     angles = np.linspace(0.0, 2.0 * np.pi, 200)
     upright = pose.radius * np.stack([np.zeros(200), np.sin(angles), 1.0 - np.cos(angles)])
     cos, sin = np.cos(pose.tilt), np.sin(pose.tilt)
@@ -41,7 +41,7 @@ def rim(pose):
 
 
 def seen(camera, points):
-    """Points in the plane of the picture through the target, by rays that a plane cuts."""
+    """Return points in the picture plane through the target, by intersecting rays with the plane."""
     ahead = (camera.target - camera.eye) / np.linalg.norm(camera.target - camera.eye)
     rays = points - camera.eye
     cut = rays * (np.linalg.norm(camera.target - camera.eye) / (rays @ ahead))[:, None]
@@ -51,7 +51,7 @@ def seen(camera, points):
 
 @pytest.mark.slow_lane
 def test_the_whole_disk_is_in_every_frame():
-    """Every point of the rim is within the picture, between the words, in front of the camera, above the floor."""
+    """Every point of the rim is in the picture, between the words, in front of the camera and above the floor."""
     for name, words in MOTIONS.items():
         motion = sweep.simulate(**words)
         poses = poses_at(motion, timing(motion, FilmOptions.read("a.gif")).moments[::3])
@@ -73,17 +73,17 @@ def test_the_whole_disk_is_in_every_frame():
 
 
 def cameras(motion, camera, end=1.0):
-    """Cameras of five moments from the start to an end [s]."""
+    """Return the cameras at five moments from the start to an end [s]."""
     return view(motion, poses_at(motion, np.linspace(0.0, end, 5)), (640, 480), camera).cameras
 
 
 def follows(motion):
-    """Whether the default camera goes along."""
+    """Return True if the default camera follows the disk."""
     return len({id(each) for each in cameras(motion, None)}) == 5
 
 
 def test_a_camera_follows_a_disk_that_goes_far():
-    """It keeps the centre of the disk where it is in the picture; a short path is seen by one that stands still."""
+    """A camera that follows keeps the disk's center in place; for a short path, the camera stands still."""
     hoop = sweep.simulate(**MOTIONS["hoop"])
     followed = cameras(hoop, "follow")
     poses = poses_at(hoop, np.linspace(0.0, 1.0, 5))
@@ -95,7 +95,7 @@ def test_a_camera_follows_a_disk_that_goes_far():
 
 
 def test_like_starts_are_seen_from_the_same_side():
-    """A coin that starts a little above and a little below the critical speed: its paths are unlike, its films not."""
+    """Coins just above and just below the critical speed have different paths but the same view."""
     for camera in ("follow", "fixed"):
         motions = [
             sweep.simulate(radius="11.6mm", speed=f"{speed}cm/s", tilt="0.1deg", duration="2s")
@@ -107,7 +107,7 @@ def test_like_starts_are_seen_from_the_same_side():
 
 
 def test_a_disk_starts_across_the_picture_and_a_little_into_it():
-    """For any heading and direction its contact point moves to the same side and away from the camera."""
+    """For any heading and direction, the contact point moves to the same side and away from the camera."""
     for roll_rate in (3.0, -3.0):
         for first in (0, 300, 700):
             whole = sweep.simulate(precession_rate=1.0, roll_rate=roll_rate, duration="6s", interval="1ms")
@@ -121,7 +121,7 @@ def test_a_disk_starts_across_the_picture_and_a_little_into_it():
 
 
 def test_from_above_the_picture_is_a_map():
-    """The camera on top has x to the right and y upwards."""
+    """The top camera has x to the right and y upward."""
     camera = cameras(sweep.simulate(**MOTIONS["coin"]), "top")[0]
     assert camera.right == pytest.approx([1.0, 0.0, 0.0])
     assert camera.eye[:2] == pytest.approx(camera.target[:2])
