@@ -1,4 +1,4 @@
-"""Kernels that these tests call without the rooms of `sweep` are kept on disk, as the others are."""
+"""Kernels that these tests call directly are cached on disk like the others."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Elementary functions of any argument against mpmath."""
+"""Elementary functions of any argument, compared with mpmath."""
 
 import math
 
@@ -11,7 +11,7 @@ from kernels import elementary
 
 
 def ulps(found, truth):
-    """Return the error of a number in units of the last place of the true one."""
+    """Return the error of a number in units in the last place of the true one."""
     with mpmath.workdps(40):
         return float(abs(mpmath.mpf(found) - truth)) / float(np.spacing(abs(float(truth))))
 
@@ -25,7 +25,7 @@ ANGLES = st.one_of(
 
 @given(ANGLES)
 def test_sine_and_cosine(x):
-    """Both are right to one unit in the last place, next to multiples of a right angle too."""
+    """Both are right to one unit in the last place, even near multiples of a right angle."""
     sine, cosine = elementary.sine_cosine(x)
     with mpmath.workdps(40):
         assert ulps(sine, mpmath.sin(x)) <= 1.0
@@ -33,20 +33,20 @@ def test_sine_and_cosine(x):
 
 
 def test_angles_beyond_the_largest_have_no_value():
-    """A cell with a larger angle fails, and gets no wrong number."""
+    """Larger angles give NaN instead of a wrong number."""
     for x in (1.6001e6, -1e300, math.inf, math.nan):
         assert all(map(math.isnan, elementary.sine_cosine(x))), x
 
 
 @given(st.one_of(st.floats(-708.0, 709.0), st.floats(-1e-3, 1e-3)))
 def test_exponential(x):
-    """Exp is right to one unit in the last place."""
+    """The exponential is right to one unit in the last place."""
     with mpmath.workdps(40):
         assert ulps(elementary.exponential(x), mpmath.exp(x)) <= 1.0
 
 
 def test_exponential_beyond_all_numbers():
-    """It is zero or infinite there, and NaN of NaN."""
+    """Beyond the range of numbers, exp is zero or infinite, and NaN for NaN."""
     assert [elementary.exponential(x) for x in (-800.0, -math.inf, 800.0, math.inf)] == [
         0,
         0,
@@ -58,13 +58,13 @@ def test_exponential_beyond_all_numbers():
 
 @given(st.one_of(st.floats(2.3e-308, 1e308), st.floats(0.99, 1.01)))
 def test_logarithm(x):
-    """Log is right to one unit in the last place, next to 1 too."""
+    """The logarithm is right to one unit in the last place, even near 1."""
     with mpmath.workdps(40):
         assert x == 1.0 or ulps(elementary.logarithm(x), mpmath.log(x)) <= 1.0
 
 
 def test_logarithm_of_what_has_none():
-    """Zero has minus infinity; negative and subnormal numbers NaN."""
+    """The logarithm of zero is minus infinity; negative and subnormal numbers give NaN."""
     assert elementary.logarithm(1.0) == 0.0
     assert (elementary.logarithm(0.0), elementary.logarithm(math.inf)) == (-math.inf, math.inf)
     assert all(math.isnan(elementary.logarithm(x)) for x in (-1.0, 1e-310, math.nan))
@@ -72,14 +72,14 @@ def test_logarithm_of_what_has_none():
 
 @given(st.one_of(st.floats(-40.0, 40.0), st.floats(-1e-3, 1e-3)))
 def test_hyperbolic_tangent(x):
-    """Tanh is right to two units in the last place."""
+    """The hyperbolic tangent is right to two units in the last place."""
     with mpmath.workdps(40):
         assert x == 0.0 or abs(x) < 1e-300 or ulps(elementary.hyperbolic_tangent(x), mpmath.tanh(x)) <= 2.0
 
 
 @given(st.floats(1e-300, 1e300), st.floats(-900.0, 900.0))
 def test_rough_logarithms(x, power):
-    """They are right to what the length of a step needs, and one is the inverse of the other."""
+    """They are accurate enough for step lengths, and one is the inverse of the other."""
     assert abs(elementary.rough_log2(x) - math.log2(x)) <= 0.09
     assert abs(elementary.rough_exp2(power) / 2.0**power - 1.0) <= 0.07
     assert abs(elementary.rough_log2(elementary.rough_exp2(power)) - power) <= 1e-9

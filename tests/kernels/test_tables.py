@@ -1,4 +1,4 @@
-"""Tables of rows: the constant beside each name is its row."""
+"""Constants next to a table of row names are the numbers of its rows."""
 
 import ast
 import importlib
@@ -14,7 +14,7 @@ MODULES = sorted(
 
 
 def tables(module):
-    """Yield the constants of each table of a module, ``A, B = range(len(TABLE))`` or by their places, and the table."""
+    """Yield the constants of each table, ``A, B = range(len(TABLE))`` or by their places, and its name."""
     tree = ast.parse((CHECKOUT / f"{module.replace('.', '/')}.py").read_text(encoding="utf-8"))
     for line in tree.body:
         match line:
@@ -28,7 +28,7 @@ def tables(module):
 
 @pytest.mark.parametrize("module", MODULES)
 def test_constants_have_the_order_of_their_table(module):
-    """A constant has words of its row, behind the name of the table: `FRICTION_ALONG` is not "friction_across"."""
+    """A constant consists of words of its row, after the table's name: `FRICTION_ALONG` is not "friction_across"."""
     content = importlib.import_module(module)
     for constants, table in tables(module):
         names = getattr(content, table)
@@ -40,5 +40,5 @@ def test_constants_have_the_order_of_their_table(module):
 
 
 def test_all_tables_are_seen():
-    """There are two dozen of them."""
+    """The search finds more than 20 tables."""
     assert sum(1 for module in MODULES for _ in tables(module)) > 20

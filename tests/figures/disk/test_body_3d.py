@@ -18,7 +18,7 @@ from sweep.model.bodies.tables import CALLED
 pytestmark = pytest.mark.compiled
 
 #: Motions of all bodies, some with an offset center of mass, on the edge of negative tilts, or through a
-# pole.
+#: pole.
 MOTIONS = {
     "torus": {"tube": 0.25, "tilt": "30deg", "roll_rate": 4.0},
     "rounded": {"thickness": 0.3, "tilt": "-20deg", "roll_rate": 4.0, "precession_rate": 1.0},

@@ -1,4 +1,4 @@
-"""The geometry of an elliptic meridian, from derivatives of its support function."""
+"""The geometry of an elliptic meridian, compared with derivatives of its support function."""
 
 import cmath
 import math
@@ -10,19 +10,19 @@ from kernels.bodies import ellipse, pair
 from kernels.bodies.shapes import Body
 from kernels.reduction.panels import meridian
 
-#: A spheroid off its centre, and a ring whose tube is an ellipse.
+#: A spheroid with an offset center of mass, and a ring whose tube is an ellipse.
 BODIES = (Body(0.0, 0.2, 1.0, 0.3, 0.4, 0.3, 4.0 / 3.0), Body(0.7, -0.1, 0.3, 2.5, 0.6, 0.4, 1.5))
 
 
 def support(tilt, body):
-    """Return the height of the centre of mass; of a complex tilt too."""
+    """Return the height of the center of mass, also for a complex tilt."""
     sine, cosine = cmath.sin(tilt), cmath.cos(tilt)
     root = cmath.sqrt(cosine * cosine + body.square * sine * sine)
     return body.core * cosine + body.shift * sine + body.edge * root
 
 
 def derivatives(tilt, body):
-    """Return the height and its two derivatives: a complex step, and a difference of such steps."""
+    """Return the height and its two derivatives by a complex step and by a difference of such steps."""
 
     def slope(there):
         return support(complex(there, 1e-30), body).imag / 1e-30
@@ -43,7 +43,7 @@ def test_the_functions_are_those_of_the_support_function():
 
 
 def test_the_series_are_those_functions_along_a_panel():
-    """Summed at the end of a panel they have the values of the functions there."""
+    """At the end of a panel, the series equal these functions."""
     way = 0.05
     for body in BODIES:
         for y in (-1.0, 0.0, 0.6):

@@ -1,4 +1,4 @@
-"""Many bodies at once, against Newton and Euler, closed forms, and the thin disk."""
+"""Many bodies at once, compared with Newton and Euler, closed forms, and the thin disk."""
 
 import math
 
@@ -18,7 +18,7 @@ from kernels.disk.endings import BOUNDED, EDGE_CHANGE, FELL, HORIZON, INVALID, S
 
 
 def test_the_table_of_reference_values():
-    """Extreme tilts and period, which another form of the equations gave to ten digits."""
+    """Extreme tilts and period agree to ten digits with another form of the equations."""
     for name, (body, *expected) in REFERENCE.items():
         word, lengths = LENGTHS[name]
         given, _ = start_of(word, 0.2, 0.1, 0.5, 0.6, body.axial, body.transverse, **lengths(body))
@@ -30,7 +30,7 @@ def test_the_table_of_reference_values():
 
 @pytest.mark.slow_lane
 def test_random_motions_are_those_of_newton_and_euler():
-    """Extreme tilts within twice their stated error, at all bodies and at rates over a decade."""
+    """For all bodies and rates over a decade, the extreme tilts are within twice their stated error."""
     rng = np.random.default_rng(20)
     checked = 0
     for number in range(30):
@@ -55,7 +55,7 @@ def test_random_motions_are_those_of_newton_and_euler():
 
 
 def test_a_torus_without_a_tube_is_the_hoop_and_its_difference_is_linear():
-    """At no tube the thin disk's own kernel gives the same; a thin tube differs in proportion to it."""
+    """A torus without a tube equals the thin disk's own kernel; for a thin tube the difference is linear in it."""
     tilt, roll = np.linspace(0.05, 0.9, 12), np.linspace(-1.5, 1.5, 12)
     hoop = kernel_runner.run(
         referee.starts(tilt=tilt, roll_rate=roll, precession_rate=0.4, alpha=1.0, radius=1.0, gravity=1.0),
@@ -80,7 +80,7 @@ def test_a_torus_without_a_tube_is_the_hoop_and_its_difference_is_linear():
 
 
 def test_a_rim_without_a_fillet_rolls_on_its_edge():
-    """A sharp rim of no thickness is the thin disk; mirror images end as mirror images."""
+    """A sharp rim without thickness equals the thin disk, and mirror images end as mirror images."""
     tilt, rates = np.linspace(0.2, 1.2, 8), {"precession_rate": 1.1, "roll_rate": -0.7, "tilt_rate": 0.2}
     thin = kernel_runner.run(referee.starts(tilt=tilt, **rates, radius=1.0, gravity=1.0), fall_tilt=FALL_TILT)
     disk = {"axial_moment": 0.5, "transverse_moment": 0.25}
@@ -99,21 +99,21 @@ def test_a_rim_without_a_fillet_rolls_on_its_edge():
 
 
 def test_a_coin_comes_down_on_its_other_edge():
-    """A coin that leans a little and does not spin falls upright: the energy says how fast, the extreme is 0."""
+    """A slightly tilted coin without spin falls upright, with extreme tilt 0 and the rate that energy gives."""
     axial, transverse = solid_moments(0.2, 0.0)
     lean = {"thickness": 0.2, "axial_moment": axial, "transverse_moment": transverse}
     found = run(starts(3, tilt=[0.05, -0.05, 0.0], **lean), "rim")
     assert found.ending.tolist() == [EDGE_CHANGE] * 3
     assert found.least.tolist() == [0.0, -0.05, 0.0]
     assert found.greatest.tolist() == [0.05, 0.0, 0.0]
-    # beyond atan(thickness/2) the weight is outside of the edge, and the coin falls flat
+    # beyond atan(thickness/2) the weight is outside the edge, and the coin falls flat
     over = run(starts(2, tilt=[0.0997, 0.0996], **lean), "rim")
     assert math.tan(0.0997) > 0.1 * 1.0003
     assert over.ending.tolist() == [FELL, EDGE_CHANGE]
 
 
 def test_what_follows_from_the_equations():
-    """Acceleration, energy, and the force of the potential against Newton and Euler, at random states."""
+    """At random states, acceleration, energy and potential force agree with Newton and Euler."""
     rng = np.random.default_rng(3)
     for number in range(12):
         _, (axial, transverse), (core, shift, edge, _) = drawn(NAMES[number % 4], rng)
@@ -146,7 +146,7 @@ def test_what_follows_from_the_equations():
 
 
 def test_endings_of_starts_that_are_none():
-    """What no body is, what lies beyond fall_tilt, and a motion that is steady."""
+    """Impossible bodies, starts beyond fall_tilt and steady motions get their endings."""
     bad = [
         starts(**TORUS | {"axial_moment": 0.7}), starts(**TORUS | {"transverse_moment": 0.0}),
         starts(**TORUS | {"tube": 1.1}), starts(**TORUS, tilt=1.6), starts(**TORUS, roll_rate=math.inf),
@@ -159,7 +159,7 @@ def test_endings_of_starts_that_are_none():
 
 
 def test_a_cell_has_its_own_bits():
-    """Order and neighbours do not change them."""
+    """The order of cells and their neighbors do not change the bits of a cell."""
     rng = np.random.default_rng(4)
     n = 150
     given = starts(

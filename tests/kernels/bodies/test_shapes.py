@@ -1,4 +1,4 @@
-"""Moments of inertia from shapes, against integrals over the body."""
+"""Moments of inertia from shapes, compared with integrals over the body."""
 
 import math
 
@@ -12,7 +12,7 @@ from kernels.bodies.shapes import solid_moments, torus_moments
     ("thickness", "fillet"), [(0.1, 0.0), (0.3, 0.05), (0.9, 0.1), (1.4, 0.6), (0.5, 0.25)]
 )
 def test_moments_of_a_solid_are_those_of_its_slices(thickness, fillet):
-    """Each slice is a disk of radius r at the height z: r^4/2 about the axis, r^4/4 + z^2 r^2 across it."""
+    """The moments are sums over slices, disks of radius r at height z: r^4/2 (axis), r^4/4 + z^2 r^2 (across)."""
     straight = 0.5 * thickness - fillet
 
     def radius(z):
@@ -31,11 +31,11 @@ def test_moments_of_a_solid_are_those_of_its_slices(thickness, fillet):
 
 @pytest.mark.parametrize("tube", [0.02, 0.2, 0.5])
 def test_moments_of_a_ring_are_integrals_over_its_tube(tube):
-    """Of a ring and of its skin, by the angle around the tube: mass goes as the distance from the axis."""
+    """The moments of a ring and of its skin are integrals around the tube, weighted by the distance from the axis."""
     core = 1.0 - tube
 
     def mean(integrand, share):
-        """Return a mean over the circle at a share of the radius of the tube."""
+        """Return a mean over the circle at a share of the tube's radius."""
 
         def weighed(angle):
             distance = core + share * tube * math.cos(angle)

@@ -1,4 +1,4 @@
-"""Steady motions of bodies and their stability, against the linearised motion of a rigid body in space."""
+"""Steady motions of bodies and their stability, compared with the linearized motion of a rigid body in space."""
 
 import math
 
@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from kernels.bodies import steady
 from kernels.bodies.shapes import Body as Constants
 
-#: Critical spin of upright rolling and critical rate of upright spinning, of another form of the equations.
+#: Critical spin of upright rolling and critical rate of upright spinning, by another form of the equations.
 CRITICAL = {
     "disk": (0.5773502692, 0.8944271910),
     "torus": (0.4949332526, 0.7536891516),
@@ -22,10 +22,12 @@ CRITICAL = {
 
 
 def coefficient(body, tilt, o, s):
-    """Coefficient of small oscillations, from derivatives of Newton and Euler's equations.
+    """Return the coefficient of small oscillations, from derivatives of Newton and Euler's equations.
 
-    In the frame that turns with the motion it is an equilibrium. Four of its six eigenvalues vanish, of the symmetry
-    and of the family of steady motions; the others are +-sqrt(-k), so that the trace of the squared matrix is -2k.
+    In the frame that turns with the motion, the motion is an equilibrium. Four of its six eigenvalues vanish
+    because of
+    the symmetry and the family of steady motions; the others are +-sqrt(-k), so the trace of the squared
+    matrix is -2k.
     """
     y = body.start(tilt, 0.0, o, s)
     turn = o / math.cos(tilt)
@@ -38,7 +40,7 @@ def coefficient(body, tilt, o, s):
             for h in (1e-3, 2e-3)
         )
         nearest = (body.right_side(0.0, y + 5e-4 * each) - body.right_side(0.0, y - 5e-4 * each)) / 1e-3
-        # Richardson's extrapolation, twice
+        # Richardson extrapolation, twice
         first, second = (4.0 * nearest - near) / 3.0, (4.0 * near - far) / 3.0
         slopes.append((16.0 * first - second) / 15.0)
     matrix = np.array(slopes).T - frame
@@ -59,7 +61,7 @@ def constants(body):
 
 
 def test_critical_rates_by_bisection():
-    """Both lines of an upright body, to 1e-9 of the linearised referee and to the digits of the table."""
+    """Both critical rates of upright bodies agree to 1e-9 with the linearized referee and with the table's digits."""
     for name, rates in CRITICAL.items():
         body = REFERENCE[name][0]
         for rate, square, axis in zip(
@@ -79,7 +81,7 @@ def _upright(rate, body, along, spin):
 
 
 def test_circling_keeps_its_tilt_and_oscillates_as_told():
-    """At random bodies, tilts and rates the motion of the referee has no acceleration of the tilt, and this k."""
+    """For random bodies, tilts and rates, the referee has no tilt acceleration and the same k."""
     rng = np.random.default_rng(8)
     for number in range(15):
         _, (axial, transverse), (core, shift, edge, square) = drawn(NAMES[number % len(NAMES)], rng)
@@ -107,7 +109,7 @@ def test_circling_keeps_its_tilt_and_oscillates_as_told():
 
 
 def test_marginal_rates_have_the_coefficient_asked_for():
-    """And no other rate between them and far away has."""
+    """At the marginal rates k has the requested value, and at no other rate between them or far away."""
     torus = constants(REFERENCE["torus"][0])
     for body in (torus, constants(REFERENCE["oblate"][0])):
         for asked in (0.0, 0.05):
@@ -119,7 +121,7 @@ def test_marginal_rates_have_the_coefficient_asked_for():
 
 
 def test_the_wobble_has_its_centre_at_rest():
-    """Velocity of the centre of mass and acceleration of the tilt vanish."""
+    """The center of mass has zero velocity, and the tilt has zero acceleration."""
     for name in ("disk", "torus", "edge"):
         body, tilt = REFERENCE[name][0], 1.2
         o = math.sqrt(steady.wobble_square(tilt, constants(body))) * math.cos(tilt)
@@ -130,7 +132,7 @@ def test_the_wobble_has_its_centre_at_rest():
 
 
 def test_a_prolate_spheroid_is_stable_upright_at_every_rate():
-    """The squares of its critical rates are negative, and without any rate the referee swings about upright."""
+    """The squares of its critical rates are negative, and the referee swings about upright even at rest."""
     prolate = REFERENCE["prolate"][0]
     assert steady.critical_spin_square(constants(prolate)) < 0.0
     assert steady.critical_precession_square(constants(prolate)) < 0.0
@@ -140,7 +142,7 @@ def test_a_prolate_spheroid_is_stable_upright_at_every_rate():
 
 
 def test_spinning_on_the_end_of_a_ball_and_of_a_spheroid():
-    """Values found by bisection on another form of the equations; with the centre of mass below no spin is needed."""
+    """The spins agree with bisection on another form of the equations; a low center of mass needs no spin."""
     tip = steady.critical_pole_spin_square(constants(REFERENCE["prolate"][0]), 1.0)
     assert math.sqrt(tip) == pytest.approx(2.2208045364, abs=1e-10)
     assert steady.critical_pole_spin_square(constants(REFERENCE["oblate"][0]), 1.0) < 0.0

@@ -1,4 +1,4 @@
-"""One motion of a body sampled in time, against a rigid body in space and the thin disk."""
+"""One motion of a body sampled in time, compared with a rigid body in space and the thin disk."""
 
 import math
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.compiled
 
 
 def follow(given, number, times, step=0.0, relative_step=0.005, fall_tilt=1.5):
-    """Return the ending, the times of the samples and the samples by their names."""
+    """Return the ending, the sample times and the samples by name."""
     samples = np.full((len(at.SAMPLES), times.size), np.nan)
     settings = np.array([step, relative_step, fall_tilt, float(number)])
     ending, filled, last, _ = KERNELS[number >= FIRST_WITH_POLES].load()(given, settings, times, samples)
@@ -32,7 +32,7 @@ def follow(given, number, times, step=0.0, relative_step=0.005, fall_tilt=1.5):
 
 @pytest.mark.slow_lane
 def test_random_motions_are_those_of_a_body_in_space():
-    """Axis, roll, rates, path, centre and forces within 1e-9 of size 1, of all bodies, at rates over a decade."""
+    """For all bodies and rates over a decade, axis, roll, rates, path, center and forces agree to 1e-9."""
     rng = np.random.default_rng(24)
     ended = []
     for number in range(15):
@@ -60,7 +60,7 @@ def test_random_motions_are_those_of_a_body_in_space():
 
 @pytest.mark.slow_lane
 def test_motions_that_pass_a_pole_are_those_of_a_body_in_space(pick):
-    """Balls and spheroids that come within 1e-9 to 0.1 rad of a pole, on the way: regular in space, to 1e-9."""
+    """Balls and spheroids that pass a pole at 1e-9 to 0.1 rad agree to 1e-9 with regular motions in space."""
     for passed in pick((1e-9, 1e-6, 1e-3, 0.1, -1e-4), 2):
         for word, lengths, body in (
             ("ball", {"offset": 0.3}, Body(0.0, 0.3, 1.0, 0.42, 0.38)),
@@ -76,7 +76,7 @@ def test_motions_that_pass_a_pole_are_those_of_a_body_in_space(pick):
 
 
 def test_a_ball_rolls_end_over_end():
-    """Straight on at v t, each pole once in a turn, where the heading jumps by half a turn: all in closed form."""
+    """The ball moves straight at v t and passes each pole once per turn, where its heading jumps by half a turn."""
     rate, times = 2.0, np.linspace(0.0, 10.0, 41)
     given = starts(tilt=0.3, tilt_rate=rate, axial_moment=0.4, transverse_moment=0.4)
     _, _, found = follow(given, NAMES.index("ball"), times)
@@ -92,7 +92,7 @@ def test_a_ball_rolls_end_over_end():
 
 
 def test_a_torus_without_a_tube_is_the_thin_disk():
-    """State, path and forces of the thin disk's own kernels, to 1e-10."""
+    """State, path and forces agree with the thin disk's own kernels to 1e-10."""
     state, times = (0.5, 0.3, 1.2, -2.0), np.linspace(0.0, 8.0, 41)
     disk = np.array([*state, 0.5, 1.0, 1.0])
     load = {name: Kernel("kernels.disk.trajectory", name).load() for name in ("trajectory", "derived")}
@@ -113,7 +113,7 @@ def test_a_torus_without_a_tube_is_the_thin_disk():
 
 @pytest.mark.parametrize("word", ["torus", "spheroid"])
 def test_every_quantity_is_of_fourth_order(word):
-    """Half the step, a sixteenth of the error: path and angles are as good as the state, beside a pole too."""
+    """Halving the step divides the errors of path, angles and state by 16, even near a pole."""
     body = {
         "torus": Body(0.75, 0.0, 0.25, 0.609375, 0.3203125),
         "spheroid": Body(0.0, 0.0, 1.0, 0.4, 0.25, 0.25),
@@ -130,7 +130,7 @@ def test_every_quantity_is_of_fourth_order(word):
 
 
 def test_where_a_motion_ends():
-    """At fall_tilt; and of a coin that comes down on its other edge at a tilt of 0, on either side."""
+    """Motions end at fall_tilt; a coin that falls onto its other edge ends at tilt 0, on either side."""
     given = starts(tilt=0.5, tube=0.25, axial_moment=0.609375, transverse_moment=0.3203125)
     ending, times, found = follow(given, NAMES.index("torus"), np.linspace(0.0, 9.0, 10))
     assert ending == FELL
@@ -142,7 +142,7 @@ def test_where_a_motion_ends():
         ending, times, found = follow(lean, NAMES.index("rim"), np.linspace(0.0, 9.0, 10))
         assert ending == EDGE_CHANGE
         assert found["tilt"][-1] == pytest.approx(0.0, abs=1e-12)
-        # both edges are on the plane: the centre is a radius above it
+        # both edges are on the plane: the center is a radius above it
         assert found["centre_z"][-1] == pytest.approx(1.0, abs=1e-12)
         ends.append(times[-1])
     assert ends[0] == pytest.approx(ends[1], rel=1e-13)

@@ -1,7 +1,7 @@
 from kernels.bodies.arrays import REDUCED
 from kernels.disk import arrays, motion_arrays
 
-#: Table -> prefix of its row numbers.
+#: Prefixes of the row constants by table.
 PREFIXES = {
     "PARAMETERS": "",
     "SETTINGS": "",
@@ -15,17 +15,17 @@ PREFIXES = {
 
 
 def test_each_row_number_is_the_place_of_its_name():
-    """The constant of a name, in capitals, is the index of the name in its table."""
+    """The constant with the capitalized name is the index of the name in its table."""
     for table in PREFIXES:
         (module,) = {each for each in (arrays, motion_arrays) if table in vars(each)}
         names = getattr(module, table)
-        # a row that another table numbers too has its constant there
+        # a row that another table has too has its constant there
         rows = {**vars(arrays), **vars(module)}
         assert [rows[PREFIXES[table] + name.upper()] for name in names] == list(range(len(names))), table
 
 
 def test_shared_rows_come_first():
-    """Measures, also those of the reduction, begin with the extreme tilts; parameters and samples with the state."""
+    """Measures, also of the reduction, start with the extreme tilts, parameters and samples with the state."""
     count = len(arrays.EXTREME_TILTS)
     assert arrays.MEASURES[:count] == REDUCED[:count] == arrays.EXTREME_TILTS
     count = len(arrays.STATE)

@@ -18,10 +18,11 @@ MASSES = {"alpha": st.floats(0.01, 1.0), "radius": st.floats(0.01, 10.0), "gravi
 
 
 def rigid_body(state, alpha, radius, gravity):
-    """Force over m g and vertical angular momentum about the contact point over m, by differentiation.
+    """Return force over m g and vertical angular momentum about the contact over m, by differentiation.
 
-    The coordinates are given their accelerations and their velocities; the centre of mass is differentiated twice, by
-    mpmath. The angular momentum is that of the moving centre, r x v, plus that of the rotation.
+    The coordinates have given velocities and accelerations; mpmath differentiates the center of mass twice.
+    The angular
+    momentum is r x v of the moving center plus that of the rotation.
     """
     tilt, rate, turning, rolling = map(mpmath.mpf, state)
     tilting, turn_up, roll_up = referee.accelerations(state, alpha, radius, gravity)
@@ -38,7 +39,8 @@ def rigid_body(state, alpha, radius, gravity):
         velocity = [mpmath.diff(lambda t, i=i: centre(t)[i], 0) for i in range(3)]
         arm = centre(mpmath.mpf(0))
         orbital = arm[0] * velocity[1] - arm[1] * velocity[0]
-        # the axis of the disk is (cos tilt, 0, -sin tilt); the diameter at right angles is (sin tilt, 0, cos tilt)
+        # the axis of the disk is (cos tilt, 0, -sin tilt); the diameter perpendicular to it is (sin tilt, 0,
+        # cos tilt)
         axial = alpha * radius**2 * (rolling + turning * mpmath.sin(tilt)) * mpmath.sin(tilt)
         diametral = alpha * radius**2 / 2 * turning * mpmath.cos(tilt) * mpmath.cos(tilt)
     forces = (acceleration[2] + gravity, acceleration[0], acceleration[1])
@@ -47,7 +49,7 @@ def rigid_body(state, alpha, radius, gravity):
 
 @given(STATES, *MASSES.values())
 def test_contact_forces_are_newtons(state, alpha, radius, gravity):
-    """The three components equal mass times acceleration of the centre, less its weight."""
+    """The three components equal mass times the center's acceleration, minus the weight."""
     scaled = disk.scaled_state(*state, math.sqrt(radius / gravity))
     found = contact.contact_forces(scaled, disk.inertia(alpha), alpha)
     expected, _ = rigid_body(state, alpha, radius, gravity)
@@ -57,7 +59,7 @@ def test_contact_forces_are_newtons(state, alpha, radius, gravity):
 
 @given(STATES, *MASSES.values())
 def test_vertical_momentum_is_that_of_a_moving_rigid_body(state, alpha, radius, gravity):
-    """H.e3 about the contact point equals r x v of the centre plus the rotation's, formed from velocities."""
+    """H.e3 about the contact point equals the center's r x v plus the rotation, computed from velocities."""
     unit = math.sqrt(radius / gravity)
     found, _ = contact.vertical_momentum(disk.scaled_state(*state, unit), alpha)
     _, expected = rigid_body(state, alpha, radius, gravity)
@@ -66,7 +68,7 @@ def test_vertical_momentum_is_that_of_a_moving_rigid_body(state, alpha, radius, 
 
 @given(STATES, st.floats(0.01, 1.0))
 def test_vertical_momentum_obeys_its_balance_law(state, alpha):
-    """Along the flow H.e3 changes at the rate (roll rate)(tilt rate) cos(tilt), which is not zero."""
+    """Along the flow, H.e3 changes at the nonzero rate (roll rate)(tilt rate) cos(tilt)."""
     scaled = np.array(disk.scaled_state(*state, 0.1))
     ahead = flow(scaled, alpha)
     _, rate = contact.vertical_momentum(tuple(scaled), alpha)
@@ -79,7 +81,7 @@ def test_vertical_momentum_obeys_its_balance_law(state, alpha):
 
 
 def test_a_standing_disk_presses_with_its_weight():
-    """Upright and at rest: the normal force is m g, and no friction is needed."""
+    """For a disk that stands upright, the normal force is m g and no friction is needed."""
     state = disk.scaled_state(0.0, 0.0, 0.0, 0.0, 1.0)
     normal, across, along = contact.contact_forces(state, disk.inertia(0.5), 0.5)
     assert (normal, across, along) == (1.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""The extremes of the contact forces, against dense integrations in time with the forces of Lagrange's form."""
+"""Extremes of the contact forces, compared with dense integrations in time with Lagrange's forces."""
 
 import math
 
@@ -55,7 +55,7 @@ def start(**changed):
 
 
 def extremes(given, tilts, ending=endings.HORIZON, error=0.0):
-    """Return what the kernel finds of starts (columns) between two tilts: forces, shape (2, n), and states."""
+    """Return the kernel's forces, shape (2, n), and states for starts (columns) between two tilts."""
     rows = np.stack([given[name] for name in NAMES])
     n = rows.shape[1]
     extents = np.stack([np.broadcast_to(each, n) for each in (*tilts, error)]).astype(float)
@@ -65,12 +65,12 @@ def extremes(given, tilts, ending=endings.HORIZON, error=0.0):
 
 
 def off(found, true):
-    """Return how far a value is from the true one, over 1 + |value|."""
+    """Return the error of a value over 1 + |true value|."""
     return abs(found - true) / (1.0 + abs(true))
 
 
 def check(found, given, duration=3600.0):
-    """Hold the forces of a cell against the referee; returns its state."""
+    """Check the forces of a cell against the referee and return its state."""
     normal, needed = referee.contact([float(given[name]) for name in NAMES], duration)
     state = int(found["contact_state"])
     if state == UNRESOLVED_FORCES:
@@ -85,7 +85,7 @@ def check(found, given, duration=3600.0):
 
 
 def test_random_motions_have_the_forces_of_a_dense_integration():
-    """Over six decades of rates the extremes are within 1e-6 (1 + x) of the integration, and hardly one is unknown."""
+    """Over six decades of rates, the extremes agree with the integration within 1e-6 (1 + x), and all are known."""
     given = random_starts(40, np.random.default_rng(14))
     found = compute(SPEC, given)
     states = []
@@ -98,12 +98,12 @@ def test_random_motions_have_the_forces_of_a_dense_integration():
 
 
 def test_no_extreme_is_missed():
-    """Neither a last step of the size of rounding nor a peak beside a vanishing normal force moves an extreme."""
+    """A last step of the size of rounding and a peak near a vanishing normal force do not hide an extreme."""
     for case in [
         # the way to the far turning point is a whole number of equal steps except for 1e-17 rad
         ({"roll_rate": 3.2875, "tilt": 0.06196480112802008}, 300.0),
         ({"roll_rate": 3.1875, "tilt": 0.07675099334714733}, 300.0),
-        # the normal force nearly vanishes: a narrow peak of the coefficient
+        # the normal force almost vanishes: a narrow peak of the coefficient
         (
             {
                 "tilt": 0.316184,
@@ -115,10 +115,10 @@ def test_no_extreme_is_missed():
             },
             2886.0,
         ),
-        # a fall that begins the other way, and a kick into either well
+        # a fall that starts in the other direction, and a kick into either well
         ({"tilt": 0.8, "tilt_rate": -1.5, "precession_rate": 0.3}, 300.0),
         ({"tilt_rate": 0.01, "roll_rate": 2.0}, 300.0),
-        # over before it turns
+        # time ends it before it turns
         ({"tilt": 0.1, "roll_rate": 3.0}, 0.05),
     ]:
         changed, duration = case
@@ -128,14 +128,14 @@ def test_no_extreme_is_missed():
 
 
 def test_images_have_the_same_bits():
-    """The two mirror images of a motion, and the same motion backward, have the same forces to the bit."""
+    """Both mirror images of a motion and its reversal in time have the same forces to the bit."""
     given = random_starts(1500, np.random.default_rng(3))
     found = compute(SPEC, given)
     images = [
         ("tilt", "tilt_rate", "roll_rate"),
         ("tilt", "tilt_rate", "precession_rate"),
         ("precession_rate", "roll_rate"),
-        # backward a motion that falls is another one
+        # a fall reversed in time is another motion
         ("tilt_rate",),
     ]
     for turned in images:
@@ -149,7 +149,7 @@ def test_images_have_the_same_bits():
 
 
 def test_one_tilt_alone_is_the_start():
-    """Where the extreme tilts are that of the start, the forces are those of the start."""
+    """If both extreme tilts equal the start, the forces are those of the start."""
     given = random_starts(200, np.random.default_rng(4))
     (normal, needed), states = extremes(given, (given["tilt"], given["tilt"]))
     for i in range(200):
@@ -166,19 +166,19 @@ def test_one_tilt_alone_is_the_start():
 
 
 def test_what_is_not_known_is_missing():
-    """No motion, a way that does not fit the start, a vague end and a force of rounding: no number is made up."""
+    """Without a motion, or if tilts or forces are inconsistent or uncertain, no forces are given."""
     kick = start(tilt_rate=0.01, roll_rate=2.0)
     turn = float(compute(SPEC, kick)["tilt_max"][0])
     assert extremes(kick, (-turn, turn), endings.BOUNDED)[1] == PRESSES
     forces, state = extremes(kick, (np.nan, np.nan), endings.UNRESOLVED)
     assert np.isnan(forces).all()
     assert state == NO_MOTION
-    # the disk turns before 60 deg: whatever the cell says, that is no tilt of this motion
+    # the disk turns before 60 deg, so this tilt is impossible for any ending
     for ending in (endings.BOUNDED, endings.HORIZON, endings.FELL):
         forces, state = extremes(kick, (-turn, math.radians(60.0)), ending)
         assert np.isnan(forces).all()
         assert state == UNRESOLVED_FORCES
-    # on the way the force changes with the tilt, so that an error of the last tilt is one of the force
+    # here the force changes with the tilt, so an error of the last tilt matters
     slow = start(tilt=0.3, tilt_rate=2.0, precession_rate=1.0)
     assert extremes(slow, (0.3, 0.5), error=1e-9)[1] == PRESSES
     forces, state = extremes(slow, (0.3, 0.5), error=1e-3)
@@ -187,7 +187,7 @@ def test_what_is_not_known_is_missing():
 
 
 def test_a_normal_force_of_rounding_gives_no_coefficient():
-    """Ever nearer to lift-off the coefficient grows as the force falls; where rounding decides it is left out."""
+    """Towards lift-off the coefficient grows as the force falls; if rounding decides, it is missing."""
     low, high, seen = 0.0, 10.0, set()
     for _ in range(6):
         rates = np.linspace(low, high, 1000)

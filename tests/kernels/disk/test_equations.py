@@ -17,7 +17,7 @@ STATES = st.tuples(TILTS, RATES, RATES, RATES)
 
 
 def size(state, unit):
-    """Size of the largest terms in the equations: the rounding of every result is counted in it."""
+    """Return the size of the largest terms in the equations, the unit for the rounding of results."""
     return (1.0 + sum((unit * rate) ** 2 for rate in state[1:])) / math.cos(state[0]) ** 2
 
 
@@ -43,7 +43,7 @@ def test_the_scaled_derivatives_are_those_of_the_equations_of_motion(state, alph
 
 @given(STATES, *MASSES.values())
 def test_the_energy_is_that_of_a_moving_rigid_body(state, alpha, radius, gravity):
-    """Energy over m g R equals translation plus rotation plus height, formed from velocities."""
+    """Energy over m g R equals translation plus rotation plus height, computed from velocities."""
     unit = math.sqrt(radius / gravity)
     S, C, _, w, o, s = disk.scaled_state(*state, unit)
     expected = referee.energy(state, alpha, radius, gravity) / (gravity * radius)
@@ -52,7 +52,7 @@ def test_the_energy_is_that_of_a_moving_rigid_body(state, alpha, radius, gravity
 
 @given(STATES, st.floats(0.01, 1.0))
 def test_the_energy_is_conserved(state, alpha):
-    """Along the flow the energy does not change: it is quadratic in the state, so central differences are exact."""
+    """The energy is constant along the flow; it is quadratic in the state, so central differences are exact."""
     scaled = np.array(disk.scaled_state(*state, 0.1))
     ahead = flow(scaled, alpha)
 
@@ -61,13 +61,13 @@ def test_the_energy_is_conserved(state, alpha):
         return disk.energy(S, C, w, o, s, alpha)
 
     change = energy(scaled + ahead) - energy(scaled - ahead)
-    # each of the two is of the size of the flow squared, which is what cancels
+    # the canceling terms are of the size of the flow squared
     assert abs(change) <= 1e-13 * (1.0 + scaled @ scaled + ahead @ ahead)
 
 
 @given(STATES, STATES, st.floats(0.01, 1.0))
 def test_energy_change_is_the_difference_of_two_energies(state, start, alpha):
-    """The form made of differences equals the subtraction wherever that is exact enough to tell."""
+    """The form with differences equals the subtraction wherever that is accurate enough."""
     S, C, _, w, o, s = disk.scaled_state(*state, 0.1)
     S0, C0, _, w0, o0, s0 = disk.scaled_state(*start, 0.1)
     new, old = disk.energy(S, C, w, o, s, alpha), disk.energy(S0, C0, w0, o0, s0, alpha)
@@ -77,10 +77,10 @@ def test_energy_change_is_the_difference_of_two_energies(state, start, alpha):
 
 @given(st.floats(1e-7, 1e-4), st.floats(1e-7, 1e-4))
 def test_energy_change_is_exact_near_upright(tilt, start):
-    """Two tilts of 1e-7 rad differ in cos(tilt) by less than its last bit: the difference keeps 12 digits."""
+    """For two tilts of 1e-7 rad, whose cosines differ by less than the last bit, the difference has 12 digits."""
     with mpmath.workdps(40):
         S, S0 = mpmath.sin(tilt), mpmath.sin(start)
-        # the kernel is given sines and cosines rounded to double: only those digits count
+        # the kernel's sines and cosines are rounded to double, and only those digits count
         exact = -(mpmath.mpf(float(S)) - float(S0)) * (mpmath.mpf(float(S)) + float(S0))
         exact /= mpmath.cos(tilt) + mpmath.cos(start)
     found = disk.energy_change(
@@ -90,7 +90,7 @@ def test_energy_change_is_exact_near_upright(tilt, start):
 
 
 def test_inertia_of_disk_and_hoop():
-    """1/(1 + alpha/2), 1 + alpha, alpha/2 and 1/(1 + alpha), by hand."""
+    """The inertias are 1/(1 + alpha/2), 1 + alpha, alpha/2 and 1/(1 + alpha), by hand."""
     for case in [(0.5, (0.8, 1.5, 0.25, 2 / 3)), (1.0, (2 / 3, 2.0, 0.5, 0.5))]:
         alpha, constants = case
         assert disk.inertia(alpha) == pytest.approx(constants, rel=1e-15), case
@@ -98,7 +98,7 @@ def test_inertia_of_disk_and_hoop():
 
 @given(STATES, st.floats(1e-3, 1e3))
 def test_a_start_is_read_back_from_its_scaled_state(state, unit):
-    """Tilt and rates come back from the scaled state, and the three forms of the tilt agree."""
+    """Tilt and rates are recovered from the scaled state, and the three forms of the tilt agree."""
     S, C, tan, w, o, s = disk.scaled_state(*state, unit)
     precession = o / (unit * C)
     back = (math.atan2(S, C), w / unit, precession, s / unit - precession * S)

@@ -1,4 +1,4 @@
-"""How far the lane kernel's extremes lie from the exact turning points."""
+"""The error of the lane kernel's extremes, compared with the exact turning points."""
 
 import kernel_runner
 import numpy as np
@@ -22,7 +22,7 @@ PRINTED = [
 
 @pytest.mark.slow_lane
 def test_the_printed_extremes():
-    """Kernel and referee both give the extreme tilts of the report's disk as printed."""
+    """Kernel and referee both give the printed extreme tilts of the report's disk."""
     for case in PRINTED:
         start, least, greatest = case
         given = referee.starts(**start)
@@ -35,7 +35,7 @@ def test_the_printed_extremes():
 @pytest.mark.slow_lane
 @compiled
 def test_the_accuracy_of_the_presets(pick):
-    """Peak tilts are exact to 1e-8 rad in 99 % of the resolved cells and to 1e-6 in all, and every fall is one."""
+    """Peak tilts are exact to 1e-8 rad in 99 % of the resolved cells and to 1e-6 in all; all falls are right."""
     for preset in pick(["rolling", "spinning", "circling"], 1):
         given = coarse(preset)
         truth, found = referee.extremes(given), kernel_runner.run(given)
@@ -50,7 +50,7 @@ def test_the_accuracy_of_the_presets(pick):
 @pytest.mark.slow_lane
 @compiled
 def test_the_accuracy_of_random_starts(crowd):
-    """All over the seven parameters the extremes are exact to 1e-8 rad in 99 % of the cells and to 1e-6 in all."""
+    """For random parameters, extremes are exact to 1e-8 rad in 99 % of the cells and to 1e-6 in all."""
     given, truth = crowd
     found = kernel_runner.run(given)
     assert list(found.ending == FELL) == list(truth.fell)
@@ -63,7 +63,7 @@ def test_the_accuracy_of_random_starts(crowd):
 @pytest.mark.slow_lane
 @compiled
 def test_the_error_estimate_is_honest(crowd):
-    """The true error is at most twice the stated one, except for the 1e-12 rad of the referee."""
+    """The true error is at most twice the stated one, apart from the referee's 1e-12 rad."""
     for tolerance in [1e-10, 1e-8, 1e-6, 1e-4]:
         given, truth = crowd
         found = kernel_runner.run(given, tolerance=tolerance)
@@ -73,7 +73,7 @@ def test_the_error_estimate_is_honest(crowd):
 
 @compiled
 def test_too_long_a_step_is_repaired_or_admitted(crowd):
-    """However long the step asked for, a cell is refined until its extremes are right, or it is unresolved."""
+    """For any requested step, a cell is refined until its extremes are right, or it is unresolved."""
     for step in [0.01, 0.1, 1.0, 100.0, 1e5]:
         given, truth = crowd
         found = kernel_runner.run(given, step=step, duration=1e4)
@@ -86,7 +86,7 @@ def test_too_long_a_step_is_repaired_or_admitted(crowd):
 
 @compiled
 def test_a_loose_tolerance_is_kept(crowd):
-    """With the loosest tolerances steps are as long as the motion is fast, and the extremes still lie within them."""
+    """With the loosest tolerances, steps are as long as the time scale, and extremes are within the tolerance."""
     for tolerance in [0.01, 0.1]:
         given, truth = crowd
         found = kernel_runner.run(given, tolerance=tolerance)
@@ -95,7 +95,7 @@ def test_a_loose_tolerance_is_kept(crowd):
 
 
 def test_a_long_step_is_refined():
-    """A step half as long as the motion is refined, and the result is that of the engine's own step."""
+    """A step of half the motion's time scale is refined to the result of the automatic step."""
     given = referee.starts(tilt=0.3, roll_rate=4.0)
     truth = referee.extremes(given)
     own, long = kernel_runner.run(given, tolerance=1e-5), kernel_runner.run(given, tolerance=1e-5, step=0.3)
@@ -108,12 +108,12 @@ def test_a_long_step_is_refined():
 
 @compiled
 def test_a_faint_kick_off_the_summit_swings_to_both_sides():
-    """A kick off an unstable upright disk swings it as far to the one side as to the other, however faint the kick."""
+    """However faint the kick, an unstable upright disk swings equally far to both sides."""
     kicks, rates = np.meshgrid(np.geomspace(1e-9, 1e-2, 15), np.linspace(2.0, 2.5, 30))
     found = kernel_runner.run(referee.starts(tilt_rate=kicks.ravel(), roll_rate=rates.ravel()))
     assert (found.ending == BOUNDED).all()
     assert list(found.greatest) == list(-found.least)
-    # energy of the kick against the depth of the wells: beyond 1e-6 rad/s the swing is that of no kick at all
+    # relative to the depth of the wells; up to 1e-6 rad/s the swing is the same as without a kick
     swings = found.greatest.reshape(kicks.shape)
     assert np.abs(swings[:, 0] - swings[:, 6]).max() <= 1e-7
 
@@ -121,7 +121,7 @@ def test_a_faint_kick_off_the_summit_swings_to_both_sides():
 @pytest.mark.slow_lane
 @compiled
 def test_what_lies_on_a_separatrix_is_admitted():
-    """A motion that reaches the summit of its potential with no more energy than rounding is unresolved, or right."""
+    """A motion that reaches the summit of its potential with energy of the size of rounding is unresolved or right."""
     given = referee.starts(tilt=0.3, tilt_rate=np.linspace(-1.45, -1.25, 2001), roll_rate=1.5)
     found, truth = kernel_runner.run(given), referee.extremes(given)
     resolved = found.ending != UNRESOLVED
@@ -132,7 +132,7 @@ def test_what_lies_on_a_separatrix_is_admitted():
 @pytest.mark.slow_lane
 @compiled
 def test_fast_disks_next_to_upright_are_resolved():
-    """Rounding of large rates is not taken for a lost tilt: a fast disk at 1e-6 rad is stable, and exact."""
+    """The rounding of large rates is not mistaken for a lost tilt: a fast disk at 1e-6 rad is stable and exact."""
     tilts, rates = (
         part.ravel() for part in np.meshgrid(np.geomspace(1e-6, 1e-4, 30), np.linspace(10.0, 60.0, 30))
     )
@@ -143,7 +143,8 @@ def test_fast_disks_next_to_upright_are_resolved():
         assert errors(found, referee.extremes(given)).max() <= 1e-10
 
 
-#: Scaled starts (tilt, tilt rate, precession rate, roll rate, alpha) whose energy tells little of their error.
+#: Scaled starts (tilt, tilt rate, precession rate, roll rate, alpha) whose energy drift understates their
+#: error.
 DECEPTIVE = np.array(
     [
         (0.07518, 5.533, 6.499, 0.05481, 0.3751),
@@ -158,7 +159,7 @@ DECEPTIVE = np.array(
     ]
 ).T
 
-#: Others, so fast that rounding hides what they lose.
+#: Others, so fast that their drift is hidden by rounding.
 FASTER = np.array(
     [
         (0.0001118, -98.13, -13.84, -49.29, 0.56),
@@ -173,7 +174,7 @@ SCALED = ("tilt", "tilt_rate", "precession_rate", "roll_rate", "alpha")
 
 @compiled
 def test_fast_disks_that_sweep_through_large_tilts_are_within_the_tolerance():
-    """Where the energy is kept far better than the other constants of the motion, the tolerance holds all the same."""
+    """The tolerance holds even if energy is conserved much better than the other constants of the motion."""
     given = referee.starts(**dict(zip(SCALED, DECEPTIVE, strict=True)), radius=1.0, gravity=1.0)
     found = kernel_runner.run(given)
     assert np.isin(found.ending, (BOUNDED, FELL)).all()
@@ -182,7 +183,7 @@ def test_fast_disks_that_sweep_through_large_tilts_are_within_the_tolerance():
 
 @compiled
 def test_where_rounding_hides_the_error_a_disk_is_unresolved_rather_than_wrong():
-    """No extreme beyond the tolerance is passed off as one within it."""
+    """No cell whose extremes are beyond the tolerance is reported as resolved."""
     given = referee.starts(**dict(zip(SCALED, FASTER, strict=True)), radius=1.0, gravity=1.0)
     found = kernel_runner.run(given)
     within = errors(found, referee.extremes(given)) <= 1e-8
@@ -191,7 +192,7 @@ def test_where_rounding_hides_the_error_a_disk_is_unresolved_rather_than_wrong()
 
 @compiled
 def test_what_only_just_reaches_fall_tilt_is_doubted():
-    """Of motions that turn 1e-6 rad before fall_tilt few are said to fall, however loose the tolerance."""
+    """Of motions that turn 1e-6 rad before fall_tilt, few are called falls, even with a loose tolerance."""
     rng = np.random.default_rng(5)
     given = referee.starts(
         tilt=rng.uniform(-0.6, 0.6, 150), tilt_rate=rng.normal(0.0, 2.0, 150), roll_rate=rng.uniform(2.0, 6.0, 150),
@@ -210,7 +211,7 @@ def test_what_only_just_reaches_fall_tilt_is_doubted():
 @pytest.mark.slow_lane
 @compiled
 def test_a_uniform_step_states_its_error_near_flat(rng):
-    """The rates change fastest there, and the step does not shrink: the stated error grows like 1/cos(tilt)."""
+    """With a uniform step, the stated error grows like 1/cos(tilt) near flat, where the rates change fastest."""
     given = referee.starts(
         tilt=rng.uniform(1.3, 1.5, 400), tilt_rate=rng.normal(0.0, 2.0, 400),
         precession_rate=rng.uniform(3.0, 9.0, 400), roll_rate=rng.uniform(-6.0, 6.0, 400),

@@ -53,7 +53,7 @@ ENDED = {
 
 
 def test_every_ending_is_reached():
-    """A start made for an ending ends so."""
+    """Each start reaches the ending it was made for."""
     for case in ENDED:
         ending, start, settings = ENDED[case]
         slow = {"tolerance": 1e-4} if ending != UNRESOLVED else {}
@@ -62,7 +62,7 @@ def test_every_ending_is_reached():
 
 
 def test_what_an_ending_measures():
-    """Each measure is a number exactly where the ending has one."""
+    """Each measure is a number exactly for the endings that have one."""
     cases = [case for case, (_, _, settings) in ENDED.items() if not settings]
     given = np.concatenate([referee.starts(**ENDED[case][1]) for case in cases], axis=1)
     found = kernel_runner.run(given, tolerance=1e-4)
@@ -75,7 +75,7 @@ def test_what_an_ending_measures():
 
 
 def test_beyond_fall_tilt_nothing_happens():
-    """A start beyond fall_tilt has fallen at time zero, without a step, on the side where it is."""
+    """A start beyond fall_tilt has fallen at time zero, without a step, on its own side."""
     found = kernel_runner.run(referee.starts(tilt=[1.5, -1.5, FALL]))
     assert list(found.fall_time) == [0.0, 0.0, 0.0]
     assert list(found.least) == list(found.greatest) == [1.5, -1.5, FALL]
@@ -86,7 +86,7 @@ def test_beyond_fall_tilt_nothing_happens():
 
 
 def test_the_nutation_period():
-    """The period is the time between every other turn of the equations with sines and cosines."""
+    """The period is the time between every other turning point of the equations with sines and cosines."""
     for start in [
         {"tilt": 0.3, "roll_rate": 4.0},
         {"tilt": -0.3, "tilt_rate": 0.4, "roll_rate": 3.0, "precession_rate": 0.7},
@@ -103,7 +103,7 @@ def test_the_nutation_period():
 
 
 def test_the_fall_time():
-    """A fall takes as long as by the equations with sines and cosines, to the side where they end."""
+    """Fall time and side agree with the equations with sines and cosines."""
     for case in [
         ({"tilt": 0.01}, 1.0),
         ({"tilt": 0.3, "tilt_rate": -9.0}, -1.0),
@@ -116,13 +116,13 @@ def test_the_fall_time():
         fall = referee.motion(given[:, 0], 20.0)
         assert found.fall_time[0] == pytest.approx(fall.fall_time, rel=1e-6), case
         assert found.greatest[0] == FALL if side > 0.0 else found.least[0] == -FALL, case
-        # what it passed on the way: its start, or the turn before
+        # the extreme on the other side: the start or an earlier turning point
         passed = fall.turn_tilts[0] if fall.turn_tilts.size else given[0, 0]
         assert (found.least if side > 0.0 else found.greatest)[0] == pytest.approx(passed, abs=1e-6), case
 
 
 def test_extremes_when_time_runs_out():
-    """At the horizon the extremes are those passed until then, the tilt of the last moment included."""
+    """At the end of the duration, the extremes include the tilt of the last moment."""
     for duration in [0.2, 0.7, 1.0, 1.3]:
         given = referee.starts(tilt=0.2, tilt_rate=-0.3, roll_rate=3.5, precession_rate=0.2)
         found = kernel_runner.run(given, duration=duration, tolerance=1e-6)
@@ -145,19 +145,19 @@ MIRRORS = {
 
 
 def times(given, factors):
-    """Starts whose named rows are multiplied."""
+    """Return the starts with the named rows multiplied."""
     return given * np.array([[factors.get(name, 1)] for name in PARAMETERS])
 
 
 def assert_mirrored(found, mirrored, flipped):
-    """Every measure is the same to the last bit, the two extremes exchanged where the tilt changes sign."""
+    """Every measure is the same to the last bit, with the extremes exchanged if the tilt changes sign."""
     changed = {"least": -mirrored.greatest, "greatest": -mirrored.least} if flipped else {}
     for name, column in vars(found).items():
         assert np.array_equal(column, changed.get(name, getattr(mirrored, name)), equal_nan=True), name
 
 
 def test_mirrored_starts_have_mirrored_motions():
-    """The sign changes that leave the equations alone change nothing but signs, to the last bit."""
+    """Sign changes that keep the equations only change signs, to the last bit."""
     for mirror in MIRRORS:
         cases = [
             ({"tilt": 0.3, "tilt_rate": -0.5, "roll_rate": 3.0, "precession_rate": 0.7}),
@@ -175,7 +175,7 @@ def test_mirrored_starts_have_mirrored_motions():
 
 @compiled
 def test_all_mirrored_starts_have_mirrored_motions(crowd):
-    """So it is for random starts and the compiled bits."""
+    """The same holds for random starts with compiled kernels."""
     for mirror in MIRRORS:
         given, _ = crowd
         other = times(given, MIRRORS[mirror])
@@ -184,7 +184,7 @@ def test_all_mirrored_starts_have_mirrored_motions(crowd):
 
 @compiled
 def test_a_motion_run_backward_has_the_same_extremes(crowd):
-    """With the tilt rate reversed a bounded motion passes the same extremes, to the accuracy of each."""
+    """With the tilt rate reversed, a bounded motion has the same extremes within both errors."""
     given, truth = crowd
     given = given[:, ~truth.fell]
     found, back = (
@@ -199,7 +199,7 @@ def test_a_motion_run_backward_has_the_same_extremes(crowd):
 
 @compiled
 def test_size_and_gravity_only_set_the_clock(crowd):
-    """Four times the radius (or a quarter of the gravity) and half the rates: the same tilts, twice the times."""
+    """With half the rates, 4 times the radius or 1/4 of the gravity gives the same tilts and twice the times."""
     given, _ = crowd
     found = kernel_runner.run(given)
     for rates, masses in ((0.5, {"radius": 4}), (0.5, {"gravity": 0.25}), (2, {"radius": 0.5, "gravity": 2})):
@@ -207,7 +207,7 @@ def test_size_and_gravity_only_set_the_clock(crowd):
         other = kernel_runner.run(
             times(given, dict.fromkeys(STATE[1:], rates) | masses), duration=300.0 * clock
         )
-        # powers of two round nothing, so the bits are the same
+        # powers of two cause no rounding, so the bits are the same
         for name in ("least", "greatest", "ending", "steps", "energy_drift", "tilt_error"):
             assert np.array_equal(getattr(found, name), getattr(other, name), equal_nan=True), name
         for name in ("fall_time", "period"):
@@ -219,7 +219,7 @@ def test_size_and_gravity_only_set_the_clock(crowd):
 
 @pytest.fixture(scope="module")
 def mixed():
-    """More starts than two chunks hold, of every ending, easy and hard ones mixed."""
+    """Return more starts than fit into two chunks, of all endings, with easy and hard ones mixed."""
     rng = np.random.default_rng(11)
     given = np.concatenate(
         [scattered(3600, 7), coarse("circling"), referee.starts(tilt=rng.uniform(-1.6, 1.6, 200))], axis=1
@@ -231,7 +231,7 @@ def mixed():
 
 @compiled
 def test_the_bits_of_a_cell_depend_on_the_cell_alone(mixed):
-    """Whatever the threads, the order, the number of cells and the place in a chunk: the same bits."""
+    """Threads, order, number of cells and position in a chunk do not change the bits of a cell."""
     n = mixed.shape[1]
     assert n > 2 * CHUNK
     found = kernel_runner.run(mixed, threads=1)
@@ -253,7 +253,7 @@ def test_the_bits_of_a_cell_depend_on_the_cell_alone(mixed):
 @settings(max_examples=25)
 @given(st.data())
 def test_impossible_neighbours_disturb_nobody(data):
-    """NaN and infinite starts end invalid, and the cells between them keep their bits."""
+    """NaN and infinite starts are invalid, and the cells between them keep their bits."""
     given = scattered(64, 3)
     bits = kernel_runner.run(given).bits()
     cells = data.draw(st.lists(st.integers(0, 63), min_size=1, max_size=40, unique=True))
@@ -268,5 +268,5 @@ def test_impossible_neighbours_disturb_nobody(data):
 
 
 def test_no_cells_at_all():
-    """An empty block is no error."""
+    """An empty block is valid."""
     assert kernel_runner.run(np.empty((len(PARAMETERS), 0))).ending.size == 0

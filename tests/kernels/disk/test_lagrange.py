@@ -14,7 +14,7 @@ RNG = np.random.default_rng(4)
 
 
 def random_states(n):
-    """Coordinates, rolling velocities, and (alpha, mass, radius, gravity), one set for each of n states."""
+    """Return coordinates, rolling velocities, and (alpha, mass, radius, gravity) for each of n states."""
     for _ in range(n):
         alpha, mass = RNG.uniform(0.02, 1.0), RNG.uniform(0.1, 5.0)
         radius, gravity = RNG.uniform(0.05, 3.0), RNG.uniform(1.0, 20.0)
@@ -25,7 +25,7 @@ def random_states(n):
 
 
 def lagrangian(q, v, alpha, mass, radius, gravity):
-    """Kinetic less potential energy of a rigid disk, with the velocity of its centre by differentiation."""
+    """Return kinetic minus potential energy of a rigid disk, with the center's velocity by differentiation."""
     psi, theta = q[2], q[3]
 
     def centre(t):
@@ -74,7 +74,7 @@ def test_matrices_are_those_of_the_lagrangian():
 
 
 def test_entries_that_the_report_misprints():
-    """For the uniform disk: M44 = 5mR2/4; B3 and B4 are twice the printed ones (physics of the report's errata)."""
+    """For the uniform disk, M44 = 5mR2/4, and B3 and B4 are twice the printed ones (errata of the report)."""
     mass, radius = 3.0, 0.7
     q = np.array([0.1, 0.2, 0.3, 0.4, 0.5])
     v = np.array([0.0, 0.0, 1.1, 1.2, 1.3])
@@ -89,7 +89,7 @@ def test_entries_that_the_report_misprints():
 
 
 def test_constraints_are_rolling_without_slip():
-    """W q' vanishes where the contact point moves at R phi' along the track; W' is the time derivative of W."""
+    """W q' vanishes if the contact point moves at R phi' along the track; W' is the time derivative of W."""
     for q, v, (_, _, radius, _) in random_states(20):
         assert np.abs(lagrange.constraint_matrix(q, radius) @ v).max() <= 1e-14 * (1.0 + np.abs(v).max())
         h = 1e-6
@@ -99,7 +99,7 @@ def test_constraints_are_rolling_without_slip():
 
 @pytest.mark.slow_lane
 def test_both_derivations_agree():
-    """Accelerations equal Newton's, and the multipliers equal the horizontal contact forces, to 1e-12."""
+    """Accelerations equal Newton's, and multipliers equal the horizontal contact forces, to 1e-12."""
     for q, v, (alpha, mass, radius, gravity) in random_states(300):
         found, multipliers = lagrange.accelerations(q, v, alpha, mass, radius, gravity)
         state = (q[3], v[3], v[2], v[4])
@@ -115,7 +115,7 @@ def test_both_derivations_agree():
 
 
 def test_many_states_at_once():
-    """The functions take stacks of states: the same numbers as one by one."""
+    """Stacks of states give the same numbers as single states."""
     states = [(q, v) for q, v, _ in random_states(5)]
     q, v = (np.stack(each) for each in zip(*states, strict=True))
     together, forces = lagrange.accelerations(q, v, 0.5, 1.0, 0.5, 9.81)
@@ -127,11 +127,11 @@ def test_many_states_at_once():
 
 @pytest.mark.compiled
 def test_five_coordinates_stay_on_the_constraints_and_follow_the_reduced_motion():
-    """Ten seconds of unstable spinning: slip velocity at most 1e-10 m/s, positions within 1e-6 of the reduced run's."""
+    """In ten seconds of unstable spinning, slip stays below 1e-10 m/s and positions within 1e-6 of the reduced run."""
     steps, radius = 3000, 0.5
     q, v = np.zeros(5), np.array([0.0, 0.0, 3.5, 0.1, 0.0])
     qs, vs, slip = lagrange.run(q, v, 10.0, steps, 0.5, 1.0, radius, 9.81)
-    # what each step leaves is small already; after the projection only rounding is left
+    # each step leaves little slip, and the projection reduces it to rounding
     assert slip.max() <= 1e-10
     assert np.abs(lagrange.constraint_matrix(qs, radius) @ vs[..., None]).max() <= 1e-14
     reduced = sweep.simulate(tilt_rate=0.1, precession_rate=3.5, duration=10.0, interval=10.0 / steps)

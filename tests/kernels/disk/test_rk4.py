@@ -9,13 +9,13 @@ from scipy.integrate import solve_ivp
 from kernels.disk import equations as disk
 from kernels.disk import rk4
 
-#: Started in general position: no rate is zero, no symmetry helps.
+#: A start in general position, without zero rates or symmetries.
 START = (0.4, 0.3, 1.1, 0.7)
 ALPHA = 0.5
 
 
 def exact(start, times):
-    """States of the scaled form at scaled times, from the equations with sines and cosines (R = g = 1)."""
+    """Return states of the scaled form at scaled times, from the equations with sines and cosines (R = g = 1)."""
 
     def slope(_, y):
         tilting, turning, rolling = referee.accelerations(y, ALPHA, 1.0, 1.0)
@@ -27,7 +27,7 @@ def exact(start, times):
 
 
 def walk(state, h, steps):
-    """State after a number of steps of equal length."""
+    """Return the state after a number of equal steps."""
     constants = disk.inertia(ALPHA)
     for _ in range(steps):
         state = rk4.step(state, constants, h)
@@ -35,12 +35,12 @@ def walk(state, h, steps):
 
 
 def order(steps, errors):
-    """Slope of the error over the step, both logarithmic."""
+    """Return the slope of the error over the step, both logarithmic."""
     return np.polyfit(np.log(steps), np.log(errors), 1)[0]
 
 
 def test_the_method_is_of_fourth_order():
-    """Over a fixed time the error, of each component over ten starts, falls like step^4: slope 4 +- 0.1."""
+    """Over a fixed time and ten starts, the error of each component falls like step^4: slope 4 +- 0.1."""
     rng = np.random.default_rng(1)
     lengths = np.array([1 / 64, 1 / 128, 1 / 256])
     squares = np.zeros((3, 6))
@@ -53,7 +53,7 @@ def test_the_method_is_of_fourth_order():
 
 
 def test_a_negative_step_goes_back():
-    """A step and its reverse cancel up to the method's own error, which falls at least like step^5."""
+    """A step and its reverse cancel up to the method's error, which falls at least like step^5."""
     begin = np.array(disk.scaled_state(*START, 1.0))
     constants = disk.inertia(ALPHA)
     lengths = np.array([0.1, 0.05, 0.025])
@@ -67,18 +67,18 @@ def test_a_negative_step_goes_back():
 
 
 def test_tilt_acceleration_is_the_slope_of_the_tilt_rate():
-    """The acceleration used in landing is the tilt rate's derivative."""
+    """The acceleration used for landing is the derivative of the tilt rate."""
     state = disk.scaled_state(*START, 1.0)
     tilting, _, _ = referee.accelerations(START, ALPHA, 1.0, 1.0)
     assert rk4.tilt_acceleration(state, disk.inertia(ALPHA)) == pytest.approx(tilting, rel=1e-14)
 
 
 def test_landing_on_a_turning_point():
-    """From either side of a turning point, landing finds its tilt to one step's error (offset^5) and no rate left."""
+    """From either side of a turning point, landing finds its tilt with one step's error (offset^5) and zero rate."""
     for offset in [0.04, -0.04, 0.01, -0.01, 0.0]:
         turn = (0.4, 0.0, 1.1, 0.7)
         there = exact(turn, [abs(offset)])[0] if offset else disk.scaled_state(*turn, 1.0)
-        # backward in time the same tilts are passed with every rate reversed
+        # in reversed time the same tilts are passed with reversed rates
         there = there if offset >= 0.0 else (*there[:3], *(-rate for rate in there[3:]))
         state, elapsed = rk4.land_on_turning_point(there, disk.inertia(ALPHA), 0.1)
         one_step = 0.01 * abs(offset) ** 5 + 1e-15
@@ -88,7 +88,7 @@ def test_landing_on_a_turning_point():
 
 
 def test_landing_is_as_good_as_the_method():
-    """The tilt found at a turning point has an error of at least fourth order in the distance to it."""
+    """The error of a landed turning point is at least of fourth order in the distance to it."""
     offsets = np.array([0.4, 0.2, 0.1])
     errors = []
     for there in exact((0.4, 0.0, 1.1, 0.7), offsets[::-1])[::-1]:
@@ -98,7 +98,7 @@ def test_landing_is_as_good_as_the_method():
 
 
 def test_landing_never_leaps():
-    """Where there is little acceleration Newton's correction is huge: it is cut to the longest step allowed."""
+    """With little acceleration, Newton's huge correction is limited to the longest step."""
     state, elapsed = rk4.land_on_turning_point(
         disk.scaled_state(1e-3, 10.0, 0.0, 0.0, 1.0), disk.inertia(ALPHA), 1e-3
     )
@@ -107,7 +107,7 @@ def test_landing_never_leaps():
 
 
 def test_landing_on_a_tilt():
-    """From either side of a tilt, landing finds it to 1e-14 and the time of passing to 1e-9."""
+    """From either side of a tilt, landing finds it to 1e-14 and its time to 1e-9."""
     for offset in [0.02, -0.02]:
         fall = 1.2
         passing = (fall, 1.5, 1.1, 0.7)
@@ -124,7 +124,7 @@ def test_landing_on_a_tilt():
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_the_peaks_of_the_lane_kernel_are_of_fourth_order():
-    """With a fixed step and no refinement the peak's error, over many starts, falls like step^4: 4 +- 0.1."""
+    """With a fixed step and no refinement, the error of peaks over many starts falls like step^4: 4 +- 0.1."""
     rng = np.random.default_rng(4)
     given = referee.starts(
         tilt=rng.uniform(0.05, 0.5, 300),

@@ -23,7 +23,7 @@ def test_the_circling_disk_of_the_report():
 
 @given(TILTS, RATES, *MASSES)
 def test_the_steady_roll_rate_keeps_the_tilt(tilt, precession, alpha, radius, gravity):
-    """Started at the steady rates the disk has no acceleration at all."""
+    """A disk started at the steady rates has no acceleration."""
     roll = steady.steady_roll_rate(tilt, precession, alpha, radius, gravity)
     found = referee.accelerations((tilt, 0.0, precession, roll), alpha, radius, gravity)
     terms = gravity / radius + precession**2 + abs(precession * roll)
@@ -31,7 +31,7 @@ def test_the_steady_roll_rate_keeps_the_tilt(tilt, precession, alpha, radius, gr
 
 
 def test_no_roll_rate_holds_a_tilt_without_precession():
-    """Without precession the result is not finite, also as an array next to cells that have one."""
+    """Without precession the result is not finite, also in an array with valid cells."""
     with np.errstate(divide="ignore"):
         found = steady.steady_roll_rate(np.array([0.1, 0.1]), np.array([0.0, 1.0]), 0.5, R, G)
     assert list(np.isfinite(found)) == [False, True]
@@ -39,7 +39,7 @@ def test_no_roll_rate_holds_a_tilt_without_precession():
 
 @given(TILTS, RATES, *MASSES)
 def test_k_is_the_square_of_the_small_oscillations(tilt, precession, alpha, radius, gravity):
-    """The eigenvalues of the linearised equations of motion are 0, 0 and the two roots of -k."""
+    """The eigenvalues of the linearized equations of motion are 0, 0 and the two roots of -k."""
     roll = steady.steady_roll_rate(tilt, precession, alpha, radius, gravity)
     state = np.array([tilt, 0.0, precession, roll])
     assume(abs(roll) < 1e3)
@@ -57,7 +57,7 @@ def test_k_is_the_square_of_the_small_oscillations(tilt, precession, alpha, radi
 
 
 def test_k_tells_whether_a_kick_grows():
-    """At 10 deg circling is stable or not as the sign of k says, and sqrt(k) is the nutation frequency."""
+    """At 10 deg the sign of k decides the stability of circling, and sqrt(k) is the nutation frequency."""
     for case in itertools.product([1.0, -1.0], [(4.0, True), (2.5, False)]):
         sign, (precession, stable) = case
         tilt = math.radians(10.0) * sign
@@ -71,7 +71,7 @@ def test_k_tells_whether_a_kick_grows():
 
 
 def test_the_critical_rates_of_disk_and_hoop():
-    """g/3R and 4g/5R for the disk, g/4R and 2g/3R for the hoop."""
+    """The squared critical rates are g/3R and 4g/5R for the disk, g/4R and 2g/3R for the hoop."""
     for case in [(0.5, 1 / 3, 4 / 5), (1.0, 1 / 4, 2 / 3)]:
         alpha, roll, spin = case
         assert steady.critical_roll_rate_squared(alpha, R, G) == pytest.approx(roll * G / R, rel=1e-15), case
@@ -85,7 +85,7 @@ def test_the_critical_rates_of_disk_and_hoop():
 
 @given(*MASSES)
 def test_upright_k_vanishes_at_the_critical_rates(alpha, radius, gravity):
-    """The critical rates are the zeros of k for the upright disk, and k of the resting disk is -(fall rate)^2."""
+    """Upright, k vanishes at the critical rates, and at rest it is -(fall rate)^2."""
     scale = gravity / radius
     roll = math.sqrt(steady.critical_roll_rate_squared(alpha, radius, gravity))
     spin = math.sqrt(steady.critical_precession_rate_squared(alpha, radius, gravity))
@@ -98,11 +98,11 @@ def test_upright_k_vanishes_at_the_critical_rates(alpha, radius, gravity):
 
 @given(TILTS, st.floats(-1.0, 3.0), *MASSES)
 def test_marginal_rates_have_the_wanted_coefficient(tilt, share, alpha, radius, gravity):
-    """Each of the two rates belongs to a steady motion whose k is the wanted one, and slow < fast."""
+    """Each of the two rates belongs to a steady motion with the requested k, and slow < fast."""
     wanted = share * gravity / radius
     slow, fast = steady.marginal_precession_rates(tilt, wanted, alpha, radius, gravity)
     assume(np.isfinite(slow))
-    # where the two coincide (the dome's top) k is flat in the rate and the rate is only half as exact
+    # if the two coincide (the dome's top), k is flat in the rate and the rate has half the digits
     assert slow <= fast
     for precession in (slow, fast):
         roll = steady.steady_roll_rate(tilt, precession, alpha, radius, gravity)
@@ -113,7 +113,7 @@ def test_marginal_rates_have_the_wanted_coefficient(tilt, share, alpha, radius, 
 
 @given(TILTS, *MASSES)
 def test_outside_the_marginal_rates_circling_is_stable(tilt, alpha, radius, gravity):
-    """The coefficient is negative exactly between the two marginal rates; where there are none, nowhere."""
+    """The coefficient k is negative exactly between the two marginal rates, or nowhere if there are none."""
     slow, fast = steady.marginal_precession_rates(tilt, 0.0, alpha, radius, gravity)
     rates = math.sqrt(gravity / radius) * np.geomspace(1e-3, 1e2, 301)
     roll = steady.steady_roll_rate(tilt, rates, alpha, radius, gravity)
@@ -124,7 +124,7 @@ def test_outside_the_marginal_rates_circling_is_stable(tilt, alpha, radius, grav
 
 
 def test_the_top_of_the_unstable_dome():
-    """No circling is unstable above 18.62 deg (disk) or 19.20 deg (hoop), as physics prints it."""
+    """No circling is unstable above 18.62 deg (disk) or 19.20 deg (hoop), as printed in the physics notes."""
     for case in [(0.5, 18.62), (1.0, 19.20)]:
         alpha, top = case
         tilts = np.arange(1.0, 40.0, 0.001)
@@ -135,7 +135,7 @@ def test_the_top_of_the_unstable_dome():
 
 
 def test_the_dome_stands_on_the_rolling_and_the_spinning_limit():
-    """As the tilt goes to zero the slow branch becomes critical rolling and the fast one critical spinning."""
+    """For tilts near zero, the slow branch is critical rolling and the fast one critical spinning."""
     for case in [(0.5, 1 / 3, 4 / 5), (1.0, 1 / 4, 2 / 3)]:
         alpha, roll, spin = case
         tilt = 1e-6

@@ -1,4 +1,4 @@
-"""The coarse search along the tilt for where a motion was slowest, against SciPy and a closed form."""
+"""The coarse search along the tilt for the slowest point of a motion, compared with SciPy and a closed form."""
 
 import math
 
@@ -20,7 +20,7 @@ def right_side(_, y):
 
 
 def test_the_step_is_of_the_fourth_order():
-    """Each of the four values has a sixteenth of the error with half the step, and what it has is small."""
+    """Halving the step divides the error of all four values by 16, and the error is small."""
     start, length = [0.2, 1.3, -0.8], 0.4
     tilt, s, o = solve_ivp(right_side, (0.0, length), start, rtol=1e-12, atol=1e-14).y[:, -1]
     expected = np.array([np.sin(tilt), np.cos(tilt), s, o])
@@ -37,7 +37,7 @@ def test_the_step_is_of_the_fourth_order():
 
 @pytest.mark.parametrize("left", [1e-9, 1e-4, 1e-3, 0.01, 0.5])
 def test_a_slow_pass_over_upright_is_seen(left):
-    """A disk without rates but that of its tilt has the potential cos(tilt): upright it keeps what energy it has."""
+    """A disk with only a tilt rate has the potential cos(tilt); its remaining energy upright is found."""
     constants, tilt = inertia(ALPHA), -0.25
     for end in (0.25, 0.1):
         w = math.sqrt(
@@ -45,6 +45,6 @@ def test_a_slow_pass_over_upright_is_seen(left):
         )
         state = (math.sin(tilt), math.cos(tilt), math.tan(tilt), w, 0.0, 0.0)
         assert _slow_between(state, end, constants) == (left < 2e-3)
-    # from upright on it only becomes faster
+    # from upright on, it only accelerates
     w = math.sqrt(2.0 * 1e-4 * per_inertia(math.sin(0.01), math.cos(0.01), constants))
     assert not _slow_between((math.sin(0.01), math.cos(0.01), math.tan(0.01), w, 0.0, 0.0), 0.3, constants)

@@ -1,4 +1,4 @@
-"""Any model in the lanes: a small one beside the disk, and what binding does to functions."""
+"""Lanes for any model, here a small one besides the disk, and what binding does to functions."""
 
 import types
 
@@ -12,20 +12,20 @@ from kernels.lanes.binding import bind, copied, rebound, replacements, variant
 from kernels.lanes.interface import LaneModel
 from kernels.lanes.layout import LANES, offsets, place_rows
 
-# The model: a number grows by a rate in each step, first up to a goal, then with the opposite rate back to zero.
+# The model: a value grows by a rate per step up to a goal, and then returns to zero at the opposite rate.
 VALUE, RATE, STEPS, LEG, TOTAL = offsets(0, 5)
 LAYOUT = types.SimpleNamespace(STEPPING=2 * LANES, RETURNED=RATE, STEPS=STEPS, SIZE=5 * LANES)
 
 
 @kernel
 def prepared_settings(settings):
-    """The goal."""
+    """Return the goal."""
     return (settings[0],)
 
 
 @simd
 def read_start(cell, lane, starts, run, lanes, measures, counts):
-    """A rate that is not positive is no start."""
+    """Read a start, which must have a positive rate."""
     if not starts[0, cell] > 0.0:
         measures[0, cell], counts[0, cell] = np.nan, -1
         fill_idle(lane, lanes)
@@ -36,19 +36,19 @@ def read_start(cell, lane, starts, run, lanes, measures, counts):
 
 @kernel
 def fill_idle(lane, lanes):
-    """A rate of one."""
+    """Fill an idle lane with a rate of one."""
     lanes[RATE + lane], lanes[LEG + lane], lanes[TOTAL + lane] = 1.0, 0.0, 0.0
 
 
 @simd
 def prepare(lane, run, lanes):
-    """Begin at zero."""
+    """Start at zero."""
     lanes[VALUE + lane] = 0.0
 
 
 @simd
 def needs_integration(cell, lane, run, lanes, measures, counts):
-    """A rate beyond the goal needs no step."""
+    """Skip the integration if one step would pass the goal."""
     if lanes[RATE + lane] > run[0]:
         measures[0, cell], counts[0, cell] = lanes[RATE + lane], 0
         return False
@@ -57,14 +57,14 @@ def needs_integration(cell, lane, run, lanes, measures, counts):
 
 @simd
 def set_off(lane, run, lanes):
-    """On the second leg backward."""
+    """Set the sign of the rate, negative on the second leg."""
     rate = lanes[RATE + lane]
     lanes[RATE + lane] = -abs(rate) if lanes[LEG + lane] > 0.0 else abs(rate)
 
 
 @simd
 def advance(lane, run, lanes):
-    """One step; at an end the lane rests."""
+    """Make one step; at an end, set the rate to zero."""
     rate = lanes[RATE + lane]
     value = lanes[VALUE + lane] + rate
     ended = (value >= run[0]) | (value <= 0.0)
@@ -75,13 +75,13 @@ def advance(lane, run, lanes):
 
 @simd
 def land(lane, run, lanes):
-    """Sum the steps of the legs."""
+    """Add the steps of the leg."""
     lanes[TOTAL + lane] += lanes[STEPS + lane]
 
 
 @simd
 def finish_leg(cell, lane, run, lanes, measures, counts):
-    """After the first leg back, after the second the results."""
+    """Start the second leg, or write the results after it."""
     if lanes[LEG + lane] == 0.0:
         lanes[LEG + lane] = 1.0
         measures[0, cell] = lanes[VALUE + lane]
@@ -110,12 +110,12 @@ GOAL = 64.0
 
 @pytest.fixture(scope="module")
 def integrate():
-    """The entry point of the small model."""
+    """Return the entry point of the small model."""
     return bind(MODEL)
 
 
 def results(integrate, rates):
-    """Values and numbers of steps of cells with the given rates."""
+    """Return the values and step counts of cells with the given rates."""
     measures, counts = np.full((1, len(rates)), -777.0), np.full((1, len(rates)), -777, np.int32)
     integrate(np.array([rates]), np.array([GOAL]), measures, counts)
     return measures[0], counts[0]
@@ -123,7 +123,7 @@ def results(integrate, rates):
 
 @pytest.mark.slow_lane
 def test_cells_of_different_lengths(integrate):
-    """Every cell takes the steps of its own two legs, whatever the number of cells and of their neighbours' steps."""
+    """Every cell takes the steps of its own two legs, for any number of cells and any neighbors."""
     for n in [0, 1, LANES - 1, LANES, 5 * LANES + 3, 2 * schedule.CHUNK + 5]:
         rates = 2.0 ** np.random.default_rng(n).integers(-2, 7, n)
         values, steps = results(integrate, rates)
@@ -132,7 +132,7 @@ def test_cells_of_different_lengths(integrate):
 
 
 def test_cells_without_a_leg(integrate):
-    """Cells that are written at once, before or after `prepare`, leave their lanes to the others."""
+    """Cells that are finished before or after `prepare` leave their lanes to others."""
     rates = np.tile([4.0, np.nan, 65.0, -1.0], LANES)
     values, steps = results(integrate, rates)
     assert list(steps[:4]) == [32, -1, 0, -1]
@@ -140,13 +140,13 @@ def test_cells_without_a_leg(integrate):
     assert (values[2::4] == 65.0).all()
 
 
-#: Whether the small model grows twice as fast.
+#: True if the small model grows twice as fast.
 FAST = False
 
 
 @simd
 def advance_by_flag(lane, run, lanes):
-    """As `advance`, with a rate that a flag decides."""
+    """Like `advance`, but double the rate if FAST is set."""
     rate = lanes[RATE + lane]
     value = lanes[VALUE + lane] + (2.0 * rate if FAST else rate)
     ended = (value >= run[0]) | (value <= 0.0)
@@ -157,29 +157,29 @@ def advance_by_flag(lane, run, lanes):
 
 @pytest.mark.slow_lane
 def test_a_variant_has_other_flags(integrate):
-    """A flag has its value where the model's functions read it, and in this variant alone."""
+    """A flag has its value in the functions of its own variant only."""
     rates = 2.0 ** np.random.default_rng(1).integers(-2, 5, 100)
     usual = bind(MODEL._replace(name="by flag", advance=advance_by_flag))
     other = bind(MODEL._replace(name="by other flag", advance=advance_by_flag, flags={"FAST": True}))
     assert (results(usual, rates)[1] == results(integrate, rates)[1]).all()
-    # twice as fast up, and back at once: the way back begins with a step of the rate that a leg ends with
+    # twice as fast up but back in one step: the second leg starts with the rate that ended the first
     assert (results(other, rates)[1] == GOAL / rates).all()
 
 
 @simd
 def step_on(lane, number, run, lanes):
-    """So many more steps, without a look at the goal; a lane that rests has a rate of zero."""
+    """Make several steps without checking the goal; an ended lane has rate zero."""
     lanes[VALUE + lane] += number * lanes[RATE + lane]
 
 
 @pytest.mark.slow_lane
 def test_a_model_may_make_steps_without_looking_for_events():
-    """They come after each step that looks: fewer looks reach the goal, and a lane with an event rests."""
+    """Further steps follow each checked step, so fewer checks reach the goal; a lane with an event rests."""
     stepping = bind(MODEL._replace(name="stepping", further_step=step_on, further_steps=np.ones(1)))
     further = bind(MODEL._replace(name="further", further_step=step_on, further_steps=np.array([1.0, 2.0])))
     rates = np.array([4.0, 1.0, 8.0, 2.0])
     values, looks = results(stepping, rates)
-    # steps 1, 3, 5, ... look: up to the first odd number beyond the goal, and as many back
+    # steps 1, 3, 5, ... are checked: up to the first odd number beyond the goal, and as many back
     assert (values == GOAL + rates).all()
     assert (looks == GOAL / rates / 2 + 2).all()
     values, looks = results(further, rates)
@@ -188,24 +188,24 @@ def test_a_model_may_make_steps_without_looking_for_events():
     assert (looks == GOAL / rates / 4 + 2).all()
 
 
-#: A lane of `pausing` rests after each step, until it is let go on: the rate is kept in the numbers of the cell.
+#: A lane of `pausing` rests at every multiple of four until it is continued; KEPT holds the cell's rate.
 KEPT, OWED = LEG, TOTAL
 
 
 @simd
 def begin_pausing(lane, run, lanes):
-    """Begin at zero, and keep the rate."""
+    """Start at zero and save the rate."""
     lanes[VALUE + lane], lanes[KEPT + lane], lanes[OWED + lane] = 0.0, lanes[RATE + lane], 0.0
 
 
 @simd
 def keep_set_off(lane, run, lanes):
-    """There is one leg only."""
+    """Do nothing, because there is only one leg."""
 
 
 @simd
 def pause(lane, run, lanes):
-    """One step, or an event where the rate is zero, which it is from every fourth value on."""
+    """Make one step, or report an event if the rate is zero, as at every multiple of four."""
     value = lanes[VALUE + lane] + lanes[RATE + lane]
     pausing = lanes[RATE + lane] == 0.0
     lanes[VALUE + lane] = value
@@ -215,27 +215,27 @@ def pause(lane, run, lanes):
 
 @kernel
 def unpause(lane, place, run, memory):
-    """Go on with the rate of the cell, but not at the goal."""
+    """Restore the cell's rate, except at the goal."""
     memory[RATE + lane] = memory[KEPT + place] if memory[VALUE + lane] < run[0] else 0.0
     return memory[RATE + lane] != 0.0
 
 
 @simd
 def count(lane, run, lanes):
-    """The steps of the only leg, without that which found its end."""
+    """Count the steps of the only leg, without the one that found its end."""
     lanes[OWED + lane] = lanes[STEPS + lane] - 1.0
 
 
 @kernel
 def write_pausing(cell, lane, run, lanes, measures, counts):
-    """The results."""
+    """Write the results."""
     measures[0, cell], counts[0, cell] = lanes[VALUE + lane], int(lanes[OWED + lane])
     return False
 
 
 @pytest.mark.slow_lane
 def test_a_lane_may_go_on_at_once_after_an_event():
-    """It uses the numbers of its own cell, rests until then, and the steps that it rested are not counted."""
+    """A lane with an event rests, uncounted, until it continues with the numbers of its own cell."""
     pausing = bind(
         MODEL._replace(
             name="pausing", prepare=begin_pausing, set_off=keep_set_off, advance=pause, go_on=unpause, land=count,
@@ -249,14 +249,14 @@ def test_a_lane_may_go_on_at_once_after_an_event():
 
 
 def test_each_model_has_an_entry_point_of_its_own(integrate):
-    """Binding one model changes neither the schedule nor the entry point of another."""
+    """Binding one model does not change the schedule or the entry point of another."""
     assert bind(MODEL) is not integrate
     assert getattr(disk.integrate, "py_func", disk.integrate).__globals__ is not vars(schedule)
     assert schedule.advance.__module__ == "kernels.lanes.interface"
 
 
 def test_copies_of_two_models_have_different_names():
-    """Numba names machine code after module, function and a number; of two of one name the linker takes the first."""
+    """Numba names machine code by module, function and number, and the linker takes the first of equal names."""
     names = []
     for model in (MODEL, disk.LANE_MODEL):
         made = {}
@@ -276,7 +276,7 @@ def test_copies_of_two_models_have_different_names():
 
 
 def test_a_flag_that_no_function_uses_is_refused():
-    """A misspelt name would leave the function as it is, and nobody would know."""
+    """A misspelled flag would silently have no effect."""
     with pytest.raises(ValueError, match="FASTER"):
         bind(MODEL._replace(name="misspelt", advance=advance_by_flag, flags={"FAST": True, "FASTER": True}))
     with pytest.raises(ValueError, match="advence"):
@@ -284,7 +284,7 @@ def test_a_flag_that_no_function_uses_is_refused():
 
 
 def test_rows_follow_from_their_names():
-    """Stepping rows come first; a name that occurs twice would be two quantities in one place."""
+    """Stepping rows come first; a duplicate name is refused, because two quantities would share a place."""
     rows = place_rows(("A B", "C"), ("D",), returned="C")
     offsets_of = {"A": 0, "B": LANES, "C": 2 * LANES, "D": 3 * LANES}
     assert rows == {**offsets_of, "STEPPING": 3 * LANES, "SIZE": 4 * LANES, "RETURNED": 2 * LANES}

@@ -1,4 +1,4 @@
-"""The disk on a CUDA device, run by Numba's simulator, against the CPU."""
+"""The disk on a CUDA device, in Numba's simulator, compared with the CPU."""
 
 import kernel_runner
 import numpy as np
@@ -25,14 +25,14 @@ np.savez(sys.argv[2], measures=measures, counts=counts)
 
 
 def test_a_model_with_stages_of_the_cpu_alone_is_refused():
-    """Without its further steps a leg would have a quarter of its length, and nothing would tell."""
+    """A model with CPU-only further steps would silently get legs of a quarter of their length."""
     for name in ("further_step", "go_on"):
         with refused("'disk'", "CUDA", f"'{name}'", error=ValueError):
             bind(DISK._replace(**{name: getattr(LOSSY_DISK, name)}))
 
 
 def simulated(tmp_path, starts, duration=300.0, step=0.0, tolerance=1e-8):
-    """Return the `kernel_runner.Results` of the CUDA kernel, one thread of Python per cell."""
+    """Return the `kernel_runner.Results` of the CUDA kernel with one Python thread per cell."""
     given, found = tmp_path / "given.npz", tmp_path / "found.npz"
     np.savez(given, starts=starts, settings=np.array([duration, step, referee.FALL_TILT, tolerance]))
     done = kernel_runner.process(["-c", _SIMULATED, given, found], simulator=True, folder=tmp_path)
@@ -42,7 +42,7 @@ def simulated(tmp_path, starts, duration=300.0, step=0.0, tolerance=1e-8):
 
 
 def assert_same(device, cpu, tilt):
-    """Endings, refinements and steps are equal, tilts within `tilt` [rad], times likewise."""
+    """Assert equal endings, refinements and steps, and tilts and times within `tilt` [rad]."""
     assert list(device.ending) == list(cpu.ending)
     assert list(device.refinements) == list(cpu.refinements)
     # the last bit can move a turning point across the end of a step
@@ -56,7 +56,7 @@ def assert_same(device, cpu, tilt):
 @pytest.mark.release
 @pytest.mark.compiled
 def test_a_small_grid_on_the_device(tmp_path):
-    """All over the seven parameters a device thread says what a CPU lane says, and both agree with the referee."""
+    """For all seven parameters, device threads agree with CPU lanes and with the referee."""
     given = kernel_runner.scattered(40, seed=11)
     device, truth = simulated(tmp_path, given), referee.extremes(given)
     assert_same(device, kernel_runner.run(given), 1e-12)
@@ -67,7 +67,7 @@ def test_a_small_grid_on_the_device(tmp_path):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_every_ending_and_refinement_on_the_device(tmp_path):
-    """Steady, horizon, fell, invalid and unresolved cells, and a step that is refined, end as on the CPU."""
+    """Steady, horizon, fell, invalid and unresolved cells, and a refined step, end as on the CPU."""
     given = referee.starts(
         tilt=[0.0, 0.2, 1.0, 2.0, 0.3, 1.5],
         tilt_rate=[0.0, 0.0, 0.0, 0.0, np.nan, 0.0],

@@ -1,4 +1,4 @@
-"""Bodies with losses, against Newton and Euler in space, the thin disk, and what friction can hold."""
+"""Bodies with losses, compared with Newton and Euler in space, the thin disk, and the limits of friction."""
 
 import math
 
@@ -24,7 +24,7 @@ from kernels.lossy_disk.endings import (
 TORUS = {"tube": 0.25, "axial_moment": 0.609375, "transverse_moment": 0.3203125}
 RIM = {"thickness": 0.3, "fillet": 0.05, "axial_moment": 0.49, "transverse_moment": 0.255}
 
-#: Values whose error a cell states, and by which measure.
+#: Values with a stated error, and the measure that states it.
 STATED = {
     "end_time": "time_error", "end_tilt": "tilt_error", "tilt_min": "tilt_error", "tilt_max": "tilt_error",
     "heading_turned": "heading_error", "path_length": "path_error",
@@ -33,7 +33,7 @@ STATED = {
 
 @pytest.mark.slow_lane
 def test_random_motions_are_those_of_newton_and_euler(count, pick):
-    """Until dry friction turns round: time, tilts, heading, way, and what each law took."""
+    """Until dry friction reverses, time, tilts, heading, path and losses by law agree."""
     rng = np.random.default_rng(31)
     checked = dict.fromkeys(pick(("torus", "rounded", "rim", "arc"), 1), 0)
     while min(checked.values()) < count(1, 4):
@@ -63,7 +63,7 @@ def test_random_motions_are_those_of_newton_and_euler(count, pick):
 
 @pytest.mark.compiled
 def test_a_torus_without_a_tube_is_the_thin_disk():
-    """Results of random starts with all laws are those of the disk's own kernel, also where dry friction holds."""
+    """Random starts with all laws agree with the disk's own kernel, even while dry friction holds."""
     rng, n = np.random.default_rng(32), 96
     calm = np.where(rng.random(n) < 0.3, 0.1, 1.0)
     words = {name: calm * rng.normal(size=n) for name in ("precession_rate", "roll_rate")}
@@ -93,7 +93,7 @@ def test_a_torus_without_a_tube_is_the_thin_disk():
 
 @pytest.mark.slow_lane
 def test_friction_that_stops_and_turns_round_is_the_limit_of_a_steep_one():
-    """The set-valued laws against dry friction without a jump, ever steeper: the difference falls in proportion."""
+    """Against ever steeper smooth friction, the difference from the set-valued laws falls proportionally."""
     words = {**TORUS, "tilt": 0.214, "precession_rate": 1.922, "roll_rate": 0.492}
     laws = {"rolling_friction": 0.069, "pivoting_friction": 0.053, "contour_friction": 0.106}
     found = run(starts(**words, **laws), "torus", duration=4.0, tolerance=1e-10)
@@ -110,7 +110,7 @@ def test_friction_that_stops_and_turns_round_is_the_limit_of_a_steep_one():
 
 
 def test_a_body_that_turns_where_it_stands_comes_to_the_brink_as_it_slows():
-    """Its turning balanced the weight of an arc off its centre, whose lever is longer than the arm of friction."""
+    """A turning arc off its center slows until its weight, with a longer lever than friction's arm, tilts it."""
     words = {"fillet": 0.9, "offset": 0.1, "axial_moment": 0.5, "transverse_moment": 0.3, "tilt": 0.5}
     S, C = math.sin(0.5), math.cos(0.5)
     lever = 0.1 * S - 0.1 * C
@@ -123,7 +123,7 @@ def test_a_body_that_turns_where_it_stands_comes_to_the_brink_as_it_slows():
 
 
 def test_rolling_friction_holds_where_the_weight_has_a_shorter_lever():
-    """At rest the weight's lever is c S - d C: a body stands while that is below the arm, on either side."""
+    """The lever at rest is c S - d C; a body stands while it is below the arm, on either side."""
     core, shift = 1.0 - RIM["fillet"], 0.5 * RIM["thickness"] - RIM["fillet"]
     tilts = np.linspace(0.02, 0.5, 49)
     found = run(starts(49, **RIM, tilt=tilts, rolling_friction=0.05), "rim", duration=0.5)
@@ -133,7 +133,7 @@ def test_rolling_friction_holds_where_the_weight_has_a_shorter_lever():
 
 
 def test_endings_of_starts_without_a_motion():
-    """Upright on two edges, upright and undisturbed, flat, impossible, and with air under a ring."""
+    """Starts on two edges, undisturbed, flat, impossible, and rings with air get their endings."""
 
     def ending(body, **words):
         air = MOFFATT if words.get("air_viscosity") else 0.0
@@ -145,7 +145,7 @@ def test_endings_of_starts_without_a_motion():
     upright = run(starts(contour_friction=1e-3, roll_rate=1.0, tilt=0.0, **RIM), "rim")
     assert (upright.end_time[0], upright.end_tilt[0]) == (0.0, 0.0)
     assert ending("torus", **TORUS, tilt=0.0) == UNDISTURBED
-    # off its centre an arc leans at once
+    # an arc off its center tilts at once
     round_edge = {"fillet": 0.2, "axial_moment": 0.4, "transverse_moment": 0.3}
     assert ending("arc", **round_edge, tilt=0.0) == UNDISTURBED
     assert ending("arc", **round_edge, offset=-0.2, tilt=0.0) != UNDISTURBED
@@ -156,7 +156,7 @@ def test_endings_of_starts_without_a_motion():
 
 
 def test_a_rim_stops_at_the_tilt_of_both_edges():
-    """It falls back on its other edge where its weight lies between them; the mirror image does the same."""
+    """A rim falls back onto its other edge if its weight is between them, and so does its mirror image."""
     words = {**RIM, "rolling_friction": 1e-3, "contour_friction": 1e-3, "roll_rate": 0.3}
     found = run(starts(2, **words, tilt=[0.05, -0.05]), "rim")
     assert found.ending.tolist() == [EDGE_CHANGE, EDGE_CHANGE]
@@ -167,7 +167,7 @@ def test_a_rim_stops_at_the_tilt_of_both_edges():
 
 @pytest.mark.compiled
 def test_the_ledger_closes():
-    """Of random starts of all bodies the losses and what is left add up, to the tolerance."""
+    """For random starts of all bodies, losses and remaining energy add up within the tolerance."""
     rng, rested = np.random.default_rng(33), 0
     for name in ("torus", "rounded", "rim"):
         cells, bodies = zip(*(drawn_lossy(name, rng, -0.5) for _ in range(200)), strict=True)
@@ -176,7 +176,7 @@ def test_the_ledger_closes():
         assert np.mean(found.ending == UNRESOLVED) < 0.02
         known = found.ending != UNRESOLVED
         assert found.energy_imbalance[known].max() <= 1e-8
-        # at rest nothing but the height is left
+        # at rest only the height is left
         for cell in np.flatnonzero(found.ending == REST):
             words, lossy = cells[cell], bodies[cell]
             nothing = np.zeros(len(LEDGER))

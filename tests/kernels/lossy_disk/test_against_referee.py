@@ -1,4 +1,4 @@
-"""The integration with losses against independent integrations, closed forms and limits; longer in audit_losses.py."""
+"""The integration with losses against independent integrations, closed forms and limits; audit_losses.py does more."""
 
 import math
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.compiled
 
 @pytest.mark.release
 def test_times_endings_and_losses_of_random_mixtures_are_those_of_the_referee():
-    """About 200 cells of all laws: final times to 1e-6, at most 5 % left out."""
+    """For about 200 cells of all laws, final times agree to 1e-6, and at most 5 % are left out."""
     audit = audit_losses.audit_mixtures(210, np.random.default_rng(2))
     assert audit.fine, "\n".join(audit.broken)
     assert audit.unresolved == 0
@@ -27,21 +27,21 @@ def test_times_endings_and_losses_of_random_mixtures_are_those_of_the_referee():
 
 
 def test_fresh_mixtures_end_as_the_referee_says(rng):
-    """Other cells each time; those that start nearly upright may err by more than 1e-6."""
+    """Other cells in each run agree; those that start nearly upright may have errors above 1e-6."""
     audit = audit_losses.audit_mixtures(30, rng, slack=100.0)
     assert audit.fine, "\n".join(audit.broken)
 
 
 @pytest.mark.slow_lane
 def test_fresh_breaches_are_those_of_the_referee(rng, count):
-    """When the tilt of other cells each time first exceeded a limit, from upright and from the start."""
+    """The time when the tilt first exceeds a limit, from upright or from the start, agrees for new cells."""
     audit = audit_losses.audit_breaches(count(12, 30), rng, slack=100.0)
     assert audit.fine, "\n".join(audit.broken)
 
 
 @pytest.mark.slow_lane
 def test_fresh_variants_integrate_their_laws(rng, request):
-    """Two of the kernels, by day those that other tests need, with cells that have no other laws than theirs."""
+    """Two kernels, by default those that other tests use, integrate cells with only their laws."""
     by_day = ["integrate_bare_rolling", "integrate_dry_bildsten"]
     names = None if request.config.option.seed else by_day
     audit = audit_losses.audit_variants(2, rng, cells=30, slack=100.0, names=names)
@@ -50,7 +50,7 @@ def test_fresh_variants_integrate_their_laws(rng, request):
 
 
 def test_every_variant_is_audited():
-    """Each has its law of the air and what it leaves out; the widest leaves out nothing."""
+    """Each variant has its air law and its excluded laws; the most general one excludes nothing."""
     laws = audit_losses.laws_of_variants()
     assert set(laws) == set(VARIANTS)
     assert laws["integrate_rolling_pivoting_bildsten_slipping"] == ("bildsten", ())
@@ -60,30 +60,30 @@ def test_every_variant_is_audited():
 
 
 def test_fresh_single_motions_end_as_the_referee_says(rng, count):
-    """The scalar integration, in smaller steps than its usual ones; where the contact point went too."""
+    """The scalar integration, in smaller steps than usual, agrees, including the contact point."""
     audit = audit_losses.audit_single(count(6, 30), rng, slack=2.0)
     assert audit.fine, "\n".join(audit.broken)
 
 
 @pytest.mark.slow_lane
 def test_a_contact_that_only_just_slips_does_so(rng):
-    """A force passes its limit and returns within a step, or where friction changes its sense."""
+    """Slip is found even if a force exceeds its limit only within a step or when friction reverses."""
     audit = audit_losses.audit_grazes(90, rng)
     assert audit.fine, "\n".join(audit.broken)
     assert audit.endings["SLIP"] > 60
 
 
 def test_motions_that_pass_a_maximum_of_their_potential_state_how_late_they_may_be(rng, count):
-    """Ever longer each time, the less energy they have there; most lose nothing or little."""
+    """The lower the energy at the maximum, the longer the motion lingers there; most lose little or nothing."""
     audit = audit_losses.audit_passes(count(12, 60), rng, slack=100.0)
     assert not audit.broken, "\n".join(audit.broken)
-    # about two of ninety, and by chance five and more
+    # about two of ninety, rarely five or more
     assert audit.left_out <= 8
     assert audit.unresolved <= 2
 
 
 def test_a_motion_that_passes_upright_slowly_states_its_error_at_the_end():
-    """Ten passes at 0.3 degree make an error of the energy of 2e-9 one of the last tilt of 4e-4."""
+    """Ten passes at 0.3 degrees turn an energy error of 2e-9 into an error of 4e-4 in the last tilt."""
     given = referee.starts(
         tilt=-0.00511584709730918, tilt_rate=-0.014061482258029553, precession_rate=0.5138056132274756,
         alpha=0.46580465942002724, radius=0.4315182082853971, gravity=9.81,
@@ -91,13 +91,13 @@ def test_a_motion_that_passes_upright_slowly_states_its_error_at_the_end():
     found, true = lossy_runner.run(given), referee.run(given, duration=30.0, rtol=1e-13)
     off = abs(found.end_tilt - true.end_tilt)[0]
     assert 1e-4 < off < found.tilt_error[0] < 20.0 * off
-    # another tolerance makes both smaller
+    # a smaller tolerance reduces both
     sharp = lossy_runner.run(given, tolerance=1e-10)
     assert abs(sharp.end_tilt - true.end_tilt)[0] < sharp.tilt_error[0] < 1e-4
 
 
 def test_a_late_motion_states_how_far_it_is_off_wherever_it_ends():
-    """While it falls, where it turns, where its rate says nothing of it, and while it slows down near upright."""
+    """The stated error is right in a fall, at a turning point, and while slowing down near upright."""
     for duration in [26.10169491525424, 26.125, 27.8]:
         given = referee.starts(
             tilt=-1.534754e-4, tilt_rate=-4.218445e-4, precession_rate=0.5138056, alpha=0.46580466, radius=0.43151821,
@@ -111,9 +111,10 @@ def test_a_late_motion_states_how_far_it_is_off_wherever_it_ends():
 
 
 def test_turning_points_soon_after_the_start_are_extreme_tilts(rng):
-    """Near a steady wobble that friction slows the first of them, in the first steps, may be the least tilt of all.
+    """Near a steady wobble slowed by friction, the first turning point may have the least tilt of all.
 
-    Of some the tilt rate vanishes twice soon after the start: as lanes saw them, they were off by 3.4 stated errors.
+    For some of these, the tilt rate vanishes twice soon after the start; lanes once had 3.4 times the stated
+    error.
     """
     twice = [
         lossy_cells.near_steady(20_000, np.random.default_rng(seed))[:, cells]
@@ -133,7 +134,7 @@ def test_turning_points_soon_after_the_start_are_extreme_tilts(rng):
 
 
 def test_an_upright_disk_that_rolls_and_spins_is_not_undisturbed():
-    """Its gyroscopic torque (1 + alpha) o s tilts it at once; numbers from an integration of its own equations."""
+    """Its gyroscopic torque (1 + alpha) o s tilts the disk at once; the values are by a separate integration."""
     given = referee.starts(
         precession_rate=[1.0, 2.0, 0.0, 2.0], roll_rate=[2.0, 2.0, 2.0, 0.0], radius=0.5, gravity=9.81,
         contour_friction=1e-4,
@@ -146,7 +147,7 @@ def test_an_upright_disk_that_rolls_and_spins_is_not_undisturbed():
 
 
 def test_a_turning_rate_that_only_just_changes_its_sign_does_so():
-    """Pivoting friction reverses 278 times, at some for less than a step; ten reversals less made 2e-4 of heading."""
+    """Pivoting friction reverses 278 times, some for less than a step; missing ten changed the heading by 2e-4."""
     given = referee.starts(
         tilt=0.0019289504170151206, precession_rate=-3.2600006375215025, roll_rate=-24.838675231426954,
         alpha=0.7635522528490195, radius=0.06887763204723214, gravity=9.81, mass=0.07526390441577295,
@@ -161,9 +162,9 @@ def test_a_turning_rate_that_only_just_changes_its_sign_does_so():
 
 
 def test_rolling_friction_whose_direction_swings_round_is_resolved():
-    """Where the tilt turns while the disk hardly rolls, friction turns round in a small share of the other times.
+    """If the tilt turns while the disk hardly rolls, friction reverses within a small share of the other times.
 
-    These fall flat after many such turns, with a turning rate that all of them have made.
+    These disks fall flat after many such turns, and all of them affect the turning rate.
     """
     for start in [
         {
@@ -193,7 +194,7 @@ def test_rolling_friction_whose_direction_swings_round_is_resolved():
 
 @pytest.mark.slow_lane
 def test_the_wobble_takes_the_time_of_its_closed_form(pick):
-    """1 % from an inclination of 0.09, 0.1 % from 0.03, exponents to 0.01; 500 turns of the precession."""
+    """The time agrees to 1 % from an inclination of 0.09 and to 0.1 % from 0.03; exponents to 0.01; 500 turns."""
     for law in pick(lossy_wobble.LAWS, 1):
         audit = audit_losses.audit_wobbles(500, laws=(law,))
         assert audit.fine, "\n".join(audit.broken)
@@ -218,7 +219,7 @@ def test_moffatts_example_takes_the_time_of_his_formula():
 
 @pytest.mark.slow_lane
 def test_vanishing_losses_leave_the_disk_without_losses(count):
-    """Extremes differ in proportion to the coefficients, verdicts only within that difference."""
+    """Extremes differ in proportion to the coefficients, and verdicts only within that difference."""
     audit = audit_losses.audit_limits(count(15, 60), np.random.default_rng(7))
     assert audit.fine, "\n".join(audit.broken)
 
@@ -231,13 +232,13 @@ def test_rolling_friction_holds_up_to_its_tilt(rng):
 
 
 def test_a_hundred_reversals_converge_with_order_four():
-    """Contour friction changes its sense over a hundred times; halving the steps divides the error by about 16."""
+    """Contour friction reverses over a hundred times; halving the steps divides the error by about 16."""
     given = referee.starts(tilt=0.2, precession_rate=2.0, roll_rate=0.05, contour_friction=1e-4)
     true = referee.run(given, duration=170.0, rtol=1e-13)
     assert true.switches[0] > 100
     errors = []
     for step in (0.08, 0.04, 0.02):
-        # no limit of the energy: the step is what is asked for
+        # the energy does not limit the step: it is the requested one
         found = lossy_runner.run(given, duration=170.0, step=step, tolerance=1.0)
         assert found.ending[0] == HORIZON
         assert found.switches[0] == true.switches[0]

@@ -1,4 +1,4 @@
-"""What dry friction holds and how it lets go, at the instant: against the laws themselves."""
+"""What dry friction holds and how it releases, at one instant, compared with the laws themselves."""
 
 import itertools
 import math
@@ -26,18 +26,18 @@ def _is_held(S, C, v, pivoted, alpha, losses):
 
 
 def losses(rolling=0.0, pivoting=0.0, contour=0.0):
-    """Dry friction with these arms over the radius."""
+    """Return the losses with these friction arms over the radius."""
     return Losses(contour, 0.0, rolling, pivoting, 0.0, 0.0)
 
 
 def compliance(S, C, alpha):
-    """Inverse inertia of roll rate and turning rate, from the kinetic energy of s = f C^2 + v S and o = C (v - f S)."""
+    """Return the inverse inertia of roll and turning rate, with s = f C^2 + v S and o = C (v - f S)."""
     change = np.array([[C * C, S], [-C * S, C]])
     return np.linalg.inv(change.T @ np.diag([1.0 + alpha, 0.5 * alpha]) @ change)
 
 
 def holding_tilt(arm, turning, alpha):
-    """Tilt up to which rolling friction holds: S [1 + (1 + alpha/2) psidot^2 C] = arm."""
+    """Return the tilt up to which rolling friction holds: S [1 + (1 + alpha/2) psidot^2 C] = arm."""
     return brentq(
         lambda tilt: math.sin(tilt) * (1 + (1 + alpha / 2) * turning**2 * math.cos(tilt)) - arm,
         0.0, 0.5, xtol=1e-16, rtol=1e-15,
@@ -45,7 +45,7 @@ def holding_tilt(arm, turning, alpha):
 
 
 def test_rolling_friction_holds_up_to_the_holding_tilt():
-    """Just below its closed form a disk stands forever, in the bits of its tilt; just above it is let go: 1e-12."""
+    """Just below the closed form, the disk stands with constant bits; just above (1e-12) it is released."""
     for case in itertools.product([0.0, 0.7, -2.5], [0.5, 0.62, 1.0], [1e-6, 1e-3, 0.2]):
         turning, alpha, arm = case
         tilt = holding_tilt(arm, turning, alpha)
@@ -64,7 +64,7 @@ def test_rolling_friction_holds_up_to_the_holding_tilt():
 
 @pytest.mark.compiled
 def test_a_disk_above_its_holding_tilt_falls():
-    """However slowly it sets off, it falls, or nutates where its turning carries it."""
+    """However slowly it starts, the disk falls or, if it turns, nutates."""
     for case in itertools.product([(0.0, 1e-12), (0.7, 1e-3)], [1e-6, 1e-3, 0.2]):
         (turning, excess), arm = case
         tilt = holding_tilt(arm, turning, 0.5)
@@ -76,7 +76,7 @@ def test_a_disk_above_its_holding_tilt_falls():
 
 
 def test_a_disk_that_stands_does_not_creep():
-    """Pivoting friction stops the turning of a held disk: linearly, and then all rests in the bits of its tilt."""
+    """Pivoting friction stops a held disk's turning linearly, and then all is at rest in the bits of its tilt."""
     start = referee.starts(
         tilt=0.01, precession_rate=0.5, rolling_friction=0.02, pivoting_friction=1e-3, contour_friction=1e-3
     )
@@ -92,7 +92,7 @@ def test_a_disk_that_stands_does_not_creep():
 
 
 def test_a_disk_breaks_away_along_its_own_acceleration(rng):
-    """Where rolling friction lets go, its torque opposes the acceleration, with its full arm, to 1e-12."""
+    """On release, the torque of rolling friction opposes the acceleration with its full arm, to 1e-12."""
     seen = 0
     for _ in range(2000):
         alpha, tilt, v = rng.uniform(0.3, 1.0), rng.uniform(-1.4, 1.4), rng.normal(0, 2)
@@ -102,11 +102,11 @@ def test_a_disk_breaks_away_along_its_own_acceleration(rng):
             continue
         tilting, rolling, normal = _breaking_away(S, C, v, turn, alpha, arms)
         if normal <= 0.0:
-            # it lifts off at once
+            # lifts off at once
             continue
         seen += 1
         assert normal == pytest.approx(1 - S * tilting, abs=1e-12)
-        # the torques that these accelerations need
+        # the torques for these accelerations
         across = (1 + alpha / 2) * tilting - S * (1 + (1 + alpha / 2) * v * v * C)
         G = compliance(S, C, alpha)
         along = (rolling + G[0, 1] * arms.pivoting * normal * turn) / G[0, 0]
@@ -121,7 +121,7 @@ def test_a_disk_breaks_away_along_its_own_acceleration(rng):
 
 
 def test_what_is_held_is_where_forces_suffice():
-    """A hold is granted exactly where torques within the disc and the arm balance the pull: a search over them."""
+    """Friction holds exactly if torques within the disk-shaped limit and the arm can balance the pull."""
     rng = np.random.default_rng(1)
     shares = np.linspace(-1.0, 1.0, 20001)
     held = helped = 0

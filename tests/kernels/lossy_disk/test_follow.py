@@ -1,4 +1,4 @@
-"""Motions of scalar code from start to ending, through every hold, reversal and release."""
+"""Scalar motions from start to ending, through every hold, reversal and release."""
 
 import math
 
@@ -18,7 +18,7 @@ MEASURES = (
     "damping_loss", "air_loss",
 )  # fmt: skip
 
-#: Turns back within a step of having been let go by pivoting friction; passes all but at rest on its contact.
+#: Reverses within a step of its release by pivoting friction; passes while almost at rest on its contact.
 BRINKS = (
     referee.starts(
         tilt=0.635, tilt_rate=0.096, precession_rate=0.644, roll_rate=-1.137, contour_damping=1e-4,
@@ -33,7 +33,7 @@ BRINKS = (
 
 
 def differences(mine, found, cell):
-    """Largest difference of all measures, relative to those above 1, and the relative one of the time."""
+    """Return the largest difference of all measures, relative above 1, and the relative one of the time."""
     largest = max(
         abs(mine.measures[name] - found.measures[name][cell]) / max(1.0, abs(mine.measures[name]))
         for name in MEASURES
@@ -44,7 +44,7 @@ def differences(mine, found, cell):
 
 @pytest.mark.compiled
 def test_endings_and_switches_are_those_of_the_referee():
-    """Fresh random mixtures of all laws: endings, switches, times and all measures; what is in doubt is left out."""
+    """For new random mixtures, endings, switches, times and all measures agree; doubtful cells are left out."""
     seed = np.random.SeedSequence().entropy
     compared, left_out, apart = 0, 0, []
     for air, given in lossy_cells.random_cells(75, np.random.default_rng(seed)).items():
@@ -64,13 +64,13 @@ def test_endings_and_switches_are_those_of_the_referee():
             assert time < 1e-6, (seed, air, cell)
             apart += [(seed, air, cell)] if mine.switches != found.switches[cell] else []
             compared += 1
-    # an excursion on the brink of a hold counts or does not, and so does a rate that rounding made
+    # doubtful: an excursion on the brink of a hold, and a rate that comes from rounding
     assert len(apart) <= 3, apart
     assert compared > 10 * left_out
 
 
 def test_motions_on_a_brink_are_followed():
-    """A rate that turns back at once is held again; a contact that all but rests turns its friction in small steps."""
+    """A rate that reverses at once is held again; a contact that is almost at rest takes small steps."""
     for brink in [0, 1]:
         given = BRINKS[brink]
         found = referee.run(given, duration=200.0)
@@ -82,7 +82,7 @@ def test_motions_on_a_brink_are_followed():
 
 
 def test_energy_and_losses_balance_through_holds_reversals_and_releases():
-    """Cells with many switches keep energy plus losses to 1e-10, and the error falls with the fourth power."""
+    """With many switches, energy plus losses is constant to 1e-10, and the error is of fourth order."""
     given = lossy_cells.random_cells(120, np.random.default_rng(3), ("slow", "nearly upright", "tumbling"))[
         "none"
     ]
@@ -96,7 +96,7 @@ def test_energy_and_losses_balance_through_holds_reversals_and_releases():
 
 
 def test_a_hundred_reversals_keep_the_fourth_order():
-    """A disk whose roll rate changes its sense a hundred times: its end converges with the fourth power of the step."""
+    """For a disk whose roll rate changes sign a hundred times, the end converges with the fourth power of the step."""
     start = referee.starts(
         tilt=0.2,
         tilt_rate=0.1,
@@ -112,13 +112,13 @@ def test_a_hundred_reversals_keep_the_fourth_order():
         assert found.switches >= 100
         ends[relative_step] = np.array([*found.state, found.lost, found.heading_turned])
     errors = [np.linalg.norm(ends[step] - ends[0.005]) for step in (0.08, 0.04, 0.02)]
-    # a part of the error is of the fifth order
+    # part of the error is of fifth order
     assert 3.8 < np.log2(errors[0] / errors[1]) < 5.2
     assert 3.8 < np.log2(errors[1] / errors[2]) < 5.2
 
 
 def test_while_contour_friction_holds_the_motion_is_holonomic():
-    """A disk about a resting contact point: against its own equation of motion, with the angular momentum constant."""
+    """While the contact point rests, the motion follows its own equation with constant angular momentum."""
     alpha, tilt, v = 0.62, 0.3, 0.15
     start = referee.starts(tilt=tilt, tilt_rate=-0.5, precession_rate=v, alpha=alpha, contour_friction=0.3)[
         :, 0
@@ -144,7 +144,7 @@ def test_while_contour_friction_holds_the_motion_is_holonomic():
 
 
 def test_upright_motions_slow_by_their_closed_forms():
-    """Rolling under dry friction s0 - c t/(1+alpha), viscous s0 exp(-k t/(1+alpha)); spinning o0 - 2 c t/alpha."""
+    """Dry friction: s0 - c t/(1+alpha) and o0 - 2 c t/alpha; viscous: s0 exp(-k t/(1+alpha))."""
     for alpha in [0.5, 1.0]:
         for law in ("rolling_friction", "contour_friction"):
             start = referee.starts(roll_rate=1.0, alpha=alpha, **{law: 0.01})[:, 0]
@@ -170,7 +170,7 @@ def test_upright_motions_slow_by_their_closed_forms():
 
 @pytest.mark.compiled
 def test_mirror_images_agree_to_the_bit(rng):
-    """Both reflections of a start give the same motion with signs changed, through all that friction decides."""
+    """Both reflections of a start give the same motion with changed signs, through all friction events."""
     mirrors = np.array([[-1, -1, 1, -1], [1, 1, -1, -1]])
     for air, given in lossy_cells.random_cells(45, rng).items():
         for start in given.T:
@@ -192,7 +192,7 @@ def test_mirror_images_agree_to_the_bit(rng):
 
 
 def test_pieces_make_the_same_motion():
-    """A motion that comes back to lanes now and then goes on as if it had not, to the bit."""
+    """A motion that is interrupted and resumed continues to the same bit."""
     given = lossy_cells.random_cells(30, np.random.default_rng(8))["none"]
     several = 0
     for start in given.T:
@@ -203,7 +203,7 @@ def test_pieces_make_the_same_motion():
 
 
 def test_the_first_breach_is_found():
-    """The moment when the tilt first is farther than the limit from that of the start, against the referee."""
+    """The time when the tilt first departs from the start by the limit agrees with the referee."""
     given = lossy_cells.random_cells(45, np.random.default_rng(4))["none"]
     found = referee.run(given, duration=5.0, limit=0.02, from_start=True)
     seen = 0
@@ -221,7 +221,7 @@ def _endless(switches, steps):
 
 
 def test_endless_switching_is_given_up():
-    """Friction that switches more often than the motion steps is abandoned; a hundred reversals are not."""
+    """Friction that switches more often than the motion steps is given up, but not a hundred reversals."""
     assert _endless(5000.0, 5000.0)
     assert not _endless(100.0, 150.0)
     assert not _endless(5000.0, 100000.0)

@@ -20,10 +20,10 @@ from kernels.lossy_disk.integrate import VARIANTS, variant
 
 pytestmark = pytest.mark.compiled
 
-#: A breach within this time of the start [s]: the start is the limit, to rounding.
+#: A breach within this time of the start [s] means that the start is at the limit, up to rounding.
 AT_ONCE = 1e-6
-#: Signs that leave the equations alone: the mirror image by a vertical plane through the contact, and the motion the
-#: other way round.
+#: Sign changes that keep the equations: the mirror image by a vertical plane through the contact, and the
+#: reversed motion.
 MIRRORS = {
     "left and right": ("tilt", "tilt_rate", "roll_rate"),
     "the other way round": ("roll_rate", "precession_rate"),
@@ -31,12 +31,12 @@ MIRRORS = {
 
 
 def cells(n, seed):
-    """Random mixtures of all laws but the air, about n cells."""
+    """Return random mixtures of all laws except air, about n cells."""
     return lossy_cells.random_cells(3 * n, np.random.default_rng(seed))["none"]
 
 
 def wobbles(n, seed, **parameters):
-    """Nutating wobbles of toys, of about the same length."""
+    """Return nutating wobbles of toys, of about the same length."""
     rng = np.random.default_rng(seed)
     alpha = 0.5
     tilt, turning, rolling = lossy_cells.wobble(rng.uniform(0.05, 0.12, n), alpha)
@@ -46,13 +46,13 @@ def wobbles(n, seed, **parameters):
 
 
 def flipped(given, names):
-    """Starts with the signs of some parameters changed."""
+    """Return the starts with the signs of some parameters changed."""
     return given * np.array([[-1.0 if name in names else 1.0] for name in PARAMETERS])
 
 
 @pytest.mark.slow_lane
 def test_mirrored_starts_have_mirrored_motions(pick):
-    """The sign changes that leave the equations alone change nothing but signs, to the last bit."""
+    """Sign changes that keep the equations only change signs, to the last bit."""
     mixtures = lossy_cells.random_cells(300, np.random.default_rng(3))
     runs = {air: lossy_runner.run(mixtures[air], air=air) for air in lossy_runner.AIR_LAWS}
     for air, mirror in itertools.product(pick(lossy_runner.AIR_LAWS, 1), MIRRORS):
@@ -74,7 +74,7 @@ def test_mirrored_starts_have_mirrored_motions(pick):
 
 @pytest.mark.slow_lane
 def test_the_bits_of_a_cell_depend_on_the_cell_alone():
-    """Whatever the threads, the order, the number of cells and the place in a chunk: the same bits."""
+    """Threads, order, number of cells and position in a chunk do not change the bits of a cell."""
     given = np.concatenate([cells(CHUNK, 5), referee.starts(tilt=[0.0, 1.5705, math.nan])], axis=1)
     rng = np.random.default_rng(6)
     given = np.ascontiguousarray(given[:, rng.permutation(given.shape[1])])
@@ -95,14 +95,14 @@ def test_the_bits_of_a_cell_depend_on_the_cell_alone():
 @settings(max_examples=20)
 @given(st.data())
 def test_impossible_neighbours_disturb_nobody(data):
-    """Starts that are no disk end invalid, and the cells between them keep their bits."""
+    """Impossible starts are invalid, and the cells between them keep their bits."""
     given = cells(60, 7)
     n = given.shape[1]
     bits = lossy_runner.bits(lossy_runner.run(given, duration=1.0))
     chosen = data.draw(st.lists(st.integers(0, n - 1), min_size=1, max_size=30, unique=True))
     broken = given.copy()
     for cell in chosen:
-        # the mass, and the air, count only for laws that need them
+        # mass and air matter only for laws that use them
         row = data.draw(st.sampled_from([name for name in PARAMETERS if name[:3] not in ("mas", "air")]))
         wrong = [math.nan, -math.inf] if row == "friction" else [math.nan, math.inf, -math.inf]
         broken[PARAMETERS.index(row), cell] = data.draw(st.sampled_from(wrong))
@@ -114,7 +114,7 @@ def test_impossible_neighbours_disturb_nobody(data):
 
 
 def test_what_is_no_disk():
-    """Arms are lengths below the radius; what is not proportional to the weight needs a mass."""
+    """Arms must be shorter than the radius; forces not proportional to the weight need a mass."""
     for wrong in [
         {"rolling_friction": -1e-9},
         {"pivoting_friction": 1.0},
@@ -129,14 +129,14 @@ def test_what_is_no_disk():
 
 
 def test_air_needs_its_viscosity_and_the_mass():
-    """Where the request has no law of the air, its numbers do not matter."""
+    """Without an air law, the numbers of the air do not matter."""
     given = referee.starts(tilt=0.1, roll_rate=2.0, mass=math.nan, air_viscosity=-1.0)
     assert lossy_runner.run(given).ending == HORIZON
     assert lossy_runner.run(given, air="moffatt").ending == INVALID
 
 
 def test_what_does_not_move():
-    """Upright without a tilt rate nothing is disturbed; at flat_tilt and beyond the disk is flat at once."""
+    """Upright without a tilt rate, the disk is undisturbed; from flat_tilt on, it is flat at once."""
     found = lossy_runner.run(referee.starts(tilt=[0.0, 1.5705, -1.5705], precession_rate=3.0))
     assert list(found.ending) == [UNDISTURBED, FLAT, FLAT]
     assert list(found.end_time[1:]) == [0.0, 0.0]
@@ -144,7 +144,7 @@ def test_what_does_not_move():
 
 
 def test_times_converge_with_the_fourth_power_of_the_step():
-    """Against the referee; the tolerance sets the step, and here every step is accepted that it sets."""
+    """Compared with the referee, with a tolerance that sets the step and accepts every step."""
     for case in [
         ({"contour_friction": 1e-3}, "none"),
         ({"contour_damping": 1e-4}, "none"),
@@ -161,12 +161,12 @@ def test_times_converge_with_the_fourth_power_of_the_step():
             assert (found.ending == FLAT).all(), case
             assert (found.refinements == 0).all(), case
             worst.append(np.abs(found.end_time - truth).max())
-        # of third order it would be 8
+        # third order would give 8
         assert worst[0] > 8.0 * worst[1], case
 
 
 def test_without_losses_the_extremes_are_those_of_the_disk():
-    """All coefficients zero: another kernel and other steps agree within the errors that both state."""
+    """With zero coefficients, the lossless kernel agrees within both stated errors, although the steps differ."""
     from sweep.model.disk.model import DISK
 
     rng = np.random.default_rng(9)
@@ -190,7 +190,7 @@ def test_without_losses_the_extremes_are_those_of_the_disk():
 
 @pytest.mark.slow_lane
 def test_a_criterion_changes_nothing_but_when_it_was_broken():
-    """An atlas is judged by another criterion without a new integration."""
+    """Another criterion changes only the breach times, so an atlas can be reclassified without integration."""
     given = cells(100, 10)
     found = lossy_runner.run(given)
     for limit in [0.1, 0.7]:
@@ -213,17 +213,17 @@ def test_a_criterion_changes_nothing_but_when_it_was_broken():
 
 
 def test_a_criterion_in_sizes_of_the_perturbation():
-    """A tilt rate counts as the tilt that it is worth: a disk that stands falls like exp(t/sqrt(1 + alpha/2))."""
+    """A tilt rate counts as the tilt it is worth; a standing disk falls like exp(t/sqrt(1 + alpha/2))."""
     rate = 1e-3
     given = referee.starts(tilt=0.0, tilt_rate=rate, alpha=0.5)
     found = lossy_runner.run(given, limited=2.0, limit=20.0)
-    # tilt = (rate/k) sinh(k t) with k^2 = 1/(1 + alpha/2), as long as it is small
+    # small tilts: tilt = (rate/k) sinh(k t) with k^2 = 1/(1 + alpha/2)
     k = 1.0 / math.sqrt(1.25)
     assert found.breach_time == pytest.approx(math.asinh(20.0) / k, rel=1e-4)
 
 
 def test_a_law_that_a_cell_lacks_changes_it_by_less_than_its_errors():
-    """A zero within an axis of an arm is computed by the variant with the law: no event, no force."""
+    """A cell with a zero arm, computed by the variant with the law, has no event and no force from it."""
     lacked = ("contour_damping", "rolling_friction", "pivoting_friction", "friction")
     given = lossy_cells.without(lossy_cells.random_cells(900, np.random.default_rng(11))["bildsten"], lacked)
     plain, full = (
@@ -237,7 +237,7 @@ def test_a_law_that_a_cell_lacks_changes_it_by_less_than_its_errors():
 
 @pytest.mark.slow_lane
 def test_stated_errors(rng, count, pick):
-    """Against the referee, of random mixtures: two of a hundred cells at most are beyond, and every one is resolved."""
+    """For random mixtures, at most two of a hundred cells exceed their stated error, and all are resolved."""
     for case in pick(
         itertools.product(lossy_runner.AIR_LAWS, [lossy_cells.KINDS, ("nearly upright", "slow")]), 2
     ):
@@ -265,9 +265,9 @@ def test_stated_errors(rng, count, pick):
 
 @pytest.mark.slow_lane
 def test_a_wobble_states_an_informative_error_of_its_time(rng, count):
-    """Against a thousandth of the tolerance: less than a hundred times too large in the median, and not too small.
+    """Compared with a thousandth of the tolerance, the median stated error is less than 100 times too large.
 
-    A share of the tolerance, as is stated of other motions, is more than a thousand times too large.
+    A share of the tolerance, as stated for other motions, would be more than a thousand times too large.
     """
     found_of, true_of, stated = [], [], []
     for air, starts in lossy_cells.random_cells(count(45, 900), rng, ("wobble", "nutating")).items():
@@ -280,12 +280,12 @@ def test_a_wobble_states_an_informative_error_of_its_time(rng, count):
     too_large = np.concatenate(stated) / np.maximum(off, 1e-300)
     assert too_large.size > count(45, 900) // 4
     assert np.median(too_large) < 100.0
-    # one of 10,000 turns next to the tilt where it is flat, and is so a nutation later
+    # one of 10,000 is flat a nutation later, because it turns near flat_tilt
     assert (too_large < 1.0).sum() <= 1
 
 
 def test_a_falling_disk_states_the_error_of_its_last_tilt():
-    """A disk without rates falls straight: its largest tilt errs by the error of the time times the tilt rate."""
+    """For a disk that falls straight, the error of the largest tilt is the time error times the tilt rate."""
     for tilt in [1e-5, 1e-3]:
         given = referee.starts(tilt=tilt)
         for duration in (5.0, 7.0, 8.0):
@@ -298,7 +298,7 @@ def test_a_falling_disk_states_the_error_of_its_last_tilt():
 
 @pytest.mark.slow_lane
 def test_a_disk_that_friction_stops_states_the_error_of_what_stopped_it():
-    """Small tilts that are left of larger rates: the tilt alone says little about their error."""
+    """For small tilts left over from larger rates, the tilt alone says little about the error."""
     given = lossy_cells.random_cells(1800, np.random.default_rng(31), ("slow",))["moffatt"]
     found = lossy_runner.run(given, air="moffatt")
     truth = referee.run(given, air="moffatt", duration=30.0, flat_tilt=lossy_runner.FLAT_TILT, rtol=1e-13)
@@ -310,7 +310,7 @@ def test_a_disk_that_friction_stops_states_the_error_of_what_stopped_it():
 
 
 def test_an_event_within_the_first_step_has_its_time():
-    """A lift-off 34 us after the start; and what is stated as its error is small against it."""
+    """A lift-off after 34 us has the right time, with a stated error much smaller than that."""
     given = referee.starts(
         tilt=0.4476072823335149, tilt_rate=2.7809692550328946, precession_rate=-3.8006124038274267,
         alpha=0.4111687503458784, radius=0.8802334701604628, gravity=9.81, mass=0.5366619328046368,
@@ -327,13 +327,13 @@ def test_an_event_within_the_first_step_has_its_time():
 
 @pytest.mark.slow_lane
 def test_a_duration_far_beyond_the_ending_changes_no_bit():
-    """Neither times nor steps depend on when time would be over, if that is far beyond."""
+    """If the duration is far beyond the ending, it changes neither times nor steps."""
     given = cells(60, 5)
     short = lossy_runner.run(given)
     ended = np.isin(short.ending, (FLAT, REST, LIFT_OFF, SLIP))
     assert ended.sum() > 30
     long = lossy_runner.run(given[:, ended], duration=1e7)
-    # steps follow the losses only where these end a motion before its time is over
+    # steps depend on the losses only if these end a motion before its time is over
     np.testing.assert_array_equal(long.ending, short.ending[ended])
     apart = np.abs(long.end_time - short.end_time[ended])
     assert (apart <= long.time_error + short.time_error[ended]).all()
@@ -343,7 +343,7 @@ def test_a_duration_far_beyond_the_ending_changes_no_bit():
 
 
 def test_names_of_variants():
-    """There is a variant for every set of laws, and a name of no variant is no attribute."""
+    """There is a variant for every set of laws, and other names raise AttributeError."""
     from kernels.lossy_disk import integrate
 
     assert variant(True, True, False, False, 0, False) == "integrate"
@@ -355,7 +355,7 @@ def test_names_of_variants():
 
 
 def test_a_long_motion_to_flat_is_seen_early_to_need_shorter_steps():
-    """Toys of 157 and 144 s: within the tolerance, of which they use a good part, and the times are right."""
+    """Toys of 157 and 144 s stay within the tolerance, use a good part of it, and have the right times."""
     tilt, turning = np.radians([50.0, 55.0]), np.array([3.04, 3.68]) / math.sqrt(0.03755 / 9.81)
     given = referee.starts(
         tilt=tilt, precession_rate=turning, roll_rate=-turning * np.sin(tilt), radius=0.03755,
@@ -366,14 +366,14 @@ def test_a_long_motion_to_flat_is_seen_early_to_need_shorter_steps():
     assert (found.ending == FLAT).all()
     assert (found.refinements > 0).any()
     assert (found.energy_imbalance <= 1e-8).all()
-    # with steps of one length, chosen when the first motion has ended, they use 2.1e-9 and 1.5e-9
+    # with equal steps, chosen when the first motion has ended, they use 2.1e-9 and 1.5e-9
     assert (found.energy_imbalance > 2.5e-9).all()
     assert np.abs(found.end_time / finer.end_time - 1.0).max() < 1e-7
 
 
 @pytest.mark.slow_lane
 def test_the_least_tolerances_are_met(pick):
-    """Steps that follow the error do not follow its rounding: wobbles with air end, within the tolerance."""
+    """Steps do not follow the rounding of the error: wobbles with air end within the tolerance."""
     for tolerance in pick([1e-12, 6.25e-12], 1):
         rng = np.random.default_rng(7)
         n, unit = 12, math.sqrt(0.03755 / 9.81)
@@ -392,7 +392,7 @@ def test_the_least_tolerances_are_met(pick):
 
 
 def test_what_comes_behind_the_end_breaks_no_criterion():
-    """A disk that slips while it falls has not been beyond the tilt where it slips, although its lane went on."""
+    """A disk that slips while falling has not exceeded its tilt at the slip, although its lane continued."""
     given = referee.starts(
         tilt=np.linspace(0.01, 0.3, 40), roll_rate=0.5, contour_friction=1e-3, friction=0.4
     )
@@ -408,7 +408,7 @@ def test_what_comes_behind_the_end_breaks_no_criterion():
 
 @pytest.mark.slow_lane
 def test_falls_are_resolved_with_any_tolerance(rng):
-    """Where a step of a coarse tolerance leads through flat, the cell begins again with shorter ones."""
+    """If a step of a coarse tolerance passes flat, the cell restarts with shorter steps."""
     for name in ["", "integrate_bare_rolling", "integrate_bare"]:
         seed, n = int(rng.integers(2**31)), 2000
         rng = np.random.default_rng(seed)
@@ -431,15 +431,15 @@ def test_falls_are_resolved_with_any_tolerance(rng):
             watched = lossy_runner.run(starts, variant=name, duration=3.0, tolerance=tolerance, limit=1.2)
             assert np.array_equal(watched.ending, found.ending), (seed, tolerance)
             assert np.array_equal(watched.end_tilt, found.end_tilt), (seed, tolerance)
-            # next to the ends of the duration, or of what flat is, an error decides
+            # near the end of the duration or of flat, the error decides
             same = found.ending == close.ending
             assert np.count_nonzero(~same) <= n // 100, (seed, tolerance)
             off, stated = np.abs(found.end_time - close.end_time), found.time_error + close.time_error
             assert not np.any(off[same] > stated[same] + 1e-12), (seed, tolerance)
 
 
-#: Starts, with law of the air, tolerance and duration, that were followed without end: a step landed next to flat with
-#: rates beyond all measure; a tilt rate of rounding turned at once, again and again; behind flat, time went back.
+#: Starts, with air law, tolerance and duration, that once never ended: a step landed near flat with enormous
+#: rates; a rounded tilt rate reversed again and again; beyond flat, time went backward.
 WITHOUT_END = [
     (
         {
@@ -497,7 +497,7 @@ WITHOUT_END = [
 
 
 def test_a_motion_that_was_followed_without_end_ends():
-    """A few steps decide, not ten million."""
+    """The motion ends after few steps, not ten million."""
     for case in WITHOUT_END:
         start, air, tolerance, duration = case
         found = lossy_runner.run(referee.starts(**start), air=air, tolerance=tolerance, duration=duration)
@@ -505,12 +505,12 @@ def test_a_motion_that_was_followed_without_end_ends():
 
 
 def test_every_motion_ends_with_any_tolerance(rng):
-    """New mixtures of laws and motions in every run, with the coarsest tolerances that a request may have."""
+    """New mixtures of laws and motions in every run end, even with the coarsest allowed tolerances."""
     seed = int(rng.integers(2**31))
     rng = np.random.default_rng(seed)
     for _ in range(4):
         tolerance, duration = 10.0 ** rng.uniform(-5, -1), 10.0 ** rng.uniform(-1, 0.5)
-        # a test that is ended shows what it printed
+        # pytest shows this output if the test is killed
         sys.stderr.write(f"{seed} {tolerance} {duration}\n")
         for air, starts in lossy_cells.random_cells(90, rng).items():
             found = lossy_runner.run(starts, air=air, tolerance=tolerance, duration=duration)

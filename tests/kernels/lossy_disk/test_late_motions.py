@@ -1,4 +1,4 @@
-"""Motions that all but stop near a maximum of their potential state what is off: time, tilt, heading and path."""
+"""Motions that linger near a maximum of their potential state the errors of time, tilt, heading and path."""
 
 import audit_losses
 import lossy_cells
@@ -13,7 +13,7 @@ from sweep.model.quantity import PROMISED
 
 pytestmark = pytest.mark.compiled
 
-#: Measures and what states their errors.
+#: Measures and the measures that state their errors.
 STATED = {
     "end_time": "time_error",
     "end_tilt": "tilt_error",
@@ -23,24 +23,24 @@ STATED = {
 
 RATES = ("tilt_rate", "precession_rate", "roll_rate")
 
-#: Share of the time that a time, and a heading of about as many radians, is off without lag at most.
+#: Relative error of a time, and of a heading of about as many radians, without a lag.
 NOT_LATE = 6.4e-7
 
 
 def off(found, true, name):
-    """How far a measure is from the true one."""
+    """Return the error of a measure."""
     return np.abs(getattr(found, name) - getattr(true, name))
 
 
 def beyond(found, true, times=1.0):
-    """Whether any measure of a cell is further off than so many times what it states."""
+    """Return True where any measure's error exceeds this multiple of its stated error."""
     return np.any(
         [off(found, true, name) > times * getattr(found, error) for name, error in STATED.items()], axis=0
     )
 
 
 def less_lossy(n, rng):
-    """Random motions of which many pass maxima of their potential, by the law of the air; few lose much."""
+    """Return random motions by air law, many of which pass maxima of their potential; few lose much."""
     kinds = ("nearly upright", "tumbling", "slow", "nutating")
     strengths = [arrays.PARAMETERS.index(name) for name in audit_losses.STRENGTHS]
     for air, given in lossy_cells.random_cells(n, rng, kinds).items():
@@ -50,10 +50,10 @@ def less_lossy(n, rng):
 
 
 def circle(tilt, turning, alpha):
-    """Scaled roll rate of the steady circle with a tilt and a precession rate, and whether it is a maximum."""
+    """Return the scaled roll rate of the steady circle with a tilt and precession rate, and if it is a maximum."""
     S, C, T = np.sin(tilt), np.cos(tilt), np.tan(tilt)
     o = turning * C
-    # the acceleration of the tilt, S + o q, vanishes; o' = o T - 2 s and s' = -o/(1 + alpha) along the tilt
+    # the tilt acceleration S + o q vanishes; o' = o T - 2 s and s' = -o/(1 + alpha) along the tilt
     q = -S / o
     s = (q + 0.5 * alpha * o * T) / (1.0 + alpha)
     do = o * T - 2.0 * s
@@ -62,14 +62,14 @@ def circle(tilt, turning, alpha):
 
 
 def passing(n, rng):
-    """Starts that come to an unstable steady circle with little energy, pass it, and go on to greater tilts."""
+    """Return starts that pass an unstable steady circle with little energy towards greater tilts."""
     chosen = []
     while len(chosen) < n:
         tilt, turning, alpha = rng.uniform(0.2, 1.0), rng.uniform(0.2, 1.5), rng.uniform(0.3, 1.0)
         rolling, unstable = circle(tilt, turning, alpha)
         if not unstable:
             continue
-        # towards smaller tilts, and the other way round from there
+        # start from the circle towards smaller tilts, and reverse the motion
         away = referee.starts(
             tilt=tilt, tilt_rate=-(10.0 ** rng.uniform(-3.5, -2)), precession_rate=turning, roll_rate=rolling,
             alpha=alpha,
@@ -82,23 +82,23 @@ def passing(n, rng):
 
 
 def test_motions_that_pass_an_unstable_circle_state_what_is_off_when_time_ends_them(rng):
-    """Against DOP853, other starts each time, at moments near the circle, beside it and some nutations later."""
+    """For new starts, the stated errors hold against DOP853 at, near and some nutations after the circle."""
     given, late, wrong = passing(80, rng), 0, 0
     for duration in (5.0, 14.0, 60.0):
         found = lossy_runner.run(given, duration=duration)
         true = referee.run(given, duration=duration, flat_tilt=lossy_runner.FLAT_TILT, rtol=1e-13)
-        # not those that lift off: a force that only just vanishes does so a nutation later too
+        # not lift-offs: a force that only just vanishes may do so a nutation later
         same = (found.ending == HORIZON) & (true.ending == HORIZON)
         assert same.mean() > 0.7
         wrong += beyond(found, true, PROMISED)[same].sum()
         late += (off(found, true, "path_length") > NOT_LATE * duration)[same].sum()
-    # of 1,400 that passed often five were further off than twice what they state
+    # at most five of 1,400 that passed had errors of more than twice the stated ones
     assert wrong <= 3
     assert late > 0
 
 
 def falling(n, rng):
-    """Starts that pass upright with little energy and fall straight on the other side, rolling slowly."""
+    """Return slowly rolling starts that pass upright with little energy and fall straight on the other side."""
     alpha, tilt = rng.uniform(0.3, 1.0, n), rng.uniform(0.2, 0.8, n)
     left = 10.0 ** rng.uniform(-6.3, -3.0, n)
     rate = np.sqrt(2.0 * (1.0 - np.cos(tilt) + left) / (1.0 + 0.5 * alpha))
@@ -108,7 +108,7 @@ def falling(n, rng):
 
 
 def test_a_disk_that_passes_upright_slowly_is_flat_as_much_later_as_it_states(rng):
-    """Its time, and what it has rolled until then: straight falls to 50 degrees, where it does not lift off yet."""
+    """Stated errors of time and rolled angle hold for straight falls to 50 degrees, before any lift-off."""
     given = falling(200, rng)
     found, true = (
         lossy_runner.run(given, duration=100.0, flat_tilt=np.deg2rad(50.0)),
@@ -124,7 +124,7 @@ def test_a_disk_that_passes_upright_slowly_is_flat_as_much_later_as_it_states(rn
 
 @pytest.mark.slow_lane
 def test_fresh_motions_with_few_losses_state_what_is_off(rng, count):
-    """Against the same kernels with a hundredth of the tolerance: of 600 motions at most three are beyond."""
+    """Compared with a hundredth of the tolerance, at most three of 600 motions exceed their stated errors."""
     wrong, cells, drawn = 0, 0, count(25, 600)
     for air, given in less_lossy(drawn, rng):
         found, true = (lossy_runner.run(given, air=air, tolerance=each) for each in (1e-8, 1e-10))

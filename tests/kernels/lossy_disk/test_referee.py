@@ -1,4 +1,4 @@
-"""The referee of the disk with losses is itself compared with other means: Lagrange's form, regularised friction."""
+"""The referee of the disk with losses is checked with Lagrange's form and regularized friction."""
 
 import math
 
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.compiled
 
 
 def forces(y, n, mode, par, hold_roll, hold_turn):
-    """Generalised forces of all laws on tilt, roll and turn, as the table of the laws says."""
+    """Return the generalized forces of all laws on tilt, roll and turn, as in the table of laws."""
     tilt, w, P, f = y[:4]
     C, v = math.cos(tilt), P + f * math.sin(tilt)
     size = math.hypot(w, C * f)
@@ -27,7 +27,7 @@ def forces(y, n, mode, par, hold_roll, hold_turn):
 
 
 def test_accelerations_and_forces_are_those_of_five_coordinates_with_multipliers(rng):
-    """Every law sliding, or one rate held: accelerations, normal and horizontal forces."""
+    """With every law sliding, or one rate held, accelerations, normal and horizontal forces agree."""
     for held in ["nothing", "roll", "turn"]:
         out = np.zeros(single.SIZE)
         for _ in range(200):
@@ -70,13 +70,13 @@ def test_accelerations_and_forces_are_those_of_five_coordinates_with_multipliers
 
 
 def regularised(start, duration, width):
-    """State after `duration` where each dry friction is a smooth function of its rate, constant beyond `width`."""
+    """Return the state after `duration`, with dry frictions smooth in their rates and constant beyond `width`."""
     par, _ = referee.coefficients(start, "none")
     alpha, rolling, pivoting, contour = par[:4]
     inertia = 1.0 + 0.5 * alpha
 
     def smooth(rate, *others):
-        # instead of the sign of a rate, or the direction of several
+        # replaces the sign of a rate, or the direction of several
         return rate / math.sqrt(rate * rate + sum(other * other for other in others) + width * width)
 
     def slope(_, y):
@@ -98,7 +98,7 @@ def regularised(start, duration, width):
     return solve_ivp(slope, (0.0, duration), start[:4], "Radau", rtol=1e-9, atol=1e-11).y[:, -1]
 
 
-#: Starts and durations in which friction holds, lets go or reverses.
+#: Starts and durations in which friction holds, releases or reverses.
 STICKING = {
     "upright spinning, roll held": ({"tilt": 0.01, "precession_rate": 2.0, "contour_friction": 0.02}, 5.0),
     "turning held in a wobble": (
@@ -129,7 +129,7 @@ STICKING = {
 
 @pytest.mark.slow_lane
 def test_regularised_friction_tends_to_the_set_valued_one(pick):
-    """It comes nearer the narrower it is: where friction holds, it creeps no faster than its width."""
+    """The difference shrinks with the width; while friction holds, the creep rate is below the width."""
     for name in pick(STICKING, 1):
         parameters, duration = STICKING[name]
         start = referee.starts(**parameters)
@@ -145,7 +145,7 @@ def test_regularised_friction_tends_to_the_set_valued_one(pick):
 
 @pytest.mark.slow_lane
 def test_energy_and_losses_are_constant_and_tolerances_agree(rng, count):
-    """Random mixtures of all laws through every kind of ending: the ledger closes, 1e-13 tells what 1e-12 told."""
+    """For random mixtures and all endings, the ledger closes, and tolerances 1e-13 and 1e-12 agree."""
     cells = lossy_cells.random_cells(count(9, 60), rng)
     for air, given in cells.items():
         found, finer = (referee.run(given, air=air, duration=200.0, rtol=rtol) for rtol in (1e-12, 1e-13))

@@ -9,7 +9,7 @@ from lossy_follower import energy_of, lost_in, sampled
 
 from kernels.lossy_disk import endings
 
-#: Slides, reverses, is held by contour friction, slides again.
+#: Slides, reverses, is held by contour friction, and slides again.
 LIVELY = referee.starts(
     tilt=0.4, tilt_rate=0.3, precession_rate=0.3, roll_rate=0.4, radius=0.1, gravity=9.81, rolling_friction=5e-4,
     pivoting_friction=1e-4, contour_friction=1e-2, contour_damping=1e-4, air_viscosity=1e-4, mass=0.5,
@@ -17,7 +17,7 @@ LIVELY = referee.starts(
 
 
 def test_samples_are_those_of_the_referee():
-    """States, heading and losses at any time, through holds and reversals, to 1e-8."""
+    """States, heading and losses at any time agree to 1e-8, through holds and reversals."""
     times = np.linspace(0.0, 0.18, 7)
     ending, last, found = sampled(LIVELY, times, air="moffatt", relative_step=0.01)
     assert (ending, last) == (endings.HORIZON, 0.18)
@@ -31,7 +31,7 @@ def test_samples_are_those_of_the_referee():
 
 
 def test_forces_are_newtons_law_of_the_path():
-    """Second differences of the path of the centre of mass, sampled densely, give the forces of the plane."""
+    """Second differences of the center's path, sampled densely, give the contact forces."""
     step = 1e-4
     times = np.arange(0.0, 0.18, step)
     _, _, found = sampled(LIVELY, times, air="moffatt", relative_step=0.01)
@@ -46,7 +46,7 @@ def test_forces_are_newtons_law_of_the_path():
     inner = slice(1, -1)
     moved = np.diff(centre, 2) / step**2 / g
     raised = 1.0 + np.diff(height, 2) / step**2 / g
-    # friction that reverses makes the forces jump within a difference
+    # forces jump if friction reverses within a difference
     calm = np.ones(len(times) - 2, bool)
     for name in ("held", "roll_rate", "tilt_rate", "precession_rate"):
         sense = found[name] if name == "held" else np.sign(found[name])
@@ -61,7 +61,7 @@ def test_forces_are_newtons_law_of_the_path():
 
 
 def test_the_contact_rests_while_friction_holds_it():
-    """Bits of what is held: with the roll rate the contact point rests; all the while the energy is balanced."""
+    """If the held bits include the roll rate, the contact point rests; the energy is always balanced."""
     times = np.linspace(0.0, 0.18, 1801)
     _, _, found = sampled(LIVELY, times, air="moffatt", relative_step=0.01)
     held = found["held"].astype(int) & 1 > 0
@@ -81,7 +81,7 @@ def test_the_contact_rests_while_friction_holds_it():
 
 
 def test_samples_do_not_change_the_motion():
-    """However many samples are taken, the end is the same to the error of the steps, and the last is the ending."""
+    """With any number of samples, the end is the same within the step error, and the last sample is the ending."""
     start = referee.starts(tilt=1.3, precession_rate=3.9, roll_rate=-3.75, contour_friction=5e-3)[:, 0]
     ends = []
     for n in (2, 50, 2000):
@@ -94,7 +94,7 @@ def test_samples_do_not_change_the_motion():
 
 
 def test_a_disk_that_stands_is_sampled_until_it_rests():
-    """All is held: the tilt keeps its bits, pivoting friction stops the turning, and that is the end."""
+    """A held tilt keeps its bits until pivoting friction stops the turning, which ends the motion."""
     start = referee.starts(tilt=0.01, precession_rate=0.5, rolling_friction=0.02, pivoting_friction=1e-3)[
         :, 0
     ]

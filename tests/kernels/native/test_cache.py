@@ -1,4 +1,4 @@
-"""The cache of compiled kernels: what is damaged is compiled again, and what others can write is not loaded."""
+"""The cache of compiled kernels: damaged files are recompiled, and files writable by others are not loaded."""
 
 import errno
 import os
@@ -20,19 +20,19 @@ pytestmark = pytest.mark.compiled
 
 @entry(numbers="float64[::1]")
 def double(numbers):
-    """Replace numbers by others that no other kernel makes of them."""
+    """Double numbers; no other kernel has this result."""
     for i in range(numbers.size):
         numbers[i] = 2.0 * numbers[i] + 0.5
 
 
 @entry(numbers="float64[::1]")
 def triple(numbers):
-    """Replace numbers by others."""
+    """Triple numbers."""
     for i in range(numbers.size):
         numbers[i] = 3.0 * numbers[i] + 0.5
 
 
-#: So large that compiled code has its address, and not its 1.6 MB; not contiguous, so that it has its address too.
+#: Arrays that compiled code refers to by address: one too large to embed its 1.6 MB, one not contiguous.
 LARGE, SCATTERED = np.arange(200_000.0), np.arange(10.0)[::2]
 
 
@@ -45,13 +45,13 @@ def from_large(numbers):
 
 @entry(numbers="float64[::1]")
 def from_scattered(numbers):
-    """Add numbers of an array that is not contiguous."""
+    """Add numbers of a noncontiguous array."""
     for i in range(numbers.size):
         numbers[i] += SCATTERED[i]
 
 
 def found_in(folder, kernel=double):
-    """Call a kernel as a new process does, with a cache in a folder; returns whether it was found there."""
+    """Call a kernel as a new process with a cache folder; return True if it was loaded from there."""
     announced = []
     fresh = kernel.copied(kernel.py_func)
 
@@ -68,7 +68,7 @@ def found_in(folder, kernel=double):
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """Return the path of the only file of a cache, and its content."""
+    """Return the path and content of the only file of a cache."""
     folder = tmp_path_factory.mktemp("cache")
     found_in(folder)
     (path,) = folder.iterdir()
@@ -76,7 +76,7 @@ def whole(tmp_path_factory):
 
 
 def flipped(content, place):
-    """Return a content with one bit of another value."""
+    """Return the content with one bit flipped."""
     return content[:place] + bytes([content[place] ^ 4]) + content[place + 1 :]
 
 
@@ -94,7 +94,7 @@ DAMAGES = {
 
 
 def test_a_damaged_file_is_compiled_again(whole):
-    """Whatever happened to it, it is not loaded, the answer is right, and the next process finds it whole again."""
+    """A damaged file is not loaded, the result is right, and the next process finds a valid file."""
     path, content = whole
     for kind, damaged in DAMAGES.items():
         path.write_bytes(damaged(content))
@@ -104,7 +104,7 @@ def test_a_damaged_file_is_compiled_again(whole):
 
 
 def test_another_thing_in_its_place_is_not_loaded(whole, tmp_path):
-    """A pipe, a link, the file of another function, and one that others can write: each is compiled, and replaced."""
+    """A pipe, a link, another function's file and one writable by others are each recompiled and replaced."""
     path, content = whole
     path.write_bytes(content)
     copy = tmp_path / path.name
@@ -125,12 +125,12 @@ def test_another_thing_in_its_place_is_not_loaded(whole, tmp_path):
 
 
 def test_other_code_is_kept_apart(tmp_path, monkeypatch):
-    """Of other settings and of another processor that finds the folder on a network drive; each is found again."""
+    """Code for other settings or processors, as in a shared folder, has its own file and is found again."""
     settings = [f"NUMBA_{name}" for name in cache._SETTINGS]
     for name in settings:
         monkeypatch.delenv(name, raising=False)
     assert not found_in(tmp_path)
-    # Numba has read its settings already, so any value will do
+    # Numba has already read its settings, so any value will do
     for name in (*settings, "EULERDISK_VECTOR_BITS"):
         with monkeypatch.context() as context:
             context.setenv(name, "256" if name.startswith("EULERDISK") else "1")
@@ -147,14 +147,14 @@ def test_other_code_is_kept_apart(tmp_path, monkeypatch):
 
 
 def test_code_with_an_address_of_this_process_is_not_kept(tmp_path):
-    """Another process would read memory that is not there, or other numbers: it compiles the kernel again."""
+    """Code with an address in this process is not cached, because it would be invalid in another."""
     for kernel in (from_large, from_scattered):
         assert not found_in(tmp_path, kernel)
         assert not list(tmp_path.iterdir())
 
 
 def test_the_owner_of_a_file_is_this_user_or_root(tmp_path):
-    """The owner can write to it."""
+    """A file of another owner is refused, because the owner can write to it."""
     mode, *rest = os.stat(tmp_path)
     for owner, problem in [(os.geteuid(), ""), (0, ""), (4711, "belongs to another user (uid 4711)")]:
         status = os.stat_result((mode & ~0o022, *rest[:3], owner, *rest[4:]))
@@ -174,7 +174,7 @@ print(KernelCache(pathlib.Path(sys.argv[1]), publish_bytes, lambda: None).bytes_
 
 
 def test_processes_that_begin_together_compile_once(tmp_path):
-    """The others wait for the first one, and find what it has made; no lock is left."""
+    """The others wait for the first process and use its result; no lock file is left."""
     begun = [
         subprocess.Popen(
             [sys.executable, "-c", _BESIDE, str(tmp_path)],
@@ -190,7 +190,7 @@ def test_processes_that_begin_together_compile_once(tmp_path):
 
 
 def test_where_nothing_can_be_locked_everybody_compiles(tmp_path, monkeypatch):
-    """As on some network mounts."""
+    """Without file locks, as on some network mounts, every process compiles."""
 
     def refuse(*_):
         raise OSError(errno.ENOLCK, "No locks available")

@@ -1,4 +1,4 @@
-"""What Numba makes of kernels: vectors of the width that is asked for, and no more than calls need."""
+"""What Numba compiles: vectors of the requested width, and only the code that calls need."""
 
 import re
 
@@ -15,14 +15,14 @@ pytestmark = pytest.mark.compiled
 
 @entry(numbers="float64[::1]")
 def straight(numbers):
-    """Change numbers of which several fit into a vector."""
+    """Change numbers that fit several to a vector."""
     for i in range(numbers.size):
         numbers[i] = 0.5 * numbers[i] + 0.25
 
 
 @parallel(64, lambda *_: (np.empty(64),), rows="float64[:, ::1]", memory="float64[::1]")
 def in_chunks(start, stop, rows, memory):
-    """Change numbers by way of the memory of a thread."""
+    """Change numbers through the memory of a thread."""
     for i in range(start, stop):
         memory[i - start] = rows[0, i]
     for i in range(memory.size):
@@ -32,7 +32,7 @@ def in_chunks(start, stop, rows, memory):
 
 
 def test_every_function_of_an_entry_point_prefers_the_width(monkeypatch):
-    """What is left of it when all that it calls is part of it; the machine code uses such vectors if there are any."""
+    """After inlining, every function prefers the width, and the machine code has such vectors if any."""
     texts, object_code = [], compiler._PartLibrary.object_code
 
     def seen(self):
@@ -57,12 +57,12 @@ def test_every_function_of_an_entry_point_prefers_the_width(monkeypatch):
 
 
 def square(number):
-    """Multiply a number by itself."""
+    """Square a number."""
     return number * number
 
 
 def test_python_and_kernels_call_one_function():
-    """What only kernels have called so far is compiled without what Python needs, and again when Python calls it."""
+    """A function first called by kernels is compiled without Python's wrapper, and again when Python calls it."""
     both = kernel(square)
     assert entry(number="float64")(lambda number: both(number) + 1.0)(3.0) == 10.0
     assert both.compiled.overloads[(types.float64,)].library._finalized
@@ -72,7 +72,7 @@ def test_python_and_kernels_call_one_function():
 
 @entry(whole="int64", number="float64")
 def operators(whole, number):
-    """Operate on a number with literals, with numbers of its type and of another, and in place."""
+    """Combine a number with literals and with numbers of its own and another type, also in place."""
     shifted = (whole << 3) - whole % 5
     shifted += whole
     number /= whole
@@ -80,6 +80,6 @@ def operators(whole, number):
 
 
 def test_operators_do_what_python_does():
-    """The referee is Python, to the last bit."""
+    """Operators give Python's results to the last bit."""
     for given in ((7, 2.5), (-13, 1e150), (4, -0.75)):
         assert operators(*given) == operators.py_func(*given), given

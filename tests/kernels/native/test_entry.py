@@ -1,4 +1,4 @@
-"""Entry points: what is passed to compiled code arrives there, and what it cannot take is refused in Python."""
+"""Entry points pass arguments to compiled code and refuse invalid ones in Python."""
 
 import itertools
 import os
@@ -27,7 +27,7 @@ CHUNK = 8
     cube="int64[:, :, ::1]",
 )
 def mixed(rows, factor, flag, whole, cube):
-    """Use every type of argument, and return numbers of both types."""
+    """Use every type of argument and return numbers of both types."""
     total = 0
     for i in range(rows.shape[0]):
         for j in range(rows.shape[1]):
@@ -54,7 +54,7 @@ def half(number):
     memory="float64[::1]",
 )
 def squares(start, stop, starts, found, taken, memory):
-    """Square numbers by way of the memory of the thread; count how often each cell is treated."""
+    """Square numbers through the memory of the thread and count how often each cell is processed."""
     for cell in range(start, stop):
         memory[cell - start] = starts[0, cell]
     for cell in range(start, stop):
@@ -64,7 +64,7 @@ def squares(start, stop, starts, found, taken, memory):
 
 @entry(numbers="float64[::1]")
 def raising(numbers):
-    """Do what no kernel may."""
+    """Raise an exception, as no kernel may."""
     if numbers[0] > 0.0:
         raise ValueError
     numbers[0] = 1.0
@@ -72,13 +72,13 @@ def raising(numbers):
 
 @pytest.fixture
 def threads():
-    """Return a function that chooses the number of threads, until the test ends."""
+    """Return a function that sets the number of threads until the test ends."""
     yield workers.use
     workers.use(None)
 
 
 def test_every_type_of_argument_arrives():
-    """Numbers, flags and arrays of several types and dimensions; the referee is the function itself."""
+    """Numbers, flags and arrays of several types and dimensions arrive as in the Python function."""
     whole, cube = np.arange(4, dtype=np.int32), np.arange(24).reshape(2, 3, 4)
     for flag in (True, False):
         rows, expected = np.arange(6.0).reshape(2, 3), np.arange(6.0).reshape(2, 3)
@@ -89,7 +89,7 @@ def test_every_type_of_argument_arrives():
 
 @pytest.mark.compiled
 def test_an_array_of_another_type_is_refused():
-    """Compiled code would read other memory than that of the array."""
+    """Compiled code would read other memory than the array's."""
     other_types = [np.zeros((2, 3), np.float32), np.zeros((2, 3), np.int64), np.zeros(6)]
     for wrong in (*other_types, np.zeros((3, 2)).T, np.zeros((2, 6))[:, ::2]):
         with refused("rows", "float64", "2 dimensions", "C order", error=TypeError):
@@ -98,21 +98,21 @@ def test_an_array_of_another_type_is_refused():
 
 @pytest.mark.compiled
 def test_an_array_that_must_not_be_written_is_refused():
-    """Compiled code would write it all the same, or end the process where its memory is that of a file."""
+    """Compiled code would write to it anyway, or crash if the memory belongs to a file."""
     frozen = np.ones((2, 3))
     frozen.flags.writeable = False
     whole, cube = np.zeros(4, np.int32), np.zeros((2, 3, 4), np.int64)
     with refused("rows", "written", error=TypeError):
         mixed(frozen, 2.5, True, whole, cube)
     assert (frozen == 1.0).all()
-    # what is only read may be frozen
+    # a read-only array is allowed if it is only read
     whole.flags.writeable = False
     assert mixed(frozen.copy(), 2.5, True, whole, cube) == (0, 2.5, 3)
 
 
 @pytest.mark.compiled
 def test_an_array_that_is_not_aligned_is_refused():
-    """Compiled code reads whole numbers of memory: some processors end the process."""
+    """Compiled code reads aligned memory; on some processors the process would crash."""
     shifted = np.zeros(49, np.uint8)[1:].view(np.float64).reshape(2, 3)
     assert not shifted.flags.aligned
     with refused("rows", "aligned", error=TypeError):
@@ -121,7 +121,7 @@ def test_an_array_that_is_not_aligned_is_refused():
 
 @pytest.mark.compiled
 def test_types_are_those_that_numba_writes():
-    """The dimensions and elements of a text are those that Numba reads from it."""
+    """Dimensions and element type of a signature text are those that Numba parses."""
     from numba import float64, int32, int64
 
     names = {"float64": float64, "int32": int32, "int64": int64}
@@ -130,7 +130,7 @@ def test_types_are_those_that_numba_writes():
 
 
 def test_every_cell_is_treated_once(threads):
-    """Whatever the number of cells and threads, also more than there are processors or chunks."""
+    """Every cell is processed once for any number of cells and threads, even more than processors or chunks."""
     for n, count in itertools.product((0, 1, CHUNK, CHUNK + 1, 10 * CHUNK - 1), (1, 2, 5)):
         threads(count)
         starts, found, taken = np.arange(1.0 * n)[None, :], np.full(n, -1.0), np.zeros(n, np.int64)
@@ -140,7 +140,7 @@ def test_every_cell_is_treated_once(threads):
 
 
 def test_several_python_threads_may_call_at_once(threads):
-    """Each call has chunks and memory of its own; the number of threads is that of the caller."""
+    """Concurrent calls have their own chunks and memory, and each has its caller's number of threads."""
     n, used = 500 * CHUNK, []
 
     def call(results, factor):
@@ -165,7 +165,7 @@ def test_several_python_threads_may_call_at_once(threads):
 
 @pytest.mark.compiled
 def test_the_first_of_several_threads_compiles():
-    """The others wait for what it makes: compiling takes seconds."""
+    """The other threads wait for the first one's result, because compiling takes seconds."""
     fresh, counted, together = half.copied(half.py_func), [], threading.Barrier(6)
 
     def source(entry_point):
@@ -184,7 +184,7 @@ def test_the_first_of_several_threads_compiles():
 
 
 def test_fewer_threads_than_asked_for_do_all_the_work(threads, monkeypatch):
-    """Where the system refuses a thread, the others treat its cells."""
+    """If the system refuses a thread, the others process its cells."""
 
     def refuse(_):
         raise RuntimeError("can't start new thread")
@@ -199,7 +199,7 @@ def test_fewer_threads_than_asked_for_do_all_the_work(threads, monkeypatch):
 
 
 def test_plain_python_treats_all_cells_in_one_thread(threads, monkeypatch):
-    """There threads would interrupt each other while they take turns."""
+    """Plain Python uses one thread, because several would only interrupt each other."""
     seen = set()
 
     def slowly(start, stop, starts, found, taken, memory):
@@ -218,7 +218,7 @@ def test_plain_python_treats_all_cells_in_one_thread(threads, monkeypatch):
 
 
 def test_a_failure_in_any_thread_is_told(threads):
-    """An exception of the work is raised where it was called."""
+    """An exception in any thread is raised in the caller."""
     threads(2)
     caller = threading.get_ident()
 
@@ -232,7 +232,7 @@ def test_a_failure_in_any_thread_is_told(threads):
 
 @pytest.mark.compiled
 def test_a_kernel_that_raises_is_told():
-    """No kernel may, but a model of another distribution could: its results are not taken for whole."""
+    """If a kernel raises, the call fails, so its incomplete results are not used."""
     numbers = np.array([-1.0])
     raising(numbers)
     assert numbers[0] == 1.0
@@ -242,19 +242,19 @@ def test_a_kernel_that_raises_is_told():
 
 @entry(number="float64")
 def positive(number):
-    """Return a truth, which is no number of 64 bits."""
+    """Return a bool, which is not a 64-bit number."""
     return number > 0.0
 
 
 @entry(numbers="int32[::1]")
 def first(numbers):
-    """Return a number of 32 bits beside one of 64."""
+    """Return a 32-bit number next to a 64-bit one."""
     return 1.0, numbers[0]
 
 
 @pytest.mark.compiled
 def test_a_result_that_cannot_be_read_is_refused_when_compiled():
-    """Nothing is kept of a kernel whose every call would fail."""
+    """A kernel whose result types cannot be read is refused and not cached."""
     for kernel, named in ((positive, "bool"), (first, "float64, int32")):
         with refused(kernel.__qualname__, named, error=TypeError):
             kernel.compiled()
@@ -262,7 +262,7 @@ def test_a_result_that_cannot_be_read_is_refused_when_compiled():
 
 @pytest.mark.compiled
 def test_what_the_process_lacks_is_not_linked():
-    """LLVM would end the process."""
+    """A symbol that the process lacks is refused, because LLVM would end the process."""
     made = machine_code.MachineCode("name", (), ("sin", "no_such_function"), b"")
     assert not made.is_lasting()
     assert made._replace(needed=("sin", "asinh")).is_lasting()
@@ -290,7 +290,7 @@ print(os.waitpid(child, 0)[1], "numba" in sys.modules, "llvmlite" in sys.modules
 @pytest.mark.compiled
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="a system without fork")
 def test_kept_code_needs_no_numba_and_works_after_a_fork():
-    """A process that finds its machine code on disk never imports Numba, and its child computes too."""
+    """A process with cached machine code does not import Numba, and a forked child can use the code."""
     for _ in range(2):
         done = subprocess.run(
             [sys.executable, "-W", "ignore", "-c", _CHILD],

@@ -10,7 +10,7 @@ from kernels.native.function import LazyFunction
 
 @pytest.mark.compiled
 def test_two_threads_make_one_function():
-    """Two functions of Numba for one would be compiled twice."""
+    """Two threads get the same function; two Numba functions would be compiled twice."""
     made = []
 
     def make(function, options):

@@ -1,4 +1,4 @@
-"""The functions that take the place of the C library's, against mpmath with 50 digits."""
+"""The page's replacements of C library functions, compared with mpmath at 50 digits."""
 
 import math
 
@@ -8,7 +8,7 @@ import pytest
 
 from kernels.page.c_library import C_LIBRARY
 
-#: Function -> spread of its arguments: exponents of two of the least and the greatest, and whether both signs.
+#: For each function, the exponents of two of its smallest and largest argument, and if both signs occur.
 ARGUMENTS = {
     "sin": (-40, 20, True), "cos": (-40, 20, True), "tan": (-40, 20, True), "exp": (-40, 9, True),
     "expm1": (-60, 9, True), "log": (-900, 900, False), "log1p": (-60, 900, False), "log2": (-900, 900, False),
@@ -16,19 +16,19 @@ ARGUMENTS = {
     "asin": (-60, 0, True), "acos": (-60, 0, True), "atan": (-900, 900, True),
 }  # fmt: skip
 
-#: Units in the last place.
+#: Tolerance in units in the last place.
 WITHIN = 6.0
 
 
 def drawn(rng, low, high, both):
-    """Return random arguments, evenly in their logarithm."""
+    """Return random arguments, uniform in the logarithm."""
     found = 2.0 ** rng.uniform(low, high, 300)
     return found * rng.choice([-1.0, 1.0], found.size) if both else found
 
 
 @pytest.mark.slow_lane
 def test_functions_of_one_number(rng):
-    """Each is within some units in the last place of the true value, wherever the kernels may ask."""
+    """Functions are within a few units in the last place for all arguments of the kernels."""
     for name, arguments in ARGUMENTS.items():
         referee = getattr(mpmath, {"log2": "log"}.get(name, name))
         for x in drawn(rng, *arguments):
@@ -40,7 +40,7 @@ def test_functions_of_one_number(rng):
 
 @pytest.mark.compiled
 def test_functions_of_two_numbers(rng):
-    """Angles of points in all quarters, and lengths, also of very small and very large ones."""
+    """Angles in all quadrants, and lengths of very small and large points, are right."""
     rng = np.random.default_rng(rng)
     x, y = (drawn(rng, -400, 400, True) for _ in range(2))
     for a, b in [
@@ -59,7 +59,7 @@ def test_functions_of_two_numbers(rng):
 
 
 def test_powers_of_two_are_exact(rng):
-    """Kernels double and halve by powers of two; others are right to rounding."""
+    """Powers of two, by which kernels scale, are exact; others are right to rounding."""
     power = C_LIBRARY["pow"]
     for exponent in range(-1000, 1000, 37):
         assert power(2.0, float(exponent)) == 2.0**exponent

@@ -1,4 +1,4 @@
-"""The reduction of balls and spheroids beside their poles and through them."""
+"""The reduction of balls and spheroids near and through their poles."""
 
 import math
 
@@ -13,7 +13,7 @@ from kernels.bodies.arrays import PARAMETERS
 from kernels.bodies.shapes import spheroid_moments
 from kernels.disk.endings import BOUNDED, INVALID
 
-#: Words, referee's body: a ball and two spheroids with the centre of mass off the centre.
+#: Words and the referee's body: a ball and two spheroids with offset centers of mass.
 BODIES = (
     ("ball", {"offset": 0.3}, Body(0.0, 0.3, 1.0, 0.42, 0.38)),
     ("spheroid", {"flattening": 0.4, "offset": -0.2}, Body(0.0, -0.2, 1.0, 0.4, 0.3, 0.36)),
@@ -22,11 +22,12 @@ BODIES = (
 
 
 class Ball:
-    """The motion of a ball to 40 digits: one degree of freedom by the integrals of Jellett and Routh.
+    """Motion of a ball to 40 digits, reduced to one degree of freedom by Jellett's and Routh's integrals.
 
     With the sine u of the tilt, G at e along the axis and the moments I and A, J = A x + I (u + e) s and
-    K = s sqrt(I A + I (u + e)^2 + A (1 - u^2)) are constant, x being the cosine times the precession of G's axis; the
-    energy says u'. See Routh, Advanced Rigid Dynamics, article 243.
+    K = s sqrt(I A + I (u + e)^2 + A (1 - u^2)) are constant, where x is the cosine times the precession of
+    G's axis; the
+    energy gives u'. See Routh, Advanced Rigid Dynamics, article 243.
     """
 
     def __init__(self, start):
@@ -47,7 +48,7 @@ class Ball:
         return self.I * self.A + self.I * (u + self.e) ** 2 + self.A * (1 - u * u)
 
     def speed_square(self, z):
-        """Return the square of the rate of u = tanh z."""
+        """Return the squared rate of u = tanh z."""
         u = mpmath.tanh(z)
         s = self.K / mpmath.sqrt(self.square(u))
         x = (self.J - self.I * (u + self.e) * s) / self.A
@@ -56,7 +57,7 @@ class Ball:
         return (2 * c * (self.E - self.e * u) - turning) / (self.A + c + (u + self.e) ** 2)
 
     def turn(self, side):
-        """Return where it turns on one side of the start, as z."""
+        """Return the turning point on one side of the start, as z."""
         z, step = self.first, mpmath.mpf(side) / 20
         while self.speed_square(z + step) > 0:
             z += step
@@ -77,7 +78,7 @@ class Ball:
 
 
 def test_a_ball_beside_a_pole_is_right_to_rounding():
-    """Tilts and periods of starts 1e-8 to 0.1 rad from a pole, some of which stay there and some of which leave it."""
+    """For starts 1e-8 to 0.1 rad from a pole, some of which leave it, tilts and periods are right to rounding."""
     rng = np.random.default_rng(3)
     stay = 0
     for along in (1e-8, 1e-7, 1e-6, 1e-5, 1e-3, 0.1):
@@ -89,17 +90,17 @@ def test_a_ball_beside_a_pole_is_right_to_rounding():
         with mpmath.workdps(40):
             least, greatest, period = Ball(given).extremes()
         assert found["ending"].tolist() == [BOUNDED]
-        # from 1e-8 rad to the other turning point it is 80 panels, each of which rounds
+        # from 1e-8 rad to the other turning point there are 80 panels, and each adds rounding
         assert found["tilt_min"][0] == pytest.approx(least, abs=5e-15), along
         assert found["tilt_max"][0] == pytest.approx(greatest, abs=5e-15), along
-        # one that leaves the pole lingers there, where the energy over the potential is the square of `along`
+        # a ball that leaves the pole lingers there; its energy above the potential is the square of `along`
         assert found["nutation_period"][0] == pytest.approx(period, rel=1e-12 + 1e-19 / along**2), along
         stay += greatest - least < 3.0 * along
     assert 1 <= stay <= 5
 
 
 def test_a_known_motion_beside_a_pole():
-    """A ball that is let go 1e-7 rad from its pole with twice the critical spin, in numbers that were published."""
+    """A ball released 1e-7 rad from its pole with twice the critical spin agrees with published numbers."""
     given = starts(
         tilt=1.5707962229583714,
         roll_rate=1.5065163766172431,
@@ -114,7 +115,7 @@ def test_a_known_motion_beside_a_pole():
 
 
 def test_spheroids_beside_a_pole_are_those_of_a_body_in_space():
-    """Extreme tilts to 1e-10, periods to 1e-7, of motions that pass a pole at 1e-6 to 0.1 rad, and through it."""
+    """Motions through a pole or 1e-6 to 0.1 rad from it agree: extreme tilts to 1e-10, periods to 1e-7."""
     for number, along in enumerate((0.0, 1e-6, 1e-4, 3e-3, 0.1)):
         for word, lengths, body in BODIES:
             if along == 0.0:
@@ -126,13 +127,14 @@ def test_spheroids_beside_a_pole_are_those_of_a_body_in_space():
             least, greatest, period = body.extremes(tilt, *rates)
             assert found["ending"][0] == BOUNDED, (word, along)
             for value, right in ((found["tilt_min"][0], least), (found["tilt_max"][0], greatest)):
-                # at a pole the referee's tilt, the sine of which is flat there, is known to the root of its error
+                # at a pole the sine of the tilt is flat, so the referee's tilt is known to the root of its
+                # error
                 assert value == pytest.approx(right, abs=1e-10 if along else 1e-8), (word, along)
             assert found["nutation_period"][0] == pytest.approx(period, rel=1e-7), (word, along)
 
 
 def test_a_body_that_rolls_end_over_end_turns_at_both_poles():
-    """A ball turns evenly, once in the period; of a spheroid the time is an integral over the angle."""
+    """A ball turns uniformly, once per period; a spheroid's time is an integral over the angle."""
     given, _ = start_of("ball", 0.3, 0.7, 0.0, 0.0, 0.4, 0.4)
     found = reduce(given, "ball", fall_tilt=0.1)
     assert found["ending"][0] == BOUNDED
@@ -157,7 +159,7 @@ def test_a_body_that_rolls_end_over_end_turns_at_both_poles():
 
 
 def test_no_tilt_is_a_fall_and_what_is_no_body_is_none():
-    """A start beside the pole is followed whatever fall_tilt says; a flattening of 1 or more is none."""
+    """A start near the pole is followed with any fall_tilt; a flattening of 1 or more is invalid."""
     given = starts(tilt=1.5, tilt_rate=1.0, axial_moment=0.4, transverse_moment=0.4)
     for word in ("ball", "spheroid"):
         assert reduce(given, word, fall_tilt=0.5)["ending"].tolist() == [BOUNDED]

@@ -1,4 +1,4 @@
-"""Extremes of the contact forces of bodies, against a rigid body in space and against the thin disk."""
+"""Extremes of the contact forces of bodies, compared with a rigid body in space and with the thin disk."""
 
 import math
 
@@ -16,7 +16,7 @@ from kernels.disk.endings import BOUNDED, FELL
 from kernels.disk.motion_arrays import EXTENT, LIFTS_OFF, PRESSES
 from sweep.model.bodies.exact import kernel_of
 
-#: How near a time of an extreme is sought.
+#: Accuracy of the time of an extreme.
 CLOSE = {"xatol": 1e-9}
 
 
@@ -31,7 +31,7 @@ def forces_of(given, body):
 
 
 def followed(body, tilt, w, o, s):
-    """Return the least normal force and the largest friction over it of a nutation that is followed in space."""
+    """Return the least normal force and the largest needed friction of a nutation followed in space."""
     period = body.extremes(tilt, w, o, s)[2]
     motion = body.motion(tilt, w, o, s, 1.01 * period, dense_output=True).sol
 
@@ -55,7 +55,7 @@ def followed(body, tilt, w, o, s):
 
 @pytest.mark.slow_lane
 def test_the_extremes_are_those_of_a_body_in_space(pick):
-    """Least normal force and friction needed of all bodies of the table; of the disk 1.17 and of the ball 0.12."""
+    """Normal force and friction agree for all bodies of the table; the disk needs 1.17 and the ball 0.12."""
     for name, (body, *_) in pick(REFERENCE.items(), 3):
         word, lengths = LENGTHS[name]
         start = (0.2, 0.1, 0.5, 0.6)
@@ -68,7 +68,7 @@ def test_the_extremes_are_those_of_a_body_in_space(pick):
 
 @pytest.mark.slow_lane
 def test_random_motions(count):
-    """Of all bodies, with the centre of mass off the centre, past poles, and where a body would lift off."""
+    """Bodies with an offset center of mass agree, also past poles and where a body would lift off."""
     rng, seen = np.random.default_rng(4), set()
     for number in range(count(13, 20)):
         name = NAMES[number % len(NAMES)]
@@ -78,7 +78,7 @@ def test_random_motions(count):
             tilt, rates[1] = 1.5, 0.02
         extremes, states = forces_of(start_of(name, tilt, *rates, axial, transverse, **lengths)[0], name)
         body = Body(core, -shift if name == "rim" and tilt < 0.0 else shift, edge, axial, transverse, square)
-        # one that falls flat has no end that it could be followed to
+        # a body that falls flat cannot be followed to an end
         with np.errstate(all="ignore"):
             if body.motion(tilt, *rates, 300.0, accuracy=1e-6, most=3).status != 1 or name == "rim":
                 continue
@@ -95,7 +95,7 @@ def test_random_motions(count):
 
 @pytest.mark.slow_lane
 def test_the_thin_disk_has_the_forces_of_its_own_kernel():
-    """Of motions that nutate, fall, and rest."""
+    """Motions that nutate, fall or rest have the forces of the thin disk's own kernel."""
     rng, n = np.random.default_rng(5), 300
     rates = {
         "tilt_rate": rng.normal(size=n),

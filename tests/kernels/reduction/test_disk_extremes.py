@@ -16,7 +16,7 @@ from kernels.reduction import turning
 from kernels.reduction.panels import Table, clear_table, table_memory, take_body
 from kernels.reduction.pieces import FROM, LENGTH, PANEL, PIECE, SLOPE
 
-# uncompiled they take minutes
+# takes minutes without compilation
 pytestmark = pytest.mark.compiled
 
 G, R = 9.81, 0.5
@@ -35,7 +35,7 @@ def starts(*rows, alpha=0.5, radius=R, gravity=G):
 
 
 def test_known_extremes():
-    """The extremes of five runs with the uniform disk, found from an independent quadrature."""
+    """The extremes of five runs with the uniform disk agree with an independent quadrature."""
     for case in [
         ((0.0, 0.01, 0.0, 2.0), -41.6082, 41.6082),
         ((0.0, 0.01, 0.0, 2.5), -13.1205, 13.1205),
@@ -53,7 +53,7 @@ RATES = st.floats(-8.0, 8.0)
 
 @given(st.floats(-1.5, 1.5), RATES, RATES, RATES, st.floats(1e-3, 1.0))
 def test_mirrored_start(tilt, rate, precession, roll, alpha):
-    """The mirror image of a start moves in the mirror image, to the last bit."""
+    """The mirror image of a start has the mirror image's motion, to the last bit."""
     pair = starts((tilt, rate, precession, roll), (-tilt, -rate, -precession, roll), alpha=alpha)
     measures, counts = extremes(pair, 89.0 * DEGREE, True)
     assert (counts[:, 0] == counts[:, 1]).all()
@@ -64,7 +64,7 @@ def test_mirrored_start(tilt, rate, precession, roll, alpha):
 
 @given(st.floats(-1.4, 1.4), RATES, RATES, st.floats(0.01, 1.0))
 def test_released_at_rest(tilt, precession, roll, alpha):
-    """A start at rest is itself one of the extremes, exactly."""
+    """A start at rest is exactly one of the extremes."""
     measures, counts = extremes(starts((tilt, 0.0, precession, roll), alpha=alpha), 89.0 * DEGREE)
     assume(counts[ENDING, 0] != UNRESOLVED)
     assert tilt in measures[EXTREMES, 0]
@@ -72,7 +72,7 @@ def test_released_at_rest(tilt, precession, roll, alpha):
 
 @given(st.floats(-1.4, 1.4), RATES, RATES, RATES, st.floats(0.05, 4.0), st.floats(0.5, 30.0))
 def test_radius_and_gravity_only_scale_time(tilt, rate, precession, roll, radius, gravity):
-    """Rates in units of sqrt(gravity/radius) decide the extremes."""
+    """The extremes depend only on the rates in units of sqrt(gravity/radius)."""
     unit = math.sqrt(gravity / radius)
     scaled = starts((tilt, rate, precession, roll), radius=1.0, gravity=1.0)
     physical = starts((tilt, rate * unit, precession * unit, roll * unit), radius=radius, gravity=gravity)
@@ -89,7 +89,7 @@ def test_radius_and_gravity_only_scale_time(tilt, rate, precession, roll, radius
 
 
 def test_wells_change_at_the_fold():
-    """Slower than a marginal steady motion by a share of 1e-10, V has two wells; faster by as much, one."""
+    """A relative 1e-10 below a marginal steady rate, V has two wells; above, it has one."""
     for case in itertools.product([1e-6, 0.2, 0.5, 1.0], [1e-2, 1e-6, 1e-10]):
         alpha, away = case
         tilt = np.concatenate([np.geomspace(1e-3, 0.1, 60), np.linspace(0.1, 0.34, 60)])
@@ -104,12 +104,13 @@ def test_wells_change_at_the_fold():
 
 
 def test_small_oscillations():
-    """Beside a steady motion the period is 2 pi over the square root of the stability coefficient."""
+    """Near a steady motion, the period is 2 pi over the square root of the stability coefficient."""
     tilt, precession = 0.6, 3.0
     roll = steady.steady_roll_rate(tilt, precession, 0.5, R, G)
     k = steady.stability_coefficient(tilt, precession, roll, 0.5, R, G)
     measures, _ = extremes(starts((tilt, 1e-6, precession, roll)), 80.0 * DEGREE, True)
-    # the force's own rounding shifts the middle by 1e-16, and the amplitude is 1e-6: the period is good to its square
+    # rounding of the force shifts the middle by 1e-16, and the amplitude is 1e-6, so the period is good to
+    # its square
     assert measures[REDUCED_PERIOD, 0] == pytest.approx(2.0 * math.pi / math.sqrt(k), rel=1e-9)
     assert measures[REDUCED_MAX, 0] - tilt == pytest.approx(1e-6 / math.sqrt(k), rel=1e-5)
 
@@ -118,19 +119,19 @@ def test_small_oscillations():
 
 
 def end_of(*start, fall=60.0, **others):
-    """Ending and extremes in degrees of one start."""
+    """Return the ending and the extremes in degrees of one start."""
     measures, counts = extremes(starts(start, **others), fall * DEGREE)
     return counts[ENDING, 0], *(float(x) / DEGREE for x in measures[EXTREMES, 0])
 
 
 def test_fall_forward_shows_nothing_else():
-    """Kicked towards the fall, the disk has shown its start and the fall."""
+    """A disk kicked towards the fall shows only its start and the fall."""
     ending, low, high = end_of(0.1, 0.5, 0.0, 0.5)
     assert (ending, low, high) == (FELL, pytest.approx(0.1 / DEGREE), pytest.approx(60.0))
 
 
 def test_fall_after_a_turn():
-    """Kicked away from the fall, it turns first: the turning point is an extreme."""
+    """A disk kicked away from the fall turns first, and the turning point is an extreme."""
     ending, low, high = end_of(0.5, -0.5, 0.0, 0.5)
     assert ending == FELL
     assert high == pytest.approx(60.0)
@@ -138,7 +139,7 @@ def test_fall_after_a_turn():
 
 
 def test_fall_sideways_comes_first():
-    """Where both sides lead to a fall the disk falls on the side it is kicked to."""
+    """If both sides lead to a fall, the disk falls on the side of its kick."""
     assert end_of(0.1, -2.0, 0.0, 0.0)[1:] == pytest.approx((-60.0, 0.1 / DEGREE))
 
 
@@ -148,20 +149,20 @@ def test_start_beyond_the_fall():
 
 
 def test_upright_without_disturbance():
-    """Upright rolling, spinning or standing, undisturbed, is steady, stable or not."""
+    """Undisturbed upright rolling, spinning or standing is steady, whether stable or not."""
     for start in [(0.0, 0.0, 0.0, 3.0), (0.0, 0.0, 2.0, 0.0), (0.0, 0.0, 0.0, 0.0)]:
         assert end_of(*start) == (STEADY, 0.0, 0.0), start
 
 
 @given(st.floats(0.02, 1.3), st.floats(0.2, 8.0), st.floats(0.01, 1.0))
 def test_circling_without_disturbance(tilt, precession, alpha):
-    """A circling disk is steady, to the rounding of its own roll rate."""
+    """A circling disk is steady, up to the rounding of its own roll rate."""
     roll = steady.steady_roll_rate(tilt, precession, alpha, R, G)
     assert end_of(tilt, 0.0, precession, roll, fall=85.0, alpha=alpha)[0] == STEADY
 
 
 def test_on_the_separatrix():
-    """With the energy of the saddle to the last bit, whether the disk passes is not decided."""
+    """At exactly the energy of the saddle, it is undecided whether the disk passes."""
     tilt = 0.2
     kinetic = 1.0 - math.cos(tilt)  # without spin the potential is cos(tilt)
     rate = math.sqrt(kinetic / (0.5 * 1.25) * G / R)
@@ -176,7 +177,7 @@ def test_next_to_flat():
 
 
 def test_impossible_start():
-    """A start that is none is invalid, and its neighbours are computed as if it were not there."""
+    """An impossible start is invalid and does not affect its neighbors."""
     for bad in [
         {"tilt": math.nan},
         {"tilt": 1.6},
@@ -211,7 +212,7 @@ def test_impossible_start():
 
 @given(st.floats(-1e200, 1e200), st.floats(-1e200, 1e200), st.floats(-1e200, 1e200), st.floats(-1.57, 1.57))
 def test_enormous_rates(rate, precession, roll, tilt):
-    """Whatever the numbers, every cell ends with a code and never with an extreme inside the start."""
+    """With any numbers, every cell has an ending, and its extremes include the start."""
     measures, counts = extremes(starts((tilt, rate, precession, roll)), 85.0 * DEGREE, True)
     assert counts[ENDING, 0] in (BOUNDED, STEADY, FELL, UNRESOLVED)
     if counts[ENDING, 0] != UNRESOLVED:
@@ -222,7 +223,7 @@ def test_enormous_rates(rate, precession, roll, tilt):
 
 
 def test_alpha_as_an_axis():
-    """Many values of alpha give what each gives alone, bad ones among them."""
+    """Many values of alpha, including bad ones, give the same as each alone."""
     alpha = np.linspace(-0.1, 1.1, 307)
     many = starts(*[(0.1, 0.2, 1.0, 2.0)] * alpha.size)
     many[ALPHA] = alpha
@@ -234,7 +235,7 @@ def test_alpha_as_an_axis():
 
 
 def test_saddles_that_hide_do_not_change_their_neighbours():
-    """Potentials next to the fold, whose saddles hide on different panels, have the same bits alone and together."""
+    """Potentials near the fold, whose saddles hide on different panels, have the same bits alone and together."""
     pair = starts(
         (0.0, -0.012600092341794959, -0.05775045673300538, -0.5983179477347507),
         (0.0, 0.0016389466937642668, 0.0026508615347270365, -0.6872035236101626),
@@ -247,7 +248,7 @@ def test_saddles_that_hide_do_not_change_their_neighbours():
 
 
 def test_a_kick_off_the_very_bottom_of_a_well():
-    """Where the force at the start is exactly zero, as where no products are fused, a maximum close by turns it too."""
+    """A kick at exactly zero force, as happens without fused products, turns at a nearby maximum, too."""
     table = Table(*table_memory())
     clear_table(table)
     take_body(table, Body(1.0, 0.0, 0.0, 1.0, 0.5, 0.25, 2.0))

@@ -10,7 +10,7 @@ from kernels.disk.arrays import PARAMETERS
 from kernels.disk.endings import BOUNDED
 from kernels.native import workers
 
-# uncompiled they take minutes
+# takes minutes without compilation
 pytestmark = pytest.mark.compiled
 
 #: Written by tests/turning_reference.py.
@@ -22,7 +22,7 @@ EXTREMES = [REDUCED_MIN, REDUCED_MAX]
 
 
 def reference():
-    """Rows of the table that turning_reference.py wrote: kinds, starts and 40-digit results."""
+    """Return the table of turning_reference.py: kinds, starts and 40-digit results."""
     rows = [line.split(",") for line in TABLE.read_text(encoding="ascii").split()]
     results = 1 + len(PARAMETERS)
     return (
@@ -33,28 +33,29 @@ def reference():
 
 
 KINDS, STARTS, EXACT = reference()
-#: Rows of EXACT; of the two shifts see `turning_reference`.
+#: Rows of EXACT; `turning_reference` explains the two shifts.
 LEAST, GREATEST, SHIFT_OF_LEAST, SHIFT_OF_GREATEST, WELLS, HEIGHT, PERIOD = range(7)
 SHIFTS = [SHIFT_OF_LEAST, SHIFT_OF_GREATEST]
 
 
 @pytest.fixture(scope="module")
 def reduced():
-    """Measures and counts of the reference's starts."""
+    """Return the measures and counts of the reference's starts."""
     return extremes(STARTS, 89.9 * DEGREE, True)
 
 
 def test_reference_is_large_enough():
-    """At least 200 starts, with at least 30 near-flat ones and 50 within 1e-2 of a separatrix."""
+    """The table has at least 200 starts, 30 of them near flat and 50 within 1e-2 of a separatrix."""
     assert KINDS.size >= 200
     assert (KINDS == "flat").sum() >= 30
     assert (np.abs(EXACT[HEIGHT]) < 0.05)[KINDS == "separatrix"].sum() >= 50
 
 
 def test_turning_points(reduced):
-    """The extremes are those of 40 digits, to 2e-14 and 8 roundings of the parameters of the start.
+    """Extremes agree with 40 digits to 2e-14 plus 8 roundings of the start's parameters.
 
-    EXACT[shift] is the condition number: how far the extreme moves if every parameter changes by its own size.
+    EXACT[shift] is the condition number: how far the extreme moves if every parameter changes by its own
+    size.
     """
     for case in [(REDUCED_MIN, LEAST, SHIFT_OF_LEAST), (REDUCED_MAX, GREATEST, SHIFT_OF_GREATEST)]:
         measure, exact, shift = case
@@ -68,21 +69,21 @@ def test_turning_points(reduced):
 
 
 def test_estimated_error_covers_the_error(reduced):
-    """The estimate is above the error of both extremes, and at most 100 times what condition allows."""
+    """The estimate exceeds the error of both extremes and is at most 100 times the bound from the condition number."""
     estimate = reduced[0][REDUCED_ERROR]
     assert (np.abs(reduced[0][EXTREMES] - EXACT[[LEAST, GREATEST]]).max(axis=0) <= estimate).all()
     assert (estimate < 100 * (2e-16 + EPS * EXACT[SHIFTS].max(axis=0))).all()
 
 
 def test_wells(reduced):
-    """One or two, also where the potential is all but flat about upright."""
+    """The number of wells is right, also for a potential that is almost flat around upright."""
     two = EXACT[WELLS] == 2
     assert (reduced[1][COUNT] == EXACT[WELLS]).all()
     assert 50 < two.sum() < two.size - 50
 
 
 def test_heights_of_maxima(reduced):
-    """Of a maximum that is passed the height is right to 1e-5; of one behind a turning point a parabola tells it."""
+    """The height of a passed maximum is right to 1e-5; behind a turning point, a parabola gives it."""
     height, exact = reduced[0][REDUCED_SEPARATRIX], EXACT[HEIGHT]
     near = (EXACT[WELLS] == 2) & (np.abs(exact) < 1e-2)
     passed, behind = near & (exact < 0.0), near & (exact > 0.0) & np.isfinite(height)
@@ -90,12 +91,12 @@ def test_heights_of_maxima(reduced):
     assert behind.sum() > 20
     np.testing.assert_allclose(height[passed], exact[passed], rtol=1e-5)
     np.testing.assert_allclose(height[behind], exact[behind], rtol=0.05)
-    # a motion that circles on one side of a far maximum turns before its parabola bends down
+    # for circling on one side of a far maximum, the motion turns before its parabola bends down
     assert (near & ~passed & ~behind).sum() < 6
 
 
 def test_periods(reduced):
-    """The period is that of a 40-digit quadrature to 1e-9; where rounding may change it by more there is none."""
+    """Periods agree with a 40-digit quadrature to 1e-9; where rounding matters more, there is none."""
     given = np.isfinite(reduced[0][REDUCED_PERIOD])
     assert given.mean() > 0.9
     known = np.isfinite(EXACT[PERIOD]) & given
@@ -106,7 +107,7 @@ def test_periods(reduced):
 
 
 def test_bits_do_not_depend_on_neighbours(reduced):
-    """Threads, order and company change no bit; nor does asking for the period."""
+    """Threads, order, other cells and asking for the period do not change a bit."""
     order = np.random.default_rng(0).permutation(KINDS.size)
     workers.use(1)
     try:

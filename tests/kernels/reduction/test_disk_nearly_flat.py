@@ -1,4 +1,4 @@
-"""Nearly flat motions that turn beyond the expansion about their start, against 50 digits."""
+"""Nearly flat motions that turn beyond the expansion about their start, compared with 50 digits."""
 
 import math
 
@@ -11,7 +11,7 @@ from disk_reduction import ENDING, extremes
 from kernels.bodies.arrays import REDUCED_ERROR, REDUCED_MAX, REDUCED_MIN, REDUCED_PERIOD
 from kernels.disk.endings import BOUNDED
 
-# uncompiled they take minutes
+# takes minutes without compilation
 pytestmark = pytest.mark.compiled
 
 FALL = math.radians(89.0)
@@ -19,14 +19,14 @@ NAMES = ("tilt", "tilt_rate", "precession_rate", "roll_rate", "alpha")
 
 
 def starts(*columns):
-    """Scaled starts with the columns of NAMES."""
+    """Return scaled starts with the columns of NAMES."""
     return referee.starts(**dict(zip(NAMES, columns, strict=True)), radius=1.0, gravity=1.0)
 
 
-# with the rates at upright as a detour: wrong by 4e-10 to 1e-9 of the period, by up to 63 times the stated error
+# via the rates at upright, periods were wrong by 4e-10 to 1e-9, up to 63 times the stated error
 @pytest.mark.slow_lane
 def test_nearly_flat_periods(pick):
-    """Of rates at upright a nearly flat motion keeps few digits: period and turning points are those of 50."""
+    """Period and turning points agree with 50 digits, although the rates at upright would keep only a few."""
     starts_near = [
         (
             1.5317363539513269,
@@ -65,14 +65,14 @@ def test_nearly_flat_periods(pick):
 
 @pytest.mark.slow_lane
 def test_stated_errors_of_nearly_flat_motions(rng, count):
-    """No turning point of random motions within 5 degrees of flat is off by more than the stated error."""
+    """For random motions within 5 degrees of flat, no turning point is beyond its stated error."""
     n = 400
     given = starts(
         rng.choice((-1.0, 1.0), n) * (0.5 * np.pi - 10.0 ** rng.uniform(-1.6, -1.1, n)),
         rng.choice((-1.0, 1.0), n) * 10.0 ** rng.uniform(-3.0, -0.5, n),
         10.0 ** rng.uniform(-2.0, 0.5, n),
         rng.choice((-1.0, 1.0), n) * 10.0 ** rng.uniform(1.0, 2.0, n),
-        # with one alpha the 50 digits of the basis are computed once
+        # with one alpha, the 50 digits of the basis are computed only once
         0.5,
     )
     measures, counts = extremes(given, FALL)

@@ -10,14 +10,14 @@ from kernels.bodies.arrays import REDUCED_MAX, REDUCED_MIN, REDUCED_PERIOD, REDU
 from kernels.disk.arrays import TILT_RATE
 from kernels.disk.endings import BOUNDED
 
-# uncompiled they take minutes
+# takes minutes without compilation
 pytestmark = pytest.mark.compiled
 
 FALL = math.radians(88.0)
 
 
 def integrated(start, low, high):
-    """The period of a scaled start by SciPy: the kinetic energy integrated along the tilt, then 2 int dtilt/w."""
+    """Return the period by SciPy: integrate the kinetic energy along the tilt, then 2 int dtilt/w."""
     tilt, w, precession, roll, alpha = (float(x) for x in start[:5])
     s, o = roll + precession * math.sin(tilt), precession * math.cos(tilt)
 
@@ -46,7 +46,7 @@ def integrated(start, low, high):
         kinetic = halves[int(x > middle)].sol(x)[2]
         return 0.5 * (high - low) * math.cos(angle) / math.sqrt(2.0 * kinetic / (1.0 + 0.5 * alpha))
 
-    # next to the turning points the kinetic energy is a difference
+    # near the turning points, the kinetic energy is a difference
     edge = 0.5 * math.pi - 0.02
     total = sum(
         quad(integrand, *part, epsabs=0.0, epsrel=1e-11, limit=200)[0] for part in ((-edge, 0.0), (0.0, edge))
@@ -59,7 +59,7 @@ def integrated(start, low, high):
 
 
 def test_random_periods_by_another_quadrature(rng):
-    """Periods of random starts, wide and narrow, are those of SciPy's integration and quadrature, to its accuracy."""
+    """Periods of random starts, wide and narrow, agree with SciPy within its accuracy."""
     n = 30
     given = referee.starts(
         tilt=rng.uniform(-1.3, 1.3, n), tilt_rate=rng.normal(0.0, 1.0, n), precession_rate=rng.normal(0.0, 2.0, n),
@@ -77,16 +77,18 @@ def test_random_periods_by_another_quadrature(rng):
 @pytest.mark.parametrize("width", [1e-3, 1e-5, 1e-7])
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_small_swings_of_a_rolling_disk(width, side):
-    """A fast disk that rolls upright swings with the frequency of the linear theory, however small the swing is."""
+    """A fast upright rolling disk has the frequency of linear theory, however small its swing."""
     given = referee.starts(tilt_rate=side * width, roll_rate=3.0, radius=1.0, gravity=1.0)
     measures, _ = extremes(given, FALL, True)
-    # (1 + alpha/2) w'' = -(2 (1 + alpha) roll^2 - 1) w, scaled; what is left out goes like the square of the width
+    # scaled: (1 + alpha/2) w'' = -(2 (1 + alpha) roll^2 - 1) w; the neglected terms go like the square of the
+    # width
     frequency = math.sqrt((2.0 * 1.5 * 9.0 - 1.0) / 1.25)
     assert measures[REDUCED_PERIOD, 0] == pytest.approx(2.0 * math.pi / frequency, rel=max(1e-9, width**2))
 
 
-#: Scaled starts (tilt, its rate, precession and roll rate, alpha) of motions that linger at a maximum of their
-#: potential, and their periods by scripts/quadruple.py; of the last one to 40 digits (tests/turning_reference.py).
+#: Scaled starts (tilt, its rate, precession and roll rate, alpha) of motions that linger at a maximum of
+#: their potential, and their periods by scripts/quadruple.py, the last one to 40 digits
+#: (tests/turning_reference.py).
 LINGERING = [
     (
         0.00140424408265361,
@@ -117,21 +119,21 @@ PERIODS = [42.871139186380034, 118.95439556462193, 138.967020294028, 2.650586986
 
 @pytest.mark.parametrize(("start", "period"), list(zip(LINGERING, PERIODS, strict=True)))
 def test_periods_of_motions_that_linger(start, period):
-    """Ten digits: sums that agreed by accident were 3e-9 off, places without digits beside a maximum 1.3e-9."""
+    """Periods have ten digits; sums that agreed by accident gave errors of 3e-9, lost digits 1.3e-9."""
     names = ("tilt", "tilt_rate", "precession_rate", "roll_rate", "alpha")
     given = referee.starts(**dict(zip(names, start, strict=True)), radius=1.0, gravity=1.0)
     assert extremes(given, FALL, True)[0][REDUCED_PERIOD, 0] == pytest.approx(period, rel=1e-10)
 
 
 def test_bits_of_a_period_depend_on_the_cell_alone(rng):
-    """Order, company and chunks change no bit of a period; nor do motions that need more intervals or panels."""
+    """Order, other cells and chunks do not change a bit of a period, nor do motions that need more intervals."""
     n = 3000
     given = referee.starts(
         tilt=rng.uniform(-1.4, 1.4, n), tilt_rate=rng.normal(0.0, 1.0, n) * (rng.random(n) < 0.7),
         precession_rate=rng.normal(0.0, 1.5, n), roll_rate=rng.normal(0.0, 1.5, n),
         alpha=rng.choice((0.25, 0.5), n), radius=1.0, gravity=1.0,
     )  # fmt: skip
-    # half of the starts next to a separatrix, where sums differ most in length
+    # half of the starts near a separatrix, where the sums differ most in length
     height = extremes(given, FALL)[0][REDUCED_SEPARATRIX]
     below = np.flatnonzero(height > 1e-3)
     near = given[:, below]

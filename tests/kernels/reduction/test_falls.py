@@ -1,4 +1,4 @@
-"""When disks and other bodies fall, against integrations in time."""
+"""Fall times of disks and other bodies, compared with integrations in time."""
 
 import math
 
@@ -13,7 +13,7 @@ from kernels.disk.arrays import PARAMETERS
 from kernels.reduction.falls import fall_times
 from sweep.model.disk.path import rows_of_disk
 
-#: Released at rest, kicked outward, kicked inward so that it turns or passes upright first, kicked by next to nothing.
+#: Released at rest, kicked outward, kicked inward so that it turns or passes upright first, kicked minimally.
 STARTS = [
     {"tilt": 0.5},
     {"tilt": -0.5, "roll_rate": 0.3},
@@ -27,7 +27,7 @@ STARTS = [
 
 
 def fall_time(start):
-    """Return the time at which SciPy's integration of the equations of motion reaches fall_tilt."""
+    """Return the time at which SciPy's integration reaches fall_tilt."""
 
     def fallen(_, state):
         return abs(state[0]) - referee.FALL_TILT
@@ -49,7 +49,7 @@ def fall_times_of(rows, kind, fall_tilt=referee.FALL_TILT):
 
 
 def test_fall_times_of_disks():
-    """Every way to fall, to 1e-10; a motion that does not fall has no fall time, one that starts beyond has 0."""
+    """Every kind of fall agrees to 1e-10; no fall gives no time, and a start beyond fall_tilt gives 0."""
     given = np.concatenate([referee.starts(**start) for start in STARTS], axis=1)
     rows = rows_of_disk(dict(zip(PARAMETERS, given, strict=True)))
     found = fall_times_of(rows, TORUS)
@@ -69,7 +69,7 @@ def test_fall_times_of_disks():
     ],
 )
 def test_fall_times_of_other_bodies(name, lengths, body):
-    """Kicked outward, and inward so that they turn first, next to the same body followed in space, to 1e-9."""
+    """Bodies kicked outward or inward agree with the same body followed in space, to 1e-9."""
     fall_tilt, compared = math.radians(80.0), 0
     for tilt, w, o, s in (
         (0.5, 0.3, 0.02, 0.0),

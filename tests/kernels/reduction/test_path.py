@@ -1,4 +1,4 @@
-"""Where bodies go over a nutation, against the contact point of a rigid body that is followed in space."""
+"""The paths of bodies over a nutation, compared with the contact point of a rigid body followed in space."""
 
 import math
 
@@ -13,7 +13,7 @@ from kernels.bodies.arrays import ANNULAR_PATH, PATH, UNBOUNDED_PATH, UNKNOWN_PA
 from kernels.bodies.shapes import NAMES
 from sweep.model.bodies.exact import kernel_of
 
-#: How near a time of an extreme is sought.
+#: Accuracy of the time of an extreme.
 CLOSE = {"xatol": 1e-9}
 
 
@@ -22,10 +22,10 @@ def _signed(t, distance, sign):
 
 
 def followed(body, tilt, w, o, s):
-    """Return what a nutation from the smallest tilt gains: heading, displacement; and the motion in between.
+    """Return heading and displacement gained in a nutation from the smallest tilt, and the motion itself.
 
-    The state has the heading and the contact point besides: the latter moves with the centre of mass, which rolls, and
-    over the body.
+    The state also has the heading and the contact point, which moves with the center of mass and over the
+    body.
     """
 
     def right_side(t, y):
@@ -59,7 +59,7 @@ def followed(body, tilt, w, o, s):
 
 
 def ring(heading, moved, begin, times, motion):
-    """Return the least and the greatest distance of the contact point from the centre of the ring, and the centre."""
+    """Return the least and greatest distance of the contact point from the ring's center, and the center."""
     centre = complex(*begin[7:]) + moved / (1.0 - np.exp(1j * heading))
 
     def distance(t):
@@ -77,7 +77,7 @@ def ring(heading, moved, begin, times, motion):
 
 
 def path_of(given, body):
-    """Return the measures of one cell, and its class."""
+    """Return the measures of one cell and its class."""
     measures, classes = np.full((len(PATH), given.shape[1]), -7.0), np.zeros(given.shape[1], np.int64)
     kernel_of(body, "paths").load()(
         np.ascontiguousarray(given), float(NAMES.index(body)), FALL_TILT, measures, classes
@@ -87,7 +87,7 @@ def path_of(given, body):
 
 @pytest.mark.slow_lane
 def test_the_ring_of_a_nutation(pick):
-    """Heading, chord, radii and centre of tori, of the thin disk, of a rounded disk, of a ball and of a spheroid."""
+    """Heading, chord, radii and center agree for tori, the thin disk, a rounded disk, a ball and a spheroid."""
     cases = (
         ("torus", (0.2, 0.1, 0.5, 0.6)),
         ("disk", (0.2, 0.1, 0.5, 0.6)),
@@ -109,12 +109,12 @@ def test_the_ring_of_a_nutation(pick):
 
 
 def test_a_ring_that_wobbles_along_a_line_goes_ever_further():
-    """Kicked off its straight way it leans as far to either side: no turn is gained, and a straight way."""
+    """A ring kicked off its straight path tilts equally to both sides, gains no turn and has a straight path."""
     body = REFERENCE["torus"][0]
     given, _ = start_of(
         "torus", 0.0, 0.2, 0.0, 0.9, TORUS["axial_moment"], TORUS["transverse_moment"], tube=0.25
     )
-    given[-2] = 3.0  # the radius: lengths are in metres
+    given[-2] = 3.0  # the radius: lengths are in meters
     given[1:4] /= math.sqrt(3.0)
     found, shape = path_of(given, "torus")
     heading, moved, *_ = followed(body, 0.0, 0.2, 0.0, 0.9)
@@ -126,7 +126,7 @@ def test_a_ring_that_wobbles_along_a_line_goes_ever_further():
 
 
 def test_what_falls_or_rests_has_no_nutation():
-    """Its path is not known; nor is that of a ball which rolls over its poles, whose heading jumps there."""
+    """The path of a fall, of rest, and of a ball over its poles, where the heading jumps, is missing."""
     ball, _ = start_of("ball", 0.3, 1.0, 0.0, 0.0, 0.4, 0.4)
     assert path_of(ball, "ball")[1] == UNKNOWN_PATH
     for start in ((0.3, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.9)):
@@ -137,7 +137,7 @@ def test_what_falls_or_rests_has_no_nutation():
 
 
 def test_a_start_at_rest_has_the_path_of_one_that_hardly_moves():
-    """Released at its smallest and at its greatest tilt, to both sides: all measures, the centre too."""
+    """Released at its smallest or greatest tilt, to either side, a start has the measures of a slow one."""
     at_least = set()
     for name in ("torus", "disk", "ball"):
         body, (word, lengths) = REFERENCE[name][0], LENGTHS[name]

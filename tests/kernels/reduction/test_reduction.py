@@ -1,4 +1,4 @@
-"""The reduction of bodies against Newton and Euler, against the engine, and what is known of its linear pair."""
+"""The reduction of bodies, compared with Newton and Euler, the engine, and known facts about its linear pair."""
 
 import math
 
@@ -28,7 +28,7 @@ def many(body, n, seed):
 
 
 def test_the_table_of_reference_values():
-    """Ten digits of another form of the equations, and more of Newton and Euler's."""
+    """Ten digits agree with another form of the equations, and more with Newton and Euler."""
     for name, (body, *expected) in REFERENCE.items():
         word, lengths = LENGTHS[name]
         given, _ = start_of(word, 0.2, 0.1, 0.5, 0.6, body.axial, body.transverse, **lengths(body))
@@ -40,7 +40,7 @@ def test_the_table_of_reference_values():
 
 @pytest.mark.compiled
 def test_the_engine_and_the_reduction_say_the_same():
-    """Endings are equal, extremes within the tolerance, and all but one in a thousand within twice the stated error."""
+    """Endings agree, extremes are within the tolerance, and 99.9 % within twice the stated error."""
     beyond, counted, endings = 0, 0, set()
     for number, body in enumerate(NAMES[:FIRST_WITH_POLES]):
         given = many(body, 800, number)
@@ -62,7 +62,7 @@ def test_the_engine_and_the_reduction_say_the_same():
 
 
 def test_periods_beside_a_separatrix():
-    """A slow ring that is kicked off upright, and one released beside it, linger there, in the referee too."""
+    """A slow ring kicked off upright, and one released near it, linger there, as in the referee."""
     axial, transverse, ring = (
         TORUS["axial_moment"],
         TORUS["transverse_moment"],
@@ -74,7 +74,7 @@ def test_periods_beside_a_separatrix():
         if w:
             period = ring.extremes(tilt, w, 0.0, s)[2]
         else:
-            # from rest the first turn is half a period away
+            # from rest, the first turning point is half a period away
             period = 2.0 * ring.motion(tilt, w, 0.0, s, 100.0, most=2).t_events[0][-1]
         assert abs(found["separatrix"][0]) < 1e-3
         assert found["nutation_period"][0] == pytest.approx(period, rel=1e-8), (tilt, w)
@@ -82,7 +82,7 @@ def test_periods_beside_a_separatrix():
 
 @pytest.mark.compiled
 def test_mirror_images_have_the_same_bits():
-    """The way to one side is that of the mirror image to the other."""
+    """The motion to one side equals the mirror image's motion to the other."""
     for body in ("torus", "rounded", "rim", "spheroid"):
         given = many(body, 100, 9)
         mirrored = given.copy()
@@ -95,7 +95,7 @@ def test_mirror_images_have_the_same_bits():
 
 
 def test_starts_that_are_none_and_motions_that_rest():
-    """What the engine says of them the reduction says too."""
+    """Impossible starts and resting motions have the engine's results."""
     given = np.concatenate(
         [starts(**TORUS | {"tube": 1.1}), starts(**TORUS, tilt=1.55), starts(**TORUS, roll_rate=1.0)], axis=1
     )
@@ -103,7 +103,7 @@ def test_starts_that_are_none_and_motions_that_rest():
 
 
 def test_the_linear_pair_is_that_of_whole_motions():
-    """Carried to another tilt, the rates are those of Newton and Euler there; and back again, to rounding."""
+    """Transported to another tilt, the rates are Newton and Euler's; back again, they agree to rounding."""
     rng = np.random.default_rng(5)
     for number in range(10):
         name = NAMES[number % len(NAMES)]
@@ -123,7 +123,7 @@ def test_the_linear_pair_is_that_of_whole_motions():
 
 
 def test_the_constants_of_a_torus_and_of_a_spheroid():
-    """Their rates at a tilt of 0, to twelve digits of another integration."""
+    """Their rates at tilt 0 agree to twelve digits with another integration."""
     torus = [0.75, 0.0, 0.25, 1.0, 0.609375, 0.3203125, 0.609375 / 0.3203125]
     oblate = [0.0, 0.0, 1.0, 0.25, 0.4, 0.25, 1.6]
     for body, expected in (
@@ -136,10 +136,10 @@ def test_the_constants_of_a_torus_and_of_a_spheroid():
 
 
 def test_cells_have_the_same_bits_next_to_any_others():
-    """Cells of one body share its panels, and are sorted for that: each alone has the bits that it has among all."""
+    """Cells of one body share its panels and are sorted for that; each has the same bits alone and among others."""
     for body in ("torus", "spheroid"):
         given = many(body, 24, 3)
-        # eight bodies with three motions each, not next to each other
+        # eight bodies with three motions each, not adjacent
         given[PARAMETERS.index("tube") : PARAMETERS.index("radius")] = np.tile(
             given[PARAMETERS.index("tube") : PARAMETERS.index("radius"), :8], 3
         )

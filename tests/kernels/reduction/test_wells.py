@@ -1,4 +1,4 @@
-"""How many wells the potential of a motion has, against the potential along SciPy's solution of the linear pair."""
+"""The number of wells of a potential, compared with SciPy's solution of the linear pair."""
 
 import math
 
@@ -11,7 +11,7 @@ from sweep.model.disk.exact import WELLS
 
 
 def meridian(body, tilt):
-    """Return height, a, b and radius of curvature of a meridian, from its support function and its derivatives."""
+    """Return height, a, b and radius of curvature of a meridian, from its support function and derivatives."""
     S, C = math.sin(tilt), math.cos(tilt)
     root = math.sqrt(C * C + body.square * S * S)
     h = body.core * C + body.shift * S + body.edge * root
@@ -26,7 +26,7 @@ def meridian(body, tilt):
 
 
 def potential(body, tilt, o, s):
-    """Return the potential on a fine grid of tilts for the constants of a motion that has o and s at a tilt."""
+    """Return the potential on a fine grid of tilts for a motion with o and s at a tilt."""
     A, axial = body.transverse, body.axial
 
     def right_side(theta, y):
@@ -54,7 +54,7 @@ def potential(body, tilt, o, s):
 @pytest.mark.slow_lane
 @pytest.mark.compiled
 def test_wells_are_the_minima_of_the_potential(rng, count):
-    """Of random starts of a torus, a ball and a spheroid off their centres; some have two."""
+    """For random starts of a torus, a ball and a spheroid with offset centers, the number of wells agrees."""
     seen = set()
     for name in ("torus", "ball", "spheroid"):
         for draw in range(count(6, 14)):
@@ -67,7 +67,7 @@ def test_wells_are_the_minima_of_the_potential(rng, count):
             }[name]
             tilt, o, s = rng.uniform(-1.0, 1.0), rng.uniform(0.02, 1.0), rng.uniform(-0.8, 0.8)
             if draw == 0:
-                # too slow to stay upright: a torus has two wells then
+                # too slow to stay upright, so a torus has two wells
                 tilt, o, s = 0.3, 0.1, 0.05
             given, kind = start_of(name, tilt, 0.3, o, s, axial, across, **lengths)
             counts = np.zeros(given.shape[1], np.int64)
@@ -81,15 +81,15 @@ def test_wells_are_the_minima_of_the_potential(rng, count):
 
 @pytest.mark.compiled
 def test_a_rim_has_the_wells_of_its_edge(rng):
-    """Those at tilts to its own side alone, of mirror images the same; none where it falls back from everywhere."""
+    """Only wells at tilts on its own side count, equally for mirror images; there is none if it always falls back."""
     seen = set()
-    # the first of them falls back to its edge from everywhere
+    # the first falls back to its edge from everywhere
     known = [(0.28, 0.75, -1.32), (0.8, 0.1, 0.1)]
     drawn = [(rng.uniform(0.05, 1.0), rng.uniform(-1.0, 1.0), rng.uniform(-1.5, 1.5)) for _ in range(10)]
     for tilt, o, s in (*known, *drawn):
         body = Body(0.95, 0.15, 0.05, 0.5, 0.27)
         values = potential(body, tilt, o, s)
-        # the places of `potential`, from the least tilt on
+        # the places of `potential`, starting at the least tilt
         places = np.concatenate([np.linspace(tilt, -1.57, 4000)[:0:-1], np.linspace(tilt, 1.57, 4000)])
         own = values[places > 0.0]
         minima = np.sum((own[1:-1] < own[:-2]) & (own[1:-1] < own[2:]))

@@ -1,4 +1,4 @@
-"""Functions that are nothing until they are something: every pass sees them, from rest and in motion."""
+"""Functions that are almost zero except in a short interval: every pass finds them, from rest and in motion."""
 
 import math
 
@@ -45,7 +45,7 @@ def block(x=0.0, v=0.0, *, mu=0.3, force=1.0, drive=0.8, eps=1e-3, t):
 
 @pytest.mark.parametrize("step", [0.0, 1.0])
 def test_a_dose_from_nothing(rng, step):
-    """A push from rest leaves width times the root of pi, in every pass and with a longest step too."""
+    """A pulse from rest adds width times the root of pi, in every pass and even with a longest step."""
     width, when = 10.0 ** rng.uniform(-4.0, 1.0, 40), rng.uniform(30.0, 70.0, 40)
     endings, found, _ = run(DOSE, {"width": width, "when": when}, step=step)
     truth = 0.5 * math.sqrt(math.pi) * width * (erf((100.0 - when) / width) + erf(when / width))
@@ -56,7 +56,7 @@ def test_a_dose_from_nothing(rng, step):
 
 @pytest.mark.compiled
 def test_switches_far_from_where_they_switch(rng):
-    """A step of tanh, the square of a Lorentzian, a corner and a high power, against their integrals."""
+    """A tanh step, a squared Lorentzian, a corner and a high power agree with their integrals."""
     width, when = 10.0 ** rng.uniform(-3.0, 0.0, 20), rng.uniform(30.0, 70.0, 20)
     endings, found, _ = run(SWITCHES, {"width": width, "when": when})
     assert np.all(endings == RUNS_ON)
@@ -74,7 +74,7 @@ def test_switches_far_from_where_they_switch(rng):
 @pytest.mark.compiled
 @pytest.mark.parametrize("x", [0.0, 0.5])
 def test_a_pendulum_gets_a_push(x):
-    """From rest and in a swing, against SciPy with steps that cannot pass the push."""
+    """A pendulum at rest or swinging gets a push, as in SciPy with steps that cannot skip it."""
     for width in (0.05, 0.3):
         _, found, _ = run(FORCED, {"x": np.array([x]), "width": np.array([width])})
 
@@ -91,16 +91,16 @@ def test_a_pendulum_gets_a_push(x):
 
 
 def test_a_narrow_well_that_a_straight_motion_passes():
-    """Energy says how fast a body is in the middle of a well that is a ten thousandth of its way wide."""
+    """Crossing a well of a ten thousandth of its path, a body has the speed in the middle that energy gives."""
     depth = np.array([0.2, -0.2, -0.4])
     endings, found, _ = run(PASSER, {"depth": depth, "width": np.array([0.01, 0.01, 0.1])})
-    # a hill of 0.2 takes v to sqrt(1 - 0.4), one of 0.4 below 1/2; a well of 0.2 gives sqrt(1.4)
+    # a hill of 0.2 reduces v to sqrt(1 - 0.4), one of 0.4 to below 1/2; a well of 0.2 gives sqrt(1.4)
     assert np.all(endings[-1] == [RUNS_ON, RUNS_ON, FIRST_EVENT])
     assert found[-1, 3] == pytest.approx([math.sqrt(1.4), 1.0, 1.0], rel=1e-9)
 
 
 def test_terms_that_vanish_at_the_start():
-    """Of cos(t**2) the last terms of the series are zero at t = 0; Fresnel's integral is what it adds up to."""
+    """The last terms of the series of cos(t**2) are zero at t = 0; the sum is still Fresnel's integral."""
     k = np.array([0.3, 1.0, 3.0])
     endings, found, _ = run(CHIRP, {"k": k})
     assert np.all(endings == RUNS_ON)
@@ -110,7 +110,7 @@ def test_terms_that_vanish_at_the_start():
 
 @pytest.mark.compiled
 def test_dry_friction_that_is_smoothed():
-    """A friction that switches within a thousandth of the greatest speed, against SciPy's Radau."""
+    """Friction that switches within a thousandth of the largest speed agrees with SciPy's Radau."""
     eps = np.array([1e-3, 1e-2])
     endings, found, _ = run(FRICTION, {"eps": eps})
     assert np.all(endings == RUNS_ON)

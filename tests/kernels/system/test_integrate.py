@@ -1,4 +1,4 @@
-"""Motions of systems in lanes against closed forms: states, times of events, greatest values, and no event missed."""
+"""Systems in lanes compared with closed forms: states, event times, largest values, and no missed event."""
 
 import math
 
@@ -31,7 +31,7 @@ def blow_up(y=1.0):
 
 @pytest.mark.slow_lane
 def test_a_damped_oscillator(rng):
-    """States at the end are those of the closed form, whatever the rates, to 1e-10 of the amplitude."""
+    """Final states agree with the closed form at any rates, to 1e-10 of the amplitude."""
     n = 200
     rate = 10.0 ** rng.uniform(-2.0, 2.0, n)
     damping, x, v = rate * rng.uniform(0.0, 0.9, n), rng.normal(size=n), rate * rng.normal(size=n)
@@ -44,7 +44,7 @@ def test_a_damped_oscillator(rng):
 
 
 def test_units_and_sizes_do_not_matter(rng):
-    """A state in other units, and a time in other units, has the same relative error: no size is typical."""
+    """In other units of state or time, the relative error is the same, so no size is preferred."""
     x, v = rng.normal(size=50), rng.normal(size=50)
     for size in (1e-30, 1e-9, 1.0, 1e12):
         for rate in (1e-6, 1.0, 1e6):
@@ -56,7 +56,7 @@ def test_units_and_sizes_do_not_matter(rng):
 
 
 def test_greatest_and_least_values(rng):
-    """They are those between the steps, to 1e-12 of the amplitude."""
+    """Extreme values between steps are right to 1e-12 of the amplitude."""
     x, v = rng.normal(size=300), rng.normal(size=300)
     _, found, _ = run(OSCILLATOR, {"x": x, "v": v}, 12.0)
     size = np.hypot(x, v)
@@ -65,7 +65,7 @@ def test_greatest_and_least_values(rng):
 
 
 def test_the_time_of_an_event(rng):
-    """A motion ends where it passes a level, to 1e-10 of the duration, and at once if it begins beyond."""
+    """A motion ends when it passes a level, to 1e-10 of the duration, or at once if it starts beyond."""
     level = np.append(rng.uniform(-0.99, 0.99, 300), [-2.0, 1.5])
     endings, found, _ = run(OSCILLATOR, {"x": np.full(302, -1.0), "level": level}, 20.0)
     truth = np.append(np.arccos(-level[:300]), [0.0, 20.0])
@@ -76,7 +76,7 @@ def test_the_time_of_an_event(rng):
 
 @pytest.mark.slow_lane
 def test_no_excursion_is_missed(rng):
-    """A motion that passes a level for a moment ends there, or says that a step was not proved to stay below it."""
+    """A motion that briefly exceeds a level ends there or states that a step was not proved to stay below."""
     n = 256
     starts = {
         "angle": rng.uniform(-2.0, 2.0, n), "speed": rng.uniform(-1.0, 1.0, n), "damping": rng.uniform(0.0, 0.3, n),
@@ -89,7 +89,7 @@ def test_no_excursion_is_missed(rng):
         ended = endings[-1] == FIRST_EVENT
         assert np.all(ended | (counts[1] > 0)), beyond
         assert ended.mean() >= least, beyond
-    # and the other way round: a level above the excursion ends nothing
+    # a level above the excursion ends nothing
     endings, _, _ = run(PENDULUM, {**starts, "level": (1.0 + 1e-8) * top})
     assert np.all(endings[-1] == RUNS_ON)
 
@@ -113,7 +113,7 @@ def test_bits_depend_on_the_cell_alone(rng):
 
 @pytest.mark.slow_lane
 def test_what_cannot_be_followed_is_unresolved():
-    """Y' = y^2 has no value after 1: the cell says that it grows, and until when it was followed; others go on."""
+    """For y' = y^2, which diverges at 1, the cell reports growth and how far it was followed; others continue."""
     endings, found, _ = run(BLOW_UP, {"y": np.array([1.0, 0.1, -1.0, math.nan, math.inf])})
     assert endings[-1].tolist() == [GROWS, RUNS_ON, RUNS_ON, UNRESOLVED, UNRESOLVED]
     assert np.isnan(found[-1, [0, 2]][:, [0, 3, 4]]).all()
@@ -123,7 +123,7 @@ def test_what_cannot_be_followed_is_unresolved():
 
 @pytest.mark.compiled
 def test_smaller_tolerances_are_closer(rng):
-    """The error falls with the tolerance: as its power 12/12 to 12/10, by the term that sets the step."""
+    """The error falls with the tolerance to the power 12/12 to 12/10, by the term that sets the step."""
     x, v = rng.normal(size=200), rng.normal(size=200)
     errors = []
     for tolerance in (1e-6, 1e-8, 1e-10):
@@ -134,14 +134,14 @@ def test_smaller_tolerances_are_closer(rng):
 
 
 def test_the_longest_step(rng):
-    """A longest step shortens all steps to it: there are as many as the duration holds, and one."""
+    """A maximum step limits all steps; their number is that of the duration plus one."""
     _, _, counts = run(OSCILLATOR, {"x": rng.normal(size=5)}, 20.0, step=0.05)
     assert np.all(np.abs(counts[0] - len(LEGS) * 400) <= len(LEGS))
 
 
 @pytest.mark.slow_lane
 def test_a_series_without_terms_at_the_start():
-    """All terms of t^12 vanish at the start: the number is right all the same, with a longest step and without."""
+    """All terms of t^12 vanish at the start, but the result is right with and without a maximum step."""
     late, y = '@system(duration="2")\ndef late(y=1.0, *, t):\n    return t**12\n', {"y": np.array([1.0, 5.0])}
     for step in (0.0, 0.05):
         endings, found, _ = run(late, y, step=step)
@@ -150,7 +150,7 @@ def test_a_series_without_terms_at_the_start():
 
 
 def test_a_rate_that_jumps_says_so():
-    """Of cos(t^3) the terms that set the step are all zero at the start: where they are not the rate is another one."""
+    """The terms of cos(t^3) that set the step vanish only at the start; the jump in rate is reported."""
     text = '@system(duration="3")\ndef chirp(y=0.0, *, t):\n    return cos(t**3)\n'
     endings, found, _ = run(text, {"y": np.array([0.0])})
     assert endings[-1].tolist() == [JUMPS]
@@ -162,7 +162,7 @@ def test_a_rate_that_jumps_says_so():
 
 @pytest.mark.slow_lane
 def test_whole_powers_of_negative_numbers():
-    """Large whole powers, positive or negative, are defined below zero: of y' = y^n, y^(1 - n) changes by (1 - n) t."""
+    """Large integer powers of negative numbers work: for y' = y^n, y^(1 - n) changes by (1 - n) t."""
     text = '@system(duration="0.2")\ndef p(a=-1.0, b=-0.9, c=-0.9):\n    return a**-9, b**17, c**40\n'
     endings, found, _ = run(text, {"a": np.array([-1.0])})
     assert endings[-1].tolist() == [RUNS_ON]
@@ -176,7 +176,7 @@ def test_whole_powers_of_negative_numbers():
 
 @pytest.mark.slow_lane
 def test_a_cell_of_too_many_steps_is_given_up_at_once():
-    """What takes more steps than are made at most would take more with a smaller tolerance: that is not tried."""
+    """A cell that exceeds the step limit is not retried, because a smaller tolerance needs more steps."""
     endings, _, counts = run(
         '@system(duration="1")\ndef p(y=1.0):\n    return 1.0\n', {"y": np.array([1.0])}, step=5e-8
     )
@@ -186,7 +186,7 @@ def test_a_cell_of_too_many_steps_is_given_up_at_once():
 
 @pytest.mark.slow_lane
 def test_a_root_that_reaches_zero_is_unresolved():
-    """Beyond the zero of a root the series of a motion goes on, and the motion does not: no number is given."""
+    """Beyond the zero of a root, the series continues but the motion does not, so there is no result."""
     endings, found, _ = run(
         '@system(duration="3")\ndef drain(y=4.0):\n    return -sqrt(y)\n', {"y": np.array([1.0, 4.0])}
     )
@@ -197,7 +197,7 @@ def test_a_root_that_reaches_zero_is_unresolved():
 
 @pytest.mark.slow_lane
 def test_events_at_the_very_end_and_levels_that_are_approached():
-    """A ramp that reaches a level as the time ends, and a motion that comes to rest on one, run on; steps stay few."""
+    """A ramp that reaches a level at the end, and a motion that converges to one, run on with few steps."""
     text = (
         '@system(duration="2", ends={"over": "x > 1"})\n'
         "def ramp(x=0.0, *, rate=0.5, pull=0.0):\n    return rate + pull*(1 - x)\n"
@@ -213,7 +213,7 @@ def test_events_at_the_very_end_and_levels_that_are_approached():
 
 @pytest.mark.slow_lane
 def test_an_event_and_a_measure_without_a_value_are_unresolved():
-    """Where an ending or a measure has no value along the motion, nothing is said of the cell; else it runs on."""
+    """If an ending or a measure has no value along the motion, the cell is unresolved; otherwise it runs on."""
     text = (
         '@system(duration="3", ends={"far": "sqrt(y+a) > 4", "big": "y/b > 1"}, measures={"top": "max sqrt(y+c)"})\n'
         "def still(y=1.0, *, r=0.1, a=9.0, b=1.0, c=9.0):\n    return -r\n"
@@ -226,7 +226,7 @@ def test_an_event_and_a_measure_without_a_value_are_unresolved():
 
 @pytest.mark.slow_lane
 def test_a_state_of_rounding_alone_is_followed():
-    """A rate whose terms cancel leaves a state of rounding; the motion has its numbers all the same."""
+    """If the terms of a rate cancel to rounding, the motion still has its numbers."""
     text = '@system(duration="10")\ndef both(x=1.0, v=0.0, d=0.0):\n    return v, -x, 0.3*(x + v) - 0.3*x - 0.3*v\n'
     endings, found, _ = run(text, {"x": np.array([1.0, 0.3, 7.0])})
     assert endings[-1].tolist() == [RUNS_ON] * 3
@@ -235,7 +235,7 @@ def test_a_state_of_rounding_alone_is_followed():
 
 
 def test_code_has_another_name_for_other_endings():
-    """Two events that end as one, and the same two that end as two, are the same conditions and other machine code."""
+    """Two events with one ending and the same two with two endings have different machine code."""
     one, two = '{"left": "x > 1 or x < -1"}', '{"right": "x > 1", "left": "x < -1"}'
     text = '@system(duration="1", ends={})\ndef walk(x=0.0):\n    return 1.0\n'
     names = []

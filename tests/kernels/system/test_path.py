@@ -1,4 +1,4 @@
-"""The samples of a motion: each is the cell of a sweep that is followed until then, by the passes and bits of one."""
+"""Each sample of a motion equals a sweep cell that is followed to its time, with the same passes and bits."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ def pendulum(angle=0.2, speed=0.0, *, damping=0.0, torque=0.3, drive=0.7, level=
 
 
 def followed(times, **given):
-    """Return measures and counts of one motion at the times, and those of the sweep's kernel for its whole duration."""
+    """Return measures and counts of one motion at the times, and those of the sweep kernel for its duration."""
     model = model_of(read_system(PENDULUM))
     starts = np.array([[given.get(name, row.default)] for name, row in model.parameters.items()], np.float64)
     found = []
@@ -35,7 +35,7 @@ def followed(times, **given):
 @pytest.mark.slow_lane
 @pytest.mark.parametrize("level", [pytest.param(1e300, marks=pytest.mark.release), 0.9])
 def test_the_end_has_the_bits_of_a_sweep(level, rng):
-    """All passes, their endings and steps; times between change nothing."""
+    """All passes, endings and steps agree bit for bit; samples in between change nothing."""
     for count in (2, 50):
         times = np.concatenate([[0.0], np.sort(rng.uniform(0.0, 12.0, count - 2)), [12.0]])
         measures, counts, whole, counted = followed(times, level=level)
@@ -46,36 +46,36 @@ def test_the_end_has_the_bits_of_a_sweep(level, rng):
 
 @pytest.mark.compiled
 def test_a_sample_is_what_a_shorter_sweep_finds():
-    """States, greatest values and sizes until then of each pass, to 1e-13 of a step's own error; steps add up."""
+    """States, largest values and sizes of each pass agree to 1e-13 of a step's error; steps add up."""
     times = np.linspace(0.0, 12.0, 37)
     measures, counts, _, _ = followed(times, tolerance=1e-13)
     rows = measures.shape[0] // len(LEGS)
     for i, time in enumerate(times[1:], 1):
         short, _, whole, counted = followed(np.linspace(0.0, time, 5), tolerance=1e-13)
-        # also of a motion of one step
+        # also for a motion of one step
         assert np.isfinite(short).all()
         assert np.abs(measures[-rows:, i] - whole[-rows:, 0]).max() <= 1e-12
-        # the shorter sweep's last step is none of the longer one's
+        # the shorter sweep's last step is not a step of the longer one
         assert np.all(np.abs(counts[len(LEGS), i] - counted[len(LEGS), 0]) <= len(LEGS))
     assert np.all(np.diff(counts[len(LEGS)]) >= 0)
     assert np.all(measures[-rows + 2, :] == times)
 
 
 def test_a_motion_that_touches_an_event():
-    """A step that a simple bound does not prove free of one goes on, with samples as without the event."""
+    """A step that a simple bound does not prove free of an event continues, with the same samples as without it."""
     times = np.linspace(0.0, 12.0, 200)
     free, _, _, _ = followed(times)
     rows = free.shape[0] // len(LEGS)
     top = free[-rows + 3 : -rows + 5, -1].max()
     measures, counts, _, _ = followed(times, level=top * (1.0 + 1e-6))
     assert np.all(counts[len(LEGS) + 1] == 0)
-    # not the sizes, which are those at the ends of steps
+    # except the sizes, which are taken at the ends of steps
     same = slice(-rows, -rows + 5)
     assert np.abs(measures[same] - free[same]).max() <= 1e-9
 
 
 def test_passes_that_ended_stay_where_they_did():
-    """Behind an event every sample has the place and time of it; a sample before it has its own."""
+    """After an event, every sample has its place and time; a sample before it has its own."""
     times = np.linspace(0.0, 12.0, 200)
     measures, counts, _, _ = followed(times, level=0.9)
     rows = measures.shape[0] // len(LEGS)

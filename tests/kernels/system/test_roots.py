@@ -1,4 +1,4 @@
-"""First roots and greatest values of random polynomials, and of such as hide them, against NumPy's roots."""
+"""First roots and largest values of random and difficult polynomials, compared with NumPy's roots."""
 
 import numpy as np
 import pytest
@@ -9,24 +9,24 @@ from kernels.system.roots import first_above, greatest_to
 
 
 def memory_of(polynomial):
-    """Return the memory of a polynomial: its coefficients, and a place to work in."""
+    """Return the memory of a polynomial: its coefficients and a workspace."""
     memory = np.zeros(2 * (ORDER + 1))
     memory[: polynomial.coef.size] = polynomial.coef
     return memory
 
 
 def first_above_of(polynomial, h=1.0):
-    """Return what `first_above` finds."""
+    """Return the result of `first_above`."""
     return first_above(0, h, ORDER + 1, memory_of(polynomial))
 
 
 def greatest_of(polynomial, h=1.0):
-    """Return what `greatest_to` finds."""
+    """Return the result of `greatest_to`."""
     return greatest_to(0, h, ORDER + 1, memory_of(polynomial))
 
 
 def test_the_first_of_many_roots(rng, count):
-    """With up to twelve roots in a step, some close together, the first is found; NumPy's roots are the referee."""
+    """Of up to twelve roots in a step, some close together, the first is found; NumPy is the referee."""
     compared = 0
     for _ in range(count(150, 3000)):
         roots = np.sort(rng.uniform(-0.3, 1.3, rng.integers(1, ORDER + 1)))
@@ -38,7 +38,7 @@ def test_the_first_of_many_roots(rng, count):
         ends = np.concatenate([[0.0], inside, [1.0]])
         positive = polynomial(0.5 * (ends[1:] + ends[:-1])) > 0.0
         truth = ends[:-1][positive][0] if positive.any() else np.inf
-        # a root is off by the rounding of the values over the slope there
+        # a root is uncertain by the rounding of the values over the slope
         slack = 1e-14 * np.sum(np.abs(polynomial.coef)) / max(abs(polynomial.deriv()(min(truth, 1.0))), 1e-30)
         assert proved
         assert time == pytest.approx(truth, abs=1e-13 + slack), roots
@@ -47,7 +47,7 @@ def test_the_first_of_many_roots(rng, count):
 
 
 def test_an_excursion_between_two_close_roots():
-    """What is positive for a millionth of a step is found, and so is that it is not."""
+    """A positive value for a millionth of a step is found, and so is its absence."""
     for width in (1e-2, 1e-4, 1e-6):
         bump = Polynomial([-((0.37) ** 2) + width**2, 2 * 0.37, -1.0])
         time, proved = first_above_of(bump)
@@ -56,14 +56,14 @@ def test_an_excursion_between_two_close_roots():
 
 
 def test_what_touches_is_not_proved():
-    """A double root, to rounding, is no crossing, and says that this is not proved."""
+    """A double root, up to rounding, is no crossing and is reported as not proved."""
     time, proved = first_above_of(-(Polynomial([-0.3, 1.0]) ** 2))
     assert proved is False or proved == 0
     assert time == np.inf or abs(time - 0.3) < 1e-6
 
 
 def test_what_begins_above_and_what_begins_at_zero():
-    """A positive value, or a rise from zero, is above at once; a fall from zero is not."""
+    """A positive value, or a rise from zero, counts as above at once; a fall from zero does not."""
     assert first_above_of(Polynomial([1e-300])) == (0.0, True)
     assert first_above_of(Polynomial([0.0, 1.0])) == (0.0, True)
     assert first_above_of(Polynomial([0.0, -1.0])) == (np.inf, True)
@@ -72,7 +72,7 @@ def test_what_begins_above_and_what_begins_at_zero():
 
 
 def test_greatest_values(rng, count):
-    """Of polynomials with up to eleven summits and valleys the highest is found, to rounding of their terms."""
+    """The highest of up to eleven extremes of a polynomial is found, to the rounding of its terms."""
     for _ in range(count(150, 3000)):
         polynomial = Polynomial.fromroots(rng.uniform(-0.3, 1.3, rng.integers(2, ORDER + 1))) * rng.normal()
         real = polynomial.deriv().roots()
@@ -82,7 +82,7 @@ def test_greatest_values(rng, count):
 
 
 def test_the_narrowest_summit():
-    """Chebyshev's polynomial has seven summits of 1 from -1 to 1; with one raised a little, that is the highest."""
+    """Chebyshev's polynomial has seven maxima of 1 from -1 to 1; if one is raised slightly, it is found."""
     wave = Polynomial(np.polynomial.chebyshev.cheb2poly([0.0] * 12 + [1.0]))
     for tilt in (1e-3, -1e-3):
         tilted = (wave + Polynomial([0.0, tilt]))(Polynomial([-1.0, 2.0]))

@@ -1,4 +1,4 @@
-"""Taylor coefficients of every operation against mpmath, which differentiates numerically with 60 digits."""
+"""Taylor coefficients of every operation, compared with mpmath's numerical derivatives at 60 digits."""
 
 import math
 
@@ -9,7 +9,7 @@ from kernels import elementary
 from kernels.system.polynomials import ORDER
 from kernels.system.series import SeriesSource
 
-#: y(t) of a state whose rate is a polynomial of the time.
+#: y(t) of a state whose rate is a polynomial in time.
 PATH = (0.7, 0.3, -0.2, 0.05)
 
 FUNCTIONS = {
@@ -20,7 +20,7 @@ POWERS = (2.0, 3.0, 4.0, 5.0, -1.0, -1.5, 0.5, 2.5, 1.3, -3.0)
 
 
 def coefficients(more, wanted):
-    """Return the coefficients of an instruction that follows those of the path (0: y, 1: the time)."""
+    """Return the coefficients of an instruction after those of the path (0: y, 1: the time)."""
     program = [
         ("state", 0),
         ("time",),
@@ -52,7 +52,7 @@ def path(t):
 
 
 def assert_right(found, function):
-    """Hold coefficients against those that mpmath finds."""
+    """Assert that coefficients equal mpmath's."""
     with mpmath.workdps(60):
         truth = mpmath.taylor(function, 0, ORDER)
     for k, (ours, theirs) in enumerate(zip(found, truth, strict=True)):
@@ -67,12 +67,12 @@ def test_functions(name):
 
 @pytest.mark.parametrize("exponent", POWERS)
 def test_powers(exponent):
-    """So has each power, by products, roots or the recurrence."""
+    """Each power, by products, roots or the recurrence, has the right coefficients."""
     assert_right(coefficients([("**", 0, exponent)], None), lambda t: path(t) ** mpmath.mpf(exponent))
 
 
 def test_small_powers_at_zero():
-    """A square, a cube and a fourth power are defined where their base is zero: t^2, t^3, t^4."""
+    """Squares, cubes and fourth powers are defined at a zero base: t^2, t^3, t^4."""
     for exponent in (2, 3, 4):
         assert coefficients([("**", 1, float(exponent))], None) == [
             float(k == exponent) for k in range(ORDER + 1)
@@ -80,7 +80,7 @@ def test_small_powers_at_zero():
 
 
 def test_products_quotients_and_constants():
-    """Products and quotients of series, and of a series and what is constant in a cell."""
+    """Products and quotients of two series, and of a series and a constant of the cell, are right."""
     for more, function in (
         ([("*", 0, 0)], lambda t: path(t) ** 2),
         ([("sin", 0), ("*", 10, 0)], lambda t: mpmath.sin(path(t)) * path(t)),

@@ -1,4 +1,4 @@
-"""Balls and spheroids in variables that are regular at poles, against a rigid body and the integrals of a ball."""
+"""Balls and spheroids in variables that are regular at the poles, compared with a rigid body and ball integrals."""
 
 import math
 
@@ -9,7 +9,7 @@ from body_referee import Body
 
 from kernels.bodies.poles import equations
 
-#: Words, referee's body and moments: a ball and two spheroids with the centre of mass off the centre.
+#: Words, the referee's body and its moments: a ball and two spheroids with offset centers of mass.
 BODIES = (
     ("ball", {"offset": 0.3}, Body(0.0, 0.3, 1.0, 0.42, 0.38)),
     ("spheroid", {"flattening": 0.4, "offset": -0.2}, Body(0.0, -0.2, 1.0, 0.4, 0.3, 0.36)),
@@ -29,7 +29,7 @@ def rolling(body, tilt, w, o, s):
 
 
 def test_the_slopes_are_those_of_newton_and_euler():
-    """At tilts up to 0.001 degrees from a pole: S'', x', s' and the shape, from derivatives of the referee."""
+    """S'', x', s' and the shape agree with the referee's derivatives at tilts up to 0.001 degrees from a pole."""
     rng = np.random.default_rng(6)
     for number in range(12):
         _, _, body = BODIES[number % 3]
@@ -47,7 +47,7 @@ def test_the_slopes_are_those_of_newton_and_euler():
         assert found[0] == pytest.approx(axis_rate[2], abs=1e-13)
         assert found[1] == pytest.approx(rise, rel=1e-10, abs=1e-11)
         assert found[2:4] == pytest.approx([along, spun], rel=1e-10, abs=1e-11)
-        # a longer way along the motion: n, p and q stay what they are of the tilt
+        # a longer way along the motion; n, p and q must remain those of the tilt
         h = 1e-4
         later = equations.lane_step(S, y, x, s, n, p, q, constants, h)
         cosine = math.sqrt(1.0 - later[0] ** 2)
@@ -56,7 +56,7 @@ def test_the_slopes_are_those_of_newton_and_euler():
 
 
 def test_the_integrals_of_the_ball():
-    """Jellett's and Routh's along a motion past both poles at 0.01 rad, to 1e-12; the values of a known start."""
+    """Jellett's and Routh's integrals are constant to 1e-12 through both poles at 0.01 rad; known values agree."""
     ball = BODIES[0][2]
 
     def integrals(S, x, s):
@@ -78,7 +78,7 @@ def test_the_integrals_of_the_ball():
 
 
 def test_the_method_is_of_fourth_order():
-    """Half the step leaves a sixteenth of the error of the state, at a motion that passes a pole."""
+    """Halving the step divides the error of the state by 16, for a motion that passes a pole."""
     constants, begin, _ = rolling(BODIES[2][2], 1.4, 0.8, 0.2, 1.5)
     ends = []
     for steps in (400, 800, 1600, 12800):
